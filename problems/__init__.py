@@ -1,0 +1,26 @@
+"""What is planned: arms, tasks and limits as symbolic CasADi models. Knows nothing of how they are searched."""
+
+from problems.constraint import Constraint, Verdict, Weight
+from problems.errors import InvalidProblem
+from problems.objectives import OBJECTIVES, Objective
+from problems.obstacles import Ellipse
+from problems.planar_arm import PlanarArm
+from problems.point_to_point import PointToPoint
+from problems.problem import Model, Problem, Variable
+from problems.trajectory import Trajectory
+
+__all__ = [
+    "OBJECTIVES",
+    "Constraint",
+    "Ellipse",
+    "InvalidProblem",
+    "Model",
+    "Objective",
+    "PlanarArm",
+    "PointToPoint",
+    "Problem",
+    "Trajectory",
+    "Variable",
+    "Verdict",
+    "Weight",
+]

@@ -1,0 +1,130 @@
+"""What limits every motion of an arm: speed (11), acceleration (12), joint range, clearance from obstacles (14).
+
+One function builds the constraints from samples of a motion. The metaheuristics' penalty, the nonlinear program
+and the verification of a finished trajectory all call it, each with its own samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+
+from problems.constraint import Constraint, Weight
+from problems.matrix import FloatArray, Matrix, columns, repeated
+from problems.motion import Samples
+from problems.obstacles import Ellipse
+from problems.planar_arm import PlanarArm
+
+
+def motion_constraints(
+    arm: PlanarArm, obstacles: Sequence[Ellipse], samples: Samples, margin: float = 0.0
+) -> list[Constraint]:
+    """All constraints on a whole motion.
+
+    Args:
+        arm: whose limits hold.
+        obstacles: to keep clear of.
+        samples: of the motion, in order of time.
+        margin: clearance in m to keep at the samples for what lies between them.
+    """
+    built = [speed_limit(arm, samples), acceleration_limit(arm, samples)]
+    if arm.joint_limits is not None:
+        built.append(joint_range(arm, samples))
+    if obstacles:
+        x, y = arm.joint_positions(samples.theta)
+        built += obstacle_clearance(arm, obstacles, x, y, margin)
+    return built
+
+
+def speed_limit(arm: PlanarArm, samples: Samples) -> Constraint:
+    """(11), (21): |dtheta_i(t)| <= dtheta_max."""
+    return _symmetric("speed", "(11), (16)", "rad/s", samples.speed, arm.max_speed)
+
+
+def acceleration_limit(arm: PlanarArm, samples: Samples) -> Constraint:
+    """(12), (22): |d2theta_i(t)| <= d2theta_max."""
+    return _symmetric("acceleration", "(12), (17)", "rad/s^2", samples.acceleration, arm.max_acceleration)
+
+
+def _symmetric(name: str, equation: str, unit: str, values: Matrix, bounds: Sequence[float]) -> Constraint:
+    limit = np.array(bounds)
+    labels = _joint_labels(len(bounds))
+    return Constraint(name, equation, unit, values, -limit, limit, labels, scale=limit, weight=Weight.MAGNITUDE)
+
+
+def joint_range(arm: PlanarArm, samples: Samples) -> Constraint:
+    """Joint position limits (ours; the paper has none)."""
+    assert arm.joint_limits is not None
+    lowest, highest = (np.array(bound) for bound in zip(*arm.joint_limits, strict=True))
+    labels = _joint_labels(arm.links)
+    return Constraint("joint range", "-", "rad", samples.theta, lowest, highest, labels, np.ones(arm.links))
+
+
+def obstacle_clearance(
+    arm: PlanarArm, obstacles: Sequence[Ellipse], x: Matrix, y: Matrix, margin: float
+) -> list[Constraint]:
+    """(14): no link meets an obstacle at a sample, no joint crosses one between two samples.
+
+    Links at the samples alone would let the tip jump a corner from one sample to the next, which the travel length
+    rewards. The straight line that each joint draws between two samples closes the gap: together with the links
+    it bounds the area that a link sweeps.
+
+    Args:
+        arm: the arm.
+        obstacles: to keep clear of.
+        x: of base, joints and tip at n samples, (n, k + 1), m.
+        y: likewise.
+        margin: the clearance to keep, m.
+    """
+    xs, ys = columns(x), columns(y)
+    clearance, labels, sweep, sweep_labels = [], [], [], []
+    for number, obstacle in enumerate(obstacles, start=1):
+        for link in range(1, arm.links + 1):
+            if arm.reach(link)[1] < obstacle.distance_to_base() - margin:
+                continue
+            ends = ca.horzcat(xs[link - 1], xs[link]), ca.horzcat(ys[link - 1], ys[link])
+            clearance.append(obstacle.segment_clearance(*ends))
+            labels.append(f"link {link}, obstacle {number}")
+            steps = (ca.horzcat(values[:-1], values[1:]) for values in (xs[link], ys[link]))
+            sweep.append(obstacle.segment_clearance(*steps))
+            sweep_labels.append(f"end of link {link}, obstacle {number}")
+    if not clearance:
+        return []
+    built = [_clearance("clearance", clearance, labels, margin)]
+    if x.shape[0] > 1:
+        built.append(_clearance("swept clearance", sweep, sweep_labels, margin))
+    return built
+
+
+def _clearance(name: str, values: Sequence[Matrix], labels: Sequence[str], margin: float) -> Constraint:
+    lower, upper = np.full(len(values), margin), np.full(len(values), np.inf)
+    expression = ca.horzcat(*values)
+    return Constraint(name, "(14), (18)", "m", expression, lower, upper, tuple(labels), np.ones(len(values)))
+
+
+def _joint_labels(joints: int) -> tuple[str, ...]:
+    return tuple(f"joint {joint}" for joint in range(1, joints + 1))
+
+
+def least_stretch(arm: PlanarArm, speed: Matrix, acceleration: Matrix) -> Matrix:
+    """The smallest factor by which time must be multiplied for the limits to hold, exactly.
+
+    Args:
+        arm: whose limits.
+        speed: samples or extremes, (n, k), rad/s.
+        acceleration: samples or extremes, (n, k), rad/s^2.
+
+    Returns:
+        max(max |v| / v_max, sqrt(max |a| / a_max)), a scalar; below 1 when time can be saved.
+    """
+    by_speed = _largest_ratio(speed, np.array(arm.max_speed))
+    by_acceleration = _largest_ratio(acceleration, np.array(arm.max_acceleration))
+    return ca.fmax(by_speed, ca.sqrt(by_acceleration))
+
+
+def _largest_ratio(values: Matrix, limits: FloatArray) -> Matrix:
+    if np.ptp(limits) == 0.0:
+        return ca.mmax(ca.fabs(values)) / limits[0]
+    return ca.mmax(ca.fabs(values) / repeated(limits, values.shape[0]))

@@ -1,0 +1,57 @@
+"""The one numeric type of the models: a CasADi matrix, symbolic (SX) or numeric (DM).
+
+Every formula of this package is written once, in CasADi operations that take both. Given symbols it builds the
+model that is compiled, differentiated and audited; given numbers it evaluates the very same formula.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+Matrix: TypeAlias = Any  # ca.SX | ca.DM; CasADi's operators do not type over the union
+FloatArray: TypeAlias = NDArray[np.float64]
+
+
+def total(values: Matrix) -> Matrix:
+    """Sum of all entries, whatever the shape (a scalar, 0 for an empty matrix)."""
+    return ca.sum1(ca.sum2(values))
+
+
+def columns(matrix: Matrix) -> list[Matrix]:
+    """The columns of a (rows, n) matrix, each (rows, 1)."""
+    return list(ca.horzsplit(matrix)) if matrix.shape[1] else []
+
+
+def split(vector: Matrix, sizes: Sequence[int]) -> list[Matrix]:
+    """A column vector cut into parts of the given sizes."""
+    return list(ca.vertsplit(vector, np.cumsum([0, *sizes]).tolist()))
+
+
+def differences(rows: Matrix) -> Matrix:
+    """Increments between consecutive rows: (n, k) -> (n - 1, k)."""
+    return rows[1:, :] - rows[:-1, :]
+
+
+def row(values: Sequence[float] | FloatArray) -> ca.DM:
+    """A (1, n) numeric row, to be broadcast with :func:`repeated`."""
+    return ca.DM(np.asarray(values, dtype=float).reshape(1, -1))
+
+
+def repeated(values: Sequence[float] | FloatArray, rows: int) -> ca.DM:
+    """The same numeric row for each of ``rows`` rows: (rows, n)."""
+    return ca.repmat(row(values), rows, 1)
+
+
+def constant(array: FloatArray) -> ca.DM:
+    """A constant matrix whose zeros are structural, so that they cost no operation in a product."""
+    return ca.sparsify(ca.DM(array))
+
+
+def as_array(matrix: Matrix) -> FloatArray:
+    """A dense (rows, columns) NumPy array of a numeric matrix."""
+    return np.asarray(ca.DM(matrix).full(), dtype=np.float64)

@@ -1,0 +1,324 @@
+"""Point-to-point planning, Section III-A, first case: (3)-(6), (8)-(18), for any k >= 2.
+
+The arm's own quantities are theta_s, theta_m, dtheta_m, theta_f, t1 and t2: the motion runs from theta_s at rest
+along a quartic to theta_m, and along a quintic to theta_f at rest. A search vector is turned into them by inverse
+kinematics (:class:`PointToPoint`); a nonlinear program may take them as its variables. Everything below
+:meth:`PointToPoint.limits` depends on the quantities alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+from math import pi
+from typing import Literal
+
+import casadi as ca
+import numpy as np
+
+from problems.constraint import Constraint, Verdict, verdict
+from problems.errors import InvalidProblem
+from problems.limits import least_stretch, motion_constraints
+from problems.matrix import FloatArray, Matrix, as_array, split
+from problems.motion import Samples
+from problems.objectives import OBJECTIVES, Objective
+from problems.obstacles import Ellipse
+from problems.penalty import Ceilings, PenaltyWeights, graded_cost, paper_cost, penalty_weights
+from problems.planar_arm import PlanarArm
+from problems.problem import Model, Problem, Variable
+from problems.redundancy import restore
+from problems.segments import (
+    QUARTIC,
+    QUINTIC,
+    middle_acceleration,
+    quartic_data,
+    quintic_data,
+    sampling_matrix,
+)
+from problems.trajectory import Trajectory
+
+Elbow = Literal["up", "down", "free"]
+Formulation = Literal["paper", "reduced"]
+
+SAMPLING_MARGIN = 1e-3  # of the arm's reach: the clearance kept at samples for what lies between them
+SHARE = (0.1, 0.9)  # reduced: t1 / (t1 + t2)
+DETOUR = pi  # reduced: how far theta_m may lie from the middle of theta_s and theta_f, rad
+SHAPE_SPEED = 8.0  # reduced: bound of dtheta_m in rad per duration of the motion
+VERIFIED_TIMES = 4001
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """The arm's own quantities: angles (1, k) in rad, speeds (1, k) in rad/s, times scalar in s."""
+
+    theta_s: Matrix
+    theta_m: Matrix
+    dtheta_m: Matrix
+    theta_f: Matrix
+    t1: Matrix
+    t2: Matrix
+
+    def stretched(self, factor: Matrix) -> Quantities:
+        """The same shape run ``factor`` times slower."""
+        slower = self.dtheta_m / factor, self.theta_f, self.t1 * factor, self.t2 * factor
+        return Quantities(self.theta_s, self.theta_m, *slower)
+
+    @property
+    def data(self) -> tuple[Matrix, Matrix]:
+        """Boundary data of the quartic (3, k) and the quintic (4, k), rad."""
+        start = self.theta_s, self.theta_m, self.dtheta_m, self.t1
+        first = quartic_data(*start)
+        second = quintic_data(self.theta_m, self.dtheta_m, middle_acceleration(*start), self.theta_f, self.t2)
+        return first, second
+
+    def sampled(self, samples: int) -> Samples:
+        """Both segments in ``samples`` equal steps each: (2 samples + 1, k)."""
+        tau = np.arange(1, samples + 1) / samples
+        blocks = []
+        for derivative in range(3):
+            first = sampling_matrix(QUARTIC, np.append(0.0, tau), derivative)
+            second = sampling_matrix(QUINTIC, tau, derivative)
+            blocks.append(
+                ca.vertcat(
+                    ca.mtimes(first, self.data[0]) / self.t1**derivative,
+                    ca.mtimes(second, self.data[1]) / self.t2**derivative,
+                )
+            )
+        return Samples(blocks[0], blocks[1], blocks[2], self.t1 + self.t2)
+
+
+@dataclass(frozen=True)
+class PointToPoint(Problem):
+    """Move the tip from rest at ``start`` to rest at ``goal``.
+
+    Args:
+        arm: the arm.
+        start: tip position at t = 0, m.
+        goal: tip position at t = T, m.
+        objective: ``time`` (8), ``rotation`` (9) or ``length`` (10).
+        elbow: the branch of inverse kinematics at both ends; ``free`` adds one decision variable an end, whose
+            sign picks it.
+        formulation: ``paper``, the cost (15) over the paper's solution vector; or ``reduced``, feasible by
+            construction: time scaling keeps the speed and acceleration limits, normalised redundancy keeps
+            within reach, and theta_m is counted from the middle of theta_s and theta_f.
+        samples: time steps a segment at which objective and constraints are sampled.
+        obstacles: to keep clear of.
+        segment_time: bounds of t1 and t2, s. The upper one is the paper formulation's search box only.
+
+    Raises:
+        InvalidProblem: a point is out of reach, too close to the base or inside an obstacle, or a field is not
+            one of the above.
+    """
+
+    arm: PlanarArm
+    start: tuple[float, float]
+    goal: tuple[float, float]
+    objective: str = "time"
+    elbow: Elbow = "free"
+    formulation: Formulation = "paper"
+    samples: int = 50
+    obstacles: tuple[Ellipse, ...] = ()
+    segment_time: tuple[float, float] = (0.1, 4.0)
+
+    def __post_init__(self) -> None:
+        known = {
+            "objective": OBJECTIVES,
+            "elbow": ("up", "down", "free"),
+            "formulation": ("paper", "reduced"),
+        }
+        for field, choices in known.items():
+            if getattr(self, field) not in choices:
+                raise InvalidProblem(field, f"{getattr(self, field)!r} is not one of {', '.join(choices)}")
+        if self.samples < 2:
+            raise InvalidProblem("samples", f"{self.samples} is fewer than 2 time steps a segment")
+        shortest, longest = self.segment_time
+        if not (np.isfinite(longest) and 0.0 < shortest < longest):
+            raise InvalidProblem("segment_time", f"0 < {shortest} < {longest} does not hold, or is not finite")
+        for obstacle in self.obstacles:
+            if obstacle.contains((0.0, 0.0)):
+                raise InvalidProblem("obstacles", f"the base lies inside the ellipse at {obstacle.center}")
+        for field in ("start", "goal"):
+            self._check_point(field, getattr(self, field))
+
+    def _check_point(self, field: str, point: tuple[float, float]) -> None:
+        distance = float(np.hypot(*point))
+        inner, outer = self.arm.reach()
+        if not distance <= outer:
+            reason = f"{point} is {distance:.6g} m from the base, out of reach: the arm reaches {outer:.6g} m"
+            raise InvalidProblem(field, reason)
+        if distance < inner:
+            reason = f"{point} is {distance:.6g} m from the base, too close: the arm reaches from {inner:.6g} m on"
+            raise InvalidProblem(field, reason)
+        for obstacle in self.obstacles:
+            if obstacle.contains(point):
+                raise InvalidProblem(field, f"{point} lies inside the obstacle at {obstacle.center}")
+
+    @property
+    def measured_by(self) -> Objective:
+        """The objective (8), (9) or (10)."""
+        return OBJECTIVES[self.objective]
+
+    @cached_property
+    def variables(self) -> tuple[Variable, ...]:
+        """The paper's solution vector: theta_m, dtheta_m, phi_s, phi_f, [elbows,] t1, t2 (reduced: their shape)."""
+        reduced = self.formulation == "reduced"
+        joints, links = range(1, self.arm.links + 1), range(3, self.arm.links + 1)
+        ranges = self.arm.joint_limits or ((-pi, pi),) * self.arm.links
+        listed = []
+        if reduced:
+            listed += [Variable(f"detour[{i}]", -DETOUR, DETOUR, "rad") for i in joints]
+            listed += [Variable(f"dtheta_m[{i}]", -SHAPE_SPEED, SHAPE_SPEED, "rad/T") for i in joints]
+        else:
+            listed += [Variable(f"theta_m[{i}]", *ranges[i - 1], "rad") for i in joints]
+            speeds = self.arm.max_speed
+            listed += [Variable(f"dtheta_m[{i}]", -speeds[i - 1], speeds[i - 1], "rad/s") for i in joints]
+        box, unit = ((0.0, 1.0), "1") if reduced else ((-pi, pi), "rad")
+        symbol = "x_phi" if reduced else "phi"
+        listed += [Variable(f"{symbol}_{end}[{j}]", *box, unit) for end in "sf" for j in links]
+        if self.elbow == "free":
+            listed += [Variable(f"elbow_{end}", -1.0, 1.0, "1") for end in "sf"]
+        if reduced:
+            return (*listed, Variable("t1/T", *SHARE, "1"))
+        return (*listed, *(Variable(name, *self.segment_time, "s") for name in ("t1", "t2")))
+
+    def decode(self, x: Matrix) -> tuple[Quantities, Matrix]:
+        """From a search vector (d, 1) to the arm's own quantities, and k_s, k_f of (13) as a (1, 2) row."""
+        k, extra = self.arm.links, self.arm.links - 2
+        branches = 2 if self.elbow == "free" else 0
+        times_given = 1 if self.formulation == "reduced" else 2
+        theta_m, dtheta_m, phi_s, phi_f, branch, times = split(x, [k, k, extra, extra, branches, times_given])
+        fixed = 1.0 if self.elbow == "up" else -1.0
+        elbow = [ca.if_else(branch[i] < 0.0, -1.0, 1.0) if self.elbow == "free" else fixed for i in range(2)]
+        start, goal = ca.DM(list(self.start)), ca.DM(list(self.goal))
+        if self.formulation == "reduced":
+            phi_s, phi_f = restore(self.arm, start, phi_s), restore(self.arm, goal, phi_f)
+        theta_s, k_s = self.arm.inverse(start, phi_s, elbow[0])
+        theta_f, k_f = self.arm.inverse(goal, phi_f, elbow[1])
+        theta_s = self.arm.turn(theta_s)
+        theta_f = self.arm.turn_near(theta_f, theta_s)
+        reach = ca.horzcat(k_s, k_f)
+        if self.formulation == "paper":
+            return Quantities(theta_s, theta_m.T, dtheta_m.T, theta_f, times[0], times[1]), reach
+        theta_m = (theta_s + theta_f) / 2.0 + theta_m.T
+        shape = Quantities(theta_s, theta_m, dtheta_m.T, theta_f, times[0], 1.0 - times[0])
+        return shape.stretched(self._least_duration(shape)), reach
+
+    def _least_duration(self, shape: Quantities) -> Matrix:
+        """T in s at which a shape of duration 1 just keeps its limits at the samples and t1, t2 their minimum."""
+        samples = shape.sampled(self.samples)
+        shortest = self.segment_time[0] / ca.fmin(shape.t1, shape.t2)
+        return ca.fmax(shortest, least_stretch(self.arm, samples.speed, samples.acceleration))
+
+    def limits(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """The constraints on the whole motion: (11), (12), joint range, (14)."""
+        return motion_constraints(self.arm, self.obstacles, samples, margin)
+
+    @cached_property
+    def model(self) -> Model:
+        """Cost (15), or its reduced form, over the search vector."""
+        x = ca.SX.sym("x", len(self.variables))
+        quantities, cosines = self.decode(x)
+        samples = quantities.sampled(self.samples)
+        objective = self.measured_by.of(self.arm, samples)
+        limits = self.limits(samples, self.margin)
+        reach = reach_limit(cosines)
+        if self.formulation == "paper":
+            cost = paper_cost(objective, limits, reach, self._weights(limits))
+        else:
+            kept = [limit for limit in limits if limit.name not in ("speed", "acceleration")]
+            cost = graded_cost(objective, kept, self._ceilings.objective)
+        return Model(x, objective, (*limits, reach), cost)
+
+    @property
+    def margin(self) -> float:
+        """The clearance kept at the samples for what lies between them, m."""
+        return SAMPLING_MARGIN * self.arm.reach()[1]
+
+    @property
+    def feasible_below(self) -> float:
+        """What the objective cannot exceed in the search box, in its unit."""
+        return self._ceilings.objective
+
+    @property
+    def penalty_weights(self) -> PenaltyWeights:
+        """lambda_1 and lambda_2 of (15) for this problem."""
+        return self._weights([c for c in self.constraints if c.name != "reach"])
+
+    def _weights(self, limits: list[Constraint]) -> PenaltyWeights:
+        return penalty_weights(limits, self._ceilings)
+
+    @cached_property
+    def _ceilings(self) -> Ceilings:
+        """Bounds over the whole box from the Bernstein form of (3) and (5); crude, but proven."""
+        largest = {v.name: max(abs(v.lower), abs(v.upper)) for v in self.variables}
+        joints = range(1, self.arm.links + 1)
+        speed = np.array([largest[f"dtheta_m[{i}]"] for i in joints])
+        angles = np.pi if self.arm.joint_limits is None else np.abs(self.arm.joint_limits).max()
+        step = np.full(self.arm.links, 2.0 * (angles + 2.0 * pi))  # |theta_m - theta_s|, |theta_f - theta_m|
+        t1 = t2 = self.segment_time
+        if self.formulation == "reduced":
+            t1 = t2 = SHARE
+        middle = 6.0 * speed / t1[0] + 12.0 * step / t1[0] ** 2
+        fastest = 5.0 * step / min(t1[0], t2[0]) + 2.0 * speed + middle * t2[1] / 4.0
+        sharpest = 20.0 * step / min(t1[0], t2[0]) ** 2 + 12.0 * speed / t2[0] + 2.0 * middle
+        duration = t1[1] + t2[1]
+        rotation = duration * fastest
+        if self.formulation == "reduced":
+            stretch = float(least_stretch(self.arm, ca.DM(fastest).T, ca.DM(sharpest).T))
+            duration = max(stretch, self.segment_time[0] / SHARE[0])
+        length = self.arm.reach()[1] * float(rotation.sum())
+        objective = {"time": duration, "rotation": float(rotation.sum()), "length": length}[self.objective]
+        return Ceilings(objective, {"speed": fastest, "acceleration": sharpest})
+
+    @cached_property
+    def _decoder(self) -> ca.Function:
+        quantities, _ = self.decode(self.model.x)
+        return ca.Function("decode", [self.model.x], [getattr(quantities, f.name) for f in fields(Quantities)])
+
+    def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
+        """theta_s, theta_m, dtheta_m, theta_f, t1, t2 of one candidate (d,)."""
+        values = self._decoder(x)
+        return {f.name: as_array(v).ravel() for f, v in zip(fields(Quantities), values, strict=True)}
+
+    def trajectory(self, x: FloatArray) -> Trajectory:
+        """Quartic (3) and quintic (5) of one candidate (d,), exactly."""
+        quantities = Quantities(*self._decoder(x))
+        pieces = [
+            coefficients @ as_array(data)
+            for coefficients, data in zip((QUARTIC, QUINTIC), quantities.data, strict=True)
+        ]
+        return Trajectory.from_pieces(np.array([float(quantities.t1), float(quantities.t2)]), pieces)
+
+    def verify(self, trajectory: Trajectory) -> list[Verdict]:
+        """Every constraint over all t: polynomials at their exact extremes, clearance at thousands of times."""
+        dense = trajectory.times(VERIFIED_TIMES)
+        exact = {"speed": 1, "acceleration": 2, "joint range": 0}
+        verdicts = []
+        for constraint in self.limits(trajectory.samples(dense)):
+            if constraint.name in exact:
+                times, _ = trajectory.extremes(exact[constraint.name])
+                at_extremes = {c.name: c for c in self.limits(trajectory.samples(times))}
+                verdicts.append(verdict(at_extremes[constraint.name], times))
+            elif constraint.name == "clearance":
+                verdicts.append(verdict(constraint, dense))
+        return [*verdicts, *self._end_verdicts(trajectory)]
+
+    def _end_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
+        tip = self.arm.tip(trajectory.samples(trajectory.breakpoints[[0, -1]]).theta)
+        misses = [
+            verdict(endpoint(name, ca.norm_2(tip[i, :] - ca.DM(list(point)).T)), trajectory.breakpoints)
+            for i, (name, point) in enumerate((("start", self.start), ("goal", self.goal)))
+        ]
+        return misses
+
+
+def reach_limit(cosines: Matrix) -> Constraint:
+    """(13), with absolute values: cos(theta_2) at both ends, (1, 2)."""
+    one = np.ones(2)
+    return Constraint("reach", "(13)", "1", cosines, -one, one, ("k_s", "k_f"), one, for_all_t=False)
+
+
+def endpoint(name: str, miss: Matrix) -> Constraint:
+    """The tip is where the task wants it: a distance in m, up to rounding."""
+    bound = np.array([1e-9])
+    return Constraint(name, "-", "m", miss, -bound, bound, ("tip",), bound, for_all_t=False)

@@ -1,0 +1,110 @@
+"""What every planning problem offers, whatever it plans."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from problems.constraint import Constraint, Verdict
+from problems.matrix import FloatArray, Matrix
+from problems.objectives import Objective
+from problems.planar_arm import PlanarArm
+from problems.population import PopulationFunction
+from problems.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One decision variable: name, box and unit."""
+
+    name: str
+    lower: float
+    upper: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Model:
+    """A problem written out over symbols of its decision variables.
+
+    Attributes:
+        x: the decision variables, (d, 1).
+        objective: scalar expression.
+        constraints: everything the plan must keep, those included that hold by construction.
+        cost: scalar expression that a metaheuristic minimises.
+    """
+
+    x: ca.SX
+    objective: Matrix
+    constraints: tuple[Constraint, ...]
+    cost: Matrix
+
+
+class Problem(ABC):
+    """A frozen statement of what is planned, with one symbolic model behind everything it answers."""
+
+    arm: PlanarArm
+
+    @property
+    @abstractmethod
+    def variables(self) -> tuple[Variable, ...]:
+        """The decision variables, in order."""
+
+    @property
+    @abstractmethod
+    def measured_by(self) -> Objective:
+        """The objective."""
+
+    @cached_property
+    @abstractmethod
+    def model(self) -> Model:
+        """The symbolic model over the search variables."""
+
+    @abstractmethod
+    def trajectory(self, x: FloatArray) -> Trajectory:
+        """The exact trajectory of one candidate (d,)."""
+
+    @abstractmethod
+    def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
+        """The arm's own quantities (the paper's symbols) of one candidate (d,)."""
+
+    @abstractmethod
+    def verify(self, trajectory: Trajectory) -> list[Verdict]:
+        """Judge a finished trajectory against every constraint, far more densely than the search does."""
+
+    @property
+    @abstractmethod
+    def feasible_below(self) -> float:
+        """No feasible candidate costs more, every infeasible one does."""
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper corner of the search box, both (d,)."""
+        lower, upper = zip(*((v.lower, v.upper) for v in self.variables), strict=True)
+        return np.array(lower), np.array(upper)
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """The named constraints, symbolic in the search variables."""
+        return self.model.constraints
+
+    @cached_property
+    def cost_function(self) -> ca.Function:
+        """The compiled cost of one candidate."""
+        return ca.Function("cost", [self.model.x], [self.model.cost], ["x"], ["cost"], {"cse": True})
+
+    @cached_property
+    def _population(self) -> PopulationFunction:
+        return PopulationFunction(self.cost_function)
+
+    def cost(self, candidates: FloatArray) -> FloatArray:
+        """Costs (m,) of candidates (m, d); below every infeasible cost exactly when feasible at the samples."""
+        return self._population(candidates)
+
+    def objective_value(self, trajectory: Trajectory, times: FloatArray) -> float:
+        """The objective of a trajectory, measured at times (n,) in s."""
+        return float(self.measured_by.of(self.arm, trajectory.samples(times)))

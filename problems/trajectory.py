@@ -1,0 +1,102 @@
+"""An exact piecewise-polynomial joint trajectory: coefficients, not samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from scipy.interpolate import PPoly
+
+from problems import limits
+from problems.matrix import FloatArray
+from problems.motion import Samples
+from problems.planar_arm import PlanarArm
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Joint angles over time.
+
+    Args:
+        breakpoints: p + 1 increasing times, s, the first 0.
+        coefficients: (order, p, k), rad / s^n; as in SciPy's PPoly the highest power comes first and each piece
+            starts its own time at 0.
+    """
+
+    breakpoints: FloatArray
+    coefficients: FloatArray
+
+    @classmethod
+    def from_pieces(cls, durations: FloatArray, scaled: list[FloatArray]) -> Trajectory:
+        """Join pieces given in normalised time.
+
+        Args:
+            durations: of the p pieces, s.
+            scaled: p coefficient arrays (order_i, k) in rad, lowest power first, in powers of tau = t / duration.
+        """
+        order = max(piece.shape[0] for piece in scaled)
+        coefficients = np.zeros((order, len(scaled), scaled[0].shape[1]))
+        for index, (duration, piece) in enumerate(zip(durations, scaled, strict=True)):
+            powers = np.arange(piece.shape[0])
+            coefficients[order - 1 - powers, index] = piece / (duration**powers)[:, None]
+        return cls(np.concatenate([[0.0], np.cumsum(durations)]), coefficients)
+
+    @property
+    def duration(self) -> float:
+        """T in s."""
+        return float(self.breakpoints[-1])
+
+    @cached_property
+    def _derivatives(self) -> tuple[PPoly, PPoly, PPoly, PPoly]:
+        theta = PPoly(self.coefficients, self.breakpoints)
+        return theta, theta.derivative(1), theta.derivative(2), theta.derivative(3)
+
+    def samples(self, times: FloatArray) -> Samples:
+        """Angles, speeds and accelerations at times (n,) in s, as numeric matrices (n, k)."""
+        theta, speed, acceleration = (np.asarray(p(times)) for p in self._derivatives[:3])
+        return Samples(ca.DM(theta), ca.DM(speed), ca.DM(acceleration), ca.DM(self.duration))
+
+    def times(self, at_least: int) -> FloatArray:
+        """At least so many times in s, equally spaced in each piece, every breakpoint among them."""
+        pieces = self.breakpoints.size - 1
+        intervals = int(np.ceil(max(at_least - 1, 1) / pieces))
+        starts, durations = self.breakpoints[:-1, None], np.diff(self.breakpoints)[:, None]
+        inner = starts + durations * np.arange(intervals) / intervals
+        return np.append(inner.ravel(), self.duration)
+
+    def extreme_times(self, derivative: int) -> list[FloatArray]:
+        """For each joint the times in s at which angle (0), speed (1) or acceleration (2) can be extreme, exactly.
+
+        These are the breakpoints, from both sides, and the roots of the next derivative.
+        """
+        curve = self._derivatives[derivative + 1]
+        times = []
+        for joint in range(self.coefficients.shape[2]):
+            roots = PPoly(curve.c[:, :, joint], curve.x).roots(discontinuity=False, extrapolate=False)
+            found = np.concatenate([self.breakpoints, roots[np.isfinite(roots)]])
+            times.append(np.unique(found))
+        return times
+
+    def extremes(self, derivative: int) -> tuple[FloatArray, FloatArray]:
+        """All candidates for the extremes of one derivative over all t.
+
+        Returns:
+            times (n,) in s and values (n, k): the derivative of every joint at every time at which one of the joints
+            can be extreme. The largest and smallest of each column are those over all t.
+        """
+        times = np.unique(np.concatenate(self.extreme_times(derivative)))
+        return times, np.asarray(self._derivatives[derivative](times), dtype=np.float64)
+
+    def stretched(self, factor: float) -> Trajectory:
+        """The same path run ``factor`` times slower."""
+        powers = np.arange(self.coefficients.shape[0] - 1, -1, -1)
+        slower = self.coefficients / (factor**powers)[:, None, None]
+        return Trajectory(self.breakpoints * factor, slower)
+
+    def least_stretch(self, arm: PlanarArm) -> float:
+        """The smallest time stretch with which the speed and acceleration limits hold for all t."""
+        _, speed = self.extremes(1)
+        _, acceleration = self.extremes(2)
+        return float(limits.least_stretch(arm, ca.DM(speed), ca.DM(acceleration)))

@@ -1,0 +1,87 @@
+"""BSO: beetle swarm optimisation, Algorithm 1 and (26)-(32) of the TPBSO paper.
+
+Wang and Yang, "Beetle Swarm Optimization Algorithm: Theory and Application", 2018 [49 of the paper]: particles
+that are beetles. Each one smells on both sides with its antennae and adds a step towards the better side to the
+velocity of a particle.
+
+Deviations from the paper, each with a parameter that undoes it:
+    * the inertia weight of [49], from 0.9 down to 0.4; (27) prints none (``inertia_first = inertia_last = 1``);
+    * the sign of (28): as printed it steps towards the worse antenna (``antenna_sign="printed"``).
+Read into the paper: (28)-(30) mix up their indices, so the antennae are x ± V d / 2; (28) uses the new V of (27).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from solvers.box import Box, FloatArray
+from solvers.solver import Search, Solver, require
+from solvers.swarm import Swarm, scheduled
+
+
+@dataclass(frozen=True)
+class BSO(Solver):
+    """Beetle swarm optimisation.
+
+    Each iteration costs three evaluations a beetle: two antennae and the new position.
+
+    Raises:
+        ValueError: a hyper-parameter outside the range stated beside it.
+    """
+
+    minimum_population: ClassVar[int] = 2
+
+    population: int = 30  # m >= 2, beetles
+    lambda_: float = 0.95  # lambda in [0, 1] of (26): share of the particle's velocity against the beetle's step
+    c1: float = 1.7  # >= 0, learning factor of (27) towards the beetle's own best
+    c2: float = 1.7  # >= 0, learning factor of (27) towards the swarm's best
+    inertia_first: float = 0.9  # >= 0, w at the start, [49]
+    inertia_last: float = 0.4  # >= 0, w at the end, [49]
+    velocity_range: float = 0.1  # > 0, v_max of Algorithm 1 as a share of the box; v_min = -v_max
+    delta_0: float = 2.0  # >= 0, first step size of (32)
+    eta: float = 0.95  # in (0, 1], decay of the step size in (32)
+    c: float = 8.0  # > 0, step size over antenna length, (31)
+    antenna_sign: Literal["descend", "printed"] = "descend"  # of (28)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(0.0 <= self.lambda_ <= 1.0, f"lambda_ = {self.lambda_} is not in [0, 1]")
+        require(self.c1 >= 0.0 and self.c2 >= 0.0, "c1 and c2 are not negative")
+        require(self.inertia_first >= 0.0 and self.inertia_last >= 0.0, "the inertia is not negative")
+        require(self.velocity_range > 0.0, f"velocity_range = {self.velocity_range} is not positive")
+        require(self.delta_0 >= 0.0, f"delta_0 = {self.delta_0} is negative")
+        require(0.0 < self.eta <= 1.0, f"eta = {self.eta} is not in (0, 1]")
+        require(self.c > 0.0, f"c = {self.c} is not positive")
+        require(self.antenna_sign in ("descend", "printed"), f"antenna_sign = {self.antenna_sign!r} is unknown")
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+        """Algorithm 1."""
+        v_max = self.velocity_range * box.span
+        swarm = Swarm.start(box, rng, self.population, v_max)  # line 1
+        swarm.remember((yield swarm.x))  # lines 2-3
+        delta = self.delta_0
+        for progress in iterations:  # line 4
+            inertia = scheduled(self.inertia_first, self.inertia_last, progress)
+            swarm.accelerate(rng, inertia, self.c1, self.c2, v_max)  # line 6, (27)
+            right, left = self.antennae(box, swarm, delta)
+            cost = yield np.concatenate([right, left])  # line 7
+            step = self.beetle_step(swarm.v, delta, *np.split(cost, 2))  # line 8
+            swarm.x = box.clip(swarm.x + self.lambda_ * swarm.v + (1.0 - self.lambda_) * step)  # line 9, (26)
+            swarm.remember((yield swarm.x))  # lines 11-20
+            delta *= self.eta  # line 21, (32)
+
+    def antennae(self, box: Box, swarm: Swarm, delta: float) -> tuple[FloatArray, FloatArray]:
+        """(29)-(31): x_right, x_left = x ± V d / 2 with d = delta / c; kept in the box. Both (m, d)."""
+        arm = swarm.v * (delta / self.c / 2.0)
+        return box.clip(swarm.x + arm), box.clip(swarm.x - arm)
+
+    def beetle_step(self, v: FloatArray, delta: float, cost_right: FloatArray, cost_left: FloatArray) -> FloatArray:
+        """(28): xi = ± delta V sign(F(x_right) - F(x_left)), (m, d); 0 where both antennae smell the same."""
+        sign = (cost_right > cost_left).astype(np.float64) - (cost_right < cost_left)
+        if self.antenna_sign == "descend":
+            sign = -sign
+        return delta * v * sign[:, None]

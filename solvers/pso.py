@@ -1,0 +1,52 @@
+"""PSO: particle swarm optimisation with a global best and a falling inertia weight.
+
+[1] Kennedy and Eberhart, "Particle Swarm Optimization", 1995; [2] Shi and Eberhart, "A Modified Particle Swarm
+Optimizer", 1998 (inertia, from 0.9 to 0.4); [3] Clerc and Kennedy, 2002 (c1 = c2 = 1.49 with clamped velocities).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from solvers.box import Box
+from solvers.solver import Search, Solver, require
+from solvers.swarm import Swarm, scheduled
+
+
+@dataclass(frozen=True)
+class PSO(Solver):
+    """Particle swarm optimisation.
+
+    Raises:
+        ValueError: a hyper-parameter outside the range stated beside it.
+    """
+
+    minimum_population: ClassVar[int] = 2
+
+    population: int = 50  # m >= 2, particles
+    c1: float = 1.49  # >= 0, pull towards the particle's own best [3]
+    c2: float = 1.49  # >= 0, pull towards the swarm's best [3]
+    inertia_first: float = 0.9  # >= 0, w at the start [2]
+    inertia_last: float = 0.4  # >= 0, w at the end [2]
+    velocity_range: float = 0.2  # > 0, v_max as a share of the box
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self.c1 >= 0.0 and self.c2 >= 0.0, "c1 and c2 are not negative")
+        require(self.inertia_first >= 0.0 and self.inertia_last >= 0.0, "the inertia is not negative")
+        require(self.velocity_range > 0.0, f"velocity_range = {self.velocity_range} is not positive")
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+        """Fly, look, remember."""
+        v_max = self.velocity_range * box.span
+        swarm = Swarm.start(box, rng, self.population, v_max)
+        swarm.remember((yield swarm.x))
+        for progress in iterations:
+            inertia = scheduled(self.inertia_first, self.inertia_last, progress)
+            swarm.accelerate(rng, inertia, self.c1, self.c2, v_max)
+            swarm.x = box.clip(swarm.x + swarm.v)
+            swarm.remember((yield swarm.x))

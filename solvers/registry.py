@@ -1,0 +1,56 @@
+"""Solvers by name: ours, those that other packages offer, and any class by its path."""
+
+from __future__ import annotations
+
+import difflib
+from importlib import import_module
+from importlib.metadata import entry_points
+
+from solvers.bso import BSO
+from solvers.ga import GA
+from solvers.pso import PSO
+from solvers.solver import Solver
+
+SOLVERS: dict[str, type[Solver]] = {"bso": BSO, "pso": PSO, "ga": GA}
+GROUP = "tpbso_casadi.solvers"
+
+
+class UnknownSolver(ValueError):
+    """No solver of that name; the message names the nearest."""
+
+
+def find_solver(name: str) -> type[Solver]:
+    """The class of a solver.
+
+    Args:
+        name: a key of ``SOLVERS``, a name in the entry-point group ``tpbso_casadi.solvers``, or
+            ``package.module:Class``.
+
+    Raises:
+        UnknownSolver: nothing of that name, or it is not a :class:`Solver`.
+    """
+    if name in SOLVERS:
+        return SOLVERS[name]
+    if ":" in name:
+        return _checked(name, _load(name))
+    offered = {entry.name: entry for entry in entry_points(group=GROUP)}
+    if name in offered:
+        return _checked(name, offered[name].load())
+    known = sorted({*SOLVERS, *offered})
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+    hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
+    raise UnknownSolver(f"no solver {name!r}; {hint}")
+
+
+def _load(path: str) -> object:
+    module, _, attribute = path.partition(":")
+    try:
+        return getattr(import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise UnknownSolver(f"cannot load solver {path!r}: {error}") from error
+
+
+def _checked(name: str, found: object) -> type[Solver]:
+    if isinstance(found, type) and issubclass(found, Solver):
+        return found
+    raise UnknownSolver(f"{name!r} is not a subclass of solvers.Solver")

@@ -1,0 +1,64 @@
+"""What a person sees in the terminal: the bar while it searches, the table when it is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from problems import Problem
+from solvers import Status
+from tpbso_casadi.builtin import DEFAULT, TITLES
+from tpbso_casadi.planning import Plan
+
+
+@contextmanager
+def search_progress(problem: Problem, console: Console) -> Iterator[Callable[[Status], object] | None]:
+    """A live bar, on a terminal only; gives the callback that moves it."""
+    if not console.is_terminal:
+        yield None
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[found]}"), TimeRemainingColumn())
+    objective = problem.measured_by
+    with Progress(*columns, console=console, transient=True) as progress:
+        bar = progress.add_task("searching", total=1.0, found="")
+
+        def show(status: Status) -> None:
+            feasible = status.cost <= problem.feasible_below
+            best = f"{objective.name} {status.cost:.4g} {objective.unit}" if feasible else "nothing feasible yet"
+            progress.update(bar, completed=status.progress, found=f"{best}, {status.evaluations} evaluations")
+
+        yield show
+
+
+def print_plan(plan: Plan, console: Console) -> None:
+    """The final table: the plan, what it took, and how it stands to every constraint."""
+    objective, search = plan.problem.measured_by, plan.search
+    table = Table(title=f"{objective.name} {plan.objective:.6g} {objective.unit}", title_justify="left")
+    table.add_column("constraint")
+    for heading in ("worst", "bound", "unit"):
+        table.add_column(heading, justify="right")
+    table.add_column("")
+    table.add_column("where")
+    for verdict in plan.verdicts:
+        mark = "[green]holds[/]" if verdict.satisfied else "[red]BROKEN[/]"
+        numbers = f"{verdict.worst:.6g}", f"{verdict.bound:.6g}"
+        table.add_row(verdict.name, *numbers, verdict.unit, mark, verdict.where)
+    console.print(table)
+    seed = plan.scenario.solver.seed
+    console.print(
+        f"{plan.scenario.solver.name}, seed {seed}: {search.evaluations} evaluations, {search.iterations} iterations, "
+        f"{search.seconds:.2f} s, stopped by {search.stop_reason}",
+        highlight=False,
+    )
+
+
+def print_scenarios(console: Console) -> None:
+    """The built-in scenarios."""
+    table = Table("name", "what")
+    for name, title in TITLES.items():
+        table.add_row(name, title + (" (the default)" if name == DEFAULT else ""))
+    console.print(table)

@@ -1,0 +1,84 @@
+"""From a scenario to a verified plan: build the problem, search it, make the motion exact, judge it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from problems import Problem, Trajectory, Verdict
+from problems.matrix import FloatArray
+from solvers import Box, Result, Status, minimize
+from tpbso_casadi.scenario import Scenario
+
+ROWS = 201  # of trajectory.csv, at the least
+ROUNDING = 1e-12  # relative: keeps a stretched motion under its limits in floating point
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A motion and everything needed to judge it.
+
+    Attributes:
+        scenario: what was asked.
+        problem: its model.
+        search: what the search found, and its record.
+        time_stretch: the factor by which the found motion was slowed so that the speed and acceleration limits hold
+            between the samples too; 1 when they did already.
+        trajectory: the motion.
+        verdicts: how it stands to every constraint, for all t.
+    """
+
+    scenario: Scenario
+    problem: Problem
+    search: Result
+    time_stretch: float
+    trajectory: Trajectory
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint holds."""
+        return all(verdict.satisfied for verdict in self.verdicts)
+
+    @cached_property
+    def times(self) -> FloatArray:
+        """The times in s of the rows of ``trajectory.csv``."""
+        return self.trajectory.times(ROWS)
+
+    @cached_property
+    def objective(self) -> float:
+        """The objective of the motion, measured at the rows of ``trajectory.csv``."""
+        return self.problem.objective_value(self.trajectory, self.times)
+
+
+def plan(scenario: Scenario, callback: Callable[[Status], object] | None = None) -> Plan:
+    """Plan a scenario.
+
+    Args:
+        scenario: arm, task, limits, solver, budget and seed.
+        callback: gets the status of the search after every iteration.
+
+    Raises:
+        ScenarioError: the task cannot be done, or the solver is unknown.
+    """
+    problem = scenario.problem()
+    solver, budget = scenario.solver.build(), scenario.solver.budget()
+    search = minimize(problem.cost, Box(*problem.bounds), solver, budget, scenario.solver.seed, callback)
+    found = problem.trajectory(search.x)
+    stretch = least_repair(problem, found)
+    trajectory = found.stretched(stretch)
+    return Plan(scenario, problem, search, stretch, trajectory, tuple(problem.verify(trajectory)))
+
+
+def least_repair(problem: Problem, trajectory: Trajectory) -> float:
+    """The smallest time stretch that keeps the limits for all t; the search only looks at samples."""
+    needed = trajectory.least_stretch(problem.arm)
+    return 1.0 if needed <= 1.0 else float(needed * (1.0 + ROUNDING))
+
+
+def convergence(search: Result) -> tuple[FloatArray, FloatArray]:
+    """Best cost so far over iterations: both (n,). The last entry may be an iteration that was cut short."""
+    return np.arange(len(search.history.cost), dtype=np.float64), search.history.cost

@@ -1,0 +1,140 @@
+"""The files that a run leaves: result.json, trajectory.csv and the figures."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+import tempfile
+from collections.abc import Callable
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from platform import python_version
+from typing import IO, Any
+
+import numpy as np
+
+from problems.matrix import as_array
+from tpbso_casadi.planning import Plan
+
+
+class OutputError(ValueError):
+    """A run folder that cannot be written; the message is one line."""
+
+
+def check_writable(folder: Path) -> None:
+    """Make sure before the work that a folder can be made and written to, leaving nothing behind.
+
+    Raises:
+        OutputError: it, or what it would lie in, is a file or not writable.
+    """
+    nearest = folder
+    while not nearest.exists() and nearest != nearest.parent:
+        nearest = nearest.parent
+    if not nearest.is_dir():
+        raise OutputError(f"{folder}: {nearest} is a file, not a folder")
+    try:
+        with tempfile.TemporaryFile(dir=nearest):
+            pass
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from error
+
+
+def write_run(folder: Path, plan: Plan, plots: bool) -> list[Path]:
+    """Write a plan's files; an existing folder keeps whatever else it holds.
+
+    Each file appears whole or not at all; ``result.json`` comes last.
+
+    Raises:
+        OutputError: the folder cannot be written.
+    """
+    result = result_of(plan)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        written = [_replace(folder / "trajectory.csv", lambda file: write_trajectory(file, plan))]
+        if plots:
+            from tpbso_casadi.figures import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
+
+            written += draw_figures(folder, plan)
+        written.append(_replace(folder / "result.json", lambda file: file.write(as_json(result))))
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from error
+    return written
+
+
+def result_of(plan: Plan) -> dict[str, Any]:
+    """The content of ``result.json``: everything to rerun and judge the plan."""
+    search, problem = plan.search, plan.problem
+    objective = problem.measured_by
+    return {
+        "scenario": plan.scenario.model_dump(mode="json"),
+        "solver": {"name": plan.scenario.solver.name, "settings": asdict(plan.scenario.solver.build())},  # type: ignore[call-overload]
+        "seed": plan.scenario.solver.seed,
+        "objective": {"name": objective.name, "value": plan.objective, "unit": objective.unit},
+        "cost": search.cost,
+        "feasible": plan.feasible,
+        "constraints": [
+            {k: asdict(verdict)[k] for k in ("name", "worst", "bound", "unit", "satisfied", "where")}
+            for verdict in plan.verdicts
+        ],
+        "solution": {
+            "variables": [
+                {"name": variable.name, "value": float(value), "unit": variable.unit}
+                for variable, value in zip(problem.variables, search.x, strict=True)
+            ],
+            "quantities": {name: values.tolist() for name, values in problem.quantities(search.x).items()},
+            "time_stretch": plan.time_stretch,
+        },
+        "evaluations": search.evaluations,
+        "iterations": search.iterations,
+        "seconds": search.seconds,
+        "stop_reason": str(search.stop_reason),
+        "history": {
+            "evaluations": search.history.evaluations.tolist(),
+            "cost": search.history.cost.tolist(),
+        },
+        "versions": {
+            "python": python_version(),
+            **{name: version(name) for name in ("tpbso-casadi", "casadi", "numpy", "scipy")},
+        },
+    }
+
+
+def as_json(result: dict[str, Any]) -> str:
+    """Strict JSON: a number that is not finite becomes null."""
+    return json.dumps(_finite(result), indent=2, allow_nan=False) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def write_trajectory(file: IO[str], plan: Plan) -> None:
+    """``t, q1..qk, qd1..qdk, qdd1..qddk, x, y`` in s, rad and m, with round-trip precision."""
+    samples = plan.trajectory.samples(plan.times)
+    joints = range(1, plan.problem.arm.links + 1)
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(["t", *(f"{symbol}{joint}" for symbol in ("q", "qd", "qdd") for joint in joints), "x", "y"])
+    motion = (samples.theta, samples.speed, samples.acceleration, plan.problem.arm.tip(samples.theta))
+    table = np.column_stack([plan.times, *(as_array(matrix) for matrix in motion)])
+    writer.writerows([repr(number) for number in row] for row in table.tolist())
+
+
+def _replace(path: Path, write: Callable[[IO[str]], object]) -> Path:
+    """Write a file beside its place, then move it there."""
+    with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8", newline="") as file:
+        temporary = Path(file.name)
+        try:
+            write(file)
+        except BaseException:
+            temporary.unlink()
+            raise
+    os.umask(mask := os.umask(0))
+    temporary.chmod(0o666 & ~mask)
+    return temporary.replace(path)

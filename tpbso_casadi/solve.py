@@ -1,0 +1,133 @@
+"""``python -m tpbso_casadi.solve``: plan one motion and leave its files and pictures."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from solvers import StopReason
+from tpbso_casadi.builtin import DEFAULT, TITLES, builtin
+from tpbso_casadi.command_line import Exit, OneLineParser, complain, natural, positive_float, positive_int
+from tpbso_casadi.display import print_plan, print_scenarios, search_progress
+from tpbso_casadi.planning import Plan, plan
+from tpbso_casadi.run_folder import OutputError, as_json, check_writable, result_of, write_run
+from tpbso_casadi.scenario import Scenario, ScenarioError, parse_scenario, read_scenario
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    options = parser().parse_args(arguments)
+    try:
+        if options.list:
+            print_scenarios(Console())
+            return Exit.FEASIBLE
+        return solve(options)
+    except (ScenarioError, OutputError) as error:
+        complain(str(error))
+        return Exit.BAD_INPUT
+    except KeyboardInterrupt:
+        complain("interrupted before there was a plan")
+        return Exit.INTERRUPTED
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line's options."""
+    built = OneLineParser("python -m tpbso_casadi.solve", description="Plan the motion of a robot arm.")
+    built.add_argument("scenario", nargs="?", default=DEFAULT, help=f"TOML file or built-in name; {DEFAULT} if none")
+    built.add_argument("--list", action="store_true", help="list the built-in scenarios")
+    problem = built.add_argument_group("the problem, overriding the scenario")
+    problem.add_argument("--links", type=positive_int, metavar="K", help="the same reach with K equal links")
+    problem.add_argument("--objective", choices=("time", "rotation", "length"))
+    problem.add_argument("--elbow", choices=("up", "down", "free"), help="branch of inverse kinematics at both ends")
+    problem.add_argument("--formulation", choices=("paper", "reduced"), help="cost (15), or feasible by construction")
+    search = built.add_argument_group("the search, overriding the scenario")
+    search.add_argument("--solver", metavar="NAME", help="bso, pso, ga, a plug-in's name, or package.module:Class")
+    search.add_argument("--population", type=natural, metavar="M", help="members of the swarm")
+    search.add_argument("--iterations", type=positive_int, metavar="N", help="stop after N iterations")
+    search.add_argument("--evaluations", type=positive_int, metavar="N", help="stop after N evaluations")
+    search.add_argument("--time-limit", type=positive_float, metavar="S", help="stop after S seconds")
+    search.add_argument("--seed", type=natural, help="same seed, same result")
+    output = built.add_argument_group("the output")
+    output.add_argument("--out", type=Path, metavar="DIR", help="run folder; runs/SCENARIO-SOLVER-SEED if none")
+    output.add_argument("--json", action="store_true", help="print result.json, and no folder without --out")
+    output.add_argument("--no-plots", action="store_true", help="draw no figures")
+    output.add_argument("--quiet", action="store_true", help="no progress, no table")
+    return built
+
+
+def solve(options: argparse.Namespace) -> int:
+    """Plan what the options say, show and write it; returns the exit status."""
+    scenario = overridden(load(options.scenario), options)
+    folder = run_folder(options, scenario)
+    if folder is not None:
+        check_writable(folder)
+    found = search(scenario, quiet=options.quiet)
+    if folder is not None:
+        write_run(folder, found, plots=not options.no_plots)
+    if options.json:
+        sys.stdout.write(as_json(result_of(found)))
+    elif not options.quiet:
+        print_plan(found, Console())
+        Console().print(f"written to {folder}", highlight=False, soft_wrap=True)
+    return exit_status(found)
+
+
+def search(scenario: Scenario, quiet: bool) -> Plan:
+    """Plan with a progress bar on standard error."""
+    with search_progress(scenario.problem(), Console(stderr=True, quiet=quiet)) as callback:
+        return plan(scenario, callback)
+
+
+def exit_status(found: Plan) -> int:
+    """0 feasible, 1 not, 130 interrupted."""
+    if found.search.stop_reason is StopReason.INTERRUPTED:
+        return Exit.INTERRUPTED
+    if not found.feasible:
+        broken = ", ".join(verdict.name for verdict in found.verdicts if not verdict.satisfied)
+        complain(f"no feasible plan was found: {broken} broken; more evaluations or another seed may help")
+        return Exit.INFEASIBLE
+    return Exit.FEASIBLE
+
+
+def load(name: str) -> Scenario:
+    """A built-in scenario, or that of a file."""
+    if name in TITLES:
+        return builtin(name)
+    path = Path(name)
+    if not path.suffix and not path.exists():
+        raise ScenarioError(f"{name}: neither a file nor a built-in scenario; --list shows those")
+    return read_scenario(path)
+
+
+def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
+    """The scenario with what the command line says instead; checked anew."""
+    content = scenario.model_dump()
+    if options.links is not None:
+        content["arm"] = scenario.arm.with_links(options.links).model_dump()
+    sections = {
+        "task": ("objective", "elbow"),
+        "model": ("formulation",),
+        "solver": ("population", "iterations", "evaluations", "time_limit", "seed"),
+    }
+    for section, keys in sections.items():
+        content[section] |= {key: getattr(options, key) for key in keys if getattr(options, key) is not None}
+    if options.solver is not None and options.solver != scenario.solver.name:
+        content["solver"] |= {"name": options.solver, "settings": {}}
+    return parse_scenario(content)
+
+
+def run_folder(options: argparse.Namespace, scenario: Scenario) -> Path | None:
+    """Where the files go; None when only JSON was asked for."""
+    if options.out is not None or options.json:
+        chosen: Path | None = options.out
+        return chosen
+    solver = scenario.solver.name.rsplit(":")[-1]
+    return Path("runs") / f"{Path(options.scenario).stem}-{solver}-{scenario.solver.seed}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
