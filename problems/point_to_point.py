@@ -11,12 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from functools import cached_property
 from math import pi
-from typing import Literal
+from typing import get_args
 
 import casadi as ca
 import numpy as np
 
-from problems.constraint import Constraint, Verdict, verdict
+from problems.constraint import Constraint, Verdict
 from problems.errors import InvalidProblem
 from problems.limits import least_stretch, motion_constraints
 from problems.matrix import FloatArray, Matrix, as_array, split
@@ -35,16 +35,14 @@ from problems.segments import (
     quintic_data,
     sampling_matrix,
 )
+from problems.task import Elbow, Formulation, check_choices, check_obstacles, check_point, check_range, elbow_signs
 from problems.trajectory import Trajectory
-
-Elbow = Literal["up", "down", "free"]
-Formulation = Literal["paper", "reduced"]
+from problems.verification import end_verdicts
 
 SAMPLING_MARGIN = 1e-3  # of the arm's reach: the clearance kept at samples for what lies between them
 SHARE = (0.1, 0.9)  # reduced: t1 / (t1 + t2)
 DETOUR = pi  # reduced: how far theta_m may lie from the middle of theta_s and theta_f, rad
 SHAPE_SPEED = 8.0  # reduced: bound of dtheta_m in rad per duration of the motion
-VERIFIED_TIMES = 4001
 
 
 @dataclass(frozen=True)
@@ -121,37 +119,13 @@ class PointToPoint(Problem):
     segment_time: tuple[float, float] = (0.1, 4.0)
 
     def __post_init__(self) -> None:
-        known = {
-            "objective": OBJECTIVES,
-            "elbow": ("up", "down", "free"),
-            "formulation": ("paper", "reduced"),
-        }
-        for field, choices in known.items():
-            if getattr(self, field) not in choices:
-                raise InvalidProblem(field, f"{getattr(self, field)!r} is not one of {', '.join(choices)}")
+        check_choices(self, objective=OBJECTIVES, elbow=get_args(Elbow), formulation=get_args(Formulation))
         if self.samples < 2:
             raise InvalidProblem("samples", f"{self.samples} is fewer than 2 time steps a segment")
-        shortest, longest = self.segment_time
-        if not (np.isfinite(longest) and 0.0 < shortest < longest):
-            raise InvalidProblem("segment_time", f"0 < {shortest} < {longest} does not hold, or is not finite")
-        for obstacle in self.obstacles:
-            if obstacle.contains((0.0, 0.0)):
-                raise InvalidProblem("obstacles", f"the base lies inside the ellipse at {obstacle.center}")
+        check_range("segment_time", self.segment_time)
+        check_obstacles(self.obstacles)
         for field in ("start", "goal"):
-            self._check_point(field, getattr(self, field))
-
-    def _check_point(self, field: str, point: tuple[float, float]) -> None:
-        distance = float(np.hypot(*point))
-        inner, outer = self.arm.reach()
-        if not distance <= outer:
-            reason = f"{point} is {distance:.6g} m from the base, out of reach: the arm reaches {outer:.6g} m"
-            raise InvalidProblem(field, reason)
-        if distance < inner:
-            reason = f"{point} is {distance:.6g} m from the base, too close: the arm reaches from {inner:.6g} m on"
-            raise InvalidProblem(field, reason)
-        for obstacle in self.obstacles:
-            if obstacle.contains(point):
-                raise InvalidProblem(field, f"{point} lies inside the obstacle at {obstacle.center}")
+            check_point(self.arm, self.obstacles, field, getattr(self, field))
 
     @property
     def measured_by(self) -> Objective:
@@ -187,8 +161,7 @@ class PointToPoint(Problem):
         branches = 2 if self.elbow == "free" else 0
         times_given = 1 if self.formulation == "reduced" else 2
         theta_m, dtheta_m, phi_s, phi_f, branch, times = split(x, [k, k, extra, extra, branches, times_given])
-        fixed = 1.0 if self.elbow == "up" else -1.0
-        elbow = [ca.if_else(branch[i] < 0.0, -1.0, 1.0) if self.elbow == "free" else fixed for i in range(2)]
+        elbow = elbow_signs(self.elbow, branch, ends=2)
         start, goal = ca.DM(list(self.start)), ca.DM(list(self.goal))
         if self.formulation == "reduced":
             phi_s, phi_f = restore(self.arm, start, phi_s), restore(self.arm, goal, phi_f)
@@ -289,36 +262,17 @@ class PointToPoint(Problem):
         ]
         return Trajectory.from_pieces(np.array([float(quantities.t1), float(quantities.t2)]), pieces)
 
-    def verify(self, trajectory: Trajectory) -> list[Verdict]:
-        """Every constraint over all t: polynomials at their exact extremes, clearance at thousands of times."""
-        dense = trajectory.times(VERIFIED_TIMES)
-        exact = {"speed": 1, "acceleration": 2, "joint range": 0}
-        verdicts = []
-        for constraint in self.limits(trajectory.samples(dense)):
-            if constraint.name in exact:
-                times, _ = trajectory.extremes(exact[constraint.name])
-                at_extremes = {c.name: c for c in self.limits(trajectory.samples(times))}
-                verdicts.append(verdict(at_extremes[constraint.name], times))
-            elif constraint.name == "clearance":
-                verdicts.append(verdict(constraint, dense))
-        return [*verdicts, *self._end_verdicts(trajectory)]
+    def task_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
+        """Start and goal."""
+        return end_verdicts(self.arm, trajectory, self.start, self.goal)
 
-    def _end_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
-        tip = self.arm.tip(trajectory.samples(trajectory.breakpoints[[0, -1]]).theta)
-        misses = [
-            verdict(endpoint(name, ca.norm_2(tip[i, :] - ca.DM(list(point)).T)), trajectory.breakpoints)
-            for i, (name, point) in enumerate((("start", self.start), ("goal", self.goal)))
-        ]
-        return misses
+    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
+        """Equal steps in each segment, a whole number of them between two samples of the search."""
+        steps = self.samples * int(np.ceil((at_least - 1) / (2 * self.samples)))
+        return trajectory.times(2 * steps + 1)
 
 
 def reach_limit(cosines: Matrix) -> Constraint:
     """(13), with absolute values: cos(theta_2) at both ends, (1, 2)."""
     one = np.ones(2)
     return Constraint("reach", "(13)", "1", cosines, -one, one, ("k_s", "k_f"), one, for_all_t=False)
-
-
-def endpoint(name: str, miss: Matrix) -> Constraint:
-    """The tip is where the task wants it: a distance in m, up to rounding."""
-    bound = np.array([1e-9])
-    return Constraint(name, "-", "m", miss, -bound, bound, ("tip",), bound, for_all_t=False)

@@ -12,9 +12,11 @@ import numpy as np
 from problems.constraint import Constraint, Verdict
 from problems.matrix import FloatArray, Matrix
 from problems.objectives import Objective
+from problems.obstacles import Ellipse
 from problems.planar_arm import PlanarArm
 from problems.population import PopulationFunction
 from problems.trajectory import Trajectory
+from problems.verification import limit_verdicts
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,7 @@ class Problem(ABC):
     """A frozen statement of what is planned, with one symbolic model behind everything it answers."""
 
     arm: PlanarArm
+    obstacles: tuple[Ellipse, ...]
 
     @property
     @abstractmethod
@@ -73,8 +76,16 @@ class Problem(ABC):
         """The arm's own quantities (the paper's symbols) of one candidate (d,)."""
 
     @abstractmethod
+    def task_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
+        """Judge what the task itself demands of a finished trajectory: its ends, its path."""
+
+    @abstractmethod
+    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
+        """Times in s at which to tabulate a trajectory, those of the search's samples among them."""
+
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
         """Judge a finished trajectory against every constraint, far more densely than the search does."""
+        return [*limit_verdicts(self.arm, self.obstacles, trajectory), *self.task_verdicts(trajectory)]
 
     @property
     @abstractmethod

@@ -66,28 +66,17 @@ class Trajectory:
         inner = starts + durations * np.arange(intervals) / intervals
         return np.append(inner.ravel(), self.duration)
 
-    def extreme_times(self, derivative: int) -> list[FloatArray]:
-        """For each joint the times in s at which angle (0), speed (1) or acceleration (2) can be extreme, exactly.
+    def extreme_times(self, derivative: int) -> FloatArray:
+        """All times in s at which any joint's angle (0), speed (1) or acceleration (2) can be extreme, exactly.
 
-        These are the breakpoints, from both sides, and the roots of the next derivative.
+        These are the breakpoints and the roots of the next derivative; the extremes over all t are at some of them.
         """
         curve = self._derivatives[derivative + 1]
-        times = []
+        found = [self.breakpoints]
         for joint in range(self.coefficients.shape[2]):
             roots = PPoly(curve.c[:, :, joint], curve.x).roots(discontinuity=False, extrapolate=False)
-            found = np.concatenate([self.breakpoints, roots[np.isfinite(roots)]])
-            times.append(np.unique(found))
-        return times
-
-    def extremes(self, derivative: int) -> tuple[FloatArray, FloatArray]:
-        """All candidates for the extremes of one derivative over all t.
-
-        Returns:
-            times (n,) in s and values (n, k): the derivative of every joint at every time at which one of the joints
-            can be extreme. The largest and smallest of each column are those over all t.
-        """
-        times = np.unique(np.concatenate(self.extreme_times(derivative)))
-        return times, np.asarray(self._derivatives[derivative](times), dtype=np.float64)
+            found.append(roots[np.isfinite(roots)])
+        return np.unique(np.concatenate(found))
 
     def stretched(self, factor: float) -> Trajectory:
         """The same path run ``factor`` times slower."""
@@ -97,6 +86,6 @@ class Trajectory:
 
     def least_stretch(self, arm: PlanarArm) -> float:
         """The smallest time stretch with which the speed and acceleration limits hold for all t."""
-        _, speed = self.extremes(1)
-        _, acceleration = self.extremes(2)
-        return float(limits.least_stretch(arm, ca.DM(speed), ca.DM(acceleration)))
+        speed = self.samples(self.extreme_times(1)).speed
+        acceleration = self.samples(self.extreme_times(2)).acceleration
+        return float(limits.least_stretch(arm, speed, acceleration))

@@ -46,7 +46,7 @@ class Plan:
     @cached_property
     def times(self) -> FloatArray:
         """The times in s of the rows of ``trajectory.csv``."""
-        return self.trajectory.times(ROWS)
+        return self.problem.row_times(self.trajectory, ROWS)
 
     @cached_property
     def objective(self) -> float:

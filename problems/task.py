@@ -1,0 +1,61 @@
+"""What the two tasks have in common: choices, checks of what a user states, the elbow of a search vector."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Literal, TypeAlias
+
+import casadi as ca
+import numpy as np
+
+from problems.errors import InvalidProblem
+from problems.matrix import Matrix
+from problems.obstacles import Ellipse
+from problems.planar_arm import PlanarArm
+
+Elbow: TypeAlias = Literal["up", "down", "free"]
+Formulation: TypeAlias = Literal["paper", "reduced"]
+
+
+def check_choices(task: object, **choices: Collection[str]) -> None:
+    """Raise InvalidProblem for a field of a task that is not one of its choices."""
+    for field, known in choices.items():
+        if getattr(task, field) not in known:
+            raise InvalidProblem(field, f"{getattr(task, field)!r} is not one of {', '.join(known)}")
+
+
+def check_range(field: str, bounds: tuple[float, float]) -> None:
+    """Raise InvalidProblem unless 0 < lower < upper, both finite."""
+    lower, upper = bounds
+    if not (np.isfinite(upper) and 0.0 < lower < upper):
+        raise InvalidProblem(field, f"0 < {lower} < {upper} does not hold, or is not finite")
+
+
+def check_obstacles(obstacles: Sequence[Ellipse]) -> None:
+    """Raise InvalidProblem when the base of the arm lies inside an obstacle."""
+    for obstacle in obstacles:
+        if obstacle.contains((0.0, 0.0)):
+            raise InvalidProblem("obstacles", f"the base lies inside the obstacle at {obstacle.center}")
+
+
+def check_point(
+    arm: PlanarArm, obstacles: Sequence[Ellipse], field: str, point: tuple[float, float], name: str = ""
+) -> None:
+    """Raise InvalidProblem when the tip cannot be at a point: out of reach, too close, or inside an obstacle."""
+    distance = float(np.hypot(*point))
+    inner, outer = arm.reach()
+    place = f"{name}{point} is {distance:.6g} m from the base"
+    if not distance <= outer:
+        raise InvalidProblem(field, f"{place}, out of reach: the arm reaches {outer:.6g} m")
+    if distance < inner:
+        raise InvalidProblem(field, f"{place}, too close: the arm reaches from {inner:.6g} m on")
+    for obstacle in obstacles:
+        if obstacle.contains(point):
+            raise InvalidProblem(field, f"{name}{point} lies inside the obstacle at {obstacle.center}")
+
+
+def elbow_signs(elbow: Elbow, branch: Matrix, ends: int) -> list[Matrix]:
+    """+1 (up) or -1 (down) for each end; from the signs of the search variables when the elbow is free."""
+    if elbow == "free":
+        return [ca.if_else(branch[i] < 0.0, -1.0, 1.0) for i in range(ends)]
+    return [1.0 if elbow == "up" else -1.0] * ends
