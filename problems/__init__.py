@@ -4,6 +4,8 @@ from problems.constraint import Constraint, Verdict, Weight
 from problems.errors import InvalidProblem
 from problems.objectives import OBJECTIVES, Objective
 from problems.obstacles import Ellipse
+from problems.path import Path, closed_curve, pentagram
+from problems.path_following import PathFollowing
 from problems.planar_arm import PlanarArm
 from problems.point_to_point import PointToPoint
 from problems.problem import Model, Problem, Variable
@@ -16,6 +18,8 @@ __all__ = [
     "InvalidProblem",
     "Model",
     "Objective",
+    "Path",
+    "PathFollowing",
     "PlanarArm",
     "PointToPoint",
     "Problem",
@@ -23,4 +27,6 @@ __all__ = [
     "Variable",
     "Verdict",
     "Weight",
+    "closed_curve",
+    "pentagram",
 ]

@@ -26,12 +26,14 @@ class Path:
 
     Args:
         points: n >= 2 positions (x, y), m; for a closed path the last repeats the first.
+        corners: indices of the inner points that are corners.
 
     Raises:
         InvalidProblem: fewer than two points, one that is not finite, or two consecutive ones that are the same.
     """
 
     points: tuple[tuple[float, float], ...]
+    corners: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.points) < 2:
@@ -44,24 +46,21 @@ class Path:
 
     @classmethod
     def through(cls, points: ArrayLike, closed: bool = False) -> Path:
-        """The path through points (n, 2) in m; closed: back to the first one, unless it ends there already."""
+        """The path through points (n, 2) in m, with corners where the direction changes by 45 degrees or more.
+
+        Args:
+            points: in order.
+            closed: whether to go back to the first point, unless the path ends there already.
+        """
         listed = [(float(x), float(y)) for x, y in np.asarray(points, dtype=np.float64).reshape(-1, 2)]
         if closed and len(listed) > 1 and listed[0] != listed[-1]:
             listed.append(listed[0])
-        return cls(tuple(listed))
+        return cls(tuple(listed), _corners(np.array(listed)))
 
     @cached_property
     def array(self) -> FloatArray:
         """The points, (n, 2), m."""
         return np.array(self.points)
-
-    @cached_property
-    def corners(self) -> tuple[int, ...]:
-        """Indices of the inner points at which the direction changes by 45 degrees or more."""
-        steps = np.diff(self.array, axis=0)
-        directions = np.arctan2(steps[:, 1], steps[:, 0])
-        turns = (np.diff(directions) + pi) % (2.0 * pi) - pi
-        return tuple((np.flatnonzero(np.abs(turns) >= SHARP - 1e-12) + 1).tolist())
 
     def resampled(self, count: int) -> Path:
         """The same way with ``count`` points: both ends, every corner, and the rest spread evenly in between.
@@ -79,7 +78,16 @@ class Path:
             for start, end, pieces in zip(kept[:-1], kept[1:], stretches, strict=True)
         ]
         at = np.append(np.concatenate(places), along[-1])
-        return Path.through(np.column_stack([np.interp(at, along, coordinate) for coordinate in self.array.T]))
+        x, y = (np.interp(at, along, coordinate) for coordinate in self.array.T)
+        corners = np.cumsum(stretches)[:-1].tolist()
+        return Path(tuple(zip(x.tolist(), y.tolist(), strict=True)), tuple(corners))
+
+
+def _corners(points: FloatArray) -> tuple[int, ...]:
+    steps = np.diff(points, axis=0)
+    directions = np.arctan2(steps[:, 1], steps[:, 0])
+    turns = (np.diff(directions) + pi) % (2.0 * pi) - pi
+    return tuple((np.flatnonzero(np.abs(turns) >= SHARP) + 1).tolist())
 
 
 def _shares(lengths: FloatArray, total: int) -> list[int]:
@@ -90,7 +98,7 @@ def _shares(lengths: FloatArray, total: int) -> list[int]:
     return shares.tolist()
 
 
-def pentagram(center: tuple[float, float], radius: float, angle: float, count: int) -> Path:
+def pentagram(center: tuple[float, float], radius: float, angle: float = pi / 2.0, count: int = 50) -> Path:
     """The five-pointed star drawn in one stroke.
 
     Args:
@@ -113,9 +121,9 @@ def closed_curve(
     Args:
         center: m.
         radius: mean distance from the center, m.
-        angle: direction of the first crest, where the curve starts, rad.
+        angle: direction in which the curve starts, rad.
         waves: number of crests.
-        depth: height of a crest over the radius, in [0, 1).
+        depth: height of a crest over the radius, in (-1, 1); negative starts in a trough.
         count: number of points, equally spaced along the curve.
     """
     phi = angle + np.linspace(0.0, 2.0 * pi, SMOOTH + 1)

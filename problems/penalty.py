@@ -41,7 +41,7 @@ class PenaltyWeights:
 
 def penalty_weights(constraints: Sequence[Constraint], ceilings: Ceilings) -> PenaltyWeights:
     """The smallest weights that provably keep the order feasible < breaks a limit < unreachable."""
-    lambda_1 = ceilings.objective / min(constraint.smallest_violation() for constraint in constraints)
+    lambda_1 = limit_weight(constraints, ceilings.objective)
     worst = sum(_largest_penalty(constraint, ceilings) for constraint in constraints)
     return PenaltyWeights(lambda_1, ceilings.objective + lambda_1 * worst)
 
@@ -57,11 +57,20 @@ def paper_cost(
     objective: Matrix, constraints: Sequence[Constraint], reach: Constraint, weights: PenaltyWeights
 ) -> Matrix:
     """(15), with |k_s| and |k_f| (the columns of ``reach``) where the paper prints k_s and k_f."""
-    limits = sum(constraint.paper_penalty() for constraint in constraints)
     cosines = ca.fabs(reach.expression)
     reachable = ca.mmax(cosines) <= 1.0
     unreachable_cost = weights.lambda_2 * ca.sum2(cosines)
-    return ca.if_else(reachable, objective + weights.lambda_1 * limits, unreachable_cost)
+    return ca.if_else(reachable, penalised(objective, constraints, weights.lambda_1), unreachable_cost)
+
+
+def penalised(objective: Matrix, constraints: Sequence[Constraint], lambda_1: float) -> Matrix:
+    """F = f + lambda_1 sum h_i g_i: the upper branch of (15); (25), where lambda_1 is printed as 1."""
+    return objective + lambda_1 * sum(constraint.paper_penalty() for constraint in constraints)
+
+
+def limit_weight(constraints: Sequence[Constraint], ceiling: float) -> float:
+    """The lambda_1 with which breaking any limit costs more than any feasible objective, at most ``ceiling``."""
+    return ceiling / min(constraint.smallest_violation() for constraint in constraints)
 
 
 def graded_cost(objective: Matrix, constraints: Sequence[Constraint], ceiling: float) -> Matrix:

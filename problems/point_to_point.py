@@ -39,7 +39,6 @@ from problems.task import Elbow, Formulation, check_choices, check_obstacles, ch
 from problems.trajectory import Trajectory
 from problems.verification import end_verdicts
 
-SAMPLING_MARGIN = 1e-3  # of the arm's reach: the clearance kept at samples for what lies between them
 SHARE = (0.1, 0.9)  # reduced: t1 / (t1 + t2)
 DETOUR = pi  # reduced: how far theta_m may lie from the middle of theta_s and theta_f, rad
 SHAPE_SPEED = 8.0  # reduced: bound of dtheta_m in rad per duration of the motion
@@ -201,11 +200,6 @@ class PointToPoint(Problem):
             kept = [limit for limit in limits if limit.name not in ("speed", "acceleration")]
             cost = graded_cost(objective, kept, self._ceilings.objective)
         return Model(x, objective, (*limits, reach), cost)
-
-    @property
-    def margin(self) -> float:
-        """The clearance kept at the samples for what lies between them, m."""
-        return SAMPLING_MARGIN * self.arm.reach()[1]
 
     @property
     def feasible_below(self) -> float:

@@ -27,12 +27,12 @@ class PSO(Solver):
 
     minimum_population: ClassVar[int] = 2
 
-    population: int = 50  # m >= 2, particles
-    c1: float = 1.49  # >= 0, pull towards the particle's own best [3]
-    c2: float = 1.49  # >= 0, pull towards the swarm's best [3]
-    inertia_first: float = 0.9  # >= 0, w at the start [2]
-    inertia_last: float = 0.4  # >= 0, w at the end [2]
-    velocity_range: float = 0.2  # > 0, v_max as a share of the box
+    population: int = 100  # m >= 2, particles
+    c1: float = 1.22  # >= 0, pull towards the particle's own best [3]
+    c2: float = 2.06  # >= 0, pull towards the swarm's best [3]
+    inertia_first: float = 0.86  # >= 0, w at the start [2]
+    inertia_last: float = 0.43  # >= 0, w at the end [2]
+    velocity_range: float = 0.089  # > 0, v_max as a share of the box
 
     def __post_init__(self) -> None:
         super().__post_init__()

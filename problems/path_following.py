@@ -1,0 +1,272 @@
+"""Following a given path, Section III-A, second case: (7), (19)-(25), for k >= 3 links.
+
+The tip passes the path's points at equal intervals of time. What is decided is how the redundancy is spent on the
+way, a few normalised values x_phi that are interpolated along the path, and how long the motion takes, t_T. At some
+of the points, the knots, (7) and inverse kinematics give the joint angles; a C2 spline at rest at both ends joins
+them, so that the other points are met only nearly: the trajectory accuracy (24).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import get_args
+
+import casadi as ca
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from problems.constraint import Constraint, Verdict, Weight, verdict
+from problems.errors import InvalidProblem
+from problems.limits import least_stretch, motion_constraints
+from problems.matrix import FloatArray, Matrix, as_array, columns, constant, repeated, split
+from problems.motion import Samples
+from problems.objectives import OBJECTIVES, Objective
+from problems.obstacles import Ellipse
+from problems.path import Path
+from problems.penalty import graded_cost, limit_weight, penalised
+from problems.planar_arm import PlanarArm, nearest_turn
+from problems.population import PopulationFunction
+from problems.problem import Model, Problem, Variable
+from problems.redundancy import restore
+from problems.spline import RestSpline
+from problems.task import Elbow, Formulation, check_choices, check_obstacles, check_point, check_range, elbow_signs
+from problems.trajectory import Trajectory
+from problems.verification import end_verdicts
+
+
+@dataclass(frozen=True)
+class PathFollowing(Problem):
+    """Lead the tip along a path, from rest to rest.
+
+    Args:
+        arm: the arm, at least 3 links.
+        path: the points P*.
+        accuracy: the largest distance between planned and given point at the same path parameter, m (24).
+        objective: ``time`` (19), ``rotation`` (20) or ``length`` (10).
+        elbow: the branch of inverse kinematics, the same all along; ``free`` adds a decision variable.
+        formulation: ``paper``, the cost (25) over the paper's solution vector x_phi and t_T; or ``reduced``, where
+            t_T is a closed form of the shape and the accuracy (with obstacles and joint limits) the only penalty.
+        samples: time steps a half of the motion at which it is sampled, rounded up so that every point is a sample.
+        redundancy_values: how many values of x_phi are decided for each link beyond the second; 5 in the paper.
+        knots: how many of the points are knots at the least, spread evenly; corners are knots too. Half of the
+            points if None.
+        obstacles: to keep clear of.
+        total_time: bounds of t_T, s. The upper one is the paper formulation's search box only.
+
+    Raises:
+        InvalidProblem: a point is out of reach, too close to the base or inside an obstacle, or a field is out of
+            its range.
+    """
+
+    arm: PlanarArm
+    path: Path
+    accuracy: float
+    objective: str = "time"
+    elbow: Elbow = "free"
+    formulation: Formulation = "paper"
+    samples: int = 50
+    redundancy_values: int = 5
+    knots: int | None = None
+    obstacles: tuple[Ellipse, ...] = ()
+    total_time: tuple[float, float] = (0.1, 10.0)
+
+    def __post_init__(self) -> None:
+        check_choices(self, objective=OBJECTIVES, elbow=get_args(Elbow), formulation=get_args(Formulation))
+        if self.arm.links < 3:
+            raise InvalidProblem("link_lengths", f"following a path takes at least 3 links, not {self.arm.links}")
+        if not (np.isfinite(self.accuracy) and self.accuracy > 0.0):
+            raise InvalidProblem("accuracy", f"{self.accuracy} m is not positive")
+        for field, least in (("samples", 2), ("redundancy_values", 2), ("knots", 2)):
+            value = getattr(self, field)
+            if value is not None and value < least:
+                raise InvalidProblem(field, f"{value} is fewer than {least}")
+        check_range("total_time", self.total_time)
+        check_obstacles(self.obstacles)
+        for index, point in enumerate(self.path.points):
+            check_point(self.arm, self.obstacles, "points", point, name=f"point {index}, ")
+
+    @property
+    def measured_by(self) -> Objective:
+        """The objective (19), (20) or (10)."""
+        return OBJECTIVES[self.objective]
+
+    @property
+    def extra(self) -> int:
+        """How many links are redundant, k - 2."""
+        return self.arm.links - 2
+
+    @cached_property
+    def variables(self) -> tuple[Variable, ...]:
+        """The paper's solution vector: x_phi of link 3, ..., of link k, [elbow,] t_T (not in the reduced form)."""
+        links, values = range(3, self.arm.links + 1), range(1, self.redundancy_values + 1)
+        listed = [Variable(f"x_phi_{link}[{i}]", 0.0, 1.0, "1") for link in links for i in values]
+        if self.elbow == "free":
+            listed.append(Variable("elbow", -1.0, 1.0, "1"))
+        if self.formulation == "paper":
+            listed.append(Variable("t_T", *self.total_time, "s"))
+        return tuple(listed)
+
+    @cached_property
+    def parameters(self) -> FloatArray:
+        """Path parameter u of each point, (n,)."""
+        return np.linspace(0.0, 1.0, len(self.path.points))
+
+    @cached_property
+    def knot_indices(self) -> tuple[int, ...]:
+        """Which points are knots: both ends, the corners and the points next to them, others evenly in between.
+
+        At rest and at a corner the tip is far from moving evenly, and a knot missing there costs the most accuracy.
+        """
+        last = len(self.path.points) - 1
+        wanted = self.knots if self.knots is not None else (last + 3) // 2
+        even = np.rint(np.linspace(0, last, min(wanted, last + 1))).astype(int).tolist()
+        around = [index + shift for index in (0, *self.path.corners, last) for shift in (-1, 0, 1)]
+        return tuple(sorted({*even, *(index for index in around if 0 <= index <= last)}))
+
+    @cached_property
+    def spline(self) -> RestSpline:
+        """Through the knots, each at its own path parameter."""
+        return RestSpline(self.parameters[list(self.knot_indices)])
+
+    @property
+    def steps(self) -> int:
+        """Time steps between two points of the path."""
+        return int(np.ceil(2 * self.samples / (len(self.path.points) - 1)))
+
+    @cached_property
+    def grid(self) -> FloatArray:
+        """Path parameters of the samples; every ``steps``-th is a point of the path."""
+        return np.linspace(0.0, 1.0, self.steps * (len(self.path.points) - 1) + 1)
+
+    def redundancy(self, x_phi: Matrix) -> Matrix:
+        """Normalised redundancy at the knots (M, k - 2), interpolated between the decided values, within [0, 1]."""
+        decided = np.linspace(0.0, 1.0, self.redundancy_values)
+        interpolation = constant(CubicSpline(decided, np.eye(self.redundancy_values))(self.spline.knots))
+        values = ca.mtimes(interpolation, ca.reshape(x_phi, self.redundancy_values, self.extra))
+        return ca.fmin(1.0, ca.fmax(0.0, values))
+
+    def decode(self, x: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+        """From a search vector (d, 1) to the shape and the total time.
+
+        Returns:
+            phi at the knots (M, k - 2) in rad by (7); spline coefficients of the joint angles (M + 4, k) in rad;
+            t_T in s.
+        """
+        free, timed = int(self.elbow == "free"), int(self.formulation == "paper")
+        x_phi, branch, time = split(x, [self.extra * self.redundancy_values, free, timed])
+        elbow = elbow_signs(self.elbow, branch, ends=1)[0]
+        normalised = self.redundancy(x_phi)
+        phi: list[Matrix] = []
+        theta: list[Matrix] = []
+        for row, index in enumerate(self.knot_indices):
+            point = ca.DM(self.path.points[index])
+            phi.append(restore(self.arm, point, normalised[row, :].T))
+            angles, _ = self.arm.inverse(point, phi[-1], elbow)
+            theta.append(nearest_turn(angles, theta[-1]) if theta else self.arm.turn(angles))
+        shape = self.spline.coefficients(ca.vertcat(*theta))
+        return ca.horzcat(*phi).T, shape, time if timed else self._least_duration(shape)
+
+    def _least_duration(self, shape: Matrix) -> Matrix:
+        """The closed form of t_T: the speed and acceleration limits then hold for all t, exactly."""
+        speed, acceleration = self.spline.extreme_speeds(shape), self.spline.accelerations(shape)
+        return ca.fmax(self.total_time[0], least_stretch(self.arm, speed, acceleration))
+
+    def sampled(self, shape: Matrix, time: Matrix) -> Samples:
+        """The motion on the grid."""
+        blocks = [ca.mtimes(self.spline.sampling_matrix(self.grid, n), shape) / time**n for n in range(3)]
+        return Samples(blocks[0], blocks[1], blocks[2], time)
+
+    def accuracy_limit(self, tip: Matrix) -> Constraint:
+        """(24): |P*(i) - P(i)| <= accuracy, with the planned tip (n, 2) at the points' path parameters."""
+        dx, dy = columns(tip - ca.DM(self.path.array))
+        bound = np.array([self.accuracy])
+        distance = ca.sqrt(dx * dx + dy * dy)
+        return Constraint(
+            "accuracy", "(24)", "m", distance, -np.array([np.inf]), bound, ("tip",), bound, weight=Weight.MAGNITUDE
+        )
+
+    @cached_property
+    def model(self) -> Model:
+        """Cost (25), or its reduced form, over the search vector."""
+        x = ca.SX.sym("x", len(self.variables))
+        _, shape, time = self.decode(x)
+        samples = self.sampled(shape, time)
+        objective = self.measured_by.of(self.arm, samples)
+        at_points = samples.theta[:: self.steps, :]
+        limits = motion_constraints(self.arm, self.obstacles, samples, self.margin)
+        limits.append(self.accuracy_limit(self.arm.tip(at_points)))
+        if self.formulation == "paper":
+            cost = penalised(objective, limits, limit_weight(limits, self.feasible_below))
+        else:
+            kept = [limit for limit in limits if limit.name not in ("speed", "acceleration")]
+            cost = graded_cost(objective, kept, self.feasible_below)
+        return Model(x, objective, tuple(limits), cost)
+
+    @property
+    def lambda_1(self) -> float:
+        """The weight of the penalties in the paper formulation; (25) prints none."""
+        return limit_weight(self.constraints, self.feasible_below)
+
+    @cached_property
+    def feasible_below(self) -> float:
+        """What the objective cannot exceed in the search box, in its unit: angles turn by at most pi a knot."""
+        rotation = self.arm.links * self._largest(np.diff(self.spline.operator(self.grid), axis=0)).sum()
+        if self.objective == "rotation":
+            return float(rotation)
+        if self.objective == "length":
+            return float(self.arm.reach()[1] * rotation)
+        if self.formulation == "paper":
+            return self.total_time[1]
+        acceleration = self._largest(self.spline.operator(self.spline.nodes, 2)).max()
+        speed = self._largest(self.spline.operator(self.spline.nodes, 1)).max() + acceleration
+        bounds = (repeated([value] * self.arm.links, 1) for value in (speed, acceleration))
+        return max(self.total_time[0], float(least_stretch(self.arm, *bounds)))
+
+    @staticmethod
+    def _largest(operator: FloatArray) -> FloatArray:
+        """Bounds of an operator (n, M) on knot angles that do not change by more than pi from knot to knot, (n,)."""
+        steps = operator @ np.tril(np.ones((operator.shape[1],) * 2))[:, 1:]
+        return np.asarray(np.pi * np.abs(steps).sum(axis=1))
+
+    @cached_property
+    def _decoder(self) -> ca.Function:
+        return ca.Function("decode", [self.model.x], list(self.decode(self.model.x)))
+
+    @cached_property
+    def _accuracy(self) -> PopulationFunction:
+        limit = next(constraint for constraint in self.constraints if constraint.name == "accuracy")
+        return PopulationFunction(ca.Function("accuracy", [self.model.x], [ca.mmax(limit.expression)]))
+
+    def accuracy_of(self, candidates: FloatArray) -> FloatArray:
+        """Trajectory accuracy of candidates (m, d): the largest distance from a given point, (m,), m."""
+        return self._accuracy(candidates)
+
+    def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
+        """Redundancy angles phi at the knots and t_T of one candidate (d,)."""
+        phi, _, time = self._decoder(x)
+        named = {f"phi_{j}": column for j, column in enumerate(as_array(phi).T, start=3)}
+        return {"t_T": as_array(time).ravel(), **named, "u_knots": self.spline.knots}
+
+    def trajectory(self, x: FloatArray) -> Trajectory:
+        """The spline of one candidate (d,), exactly."""
+        _, shape, time = self._decoder(x)
+        durations = np.diff(self.spline.nodes) * float(time)
+        return Trajectory.from_pieces(durations, self.spline.pieces(as_array(shape)))
+
+    def point_times(self, trajectory: Trajectory) -> FloatArray:
+        """When the points of the path are passed, (n,), s."""
+        return self.parameters * trajectory.duration
+
+    def task_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
+        """Accuracy at every point; start and goal."""
+        times = self.point_times(trajectory)
+        tip = self.arm.tip(trajectory.samples(times).theta)
+        ends = end_verdicts(self.arm, trajectory, self.path.points[0], self.path.points[-1])
+        return [verdict(self.accuracy_limit(tip), times), *ends]
+
+    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
+        """Equal steps, the points of the path and the search's samples among them."""
+        intervals = self.grid.size - 1
+        steps = intervals * int(np.ceil((at_least - 1) / intervals))
+        return np.linspace(0.0, trajectory.duration, steps + 1)
