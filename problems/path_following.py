@@ -28,7 +28,7 @@ from problems.penalty import graded_cost, limit_weight, penalised
 from problems.planar_arm import PlanarArm, nearest_turn
 from problems.population import PopulationFunction
 from problems.problem import Model, Problem, Variable
-from problems.redundancy import restore
+from problems.redundancy import angular_range, restore
 from problems.spline import RestSpline
 from problems.task import Elbow, Formulation, check_choices, check_obstacles, check_point, check_range, elbow_signs
 from problems.trajectory import Trajectory
@@ -258,6 +258,25 @@ class PathFollowing(Problem):
         """When the points of the path are passed, (n,), s."""
         return self.parameters * trajectory.duration
 
+    def redundancy_ranges(self, trajectory: Trajectory) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Redundancy angles of a trajectory and their bounds (23) when the given points are passed.
+
+        Returns:
+            phi, lower and upper, each (n, k - 2), rad, for links 3..k. A link beyond the third has its bounds given
+            where the links after it stand; of two intervals the one that phi is in, or nearest to, is returned.
+        """
+        theta = as_array(trajectory.samples(self.point_times(trajectory)).theta)
+        phi = np.cumsum(theta, axis=1)[:, 2:]
+        lower, upper = np.empty_like(phi), np.empty_like(phi)
+        for row, point in enumerate(self.path.array):
+            target = ca.DM(point)
+            for link in range(self.arm.links, 2, -1):
+                angle = float(phi[row, link - 3])
+                ends = (float(value) for value in angular_range(self.arm, link, target))
+                lower[row, link - 3], upper[row, link - 3] = _interval_around(angle, *ends)
+                target = target - self.arm.link_lengths[link - 1] * ca.DM([np.cos(angle), np.sin(angle)])
+        return phi, lower, upper
+
     def task_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
         """Accuracy at every point; start and goal."""
         times = self.point_times(trajectory)
@@ -270,3 +289,11 @@ class PathFollowing(Problem):
         intervals = self.grid.size - 1
         steps = intervals * int(np.ceil((at_least - 1) / intervals))
         return np.linspace(0.0, trajectory.duration, steps + 1)
+
+
+def _interval_around(angle: float, alpha: float, beta_in: float, beta_out: float) -> tuple[float, float]:
+    """The interval of alpha ± [beta_in, beta_out], in the turn nearest ``angle``, on the angle's side of alpha."""
+    alpha = float(nearest_turn(ca.DM(alpha), ca.DM(angle)))
+    if beta_in == 0.0:
+        return alpha - beta_out, alpha + beta_out
+    return (alpha + beta_in, alpha + beta_out) if angle >= alpha else (alpha - beta_out, alpha - beta_in)

@@ -13,9 +13,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse as EllipsePatch
 
-from problems import PointToPoint, Problem
+from problems import PathFollowing, PointToPoint, Problem
 from problems.matrix import FloatArray, as_array
-from tpbso_casadi.planning import Plan, convergence
+from tpbso_casadi.path_figures import PATH_FIGURES
+from tpbso_casadi.planning import Plan, convergence, first_feasible
 
 DPI = 150
 JOINT_COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#e377c2", "#17becf")
@@ -25,6 +26,8 @@ SNAPSHOTS = (("initial", "#9aa5b1"), ("middle", "#5b6b7b"), ("final", "#1b2733")
 def draw_figures(folder: Path, plan: Plan) -> list[Path]:
     """Draw every figure of a plan into a folder; returns their paths."""
     figures = {"convergence": convergence_figure, "path": path_figure, "joints": joints_figure}
+    if isinstance(plan.problem, PathFollowing):
+        figures |= PATH_FIGURES
     written = []
     for name, draw in figures.items():
         path = folder / f"{name}.png"
@@ -39,17 +42,16 @@ def convergence_figure(plan: Plan) -> Figure:
     axes = figure.subplots()
     iterations, cost = convergence(plan.search)
     objective = plan.problem.measured_by
-    held = cost <= plan.problem.feasible_below
     axes.set_xlabel("iteration")
     axes.set_ylabel(f"best {objective.name} so far [{objective.unit}]")
     axes.set_title(f"{plan.scenario.solver.name.rsplit(':')[-1].upper()}: convergence")
     axes.grid(alpha=0.3)
-    if not held.any():
+    first = first_feasible(plan)
+    if first is None:
         axes.step(iterations, cost, where="post", color="#d62728")
         axes.set_ylabel("best penalised cost so far")
         axes.set_title("no feasible candidate was met")
         return figure
-    first = int(np.argmax(held))
     axes.step(iterations[first:], cost[first:], where="post", color="#1f77b4")
     axes.plot(iterations[-1], cost[-1], "o", color="#1f77b4", markersize=4)
     label = f"{cost[-1]:.4g} {objective.unit}"
@@ -104,7 +106,8 @@ def joints_figure(plan: Plan) -> Figure:
             axes.plot(plan.times, column, color=colour_of(joint), label=f"joint {joint + 1}")
         if limits is not None:
             draw_limits(axes, limits)
-        axes.axvline(middle_time(plan), color="#ff7f0e", linestyle=":", linewidth=1.2)
+        if isinstance(plan.problem, PointToPoint):
+            axes.axvline(middle_time(plan), color="#ff7f0e", linestyle=":", linewidth=1.2)
         axes.set_ylabel(label)
         axes.grid(alpha=0.3)
         axes.margins(x=0.0)
@@ -125,21 +128,24 @@ def draw_limits(axes: Axes, limits: FloatArray) -> None:
 
 
 def draw_task(axes: Axes, problem: Problem) -> None:
-    """Base, start, goal and obstacles."""
+    """Base, obstacles, and what the tip has to reach."""
     axes.plot(0.0, 0.0, "s", color="black", markersize=8, label="base", zorder=5)
+    for obstacle in problem.obstacles:
+        width, height = 2.0 * obstacle.semi_axes[0], 2.0 * obstacle.semi_axes[1]
+        degrees = float(np.degrees(obstacle.angle))
+        axes.add_patch(EllipsePatch(obstacle.center, width, height, angle=degrees, color="#d62728", alpha=0.35))
+    if isinstance(problem, PathFollowing):
+        axes.plot(*problem.path.array.T, "*", color="#2ca02c", markersize=8, label="given points", zorder=2)
     if isinstance(problem, PointToPoint):
-        for obstacle in problem.obstacles:
-            width, height = 2.0 * obstacle.semi_axes[0], 2.0 * obstacle.semi_axes[1]
-            degrees = float(np.degrees(obstacle.angle))
-            axes.add_patch(EllipsePatch(obstacle.center, width, height, angle=degrees, color="#d62728", alpha=0.35))
         axes.plot(*problem.start, "x", color="#2ca02c", markersize=9, markeredgewidth=2.2, label="start", zorder=6)
         axes.plot(*problem.goal, "*", color="#2ca02c", markersize=12, label="goal", zorder=6)
 
 
 def middle_time(plan: Plan) -> float:
-    """When the arm is shown in the middle: at the breakpoint nearest to half the time."""
-    breakpoints = plan.trajectory.breakpoints[1:-1]
-    return float(breakpoints[np.argmin(np.abs(breakpoints - plan.trajectory.duration / 2.0))])
+    """When the arm is shown in the middle: at the control point, along a path at half the time."""
+    if isinstance(plan.problem, PointToPoint):
+        return float(plan.trajectory.breakpoints[1])
+    return plan.trajectory.duration / 2.0
 
 
 def arm_at(plan: Plan, time: float) -> tuple[FloatArray, FloatArray]:

@@ -82,3 +82,9 @@ def least_repair(problem: Problem, trajectory: Trajectory) -> float:
 def convergence(search: Result) -> tuple[FloatArray, FloatArray]:
     """Best cost so far over iterations: both (n,). The last entry may be an iteration that was cut short."""
     return np.arange(len(search.history.cost), dtype=np.float64), search.history.cost
+
+
+def first_feasible(plan: Plan) -> int | None:
+    """The iteration from which the best candidate was feasible at the samples; None if there was none."""
+    held = np.flatnonzero(plan.search.history.cost <= plan.problem.feasible_below)
+    return int(held[0]) if held.size else None

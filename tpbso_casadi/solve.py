@@ -15,7 +15,8 @@ from tpbso_casadi.command_line import Exit, OneLineParser, complain, natural, po
 from tpbso_casadi.display import print_plan, print_scenarios, search_progress
 from tpbso_casadi.planning import Plan, plan
 from tpbso_casadi.run_folder import OutputError, as_json, check_writable, result_of, write_run
-from tpbso_casadi.scenario import Scenario, ScenarioError, parse_scenario, read_scenario
+from tpbso_casadi.scenario import Scenario, parse_scenario, read_scenario
+from tpbso_casadi.section import ScenarioError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -87,8 +88,12 @@ def exit_status(found: Plan) -> int:
     if found.search.stop_reason is StopReason.INTERRUPTED:
         return Exit.INTERRUPTED
     if not found.feasible:
-        broken = ", ".join(verdict.name for verdict in found.verdicts if not verdict.satisfied)
-        complain(f"no feasible plan was found: {broken} broken; more evaluations or another seed may help")
+        broken = ", ".join(
+            f"{verdict.name} is {verdict.worst:.4g} {verdict.unit} where {verdict.bound:.4g} is the limit"
+            for verdict in found.verdicts
+            if not verdict.satisfied
+        )
+        complain(f"no feasible plan was found; the best attempt's {broken} (try more evaluations or another seed)")
         return Exit.INFEASIBLE
     return Exit.FEASIBLE
 
