@@ -40,9 +40,9 @@ class Path:
             raise InvalidProblem("points", f"a path has at least 2 points, not {len(self.points)}")
         for index, point in enumerate(self.points):
             if not np.isfinite(point).all():
-                raise InvalidProblem("points", f"point {index} is {point}, not finite")
+                raise InvalidProblem("points", f"points[{index}] = {point} is not finite")
             if index > 0 and point == self.points[index - 1]:
-                raise InvalidProblem("points", f"points {index - 1} and {index} are the same, {point}")
+                raise InvalidProblem("points", f"points[{index - 1}] and points[{index}] are the same, {point}")
 
     @classmethod
     def through(cls, points: ArrayLike, closed: bool = False) -> Path:

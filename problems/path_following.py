@@ -8,7 +8,7 @@ them, so that the other points are met only nearly: the trajectory accuracy (24)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import get_args
 
@@ -34,6 +34,8 @@ from problems.task import Elbow, Formulation, check_choices, check_obstacles, ch
 from problems.trajectory import Trajectory
 from problems.verification import end_verdicts
 
+USUAL_TIMES = (0.1, 10.0)  # s
+
 
 @dataclass(frozen=True)
 class PathFollowing(Problem):
@@ -47,12 +49,13 @@ class PathFollowing(Problem):
         elbow: the branch of inverse kinematics, the same all along; ``free`` adds a decision variable.
         formulation: ``paper``, the cost (25) over the paper's solution vector x_phi and t_T; or ``reduced``, where
             t_T is a closed form of the shape and the accuracy (with obstacles and joint limits) the only penalty.
-        samples: time steps a half of the motion at which it is sampled, rounded up so that every point is a sample.
+        samples: time steps a half of the motion at which it is sampled, made to fit the points of the path.
         redundancy_values: how many values of x_phi are decided for each link beyond the second; 5 in the paper.
         knots: how many of the points are knots at the least, spread evenly; corners are knots too. Half of the
             points if None.
         obstacles: to keep clear of.
-        total_time: bounds of t_T, s. The upper one is the paper formulation's search box only.
+        total_time: bounds of t_T, s. The upper one is the paper formulation's search box only. If None, from 0.1 s to
+            10 s, or to twice the time that the motion in the middle of its redundancy takes if that is more.
 
     Raises:
         InvalidProblem: a point is out of reach, too close to the base or inside an obstacle, or a field is out of
@@ -69,7 +72,7 @@ class PathFollowing(Problem):
     redundancy_values: int = 5
     knots: int | None = None
     obstacles: tuple[Ellipse, ...] = ()
-    total_time: tuple[float, float] = (0.1, 10.0)
+    total_time: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         check_choices(self, objective=OBJECTIVES, elbow=get_args(Elbow), formulation=get_args(Formulation))
@@ -81,10 +84,11 @@ class PathFollowing(Problem):
             value = getattr(self, field)
             if value is not None and value < least:
                 raise InvalidProblem(field, f"{value} is fewer than {least}")
-        check_range("total_time", self.total_time)
+        if self.total_time is not None:
+            check_range("total_time", self.total_time)
         check_obstacles(self.obstacles)
         for index, point in enumerate(self.path.points):
-            check_point(self.arm, self.obstacles, "points", point, name=f"point {index}, ")
+            check_point(self.arm, self.obstacles, "points", point, name=f"points[{index}] = ")
 
     @property
     def measured_by(self) -> Objective:
@@ -104,8 +108,20 @@ class PathFollowing(Problem):
         if self.elbow == "free":
             listed.append(Variable("elbow", -1.0, 1.0, "1"))
         if self.formulation == "paper":
-            listed.append(Variable("t_T", *self.total_time, "s"))
+            listed.append(Variable("t_T", *self.time_box, "s"))
         return tuple(listed)
+
+    @cached_property
+    def time_box(self) -> tuple[float, float]:
+        """Bounds of t_T, s."""
+        if self.total_time is not None:
+            return self.total_time
+        if self.formulation == "reduced":
+            return USUAL_TIMES
+        fixed: Elbow = "up" if self.elbow == "free" else self.elbow
+        middle = replace(self, formulation="reduced", elbow=fixed)
+        _, _, time = middle.decode(ca.DM([0.5] * len(middle.variables)))
+        return USUAL_TIMES[0], max(USUAL_TIMES[1], 2.0 * float(time))
 
     @cached_property
     def parameters(self) -> FloatArray:
@@ -131,8 +147,12 @@ class PathFollowing(Problem):
 
     @property
     def steps(self) -> int:
-        """Time steps between two points of the path."""
-        return int(np.ceil(2 * self.samples / (len(self.path.points) - 1)))
+        """Time steps between two points of the path; an even number, so that the spline's nodes are samples.
+
+        The acceleration peaks at the nodes, two of which lie half-way between points: a grid that misses them lets
+        the paper formulation exceed the limit by up to 50 %.
+        """
+        return 2 * max(1, round(self.samples / (len(self.path.points) - 1)))
 
     @cached_property
     def grid(self) -> FloatArray:
@@ -170,7 +190,7 @@ class PathFollowing(Problem):
     def _least_duration(self, shape: Matrix) -> Matrix:
         """The closed form of t_T: the speed and acceleration limits then hold for all t, exactly."""
         speed, acceleration = self.spline.extreme_speeds(shape), self.spline.accelerations(shape)
-        return ca.fmax(self.total_time[0], least_stretch(self.arm, speed, acceleration))
+        return ca.fmax(self.time_box[0], least_stretch(self.arm, speed, acceleration))
 
     def sampled(self, shape: Matrix, time: Matrix) -> Samples:
         """The motion on the grid."""
@@ -217,11 +237,11 @@ class PathFollowing(Problem):
         if self.objective == "length":
             return float(self.arm.reach()[1] * rotation)
         if self.formulation == "paper":
-            return self.total_time[1]
+            return self.time_box[1]
         acceleration = self._largest(self.spline.operator(self.spline.nodes, 2)).max()
         speed = self._largest(self.spline.operator(self.spline.nodes, 1)).max() + acceleration
         bounds = (repeated([value] * self.arm.links, 1) for value in (speed, acceleration))
-        return max(self.total_time[0], float(least_stretch(self.arm, *bounds)))
+        return max(self.time_box[0], float(least_stretch(self.arm, *bounds)))
 
     @staticmethod
     def _largest(operator: FloatArray) -> FloatArray:

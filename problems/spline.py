@@ -49,21 +49,19 @@ class RestSpline:
         rows /= np.abs(rows).max(axis=1, keepdims=True)
         return np.where(np.abs(rows) < NEGLIGIBLE, 0.0, rows)
 
+    def known(self, angles: Matrix) -> Matrix:
+        """Right-hand side (M + 4, k) of ``conditions`` for knot angles (M, k): rest, knots, rest."""
+        scaled = angles / ca.repmat(ca.DM(np.abs(self.basis(self.knots)).max(axis=1)), 1, angles.shape[1])
+        rest = ca.DM.zeros(2, angles.shape[1])
+        return ca.vertcat(scaled[0, :], rest, scaled[1:-1, :], rest, scaled[-1, :])
+
     def coefficients(self, angles: Matrix) -> Matrix:
         """B-spline coefficients (M + 4, k) of knot angles (M, k), by forward and backward substitution."""
-        scale = np.abs(self.basis(self.knots)).max(axis=1)
-        rest = ca.DM.zeros(2, angles.shape[1])
-        known = ca.vertcat(angles[0, :] / scale[0], rest, *self._inner(angles, scale), rest, angles[-1, :] / scale[-1])
         factors = splu(csc_array(self.conditions), permc_spec="NATURAL", diag_pivot_thresh=0.0)
-        order = np.argsort(factors.perm_r)
-        rows = [known[int(i), :] for i in order]
-        lower, upper = factors.L.tocsr(), factors.U.tocsr()
-        solved = _substitute(lower.toarray(), rows, range(len(rows)))
-        return ca.vertcat(*_substitute(upper.toarray(), solved, range(len(rows) - 1, -1, -1)))
-
-    @staticmethod
-    def _inner(angles: Matrix, scale: FloatArray) -> list[Matrix]:
-        return [angles[i, :] / scale[i] for i in range(1, angles.shape[0] - 1)]
+        known = self.known(angles)
+        rows = [known[int(i), :] for i in np.argsort(factors.perm_r)]
+        forward = _substitute(factors.L.toarray(), rows, range(len(rows)))
+        return ca.vertcat(*_substitute(factors.U.toarray(), forward, range(len(rows) - 1, -1, -1)))
 
     def sampling_matrix(self, u: FloatArray, derivative: int = 0) -> ca.DM:
         """The constant sparse matrix (n, M + 4) from coefficients to derivatives with respect to u at times (n,)."""

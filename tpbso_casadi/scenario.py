@@ -148,7 +148,11 @@ def _with_points(scenario: Scenario, folder: pathlib.Path) -> Scenario:
     task = scenario.task
     if not (isinstance(task, PointsTask) and isinstance(task.points, str)):
         return scenario
-    points = read_points(folder / task.points)
+    path = folder / task.points
+    try:
+        points = read_points(path)
+    except ScenarioError as error:
+        raise ScenarioError(f"task.points: {error}") from error
     return scenario.model_copy(update={"task": task.model_copy(update={"points": points})})
 
 
@@ -165,9 +169,9 @@ def read_points(path: pathlib.Path) -> list[Pair]:
         try:
             x, y = (float(cell) for cell in line.split(","))
         except ValueError as error:
-            raise ScenarioError(f"task.points: {path} line {number}: {line.strip()!r} is not x,y") from error
+            raise ScenarioError(f"{path} line {number}: {line.strip()!r} is not x,y") from error
         if not (isfinite(x) and isfinite(y)):
-            raise ScenarioError(f"task.points: {path} line {number}: {line.strip()!r} is not finite")
+            raise ScenarioError(f"{path} line {number}: {line.strip()!r} is not finite")
         points.append((x, y))
     return points
 

@@ -66,7 +66,10 @@ def solve(options: argparse.Namespace) -> int:
     folder = run_folder(options, scenario)
     if folder is not None:
         check_writable(folder)
-    found = search(scenario, quiet=options.quiet)
+    try:
+        found = search(scenario, quiet=options.quiet)
+    except ScenarioError as error:
+        raise ScenarioError(f"{options.scenario}: {error}") from error
     if folder is not None:
         write_run(folder, found, plots=not options.no_plots)
     if options.json:

@@ -43,7 +43,7 @@ class PathTask(Section):
     accuracy: Positive
     objective: Literal["time", "rotation", "length"] = "time"
     elbow: Literal["up", "down", "free"] = "free"
-    total_time: tuple[Positive, Positive] = (0.1, 10.0)
+    total_time: tuple[Positive, Positive] | None = None
 
     def path(self) -> Path:
         """The points to follow."""
