@@ -21,11 +21,11 @@ OVAL = {"center": [0.8, 0.8], "semi_axes": [0.15, 0.25]}
 THREE_METRES = {"link_lengths": [1.0, 1.0, 1.0], "max_speed": 100.0}
 PATHS: dict[str, dict[str, Any]] = {
     "pentagram": {
-        "arm": {**THREE_METRES, "max_acceleration": 3650.0},
+        "arm": {**THREE_METRES, "max_acceleration": 4400.0},
         "task": {"shape": "pentagram", "radius": 1.0, "accuracy": 0.1},
     },
     "closed-curve": {
-        "arm": {**THREE_METRES, "max_acceleration": 1815.0},
+        "arm": {**THREE_METRES, "max_acceleration": 2500.0},
         "task": {"shape": "closed-curve", "radius": 1.2, "waves": 6, "depth": -0.48, "accuracy": 0.1},
     },
 }

@@ -1,0 +1,149 @@
+"""Following a path: cost (25) against an independent implementation, and what every plan keeps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from path_oracle import PathOracle
+
+from problems import Ellipse, InvalidProblem, PathFollowing, PlanarArm, closed_curve, pentagram
+from solvers import BSO, Box, Budget, minimize
+
+ARM = PlanarArm((1.0, 1.0, 1.0), (40.0,) * 3, (2000.0,) * 3)
+STAR = pentagram((0.0, 0.0), 1.0, 0.4, 30)
+WAVES = closed_curve((0.2, 0.1), 1.3, 0.0, 4, 0.2, 26)
+LONG_ARM = PlanarArm((0.3, 0.9, 0.5, 0.7, 0.6), (40.0, 30.0, 40.0, 50.0, 60.0), (2000.0, 900.0, 2000.0, 2000.0, 3000.0))
+STUB = PlanarArm((1.4, 0.5, 0.8), (40.0,) * 3, (2000.0,) * 3, ((-9.0, 9.0), (-2.5, 2.5), (-8.0, 8.0)))
+
+CASES = {
+    "star, time": PathFollowing(ARM, STAR, 0.1, "time", "up"),
+    "star, rotation": PathFollowing(ARM, STAR, 0.1, "rotation", "down"),
+    "waves, length, free elbow": PathFollowing(ARM, WAVES, 0.05, "length", "free"),
+    "five unequal links": PathFollowing(LONG_ARM, WAVES, 0.05, "rotation", "up", redundancy_values=4, knots=9),
+    "inner hole, joint limits": PathFollowing(STUB, WAVES, 0.05, "time", "up", knots=20),
+    "obstacle": PathFollowing(ARM, WAVES, 0.05, "rotation", "up", obstacles=(Ellipse((0.8, 0.0), (0.1, 0.2), 0.3),)),
+}
+
+
+@pytest.fixture(params=CASES.values(), ids=CASES)
+def problem(request: pytest.FixtureRequest) -> PathFollowing:
+    found = request.param
+    assert isinstance(found, PathFollowing)
+    return found
+
+
+def candidates(problem: PathFollowing, count: int, seed: int = 0) -> np.ndarray:
+    return Box(*problem.bounds).sample(np.random.default_rng(seed), count)
+
+
+def test_paper_cost_agrees_with_numpy(problem: PathFollowing) -> None:
+    points = candidates(problem, 10_000)
+    expected = PathOracle(problem).cost(points)
+    found = problem.cost(points)
+    differs = np.abs(found - expected) > 1e-7 * np.abs(expected)
+    # A limit met within rounding may count on one side only; that is rare and changes the cost by one jump.
+    assert differs.mean() < 1e-3
+
+
+def test_reduced_cost_agrees_with_numpy(problem: PathFollowing) -> None:
+    reduced = replace(problem, formulation="reduced")
+    points = candidates(reduced, 2000)
+    expected = PathOracle(reduced).cost(points)
+    assert (np.abs(reduced.cost(points) - expected) > 1e-7 * np.abs(expected)).mean() < 1e-3
+
+
+def test_infeasible_always_costs_more_than_feasible(problem: PathFollowing) -> None:
+    for stated in (problem, replace(problem, formulation="reduced")):
+        loose = replace(stated, accuracy=0.6)
+        points = candidates(loose, 4000)
+        cost = loose.cost(points)
+        broken = np.array([PathOracle(loose).breaks_a_limit(x) for x in points[:400]])
+        assert (cost[:400][broken] > loose.feasible_below).all()
+        assert (cost[:400][~broken] <= loose.feasible_below).all()
+
+
+def test_trajectory_meets_every_knot_and_rests_at_both_ends(problem: PathFollowing) -> None:
+    for x in candidates(problem, 20):
+        trajectory = problem.trajectory(x)
+        times = problem.point_times(trajectory)
+        tip = np.asarray(problem.arm.tip(trajectory.samples(times).theta))
+        knots = list(problem.knot_indices)
+        assert tip[knots] == pytest.approx(problem.path.array[knots], abs=1e-7)
+        ends = trajectory.samples(np.array([0.0, trajectory.duration]))
+        assert np.asarray(ends.speed) == pytest.approx(0.0, abs=1e-6)
+        assert np.asarray(ends.acceleration) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_corners_are_knots() -> None:
+    assert len(STAR.corners) == 4
+    assert set(STAR.corners) <= set(PathFollowing(ARM, STAR, 0.1, knots=2).knot_indices)
+
+
+def test_reduced_time_is_the_least_for_all_t(problem: PathFollowing) -> None:
+    reduced = replace(problem, formulation="reduced", total_time=(1e-6, 1.0))
+    for x in candidates(reduced, 20):
+        assert reduced.trajectory(x).least_stretch(reduced.arm) == pytest.approx(1.0, abs=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.floats(0.0, 1.0), min_size=5, max_size=5))
+def test_redundancy_stays_within_its_bounds_at_the_knots(x_phi: list[float]) -> None:
+    problem = CASES["inner hole, joint limits"]
+    trajectory = problem.trajectory(np.array([*x_phi, 1.0]))
+    phi, lower, upper = problem.redundancy_ranges(trajectory)
+    knots = list(problem.knot_indices)
+    assert (phi[knots] >= lower[knots] - 1e-6).all()
+    assert (phi[knots] <= upper[knots] + 1e-6).all()
+
+
+def test_accuracy_is_that_of_the_verified_trajectory(problem: PathFollowing) -> None:
+    points = candidates(problem, 10)
+    for x, accuracy in zip(points, problem.accuracy_of(points), strict=True):
+        verdicts = {verdict.name: verdict for verdict in problem.verify(problem.trajectory(x))}
+        assert verdicts["accuracy"].worst == pytest.approx(accuracy, abs=1e-7)
+
+
+def test_search_follows_the_star_between_samples_too() -> None:
+    problem = PathFollowing(ARM, STAR, 0.1, "time", "up", "reduced")
+    found = minimize(problem.cost, Box(*problem.bounds), BSO(), Budget(4000), 1)
+    verdicts = problem.verify(problem.trajectory(found.x))
+    assert [verdict.name for verdict in verdicts if not verdict.satisfied] == []
+    assert found.cost == pytest.approx(problem.trajectory(found.x).duration)
+
+
+def test_slow_arm_gets_a_box_that_holds_its_time() -> None:
+    slow = replace(ARM, max_speed=(0.5,) * 3, max_acceleration=(1.0,) * 3)
+    problem = PathFollowing(slow, STAR, 0.1)
+    assert problem.time_box[1] > 20.0
+    assert PathFollowing(ARM, STAR, 0.1).time_box == (0.1, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "field", "reason"),
+    [
+        ({"accuracy": 0.0}, "accuracy", "not positive"),
+        ({"accuracy": float("nan")}, "accuracy", "not positive"),
+        ({"arm": PlanarArm((1.5, 1.5), (4.0,) * 2, (20.0,) * 2)}, "link_lengths", "at least 3 links"),
+        ({"knots": 1}, "knots", "fewer than 2"),
+        ({"redundancy_values": 1}, "redundancy_values", "fewer than 2"),
+        ({"total_time": (1.0, 0.5)}, "total_time", "does not hold"),
+        ({"objective": "beauty"}, "objective", "not one of time, rotation, length"),
+        ({"path": pentagram((3.0, 0.0), 1.0, 0.0, 30)}, "points", r"points\[0\].*4 m.*out of reach.*3 m"),
+        ({"obstacles": (Ellipse((0.9, 0.4), (0.2, 0.2)),)}, "points", "inside the obstacle"),
+    ],
+)
+def test_what_cannot_be_followed(changes: dict[str, object], field: str, reason: str) -> None:
+    with pytest.raises(InvalidProblem, match=reason) as caught:
+        replace(CASES["star, time"], **changes)
+    assert caught.value.field == field
+
+
+def test_model_names_its_constraints() -> None:
+    names = [constraint.name for constraint in CASES["obstacle"].constraints]
+    assert names == ["speed", "acceleration", "clearance", "swept clearance", "accuracy"]
+    assert all(isinstance(constraint.expression, ca.SX) for constraint in CASES["obstacle"].constraints)
