@@ -19,21 +19,21 @@ import numpy as np
 
 from benchmarks.table_1 import TABLE_1
 from solvers import BSO, Box, Budget, minimize
-from tpbso_casadi.builtin import PATHS
+from tpbso_casadi.builtin import THREE_METRES
 from tpbso_casadi.scenario import DEFAULT_EVALUATIONS, parse_scenario
 
 REFERENCE = 3000.0  # rad/s^2, at which times are measured
 STARS = [{"shape": "pentagram", "radius": radius} for radius in (0.8, 0.9, 1.0, 1.1, 1.2)]
 CURVES = [
     {"shape": "closed-curve", "radius": radius, "waves": waves, "depth": depth}
-    for radius, waves, depth in product((1.0, 1.2, 1.4), (4, 5, 6), (-0.3, -0.48))
+    for radius, waves, depth in product((1.2, 1.35, 1.45), (5, 6), (-0.3, -0.35, -0.4))
 ]
 
 
 def mean(shape: dict[str, Any], objective: str, runs: int) -> float:
     """BSO's mean over feasible runs; NaN when there is none."""
     common = {"kind": "path", "objective": objective, "elbow": "up", "accuracy": 0.1}
-    arm = PATHS["pentagram"]["arm"] | {"max_acceleration": REFERENCE}
+    arm = THREE_METRES | {"max_acceleration": REFERENCE}
     problem = parse_scenario({"arm": arm, "task": {**common, **shape}}).problem()
     box = Box(*problem.bounds)
     costs = [minimize(problem.cost, box, BSO(), Budget(DEFAULT_EVALUATIONS), seed).cost for seed in range(1, runs + 1)]

@@ -18,16 +18,10 @@ DEFAULT = "time-3"
 REACH = 2.0
 OVAL = {"center": [0.8, 0.8], "semi_axes": [0.15, 0.25]}
 
-THREE_METRES = {"link_lengths": [1.0, 1.0, 1.0], "max_speed": 100.0}
-PATHS: dict[str, dict[str, Any]] = {
-    "pentagram": {
-        "arm": {**THREE_METRES, "max_acceleration": 4400.0},
-        "task": {"shape": "pentagram", "radius": 1.0, "accuracy": 0.1},
-    },
-    "closed-curve": {
-        "arm": {**THREE_METRES, "max_acceleration": 2500.0},
-        "task": {"shape": "closed-curve", "radius": 1.2, "waves": 6, "depth": -0.48, "accuracy": 0.1},
-    },
+THREE_METRES = {"link_lengths": [1.0, 1.0, 1.0], "max_speed": 100.0, "max_acceleration": 3000.0}
+SHAPES: dict[str, dict[str, Any]] = {
+    "pentagram": {"shape": "pentagram", "radius": 0.9},
+    "closed-curve": {"shape": "closed-curve", "radius": 1.45, "waves": 6, "depth": -0.35},
 }
 
 TITLES = {
@@ -50,8 +44,8 @@ def builtin(name: str) -> Scenario:
     if name not in TITLES:
         raise KeyError(name)
     kind, detail = name.rsplit("-", 1)
-    if kind in PATHS:
-        return _path(PATHS[kind], objective=detail)
+    if kind in SHAPES:
+        return _path(SHAPES[kind], objective=detail)
     if kind == "obstacle":
         return _point_to_point(int(detail), "length", [OVAL])
     return _point_to_point(int(detail), kind, [])
@@ -63,6 +57,6 @@ def _point_to_point(links: int, objective: str, obstacles: list[dict[str, Any]])
     return parse_scenario({"arm": arm, "task": task, "obstacles": obstacles})
 
 
-def _path(case: dict[str, Any], objective: str) -> Scenario:
-    task = {"kind": "path", "objective": objective, "elbow": "up", **case["task"]}
-    return parse_scenario({"arm": case["arm"], "task": task})
+def _path(shape: dict[str, Any], objective: str) -> Scenario:
+    task = {"kind": "path", "objective": objective, "elbow": "up", "accuracy": 0.1, **shape}
+    return parse_scenario({"arm": THREE_METRES, "task": task})
