@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
 import casadi as ca
 import numpy as np
 
-from problems.matrix import FloatArray, Matrix, as_array, repeated, total
+from problems.matrix import FloatArray, Matrix, as_array, repeated, row, total
 
 
 class Weight(Enum):
@@ -33,6 +34,8 @@ class Constraint:
         scale: what makes an excess dimensionless, (columns,).
         for_all_t: True for a limit on the whole motion, of which the rows are samples; False for a single point.
         weight: how the paper's penalty measures a violation.
+        transform: an increasing function of the expression and of its bounds that a nonlinear program takes instead:
+            the same limit with better gradients. Of matrices (rows, columns).
     """
 
     name: str
@@ -45,6 +48,26 @@ class Constraint:
     scale: FloatArray
     for_all_t: bool = True
     weight: Weight = Weight.COUNT
+    transform: Callable[[Matrix], Matrix] | None = None
+
+    def row_values(self) -> Matrix:
+        """All entries as rows of a nonlinear program, dimensionless, column after column: (rows * columns, 1)."""
+        if self.transform is not None:
+            return ca.vec(self.transform(self.expression))
+        return ca.vec(self.expression / repeated(self.scale, self.expression.shape[0]))
+
+    def row_bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of ``row_values``, both (rows * columns,)."""
+        rows = self.expression.shape[0]
+        lower, upper = (self._transformed(bound) for bound in (self.lower, self.upper))
+        return np.repeat(lower, rows), np.repeat(upper, rows)
+
+    def _transformed(self, bound: FloatArray) -> FloatArray:
+        if self.transform is None:
+            return np.asarray(bound / self.scale)
+        finite = np.isfinite(bound)
+        values = as_array(self.transform(row(np.where(finite, bound, 0.0)))).ravel()
+        return np.where(finite, values, bound)
 
     def excess(self) -> Matrix:
         """By how much each entry breaks its bounds, in the constraint's unit; 0 where it holds."""

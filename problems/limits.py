@@ -12,10 +12,12 @@ import casadi as ca
 import numpy as np
 
 from problems.constraint import Constraint, Weight
-from problems.matrix import FloatArray, Matrix, columns, repeated
+from problems.matrix import FloatArray, Matrix, columns, differences, repeated
 from problems.motion import Samples
 from problems.obstacles import Ellipse
 from problems.planar_arm import PlanarArm
+
+LEAP = 0.9  # the longest step of a joint between two samples, as a share of the smallest obstacle's width
 
 
 def motion_constraints(
@@ -27,14 +29,14 @@ def motion_constraints(
         arm: whose limits hold.
         obstacles: to keep clear of.
         samples: of the motion, in order of time.
-        margin: clearance in m to keep at the samples for what lies between them.
+        margin: to keep at the samples for what lies between them, a share of the reach and of each joint's range.
     """
     built = [speed_limit(arm, samples), acceleration_limit(arm, samples)]
     if arm.joint_limits is not None:
-        built.append(joint_range(arm, samples))
+        built.append(joint_range(arm, samples, margin))
     if obstacles:
         x, y = arm.joint_positions(samples.theta)
-        built += obstacle_clearance(arm, obstacles, x, y, margin)
+        built += obstacle_clearance(arm, obstacles, x, y, margin * arm.reach()[1])
     return built
 
 
@@ -54,10 +56,12 @@ def _symmetric(name: str, equation: str, unit: str, values: Matrix, bounds: Sequ
     return Constraint(name, equation, unit, values, -limit, limit, labels, scale=limit, weight=Weight.MAGNITUDE)
 
 
-def joint_range(arm: PlanarArm, samples: Samples) -> Constraint:
-    """Joint position limits (ours; the paper has none)."""
+def joint_range(arm: PlanarArm, samples: Samples, margin: float = 0.0) -> Constraint:
+    """Joint position limits (ours; the paper has none), kept by a share ``margin`` of the range."""
     assert arm.joint_limits is not None
-    lowest, highest = (np.array(bound) for bound in zip(*arm.joint_limits, strict=True))
+    lowest, highest = np.array(arm.joint_limits).T
+    spare = margin * (highest - lowest)
+    lowest, highest = lowest + spare, highest - spare
     labels = _joint_labels(arm.links)
     return Constraint("joint range", "-", "rad", samples.theta, lowest, highest, labels, np.ones(arm.links))
 
@@ -79,29 +83,54 @@ def obstacle_clearance(
         margin: the clearance to keep, m.
     """
     xs, ys = columns(x), columns(y)
-    clearance, labels, sweep, sweep_labels = [], [], [], []
-    for number, obstacle in enumerate(obstacles, start=1):
-        for link in range(1, arm.links + 1):
-            if arm.reach(link)[1] < obstacle.distance_to_base() - margin:
-                continue
-            ends = ca.horzcat(xs[link - 1], xs[link]), ca.horzcat(ys[link - 1], ys[link])
-            clearance.append(obstacle.segment_clearance(*ends))
-            labels.append(f"link {link}, obstacle {number}")
-            steps = (ca.horzcat(values[:-1], values[1:]) for values in (xs[link], ys[link]))
-            sweep.append(obstacle.segment_clearance(*steps))
-            sweep_labels.append(f"end of link {link}, obstacle {number}")
-    if not clearance:
+    near = [
+        (link, number, obstacle)
+        for number, obstacle in enumerate(obstacles, start=1)
+        for link in range(1, arm.links + 1)
+        if arm.reach(link)[1] >= obstacle.distance_to_base() - margin
+    ]
+    if not near:
         return []
-    built = [_clearance("clearance", clearance, labels, margin)]
+    links = [
+        obstacle.segment_clearance(ca.horzcat(xs[link - 1], xs[link]), ca.horzcat(ys[link - 1], ys[link]))
+        for link, _, obstacle in near
+    ]
+    labels = [f"link {link}, obstacle {number}" for link, number, _ in near]
+    met = [obstacle for _, _, obstacle in near]
+    built = [_clearance("clearance", links, met, labels, margin)]
     if x.shape[0] > 1:
-        built.append(_clearance("swept clearance", sweep, sweep_labels, margin))
+        steps = [
+            obstacle.segment_clearance(*(ca.horzcat(values[:-1], values[1:]) for values in (xs[link], ys[link])))
+            for link, _, obstacle in near
+        ]
+        built.append(_clearance("swept clearance", steps, met, [f"end of {label}" for label in labels], margin))
     return built
 
 
-def _clearance(name: str, values: Sequence[Matrix], labels: Sequence[str], margin: float) -> Constraint:
-    lower, upper = np.full(len(values), margin), np.full(len(values), np.inf)
+def _clearance(
+    name: str, values: Sequence[Matrix], obstacles: Sequence[Ellipse], labels: Sequence[str], margin: float
+) -> Constraint:
+    lower, upper, one = np.full(len(values), margin), np.full(len(values), np.inf), np.ones(len(values))
+
+    def log_distances(clearance: Matrix) -> Matrix:
+        return ca.horzcat(*(o.log_distance(c) for o, c in zip(obstacles, columns(clearance), strict=True)))
+
     expression = ca.horzcat(*values)
-    return Constraint(name, "(14), (18)", "m", expression, lower, upper, tuple(labels), np.ones(len(values)))
+    return Constraint(name, "(14), (18)", "m", expression, lower, upper, tuple(labels), one, transform=log_distances)
+
+
+def step_limit(arm: PlanarArm, obstacles: Sequence[Ellipse], samples: Samples) -> Constraint:
+    """No joint moves so far between two samples that a link could leap over an obstacle.
+
+    What a link sweeps in a step shorter than an obstacle's width cannot hold that obstacle: with the links at the
+    samples and the lines between them clear, all of it is, but for the curvature of the motion.
+    """
+    x, y = arm.joint_positions(samples.theta)
+    dx, dy = differences(x[:, 1:]), differences(y[:, 1:])
+    width = 2.0 * min(min(obstacle.semi_axes) for obstacle in obstacles)
+    bound = np.full(arm.links, (LEAP * width) ** 2)
+    labels = tuple(f"end of link {link}" for link in range(1, arm.links + 1))
+    return Constraint("step", "-", "m^2", dx * dx + dy * dy, np.full(arm.links, -np.inf), bound, labels, scale=bound)
 
 
 def _joint_labels(joints: int) -> tuple[str, ...]:

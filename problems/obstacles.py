@@ -15,7 +15,9 @@ import numpy as np
 from problems.errors import InvalidProblem
 from problems.matrix import Matrix, columns
 
-SHORTEST = 1e-300  # squared length below which a segment is a point; keeps 0 / 0 away
+SHORTEST = 1e-12  # squared dimensionless length below which a segment is a point; keeps 0 / 0 and its gradient away
+CORE = 1e-3  # squared dimensionless radius of the core in which the logarithm levels off
+CENTRAL = 1e-30  # squared dimensionless distance from the centre that keeps the square root's gradient finite
 
 
 @dataclass(frozen=True)
@@ -71,8 +73,15 @@ class Ellipse:
         length = ca.fmax(du * du + dv * dv, SHORTEST)
         along = ca.fmin(1.0, ca.fmax(0.0, -(u0 * du + v0 * dv) / length))
         nearest_u, nearest_v = u0 + along * du, v0 + along * dv
-        distance = ca.sqrt(nearest_u * nearest_u + nearest_v * nearest_v)
+        distance = ca.sqrt(nearest_u * nearest_u + nearest_v * nearest_v + CENTRAL)
         return (distance - 1.0) * min(self.semi_axes)
+
+    def log_distance(self, clearance: Matrix) -> Matrix:
+        """The logarithm of the dimensionless distance from the centre that a clearance in m stands for.
+
+        Its gradient does not fade inside the ellipse, where an optimiser has to find its way out.
+        """
+        return 0.5 * ca.log((clearance / min(self.semi_axes) + 1.0) ** 2 + CORE)
 
     def distance_to_base(self) -> float:
         """A lower bound in m of the distance from the base; links that reach less can never touch."""

@@ -27,7 +27,7 @@ from problems.path import Path
 from problems.penalty import graded_cost, limit_weight, penalised
 from problems.planar_arm import PlanarArm, nearest_turn
 from problems.population import PopulationFunction
-from problems.problem import Model, Problem, Variable
+from problems.problem import SAMPLING_MARGIN, Model, Problem, Variable
 from problems.redundancy import angular_range, restore
 from problems.spline import RestSpline
 from problems.task import Elbow, Formulation, check_choices, check_obstacles, check_point, check_range, elbow_signs
@@ -214,7 +214,7 @@ class PathFollowing(Problem):
         samples = self.sampled(shape, time)
         objective = self.measured_by.of(self.arm, samples)
         at_points = samples.theta[:: self.steps, :]
-        limits = motion_constraints(self.arm, self.obstacles, samples, self.margin)
+        limits = motion_constraints(self.arm, self.obstacles, samples, SAMPLING_MARGIN)
         limits.append(self.accuracy_limit(self.arm.tip(at_points)))
         if self.formulation == "paper":
             cost = penalised(objective, limits, limit_weight(limits, self.feasible_below))

@@ -113,6 +113,16 @@ class PlanarArm:
         rest = [after - before for before, after in pairwise(psi)]
         return ca.horzcat(theta_1, theta_2, *rest), cosine
 
+    def snapped(self, theta: Matrix, point: Matrix) -> Matrix:
+        """The posture nearest ``theta`` (1, k) whose tip is at ``point`` (2, 1) exactly, m; numeric.
+
+        Links 3..k keep their orientation, links 1 and 2 close what is left of the way with the same elbow.
+        """
+        psi = ca.cumsum(theta, 1)
+        elbow = -1.0 if float(ca.sin(theta[1])) < 0.0 else 1.0
+        angles, _ = self.inverse(point, psi[2:].T, elbow)
+        return nearest_turn(angles, theta)
+
     def wrist(self, point: Matrix, phi: Matrix) -> Matrix:
         """The end of link 2 in m, (2, 1), when links 3..k stand at ``phi`` and the tip at ``point``."""
         wrist = point

@@ -2,8 +2,8 @@
 
 The arm's own quantities are theta_s, theta_m, dtheta_m, theta_f, t1 and t2: the motion runs from theta_s at rest
 along a quartic to theta_m, and along a quintic to theta_f at rest. A search vector is turned into them by inverse
-kinematics (:class:`PointToPoint`); a nonlinear program may take them as its variables. Everything below
-:meth:`PointToPoint.limits` depends on the quantities alone.
+kinematics (:class:`PointToPoint`); a nonlinear program may take them as its variables. Objective and
+limits depend on the quantities alone.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from problems.objectives import OBJECTIVES, Objective
 from problems.obstacles import Ellipse
 from problems.penalty import Ceilings, PenaltyWeights, graded_cost, paper_cost, penalty_weights
 from problems.planar_arm import PlanarArm
-from problems.problem import Model, Problem, Variable
+from problems.problem import SAMPLING_MARGIN, Model, Problem, Variable
 from problems.redundancy import restore
 from problems.segments import (
     QUARTIC,
@@ -82,6 +82,17 @@ class Quantities:
                 )
             )
         return Samples(blocks[0], blocks[1], blocks[2], self.t1 + self.t2)
+
+    def trajectory(self) -> Trajectory:
+        """Quartic (3) and quintic (5), exactly; of numeric quantities."""
+        pieces = [
+            coefficients @ as_array(data) for coefficients, data in zip((QUARTIC, QUINTIC), self.data, strict=True)
+        ]
+        return Trajectory.from_pieces(np.array([float(self.t1), float(self.t2)]), pieces)
+
+    def arrays(self) -> dict[str, FloatArray]:
+        """Numeric quantities by name, each (k,) or (1,)."""
+        return {field.name: as_array(getattr(self, field.name)).ravel() for field in fields(self)}
 
 
 @dataclass(frozen=True)
@@ -181,10 +192,6 @@ class PointToPoint(Problem):
         shortest = self.segment_time[0] / ca.fmin(shape.t1, shape.t2)
         return ca.fmax(shortest, least_stretch(self.arm, samples.speed, samples.acceleration))
 
-    def limits(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        """The constraints on the whole motion: (11), (12), joint range, (14)."""
-        return motion_constraints(self.arm, self.obstacles, samples, margin)
-
     @cached_property
     def model(self) -> Model:
         """Cost (15), or its reduced form, over the search vector."""
@@ -192,7 +199,7 @@ class PointToPoint(Problem):
         quantities, cosines = self.decode(x)
         samples = quantities.sampled(self.samples)
         objective = self.measured_by.of(self.arm, samples)
-        limits = self.limits(samples, self.margin)
+        limits = motion_constraints(self.arm, self.obstacles, samples, SAMPLING_MARGIN)
         reach = reach_limit(cosines)
         if self.formulation == "paper":
             cost = paper_cost(objective, limits, reach, self._weights(limits))
@@ -242,19 +249,17 @@ class PointToPoint(Problem):
         quantities, _ = self.decode(self.model.x)
         return ca.Function("decode", [self.model.x], [getattr(quantities, f.name) for f in fields(Quantities)])
 
+    def quantities_of(self, x: FloatArray) -> Quantities:
+        """Numeric quantities of one candidate (d,)."""
+        return Quantities(*self._decoder(x))
+
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """theta_s, theta_m, dtheta_m, theta_f, t1, t2 of one candidate (d,)."""
-        values = self._decoder(x)
-        return {f.name: as_array(v).ravel() for f, v in zip(fields(Quantities), values, strict=True)}
+        return self.quantities_of(x).arrays()
 
     def trajectory(self, x: FloatArray) -> Trajectory:
         """Quartic (3) and quintic (5) of one candidate (d,), exactly."""
-        quantities = Quantities(*self._decoder(x))
-        pieces = [
-            coefficients @ as_array(data)
-            for coefficients, data in zip((QUARTIC, QUINTIC), quantities.data, strict=True)
-        ]
-        return Trajectory.from_pieces(np.array([float(quantities.t1), float(quantities.t2)]), pieces)
+        return self.quantities_of(x).trajectory()
 
     def task_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
         """Start and goal."""

@@ -18,7 +18,7 @@ from problems.population import PopulationFunction
 from problems.trajectory import Trajectory
 from problems.verification import limit_verdicts
 
-SAMPLING_MARGIN = 1e-3  # of the arm's reach
+SAMPLING_MARGIN = 1e-3  # kept at the samples for what lies between them, of the arm's reach or a joint's range
 
 
 @dataclass(frozen=True)
@@ -93,11 +93,6 @@ class Problem(ABC):
     @abstractmethod
     def feasible_below(self) -> float:
         """No feasible candidate costs more, every infeasible one does."""
-
-    @property
-    def margin(self) -> float:
-        """The clearance kept at the samples for what lies between them, m."""
-        return SAMPLING_MARGIN * self.arm.reach()[1]
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:

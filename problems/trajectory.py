@@ -14,6 +14,8 @@ from problems.matrix import FloatArray
 from problems.motion import Samples
 from problems.planar_arm import PlanarArm
 
+ROUNDING = 1e-12  # relative: keeps a stretched motion under its limits in floating point
+
 
 @dataclass(frozen=True)
 class Trajectory:
@@ -89,3 +91,7 @@ class Trajectory:
         speed = self.samples(self.extreme_times(1)).speed
         acceleration = self.samples(self.extreme_times(2)).acceleration
         return float(limits.least_stretch(arm, speed, acceleration))
+
+    def safe_stretch(self, arm: PlanarArm) -> float:
+        """:meth:`least_stretch` and a little more, so that rounding breaks no limit."""
+        return self.least_stretch(arm) * (1.0 + ROUNDING)

@@ -12,6 +12,8 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 
 from problems import Ellipse, PathFollowing
 
+MARGIN = 1e-3  # kept at the samples, of the reach or of a joint's range
+
 
 class PathOracle:
     """Prices candidates (m, d) of a problem from its fields alone."""
@@ -121,12 +123,13 @@ class PathOracle:
                 found[name] = _rows(np.where(value > bound, value, 0.0))
         if p.arm.joint_limits is not None:
             low, high = np.array(p.arm.joint_limits).T
+            low, high = low + MARGIN * (high - low), high - MARGIN * (high - low)
             found["range"] = _rows(np.maximum(0.0, np.maximum(low - theta, theta - high)))
         for number, obstacle in enumerate(p.obstacles):
             links = _clearance(obstacle, joints[..., :-1], joints[..., 1:])
             sweeps = _clearance(obstacle, joints[:-1, :, 1:], joints[1:, :, 1:])
             for kind, values in (("links", links), ("sweeps", sweeps)):
-                found[f"{kind} {number}"] = _rows(np.maximum(0.0, p.margin - values))
+                found[f"{kind} {number}"] = _rows(np.maximum(0.0, MARGIN * self.lengths.sum() - values))
         return found
 
 

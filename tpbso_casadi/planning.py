@@ -14,7 +14,6 @@ from solvers import Box, Result, Status, minimize
 from tpbso_casadi.scenario import Scenario
 
 ROWS = 201  # of trajectory.csv, at the least
-ROUNDING = 1e-12  # relative: keeps a stretched motion under its limits in floating point
 
 
 @dataclass(frozen=True)
@@ -75,8 +74,7 @@ def plan(scenario: Scenario, callback: Callable[[Status], object] | None = None)
 
 def least_repair(problem: Problem, trajectory: Trajectory) -> float:
     """The smallest time stretch that keeps the limits for all t; the search only looks at samples."""
-    needed = trajectory.least_stretch(problem.arm)
-    return 1.0 if needed <= 1.0 else float(needed * (1.0 + ROUNDING))
+    return max(1.0, trajectory.safe_stretch(problem.arm))
 
 
 def convergence(search: Result) -> tuple[FloatArray, FloatArray]:

@@ -1,0 +1,115 @@
+"""A problem as a smooth nonlinear program, for solvers that follow gradients.
+
+Its variables are the arm's own quantities instead of a search vector: kinematics and splines become equalities, so
+that nothing has a kink or an edge. Its rows come from the same :class:`Constraint` objects as the penalty and the
+verification.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from problems.constraint import Constraint
+from problems.matrix import FloatArray, Matrix, differences
+from problems.motion import Samples
+from problems.planar_arm import PlanarArm
+from problems.trajectory import Trajectory
+
+SMOOTHING = 1e-3  # m: rounds the corner of a tip that stands still; costs 1e-4 of a length
+
+
+@dataclass(frozen=True)
+class Lifted:
+    """The symbols of a program.
+
+    Attributes:
+        x: variables, (n, 1).
+        objective: scalar.
+        constraints: equalities are those whose bounds are the same.
+    """
+
+    x: ca.SX
+    objective: Matrix
+    constraints: tuple[Constraint, ...]
+
+
+class NonlinearProgram(ABC):
+    """minimise f(x) subject to lower_rows <= g(x) <= upper_rows and the bounds of x."""
+
+    @cached_property
+    @abstractmethod
+    def lifted(self) -> Lifted:
+        """The symbolic program."""
+
+    @abstractmethod
+    def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of the variables, (n,), in the turn of the angles of a start (n,)."""
+
+    @abstractmethod
+    def from_search(self, x: FloatArray) -> FloatArray:
+        """The variables (n,) of a search vector (d,)."""
+
+    @abstractmethod
+    def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
+        """Endless random starts (n,) that meet the task's points by inverse kinematics."""
+
+    @abstractmethod
+    def trajectory(self, x: FloatArray) -> Trajectory:
+        """The exact trajectory of a solution, as fast as the limits allow for all t where time is free."""
+
+    @abstractmethod
+    def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
+        """The arm's own quantities (the paper's symbols) of a solution."""
+
+    @property
+    def x(self) -> ca.SX:
+        """The variables, (n, 1)."""
+        return self.lifted.x
+
+    @property
+    def f(self) -> Matrix:
+        """The objective."""
+        return self.lifted.objective
+
+    @property
+    def g(self) -> Matrix:
+        """All rows of all constraints, (r, 1), each divided by its scale."""
+        return ca.densify(ca.vertcat(*(constraint.row_values() for constraint in self.lifted.constraints)))
+
+    @cached_property
+    def row_bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of the rows, both (r,)."""
+        pairs = [constraint.row_bounds() for constraint in self.lifted.constraints]
+        lower, upper = (np.concatenate(side) for side in zip(*pairs, strict=True))
+        return lower, upper
+
+
+def equality(name: str, expression: Matrix, unit: str, column_names: Sequence[str]) -> Constraint:
+    """``expression == 0``, one column a name."""
+    zero, one = np.zeros(len(column_names)), np.ones(len(column_names))
+    return Constraint(name, "-", unit, expression, zero, zero, tuple(column_names), one, for_all_t=False)
+
+
+def smooth_length(arm: PlanarArm, samples: Samples) -> Matrix:
+    """(10) with corners rounded off by ``SMOOTHING``; m."""
+    steps = differences(arm.tip(samples.theta))
+    squares = ca.sum2(steps * steps)
+    return ca.sum1(ca.sqrt(squares + SMOOTHING**2) - SMOOTHING)
+
+
+def rotation_rows(arm: PlanarArm, samples: Samples) -> tuple[ca.SX, list[Constraint]]:
+    """(9) without its kink: slacks (n - 1, k) no smaller than the increments of both signs; rad."""
+    increments = differences(samples.theta)
+    slack = ca.SX.sym("slack", *increments.shape)
+    zero, endless, one = np.zeros(arm.links), np.full(arm.links, np.inf), np.ones(arm.links)
+    joints = tuple(f"joint {joint}" for joint in range(1, arm.links + 1))
+    return slack, [
+        Constraint(f"rotation {sign}", "(9)", "rad", slack - step, zero, endless, joints, one, for_all_t=False)
+        for sign, step in (("forward", increments), ("backward", -increments))
+    ]

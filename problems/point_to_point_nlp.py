@@ -1,0 +1,165 @@
+"""The nonlinear program of a point-to-point motion.
+
+Variables: theta_s, theta_m, dtheta_m, theta_f, and t1 and t2 where time matters. The end postures are tied to start
+and goal by forward kinematics, smooth where inverse kinematics has edges. Rotation and length do not depend on how
+long a motion takes: its duration is then 1, t1 the only time, no speed or acceleration is bounded, and the exact time
+scaling of a solution restores the limits. ``elbow`` up or down bounds theta_2 at both ends.
+
+A search vector's box does not apply here: theta_m and dtheta_m may leave it, and so may t1 and t2 at their long end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from math import pi
+
+import casadi as ca
+import numpy as np
+
+from problems.limits import motion_constraints, step_limit
+from problems.matrix import FloatArray, Matrix, as_array, split
+from problems.nlp import Lifted, NonlinearProgram, equality, rotation_rows, smooth_length
+from problems.point_to_point import SHARE, PointToPoint, Quantities
+from problems.problem import SAMPLING_MARGIN
+from problems.redundancy import restore
+from problems.trajectory import Trajectory
+
+ROTATION_SAMPLES = 12  # time steps a segment: the sum of increments is exact up to a turn between two samples
+LENGTH_SAMPLES = 25
+GOAL_DRAWS = 8  # a start takes the goal posture nearest to its start posture among so many
+SPREAD = 0.3  # rad, of theta_m around the middle of a start's ends
+TIMELESS = ("speed", "acceleration")
+
+
+@dataclass(frozen=True)
+class PointToPointNlp(NonlinearProgram):
+    """Move the tip from rest at the start to rest at the goal.
+
+    Args:
+        problem: whose task, limits and obstacles hold.
+        margin: to keep at the samples for what lies between them, as a share of the reach and of the joints' ranges.
+    """
+
+    problem: PointToPoint
+    margin: float = SAMPLING_MARGIN
+
+    @property
+    def timed(self) -> bool:
+        """Whether t1 and t2 are variables."""
+        return self.problem.objective == "time"
+
+    @property
+    def samples(self) -> int:
+        """Time steps a segment."""
+        steps = {"time": self.problem.samples, "rotation": ROTATION_SAMPLES, "length": LENGTH_SAMPLES}
+        least = LENGTH_SAMPLES if self.problem.obstacles else 0
+        return max(steps[self.problem.objective], least)
+
+    @cached_property
+    def lifted(self) -> Lifted:
+        """Quantities as variables, kinematics as equalities."""
+        x, quantities = self._symbols
+        samples = quantities.sampled(self.samples)
+        arm, task = self.problem.arm, self.problem
+        constraints = [
+            equality(f"tip at the {name}", arm.tip(theta) - ca.DM(list(point)).T, "m", ("x", "y"))
+            for name, theta, point in (
+                ("start", quantities.theta_s, task.start),
+                ("goal", quantities.theta_f, task.goal),
+            )
+        ]
+        limits = motion_constraints(arm, task.obstacles, samples, self.margin)
+        constraints += [limit for limit in limits if self.timed or limit.name not in TIMELESS]
+        if task.obstacles:
+            constraints.append(step_limit(arm, task.obstacles, samples))
+        if self.problem.objective != "rotation":
+            objective = samples.duration if self.timed else smooth_length(arm, samples)
+            return Lifted(x, objective, tuple(constraints))
+        slack, rows = rotation_rows(arm, samples)
+        return Lifted(ca.vertcat(x, ca.vec(slack)), ca.sum1(ca.vec(slack)), (*constraints, *rows))
+
+    @cached_property
+    def _symbols(self) -> tuple[ca.SX, Quantities]:
+        x = ca.SX.sym("x", 4 * self.problem.arm.links + (2 if self.timed else 1))
+        return x, self._quantities(x)
+
+    def _quantities(self, x: Matrix) -> Quantities:
+        k = self.problem.arm.links
+        theta_s, theta_m, dtheta_m, theta_f, times = split(x, [k, k, k, k, 2 if self.timed else 1])
+        t1, t2 = (times[0], times[1]) if self.timed else (times[0], 1.0 - times[0])
+        return Quantities(theta_s.T, theta_m.T, dtheta_m.T, theta_f.T, t1, t2)
+
+    def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Elbow and joint limits on the angles, the least times; the rest is free."""
+        k, size = self.problem.arm.links, self.x.shape[0]
+        lower, upper = np.full(size, -np.inf), np.full(size, np.inf)
+        blocks = {"theta_s": 0, "theta_m": k, "theta_f": 3 * k}
+        for name, first in blocks.items():
+            if self.problem.arm.joint_limits is not None:
+                lower[first : first + k], upper[first : first + k] = np.array(self.problem.arm.joint_limits).T
+            if name != "theta_m" and self.problem.elbow != "free":
+                low, high = elbow_interval(self.problem.elbow, x[first + 1])
+                lower[first + 1], upper[first + 1] = max(low, lower[first + 1]), min(high, upper[first + 1])
+        times = slice(4 * k, 4 * k + (2 if self.timed else 1))
+        lower[times], upper[times] = (self.problem.segment_time[0], np.inf) if self.timed else SHARE
+        lower[times.stop :] = 0.0
+        return lower, upper
+
+    def from_search(self, x: FloatArray) -> FloatArray:
+        """The arm's own quantities of a search vector."""
+        return self._variables(self.problem.quantities_of(x))
+
+    def _variables(self, quantities: Quantities) -> FloatArray:
+        if not self.timed:
+            quantities = quantities.stretched(1.0 / (quantities.t1 + quantities.t2))
+        parts = [getattr(quantities, field.name) for field in fields(Quantities)]
+        x = np.concatenate([as_array(part).ravel() for part in (parts if self.timed else parts[:-1])])
+        if self.problem.objective != "rotation":
+            return x
+        theta = as_array(quantities.sampled(self.samples).theta)
+        return np.append(x, np.abs(np.diff(theta, axis=0)).ravel(order="F"))
+
+    def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
+        """Postures by inverse kinematics at both ends, theta_m near their middle, t1 = t2 = 1 s."""
+        fixed = {"up": 1.0, "down": -1.0}.get(self.problem.elbow)
+        while True:
+            elbow = fixed if fixed is not None else float(rng.choice([-1.0, 1.0]))
+            theta_s = self.problem.arm.turn(self._posture(rng, self.problem.start, elbow))
+            drawn = [self._posture(rng, self.problem.goal, elbow) for _ in range(GOAL_DRAWS)]
+            goals = [self.problem.arm.turn_near(theta, theta_s) for theta in drawn]
+            theta_f = min(goals, key=lambda goal: float(ca.norm_2(goal - theta_s)))
+            theta_m = (theta_s + theta_f) / 2.0 + ca.DM(rng.normal(0.0, SPREAD, theta_s.shape))
+            yield self._variables(Quantities(theta_s, theta_m, 0.75 * (theta_f - theta_s), theta_f, ca.DM(1), ca.DM(1)))
+
+    def _posture(self, rng: np.random.Generator, point: tuple[float, float], elbow: float) -> Matrix:
+        arm, target = self.problem.arm, ca.DM(list(point))
+        return arm.inverse(target, restore(arm, target, ca.DM(rng.random(arm.links - 2))), elbow)[0]
+
+    def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
+        """theta_s, theta_m, dtheta_m, theta_f, t1, t2 of a solution, after time scaling."""
+        return self._scaled(x).arrays()
+
+    def trajectory(self, x: FloatArray) -> Trajectory:
+        """Quartic and quintic of a solution, as fast as the limits allow for all t."""
+        return self._scaled(x).trajectory()
+
+    def _scaled(self, x: FloatArray) -> Quantities:
+        """With the ends exactly at their points and the limits kept exactly."""
+        quantities = self._exact_ends(self._quantities(ca.DM(x[: self._symbols[0].shape[0]])))
+        shortest = self.problem.segment_time[0] / float(ca.fmin(quantities.t1, quantities.t2))
+        return quantities.stretched(max(shortest, quantities.trajectory().safe_stretch(self.problem.arm)))
+
+    def _exact_ends(self, quantities: Quantities) -> Quantities:
+        arm, task = self.problem.arm, self.problem
+        theta_s = arm.snapped(quantities.theta_s, ca.DM(list(task.start)))
+        theta_f = arm.snapped(quantities.theta_f, ca.DM(list(task.goal)))
+        return replace(quantities, theta_s=theta_s, theta_f=theta_f)
+
+
+def elbow_interval(elbow: str, theta_2: float) -> tuple[float, float]:
+    """Where theta_2 may be with the elbow up or down, in rad: half a turn, the one nearest to ``theta_2``."""
+    low = 0.0 if elbow == "up" else -pi
+    turns = 2.0 * pi * np.rint((theta_2 - low - pi / 2.0) / (2.0 * pi))
+    return low + turns, low + pi + turns
