@@ -127,6 +127,11 @@ class Verdict:
     satisfied: bool
     where: str
 
+    @property
+    def excess(self) -> float:
+        """By how much the bound is broken, in ``unit``; 0 where it holds."""
+        return 0.0 if self.satisfied else abs(self.worst - self.bound)
+
 
 TOLERANCE = 1e-9  # relative to the constraint's scale: rounding, nothing else
 

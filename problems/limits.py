@@ -7,6 +7,7 @@ and the verification of a finished trajectory all call it, each with its own sam
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -82,40 +83,63 @@ def obstacle_clearance(
         y: likewise.
         margin: the clearance to keep, m.
     """
-    xs, ys = columns(x), columns(y)
-    near = [
-        (link, number, obstacle)
+    pairs = reachable_pairs(arm, obstacles, margin)
+    if not pairs:
+        return []
+    labels = [str(pair) for pair in pairs]
+    built = [_clearance("clearance", link_clearances(pairs, x, y), pairs, labels, margin)]
+    if x.shape[0] > 1:
+        swept = ca.horzcat(
+            *(
+                pair.obstacle.segment_clearance(
+                    *(ca.horzcat(values[:-1, pair.link], values[1:, pair.link]) for values in (x, y))
+                )
+                for pair in pairs
+            )
+        )
+        built.append(_clearance("swept clearance", swept, pairs, [f"end of {label}" for label in labels], margin))
+    return built
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A link (1..k) and an obstacle (number 1, 2, ...) that it may touch."""
+
+    link: int
+    number: int
+    obstacle: Ellipse
+
+    def __str__(self) -> str:
+        return f"link {self.link}, obstacle {self.number}"
+
+
+def reachable_pairs(arm: PlanarArm, obstacles: Sequence[Ellipse], margin: float = 0.0) -> list[Pair]:
+    """All links and obstacles but those that can never come within ``margin`` m of each other."""
+    return [
+        Pair(link, number, obstacle)
         for number, obstacle in enumerate(obstacles, start=1)
         for link in range(1, arm.links + 1)
         if arm.reach(link)[1] >= obstacle.distance_to_base() - margin
     ]
-    if not near:
-        return []
-    links = [
-        obstacle.segment_clearance(ca.horzcat(xs[link - 1], xs[link]), ca.horzcat(ys[link - 1], ys[link]))
-        for link, _, obstacle in near
-    ]
-    labels = [f"link {link}, obstacle {number}" for link, number, _ in near]
-    met = [obstacle for _, _, obstacle in near]
-    built = [_clearance("clearance", links, met, labels, margin)]
-    if x.shape[0] > 1:
-        steps = [
-            obstacle.segment_clearance(*(ca.horzcat(values[:-1], values[1:]) for values in (xs[link], ys[link])))
-            for link, _, obstacle in near
-        ]
-        built.append(_clearance("swept clearance", steps, met, [f"end of {label}" for label in labels], margin))
-    return built
+
+
+def link_clearances(pairs: Sequence[Pair], x: Matrix, y: Matrix) -> Matrix:
+    """Clearance in m of each pair (columns) in each of n postures: (n, pairs); joint positions (n, k + 1)."""
+    ends = [slice(pair.link - 1, pair.link + 1) for pair in pairs]
+    return ca.horzcat(
+        *(pair.obstacle.segment_clearance(x[:, link], y[:, link]) for pair, link in zip(pairs, ends, strict=True))
+    )
 
 
 def _clearance(
-    name: str, values: Sequence[Matrix], obstacles: Sequence[Ellipse], labels: Sequence[str], margin: float
+    name: str, expression: Matrix, pairs: Sequence[Pair], labels: Sequence[str], margin: float
 ) -> Constraint:
-    lower, upper, one = np.full(len(values), margin), np.full(len(values), np.inf), np.ones(len(values))
+    lower, upper, one = np.full(len(pairs), margin), np.full(len(pairs), np.inf), np.ones(len(pairs))
 
     def log_distances(clearance: Matrix) -> Matrix:
-        return ca.horzcat(*(o.log_distance(c) for o, c in zip(obstacles, columns(clearance), strict=True)))
+        each = zip(pairs, columns(clearance), strict=True)
+        return ca.horzcat(*(pair.obstacle.log_distance(column) for pair, column in each))
 
-    expression = ca.horzcat(*values)
     return Constraint(name, "(14), (18)", "m", expression, lower, upper, tuple(labels), one, transform=log_distances)
 
 

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -19,33 +17,28 @@ from problems.constraint import Constraint
 from problems.matrix import FloatArray, Matrix, differences
 from problems.motion import Samples
 from problems.planar_arm import PlanarArm
+from problems.problem import SAMPLING_MARGIN
 from problems.trajectory import Trajectory
 
 SMOOTHING = 1e-3  # m: rounds the corner of a tip that stands still; costs 1e-4 of a length
 
 
-@dataclass(frozen=True)
-class Lifted:
-    """The symbols of a program.
-
-    Attributes:
-        x: variables, (n, 1).
-        objective: scalar.
-        constraints: equalities are those whose bounds are the same.
-    """
-
-    x: ca.SX
-    objective: Matrix
-    constraints: tuple[Constraint, ...]
-
-
 class NonlinearProgram(ABC):
-    """minimise f(x) subject to lower_rows <= g(x) <= upper_rows and the bounds of x."""
+    """Minimise f(x) subject to bounds of the rows g(x) and of the variables x."""
 
-    @cached_property
+    @property
     @abstractmethod
-    def lifted(self) -> Lifted:
-        """The symbolic program."""
+    def x(self) -> ca.SX:
+        """The variables, (n, 1)."""
+
+    @property
+    @abstractmethod
+    def f(self) -> Matrix:
+        """The objective."""
+
+    @abstractmethod
+    def constraints(self, margin: float) -> tuple[Constraint, ...]:
+        """All rows; equalities are those whose bounds are the same. The margin changes bounds alone."""
 
     @abstractmethod
     def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -68,24 +61,18 @@ class NonlinearProgram(ABC):
         """The arm's own quantities (the paper's symbols) of a solution."""
 
     @property
-    def x(self) -> ca.SX:
-        """The variables, (n, 1)."""
-        return self.lifted.x
-
-    @property
-    def f(self) -> Matrix:
-        """The objective."""
-        return self.lifted.objective
-
-    @property
     def g(self) -> Matrix:
         """All rows of all constraints, (r, 1), each divided by its scale."""
-        return ca.densify(ca.vertcat(*(constraint.row_values() for constraint in self.lifted.constraints)))
+        return ca.densify(ca.vertcat(*(constraint.row_values() for constraint in self.constraints(SAMPLING_MARGIN))))
 
-    @cached_property
-    def row_bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper bounds of the rows, both (r,)."""
-        pairs = [constraint.row_bounds() for constraint in self.lifted.constraints]
+    def row_bounds(self, margin: float | None = None) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of the rows, both (r,).
+
+        Args:
+            margin: to keep at the samples for what lies between them, as a share of the reach and of the joints'
+                ranges; ``SAMPLING_MARGIN`` if None.
+        """
+        pairs = [constraint.row_bounds() for constraint in self.constraints(margin or SAMPLING_MARGIN)]
         lower, upper = (np.concatenate(side) for side in zip(*pairs, strict=True))
         return lower, upper
 
@@ -103,13 +90,12 @@ def smooth_length(arm: PlanarArm, samples: Samples) -> Matrix:
     return ca.sum1(ca.sqrt(squares + SMOOTHING**2) - SMOOTHING)
 
 
-def rotation_rows(arm: PlanarArm, samples: Samples) -> tuple[ca.SX, list[Constraint]]:
+def rotation_rows(arm: PlanarArm, samples: Samples, slack: ca.SX) -> list[Constraint]:
     """(9) without its kink: slacks (n - 1, k) no smaller than the increments of both signs; rad."""
     increments = differences(samples.theta)
-    slack = ca.SX.sym("slack", *increments.shape)
     zero, endless, one = np.zeros(arm.links), np.full(arm.links, np.inf), np.ones(arm.links)
     joints = tuple(f"joint {joint}" for joint in range(1, arm.links + 1))
-    return slack, [
+    return [
         Constraint(f"rotation {sign}", "(9)", "rad", slack - step, zero, endless, joints, one, for_all_t=False)
         for sign, step in (("forward", increments), ("backward", -increments))
     ]

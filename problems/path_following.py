@@ -8,9 +8,10 @@ them, so that the other points are met only nearly: the trajectory accuracy (24)
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 import casadi as ca
 import numpy as np
@@ -30,10 +31,23 @@ from problems.population import PopulationFunction
 from problems.problem import SAMPLING_MARGIN, Model, Problem, Variable
 from problems.redundancy import angular_range, restore
 from problems.spline import RestSpline
-from problems.task import Elbow, Formulation, check_choices, check_obstacles, check_point, check_range, elbow_signs
+from problems.task import (
+    Elbow,
+    Formulation,
+    KnotRedundancy,
+    check_choices,
+    check_obstacles,
+    check_point,
+    check_range,
+    elbow_signs,
+)
 from problems.trajectory import Trajectory
 from problems.verification import end_verdicts
 
+if TYPE_CHECKING:
+    from problems.path_nlp import PathNlp
+
+ON_THE_POINT = 1e-30  # m^2, keeps the gradient of a distance finite where it is 0
 USUAL_TIMES = (0.1, 10.0)  # s
 
 
@@ -56,6 +70,7 @@ class PathFollowing(Problem):
         obstacles: to keep clear of.
         total_time: bounds of t_T, s. The upper one is the paper formulation's search box only. If None, from 0.1 s to
             10 s, or to twice the time that the motion in the middle of its redundancy takes if that is more.
+        knot_redundancy: of the nonlinear program alone: ``free`` at every knot, or the search vector's ``values``.
 
     Raises:
         InvalidProblem: a point is out of reach, too close to the base or inside an obstacle, or a field is out of
@@ -73,9 +88,11 @@ class PathFollowing(Problem):
     knots: int | None = None
     obstacles: tuple[Ellipse, ...] = ()
     total_time: tuple[float, float] | None = None
+    knot_redundancy: KnotRedundancy = "free"
 
     def __post_init__(self) -> None:
         check_choices(self, objective=OBJECTIVES, elbow=get_args(Elbow), formulation=get_args(Formulation))
+        check_choices(self, knot_redundancy=get_args(KnotRedundancy))
         if self.arm.links < 3:
             raise InvalidProblem("link_lengths", f"following a path takes at least 3 links, not {self.arm.links}")
         if not (np.isfinite(self.accuracy) and self.accuracy > 0.0):
@@ -160,11 +177,14 @@ class PathFollowing(Problem):
         return np.linspace(0.0, 1.0, self.steps * (len(self.path.points) - 1) + 1)
 
     def redundancy(self, x_phi: Matrix) -> Matrix:
-        """Normalised redundancy at the knots (M, k - 2), interpolated between the decided values, within [0, 1]."""
+        """Normalised redundancy at the knots, (M, k - 2): interpolated, then cut off at 0 and 1."""
+        return ca.fmin(1.0, ca.fmax(0.0, self.interpolated_redundancy(x_phi)))
+
+    def interpolated_redundancy(self, x_phi: Matrix) -> Matrix:
+        """The same before it is cut off: a cubic spline through the decided values."""
         decided = np.linspace(0.0, 1.0, self.redundancy_values)
         interpolation = constant(CubicSpline(decided, np.eye(self.redundancy_values))(self.spline.knots))
-        values = ca.mtimes(interpolation, ca.reshape(x_phi, self.redundancy_values, self.extra))
-        return ca.fmin(1.0, ca.fmax(0.0, values))
+        return ca.mtimes(interpolation, ca.reshape(x_phi, self.redundancy_values, self.extra))
 
     def decode(self, x: Matrix) -> tuple[Matrix, Matrix, Matrix]:
         """From a search vector (d, 1) to the shape and the total time.
@@ -197,13 +217,27 @@ class PathFollowing(Problem):
         blocks = [ca.mtimes(self.spline.sampling_matrix(self.grid, n), shape) / time**n for n in range(3)]
         return Samples(blocks[0], blocks[1], blocks[2], time)
 
-    def accuracy_limit(self, tip: Matrix) -> Constraint:
-        """(24): |P*(i) - P(i)| <= accuracy, with the planned tip (n, 2) at the points' path parameters."""
-        dx, dy = columns(tip - ca.DM(self.path.array))
-        bound = np.array([self.accuracy])
-        distance = ca.sqrt(dx * dx + dy * dy)
+    def accuracy_limit(self, tip: Matrix, indices: Sequence[int] | None = None) -> Constraint:
+        """(24): |P*(i) - P(i)| <= accuracy.
+
+        Args:
+            tip: planned positions (n, 2) at the points' path parameters, m.
+            indices: of these points; all if None.
+        """
+        given = self.path.array if indices is None else self.path.array[list(indices)]
+        dx, dy = columns(tip - ca.DM(given))
+        bound, endless = np.array([self.accuracy]), np.array([np.inf])
         return Constraint(
-            "accuracy", "(24)", "m", distance, -np.array([np.inf]), bound, ("tip",), bound, weight=Weight.MAGNITUDE
+            "accuracy",
+            "(24)",
+            "m",
+            ca.sqrt(dx * dx + dy * dy + ON_THE_POINT),
+            -endless,
+            bound,
+            ("tip",),
+            bound,
+            weight=Weight.MAGNITUDE,
+            transform=lambda distance: (distance / self.accuracy) ** 2,
         )
 
     @cached_property
@@ -265,14 +299,27 @@ class PathFollowing(Problem):
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """Redundancy angles phi at the knots and t_T of one candidate (d,)."""
         phi, _, time = self._decoder(x)
-        named = {f"phi_{j}": column for j, column in enumerate(as_array(phi).T, start=3)}
-        return {"t_T": as_array(time).ravel(), **named, "u_knots": self.spline.knots}
+        return self.named_quantities(as_array(phi), float(time))
+
+    def named_quantities(self, phi: FloatArray, time: float) -> dict[str, FloatArray]:
+        """By name: redundancy angles at the knots (M, k - 2), t_T, and the knots themselves."""
+        named = {f"phi_{j}": column for j, column in enumerate(phi.T, start=3)}
+        return {"t_T": np.array([time]), **named, "u_knots": self.spline.knots}
 
     def trajectory(self, x: FloatArray) -> Trajectory:
         """The spline of one candidate (d,), exactly."""
         _, shape, time = self._decoder(x)
-        durations = np.diff(self.spline.nodes) * float(time)
-        return Trajectory.from_pieces(durations, self.spline.pieces(as_array(shape)))
+        return self.spline_trajectory(shape, float(time))
+
+    def spline_trajectory(self, shape: Matrix, time: float) -> Trajectory:
+        """The motion of numeric spline coefficients (M + 4, k) in rad that takes ``time`` s."""
+        return Trajectory.from_pieces(np.diff(self.spline.nodes) * time, self.spline.pieces(as_array(shape)))
+
+    def nlp(self) -> PathNlp:
+        """The same problem for solvers that follow gradients."""
+        from problems.path_nlp import PathNlp  # noqa: PLC0415 (it builds on this module)
+
+        return PathNlp(self)
 
     def point_times(self, trajectory: Trajectory) -> FloatArray:
         """When the points of the path are passed, (n,), s."""

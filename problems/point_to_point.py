@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from functools import cached_property
 from math import pi
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 import casadi as ca
 import numpy as np
@@ -38,6 +38,9 @@ from problems.segments import (
 from problems.task import Elbow, Formulation, check_choices, check_obstacles, check_point, check_range, elbow_signs
 from problems.trajectory import Trajectory
 from problems.verification import end_verdicts
+
+if TYPE_CHECKING:
+    from problems.point_to_point_nlp import PointToPointNlp
 
 SHARE = (0.1, 0.9)  # reduced: t1 / (t1 + t2)
 DETOUR = pi  # reduced: how far theta_m may lie from the middle of theta_s and theta_f, rad
@@ -260,6 +263,12 @@ class PointToPoint(Problem):
     def trajectory(self, x: FloatArray) -> Trajectory:
         """Quartic (3) and quintic (5) of one candidate (d,), exactly."""
         return self.quantities_of(x).trajectory()
+
+    def nlp(self) -> PointToPointNlp:
+        """The same problem for solvers that follow gradients."""
+        from problems.point_to_point_nlp import PointToPointNlp  # noqa: PLC0415 (it builds on this module)
+
+        return PointToPointNlp(self)
 
     def task_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
         """Start and goal."""

@@ -18,11 +18,12 @@ from math import pi
 import casadi as ca
 import numpy as np
 
+from problems.constraint import Constraint
 from problems.limits import motion_constraints, step_limit
-from problems.matrix import FloatArray, Matrix, as_array, split
-from problems.nlp import Lifted, NonlinearProgram, equality, rotation_rows, smooth_length
+from problems.matrix import FloatArray, Matrix, as_array, split, total
+from problems.motion import Samples
+from problems.nlp import NonlinearProgram, equality, rotation_rows, smooth_length
 from problems.point_to_point import SHARE, PointToPoint, Quantities
-from problems.problem import SAMPLING_MARGIN
 from problems.redundancy import restore
 from problems.trajectory import Trajectory
 
@@ -39,11 +40,9 @@ class PointToPointNlp(NonlinearProgram):
 
     Args:
         problem: whose task, limits and obstacles hold.
-        margin: to keep at the samples for what lies between them, as a share of the reach and of the joints' ranges.
     """
 
     problem: PointToPoint
-    margin: float = SAMPLING_MARGIN
 
     @property
     def timed(self) -> bool:
@@ -58,32 +57,43 @@ class PointToPointNlp(NonlinearProgram):
         return max(steps[self.problem.objective], least)
 
     @cached_property
-    def lifted(self) -> Lifted:
-        """Quantities as variables, kinematics as equalities."""
-        x, quantities = self._symbols
-        samples = quantities.sampled(self.samples)
-        arm, task = self.problem.arm, self.problem
-        constraints = [
-            equality(f"tip at the {name}", arm.tip(theta) - ca.DM(list(point)).T, "m", ("x", "y"))
-            for name, theta, point in (
-                ("start", quantities.theta_s, task.start),
-                ("goal", quantities.theta_f, task.goal),
-            )
-        ]
-        limits = motion_constraints(arm, task.obstacles, samples, self.margin)
-        constraints += [limit for limit in limits if self.timed or limit.name not in TIMELESS]
-        if task.obstacles:
-            constraints.append(step_limit(arm, task.obstacles, samples))
-        if self.problem.objective != "rotation":
-            objective = samples.duration if self.timed else smooth_length(arm, samples)
-            return Lifted(x, objective, tuple(constraints))
-        slack, rows = rotation_rows(arm, samples)
-        return Lifted(ca.vertcat(x, ca.vec(slack)), ca.sum1(ca.vec(slack)), (*constraints, *rows))
+    def _symbols(self) -> tuple[ca.SX, Quantities, Samples, ca.SX]:
+        """Variables of the motion, the same as quantities, its samples, slacks of the rotation."""
+        x = ca.SX.sym("x", 4 * self.problem.arm.links + (2 if self.timed else 1))
+        quantities = self._quantities(x)
+        rows = 2 * self.samples if self.problem.objective == "rotation" else 0
+        return x, quantities, quantities.sampled(self.samples), ca.SX.sym("slack", rows, self.problem.arm.links)
+
+    @property
+    def x(self) -> ca.SX:
+        """theta_s, theta_m, dtheta_m, theta_f, then t1 and t2 or t1 alone, then slacks of the rotation."""
+        motion, _, _, slack = self._symbols
+        return ca.vertcat(motion, ca.vec(slack))
 
     @cached_property
-    def _symbols(self) -> tuple[ca.SX, Quantities]:
-        x = ca.SX.sym("x", 4 * self.problem.arm.links + (2 if self.timed else 1))
-        return x, self._quantities(x)
+    def f(self) -> Matrix:
+        """The objective: time, the sum of the slacks, or the smoothed length."""
+        _, _, samples, slack = self._symbols
+        if self.problem.objective == "length":
+            return smooth_length(self.problem.arm, samples)
+        return samples.duration if self.timed else total(slack)
+
+    def constraints(self, margin: float) -> tuple[Constraint, ...]:
+        """Both ends, the limits that time scaling does not restore, obstacles, slacks."""
+        _, quantities, samples, slack = self._symbols
+        arm, task = self.problem.arm, self.problem
+        ends = [("start", quantities.theta_s, task.start), ("goal", quantities.theta_f, task.goal)]
+        rows = [
+            equality(f"tip at the {name}", arm.tip(theta) - ca.DM(list(point)).T, "m", ("x", "y"))
+            for name, theta, point in ends
+        ]
+        limits = motion_constraints(arm, task.obstacles, samples, margin)
+        rows += [limit for limit in limits if self.timed or limit.name not in TIMELESS]
+        if task.obstacles:
+            rows.append(step_limit(arm, task.obstacles, samples))
+        if self.problem.objective == "rotation":
+            rows += rotation_rows(arm, samples, slack)
+        return tuple(rows)
 
     def _quantities(self, x: Matrix) -> Quantities:
         k = self.problem.arm.links

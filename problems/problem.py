@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -17,6 +18,9 @@ from problems.planar_arm import PlanarArm
 from problems.population import PopulationFunction
 from problems.trajectory import Trajectory
 from problems.verification import limit_verdicts
+
+if TYPE_CHECKING:
+    from problems.nlp import NonlinearProgram
 
 SAMPLING_MARGIN = 1e-3  # kept at the samples for what lies between them, of the arm's reach or a joint's range
 
@@ -76,6 +80,10 @@ class Problem(ABC):
     @abstractmethod
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """The arm's own quantities (the paper's symbols) of one candidate (d,)."""
+
+    @abstractmethod
+    def nlp(self) -> NonlinearProgram:
+        """The same problem for solvers that follow gradients."""
 
     @abstractmethod
     def task_verdicts(self, trajectory: Trajectory) -> list[Verdict]:

@@ -15,6 +15,7 @@ from problems.planar_arm import PlanarArm
 
 Elbow: TypeAlias = Literal["up", "down", "free"]
 Formulation: TypeAlias = Literal["paper", "reduced"]
+KnotRedundancy: TypeAlias = Literal["free", "values"]
 
 
 def check_choices(task: object, **choices: Collection[str]) -> None:

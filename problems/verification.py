@@ -1,4 +1,4 @@
-"""Judging a finished trajectory: polynomials at their exact extremes, clearance at thousands of times."""
+"""Judging a finished trajectory for all t: polynomials at their exact extremes, clearance by a proven bound."""
 
 from __future__ import annotations
 
@@ -7,18 +7,17 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
+from problems.clearance_proof import prove_clearance
 from problems.constraint import Constraint, Verdict, verdict
-from problems.limits import acceleration_limit, joint_range, obstacle_clearance, speed_limit
+from problems.limits import acceleration_limit, joint_range, speed_limit
 from problems.matrix import Matrix
 from problems.obstacles import Ellipse
 from problems.planar_arm import PlanarArm
 from problems.trajectory import Trajectory
 
-DENSE_TIMES = 4001
-
 
 def limit_verdicts(arm: PlanarArm, obstacles: Sequence[Ellipse], trajectory: Trajectory) -> list[Verdict]:
-    """Speed, acceleration and joint range for all t, exactly; clearance at ``DENSE_TIMES`` times."""
+    """Speed, acceleration and joint range for all t, exactly; the clearance that is proven for all t."""
     exact = [(speed_limit, 1), (acceleration_limit, 2)]
     if arm.joint_limits is not None:
         exact.append((joint_range, 0))
@@ -26,11 +25,12 @@ def limit_verdicts(arm: PlanarArm, obstacles: Sequence[Ellipse], trajectory: Tra
     for limit, derivative in exact:
         times = trajectory.extreme_times(derivative)
         verdicts.append(verdict(limit(arm, trajectory.samples(times)), times))
-    if obstacles:
-        times = trajectory.times(DENSE_TIMES)
-        x, y = arm.joint_positions(trajectory.samples(times).theta)
-        for constraint in obstacle_clearance(arm, obstacles, x, y, margin=0.0)[:1]:
-            verdicts.append(verdict(constraint, times))
+    proof = prove_clearance(arm, obstacles, trajectory)
+    if proof is not None:
+        where = f"{proof.where}, t = {proof.time:.4g} s"
+        clear = proof.proven >= 0.0
+        worst = proof.proven if clear else proof.smallest
+        verdicts.append(Verdict("clearance", worst, 0.0, "m", clear, where))
     return verdicts
 
 

@@ -15,6 +15,8 @@ class StopReason(StrEnum):
     TARGET = "target"
     STAGNATION = "stagnation"
     INTERRUPTED = "interrupted"
+    CONVERGED = "converged"  # of one descent: a point where no direction improves
+    FAILED = "failed"  # of one descent: infeasible, or the numbers gave out
     EXHAUSTED = "exhausted"  # the solver itself had nothing more to try
 
 

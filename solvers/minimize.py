@@ -12,9 +12,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
+from solvers.archive import Archive
 from solvers.box import Box, FloatArray
 from solvers.budget import Budget, StopReason
 from solvers.solver import Solver
@@ -74,6 +76,7 @@ def minimize(
     budget: Budget,
     seed: int | np.random.Generator,
     callback: Callable[[Status], object] | None = None,
+    archive: Archive | None = None,
 ) -> Result:
     """Search a box for the lowest cost.
 
@@ -84,6 +87,7 @@ def minimize(
         budget: how long.
         seed: of the search's own random generator, or a generator to go on with.
         callback: gets the status after the initial population and after every iteration.
+        archive: collects good candidates that differ from each other.
 
     Returns:
         The best candidate and the record of the search. After Ctrl-C too, with ``StopReason.INTERRUPTED``: the
@@ -92,8 +96,8 @@ def minimize(
     Raises:
         ValueError: a candidate outside the box, or costs that do not match the candidates (a solver's bug).
     """
-    run = _Run(cost, box, budget, callback)
-    with _deferred_interrupt(run):
+    run = _Run(cost, box, budget, callback, archive)
+    with deferred_interrupt(run):
         run.follow(solver, np.random.default_rng(seed))
     return run.result(seed if not isinstance(seed, np.random.Generator) else None)
 
@@ -106,6 +110,7 @@ class _Run:
     box: Box
     budget: Budget
     callback: Callable[[Status], object] | None
+    archive: Archive | None
     evaluations: int = 0
     iterations: int = -1  # the initial population completes iteration 0
     cost: float = np.inf
@@ -159,6 +164,8 @@ class _Run:
         if self.x is None or costs[best] < self.cost:
             self.cost, self.x = float(costs[best]), candidates[best].copy()
             self.last_improvement = self.iterations + 1
+        if self.archive is not None:
+            self.archive.add(candidates, costs)
         self.stop_reason = self._spent(cut_short=left < len(candidates))
         return costs
 
@@ -215,8 +222,14 @@ class _Run:
         return Result(self.x, self.cost, *counts, self.seconds, seed, self.stop_reason, history)
 
 
+class Interruptible(Protocol):
+    """What looks at ``interrupted`` now and then."""
+
+    interrupted: bool
+
+
 @contextmanager
-def _deferred_interrupt(run: _Run) -> Iterator[None]:
+def deferred_interrupt(run: Interruptible) -> Iterator[None]:
     """Turn the first Ctrl-C into a request to stop; a second one interrupts as usual."""
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -8,6 +8,7 @@ from importlib.metadata import entry_points
 
 from solvers.bso import BSO
 from solvers.ga import GA
+from solvers.ipopt import IPOPT
 from solvers.pso import PSO
 from solvers.solver import Solver
 
@@ -19,16 +20,18 @@ class UnknownSolver(ValueError):
     """No solver of that name; the message names the nearest."""
 
 
-def find_solver(name: str) -> type[Solver]:
+def find_solver(name: str) -> type[Solver] | type[IPOPT]:
     """The class of a solver.
 
     Args:
-        name: a key of ``SOLVERS``, a name in the entry-point group ``tpbso_casadi.solvers``, or
+        name: a key of ``SOLVERS``, ``ipopt``, a name in the entry-point group ``tpbso_casadi.solvers``, or
             ``package.module:Class``.
 
     Raises:
         UnknownSolver: nothing of that name, or it is not a :class:`Solver`.
     """
+    if name == "ipopt":
+        return IPOPT
     if name in SOLVERS:
         return SOLVERS[name]
     if ":" in name:
@@ -36,7 +39,7 @@ def find_solver(name: str) -> type[Solver]:
     offered = {entry.name: entry for entry in entry_points(group=GROUP)}
     if name in offered:
         return _checked(name, offered[name].load())
-    known = sorted({*SOLVERS, *offered})
+    known = sorted({*SOLVERS, *offered, "ipopt"})
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
     hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
     raise UnknownSolver(f"no solver {name!r}; {hint}")

@@ -13,6 +13,7 @@ from problems import Problem
 from solvers import Status
 from tpbso_casadi.builtin import DEFAULT, TITLES
 from tpbso_casadi.planning import Plan
+from tpbso_casadi.refinement import Polish
 
 
 @contextmanager
@@ -48,10 +49,29 @@ def print_plan(plan: Plan, console: Console) -> None:
         numbers = f"{verdict.worst:.6g}", f"{verdict.bound:.6g}"
         table.add_row(verdict.name, *numbers, verdict.unit, mark, verdict.where)
     console.print(table)
+    if plan.polish is not None:
+        print_polish(plan.polish, console)
     seed = plan.scenario.solver.seed
     console.print(
         f"{plan.scenario.solver.name}, seed {seed}: {search.evaluations} evaluations, {search.iterations} iterations, "
         f"{search.seconds:.2f} s, stopped by {search.stop_reason}",
+        highlight=False,
+    )
+
+
+def print_polish(polish: Polish, console: Console) -> None:
+    """Before and after the refinement by IPOPT."""
+    problem, search = polish.before.problem, polish.search
+    objective = problem.measured_by
+    verdict = "kept" if polish.accepted else "discarded: infeasible, or not better"
+    table = Table("", f"{objective.name}, {objective.unit}", "worst violation", title=f"polish: {verdict}")
+    table.title_justify = "left"
+    for name, motion in (("before", polish.before), ("after", polish.after)):
+        table.add_row(name, f"{motion.objective:.6g}", f"{motion.worst_violation:.3g}")
+    console.print(table)
+    console.print(
+        f"ipopt: {search.iterations} starts, {search.solution.iterations} iterations to the best, "
+        f"{search.evaluations} evaluations, {polish.seconds:.2f} s, {search.solution.status}",
         highlight=False,
     )
 

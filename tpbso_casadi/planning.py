@@ -1,19 +1,18 @@
-"""From a scenario to a verified plan: build the problem, search it, make the motion exact, judge it."""
+"""From a scenario to a verified plan: build the problem, search it, refine and judge what was found."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from problems import Problem, Trajectory, Verdict
 from problems.matrix import FloatArray
-from solvers import Box, Result, Status, minimize
+from solvers import IPOPT, Archive, Box, Result, Solver, Status, minimize
+from tpbso_casadi.motion import Motion, found_motion
+from tpbso_casadi.refinement import Polish, Refinement, polish
 from tpbso_casadi.scenario import Scenario
-
-ROWS = 201  # of trajectory.csv, at the least
 
 
 @dataclass(frozen=True)
@@ -23,34 +22,41 @@ class Plan:
     Attributes:
         scenario: what was asked.
         problem: its model.
-        search: what the search found, and its record.
-        time_stretch: the factor by which the found motion was slowed so that the speed and acceleration limits hold
-            between the samples too; 1 when they did already.
-        trajectory: the motion.
-        verdicts: how it stands to every constraint, for all t.
+        search: what the search found, and its record; before any polish.
+        motion: the plan itself.
+        polish: what a polish did; None when none was asked for.
     """
 
     scenario: Scenario
     problem: Problem
     search: Result
-    time_stretch: float
-    trajectory: Trajectory
-    verdicts: tuple[Verdict, ...]
+    motion: Motion
+    polish: Polish | None = None
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion's trajectory."""
+        return self.motion.trajectory
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """How the motion stands to every constraint, for all t."""
+        return self.motion.verdicts
 
     @property
     def feasible(self) -> bool:
         """Whether every constraint holds."""
-        return all(verdict.satisfied for verdict in self.verdicts)
+        return self.motion.feasible
 
-    @cached_property
-    def times(self) -> FloatArray:
-        """The times in s of the rows of ``trajectory.csv``."""
-        return self.problem.row_times(self.trajectory, ROWS)
-
-    @cached_property
+    @property
     def objective(self) -> float:
         """The objective of the motion, measured at the rows of ``trajectory.csv``."""
-        return self.problem.objective_value(self.trajectory, self.times)
+        return self.motion.objective
+
+    @property
+    def times(self) -> FloatArray:
+        """The times in s of the rows of ``trajectory.csv``."""
+        return self.motion.times
 
 
 def plan(scenario: Scenario, callback: Callable[[Status], object] | None = None) -> Plan:
@@ -63,18 +69,29 @@ def plan(scenario: Scenario, callback: Callable[[Status], object] | None = None)
     Raises:
         ScenarioError: the task cannot be done, or the solver is unknown.
     """
-    problem = scenario.problem()
-    solver, budget = scenario.solver.build(), scenario.solver.budget()
-    search = minimize(problem.cost, Box(*problem.bounds), solver, budget, scenario.solver.seed, callback)
-    found = problem.trajectory(search.x)
-    stretch = least_repair(problem, found)
-    trajectory = found.stretched(stretch)
-    return Plan(scenario, problem, search, stretch, trajectory, tuple(problem.verify(trajectory)))
+    problem, solver = scenario.problem(), scenario.solver.build()
+    if isinstance(solver, IPOPT):
+        return descended(scenario, problem, solver, callback)
+    return searched(scenario, problem, solver, callback)
 
 
-def least_repair(problem: Problem, trajectory: Trajectory) -> float:
-    """The smallest time stretch that keeps the limits for all t; the search only looks at samples."""
-    return max(1.0, trajectory.safe_stretch(problem.arm))
+def descended(scenario: Scenario, problem: Problem, solver: IPOPT, callback: Callable[[Status], object] | None) -> Plan:
+    """A plan by gradients alone."""
+    refinement = Refinement(problem, solver)
+    found = refinement.multistart(scenario.solver.budget(), scenario.solver.seed, callback)
+    return Plan(scenario, problem, found, refinement.motion(found.x))
+
+
+def searched(scenario: Scenario, problem: Problem, solver: Solver, callback: Callable[[Status], object] | None) -> Plan:
+    """A plan by a metaheuristic, polished if the scenario says so."""
+    asked, box = scenario.solver, Box(*problem.bounds)
+    archive = Archive(box) if asked.polish_starts else None
+    found = minimize(problem.cost, box, solver, asked.budget(), asked.seed, callback, archive)
+    motion = found_motion(problem, found.x)
+    if archive is None:
+        return Plan(scenario, problem, found, motion)
+    refined = polish(motion, found.x, archive, asked.polish_starts)
+    return Plan(scenario, problem, found, refined.chosen, refined)
 
 
 def convergence(search: Result) -> tuple[FloatArray, FloatArray]:

@@ -16,8 +16,11 @@ from typing import IO, Any
 
 import numpy as np
 
-from problems.matrix import as_array
+from problems import Problem
+from problems.matrix import FloatArray, as_array
+from solvers import DescentResult
 from tpbso_casadi.planning import Plan
+from tpbso_casadi.refinement import Polish
 
 
 class OutputError(ValueError):
@@ -70,7 +73,7 @@ def result_of(plan: Plan) -> dict[str, Any]:
     objective = problem.measured_by
     return {
         "scenario": plan.scenario.model_dump(mode="json"),
-        "solver": {"name": plan.scenario.solver.name, "settings": asdict(plan.scenario.solver.build())},  # type: ignore[call-overload]
+        "solver": {"name": plan.scenario.solver.name, "settings": asdict(plan.scenario.solver.build())},  # type: ignore[arg-type]
         "seed": plan.scenario.solver.seed,
         "objective": {"name": objective.name, "value": plan.objective, "unit": objective.unit},
         "cost": search.cost,
@@ -80,13 +83,11 @@ def result_of(plan: Plan) -> dict[str, Any]:
             for verdict in plan.verdicts
         ],
         "solution": {
-            "variables": [
-                {"name": variable.name, "value": float(value), "unit": variable.unit}
-                for variable, value in zip(problem.variables, search.x, strict=True)
-            ],
-            "quantities": {name: values.tolist() for name, values in problem.quantities(search.x).items()},
-            "time_stretch": plan.time_stretch,
+            "variables": None if isinstance(search, DescentResult) else _variables(problem, search.x),
+            "quantities": {name: values.tolist() for name, values in plan.motion.quantities.items()},
+            "time_stretch": plan.motion.time_stretch,
         },
+        **({} if plan.polish is None else {"polish": _polish(plan.polish)}),
         "evaluations": search.evaluations,
         "iterations": search.iterations,
         "seconds": search.seconds,
@@ -99,6 +100,36 @@ def result_of(plan: Plan) -> dict[str, Any]:
             "python": python_version(),
             **{name: version(name) for name in ("tpbso-casadi", "casadi", "numpy", "scipy")},
         },
+    }
+
+
+def _variables(problem: Problem, x: FloatArray) -> list[dict[str, Any]]:
+    """The best search vector (d,), by name; before any polish."""
+    return [
+        {"name": variable.name, "value": float(value), "unit": variable.unit}
+        for variable, value in zip(problem.variables, x, strict=True)
+    ]
+
+
+def _polish(polish: Polish) -> dict[str, Any]:
+    solution = polish.search.solution
+    return {
+        **{
+            name: {
+                "objective": motion.objective,
+                "worst_violation": motion.worst_violation,
+                "feasible": motion.feasible,
+            }
+            for name, motion in (("before", polish.before), ("after", polish.after))
+        },
+        "accepted": polish.accepted,
+        "starts": polish.search.iterations,
+        "iterations": solution.iterations,
+        "evaluations": polish.search.evaluations,
+        "seconds": polish.seconds,
+        "status": solution.status,
+        "stop_reason": str(solution.stop_reason),
+        "residuals": solution.residuals,
     }
 
 

@@ -16,11 +16,12 @@ from typing import Any, Self
 from pydantic import Field, ValidationError
 
 from problems import Ellipse, InvalidProblem, PlanarArm, Problem
-from solvers import Budget, Solver, find_solver
+from solvers import IPOPT, Budget, Solver, find_solver
 from tpbso_casadi.section import Pair, Positive, ScenarioError, Section
 from tpbso_casadi.tasks import TASKS, AnyTask, ModelSection, PointsTask
 
 DEFAULT_EVALUATIONS = 30_000  # the paper-sized swarm: 50 beetles, 200 iterations, 3 evaluations each
+DEFAULT_STARTS = 20
 
 
 class ArmSection(Section):
@@ -67,9 +68,10 @@ class SolverSection(Section):
     evaluations: int | None = Field(default=None, gt=0)
     time_limit: Positive | None = None
     seed: int = Field(default=1, ge=0)
+    polish_starts: int = Field(default=0, ge=0)
     settings: dict[str, float | str] = Field(default_factory=dict)
 
-    def build(self) -> Solver:
+    def build(self) -> Solver | IPOPT:
         """The solver with its settings.
 
         Raises:
@@ -82,6 +84,8 @@ class SolverSection(Section):
             kind = find_solver(self.name)
         except ValueError as error:
             raise ScenarioError(f"solver.name: {error}") from error
+        if kind is IPOPT and self.polish_starts:
+            raise ScenarioError("solver.polish_starts: ipopt has nothing to polish, it descends by itself")
         known = list(getattr(kind, "__dataclass_fields__", {}))
         for key in settings:
             if known and key not in known:
@@ -92,11 +96,10 @@ class SolverSection(Section):
             raise ScenarioError(f"solver.settings: {error}") from error
 
     def budget(self) -> Budget:
-        """How long to search; 30,000 evaluations unless something is said."""
-        evaluations = self.evaluations
-        if evaluations is None and self.iterations is None and self.time_limit is None:
-            evaluations = DEFAULT_EVALUATIONS
-        return Budget(evaluations, self.iterations, self.time_limit)
+        """How long to search; 30,000 evaluations, or 20 starts of ipopt, unless something is said."""
+        if self.evaluations is not None or self.iterations is not None or self.time_limit is not None:
+            return Budget(self.evaluations, self.iterations, self.time_limit)
+        return Budget(iterations=DEFAULT_STARTS) if self.name == "ipopt" else Budget(DEFAULT_EVALUATIONS)
 
 
 class Scenario(Section):
@@ -114,7 +117,13 @@ class Scenario(Section):
         Raises:
             ScenarioError: the arm cannot do the task.
         """
-        sections = {"link_lengths": "arm.", "obstacles": "", "samples": "model.", "knots": "model."}
+        sections = {
+            "link_lengths": "arm.",
+            "obstacles": "",
+            "samples": "model.",
+            "knots": "model.",
+            "knot_redundancy": "model.",
+        }
         try:
             obstacles = tuple(obstacle.build() for obstacle in self.obstacles)
             arm = self.arm.build()

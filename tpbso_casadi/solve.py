@@ -45,13 +45,22 @@ def parser() -> argparse.ArgumentParser:
     problem.add_argument("--objective", choices=("time", "rotation", "length"))
     problem.add_argument("--elbow", choices=("up", "down", "free"), help="branch of inverse kinematics at both ends")
     problem.add_argument("--formulation", choices=("paper", "reduced"), help="cost (15), or feasible by construction")
+    problem.add_argument("--knot-redundancy", choices=("free", "values"), help="of a path, where IPOPT follows it")
     search = built.add_argument_group("the search, overriding the scenario")
-    search.add_argument("--solver", metavar="NAME", help="bso, pso, ga, a plug-in's name, or package.module:Class")
+    search.add_argument(
+        "--solver", metavar="NAME", help="bso, pso, ga, ipopt, a plug-in's name, or package.module:Class"
+    )
     search.add_argument("--population", type=natural, metavar="M", help="members of the swarm")
-    search.add_argument("--iterations", type=positive_int, metavar="N", help="stop after N iterations")
+    search.add_argument(
+        "--iterations", type=positive_int, metavar="N", help="stop after N iterations; of ipopt, N starts"
+    )
     search.add_argument("--evaluations", type=positive_int, metavar="N", help="stop after N evaluations")
     search.add_argument("--time-limit", type=positive_float, metavar="S", help="stop after S seconds")
     search.add_argument("--seed", type=natural, help="same seed, same result")
+    search.add_argument("--polish", action="store_true", help="refine the best candidate with IPOPT")
+    search.add_argument(
+        "--polish-starts", type=positive_int, metavar="N", help="refine N good candidates that lie apart, keep the best"
+    )
     output = built.add_argument_group("the output")
     output.add_argument("--out", type=Path, metavar="DIR", help="run folder; runs/SCENARIO-SOLVER-SEED if none")
     output.add_argument("--json", action="store_true", help="print result.json, and no folder without --out")
@@ -118,9 +127,11 @@ def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
         content["arm"] = scenario.arm.with_links(options.links).model_dump()
     sections = {
         "task": ("objective", "elbow"),
-        "model": ("formulation",),
-        "solver": ("population", "iterations", "evaluations", "time_limit", "seed"),
+        "model": ("formulation", "knot_redundancy"),
+        "solver": ("population", "iterations", "evaluations", "time_limit", "seed", "polish_starts"),
     }
+    if options.polish and not content["solver"]["polish_starts"]:
+        content["solver"]["polish_starts"] = 1
     for section, keys in sections.items():
         content[section] |= {key: getattr(options, key) for key in keys if getattr(options, key) is not None}
     if options.solver is not None and options.solver != scenario.solver.name:

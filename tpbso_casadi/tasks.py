@@ -18,6 +18,7 @@ class ModelSection(Section):
     formulation: Literal["paper", "reduced"] = "paper"
     redundancy_values: int = Field(default=5, ge=2, le=100)
     knots: int | None = Field(default=None, ge=2)
+    knot_redundancy: Literal["free", "values"] = "free"
 
 
 class PointToPointTask(Section):
