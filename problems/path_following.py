@@ -296,6 +296,11 @@ class PathFollowing(Problem):
         """Trajectory accuracy of candidates (m, d): the largest distance from a given point, (m,), m."""
         return self._accuracy(candidates)
 
+    def accuracy_at(self, trajectory: Trajectory) -> float:
+        """Trajectory accuracy: the largest distance from a given point, m."""
+        limit = self.accuracy_limit(self.arm.tip(trajectory.samples(self.point_times(trajectory)).theta))
+        return float(ca.mmax(limit.expression))
+
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """Redundancy angles phi at the knots and t_T of one candidate (d,)."""
         phi, _, time = self._decoder(x)
@@ -347,9 +352,9 @@ class PathFollowing(Problem):
     def task_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
         """Accuracy at every point; start and goal."""
         times = self.point_times(trajectory)
-        tip = self.arm.tip(trajectory.samples(times).theta)
+        limit = self.accuracy_limit(self.arm.tip(trajectory.samples(times).theta))
         ends = end_verdicts(self.arm, trajectory, self.path.points[0], self.path.points[-1])
-        return [verdict(self.accuracy_limit(tip), times), *ends]
+        return [verdict(limit, times), *ends]
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
         """Equal steps, the points of the path and the search's samples among them."""

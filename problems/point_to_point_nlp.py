@@ -28,7 +28,7 @@ from problems.redundancy import restore
 from problems.trajectory import Trajectory
 
 ROTATION_SAMPLES = 12  # time steps a segment: the sum of increments is exact up to a turn between two samples
-LENGTH_SAMPLES = 25
+LENGTH_SAMPLES = 16
 GOAL_DRAWS = 8  # a start takes the goal posture nearest to its start posture among so many
 SPREAD = 0.3  # rad, of theta_m around the middle of a start's ends
 TIMELESS = ("speed", "acceleration")

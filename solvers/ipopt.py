@@ -133,7 +133,7 @@ class IPOPT:
             "sb": "yes",
         }
         if self.warm:
-            ipopt |= {"mu_init": 1e-4, "bound_push": 1e-6, "bound_frac": 1e-6}
+            ipopt |= {"mu_init": 1e-2, "bound_push": 1e-6, "bound_frac": 1e-6}
         return {"print_time": False, "calc_lam_p": False, "ipopt": ipopt}
 
 

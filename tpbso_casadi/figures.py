@@ -12,11 +12,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse as EllipsePatch
+from matplotlib.ticker import MaxNLocator
 
 from problems import PathFollowing, PointToPoint, Problem
 from problems.matrix import FloatArray, as_array
 from tpbso_casadi.path_figures import PATH_FIGURES
-from tpbso_casadi.planning import Plan, convergence, first_feasible
+from tpbso_casadi.planning import Plan, convergence, first_feasible, step_name
 
 DPI = 150
 JOINT_COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#e377c2", "#17becf")
@@ -42,7 +43,7 @@ def convergence_figure(plan: Plan) -> Figure:
     axes = figure.subplots()
     iterations, cost = convergence(plan.search)
     objective = plan.problem.measured_by
-    axes.set_xlabel("iteration")
+    axes.set_xlabel(step_name(plan.search))
     axes.set_ylabel(f"best {objective.name} so far [{objective.unit}]")
     axes.set_title(f"{plan.scenario.solver.name.rsplit(':')[-1].upper()}: convergence")
     axes.grid(alpha=0.3)
@@ -59,8 +60,12 @@ def convergence_figure(plan: Plan) -> Figure:
     axes.margins(y=0.12)
     if first > 0:
         axes.axvspan(0, iterations[first], color="#d62728", alpha=0.10, label="no feasible candidate yet")
+    if plan.polish is not None and plan.polish.accepted:
+        axes.axhline(plan.objective, color="#2ca02c", linestyle="--", label=f"polished: {plan.objective:.4g}")
+    if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper right")
     axes.set_xlim(0, max(int(iterations[-1]), 1))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     return figure
 
 

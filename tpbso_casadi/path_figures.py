@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from problems import PathFollowing
-from problems.matrix import as_array
-from tpbso_casadi.planning import Plan, convergence
+from problems.matrix import FloatArray, as_array
+from solvers import DescentResult
+from tpbso_casadi.planning import Plan, convergence, step_name
 
 
 def accuracy_figure(plan: Plan) -> Figure:
@@ -16,16 +18,26 @@ def accuracy_figure(plan: Plan) -> Figure:
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axes = figure.subplots()
     iterations, _ = convergence(plan.search)
-    axes.step(iterations, problem.accuracy_of(plan.search.history.best), where="post", color="#1f77b4")
+    axes.step(iterations, accuracy_history(plan), where="post", color="#1f77b4")
     axes.axhline(problem.accuracy, color="0.25", linestyle="--", linewidth=1.0, label="limit")
-    axes.set_xlabel("iteration")
+    axes.set_xlabel(step_name(plan.search))
     axes.set_ylabel("trajectory accuracy [m]")
     axes.set_title("largest distance from a given point")
     axes.set_xlim(0, max(int(iterations[-1]), 1))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylim(bottom=0.0)
     axes.grid(alpha=0.3)
     axes.legend()
     return figure
+
+
+def accuracy_history(plan: Plan) -> FloatArray:
+    """Accuracy of the best so far after each iteration or start, (n,), m."""
+    problem, best = path_problem(plan), plan.search.history.best
+    if not isinstance(plan.search, DescentResult):
+        return problem.accuracy_of(best)
+    program = problem.nlp()
+    return np.array([problem.accuracy_at(program.trajectory(x)) for x in best])
 
 
 def redundancy_figure(plan: Plan) -> Figure:

@@ -9,7 +9,7 @@ import numpy as np
 
 from problems import Problem, Trajectory, Verdict
 from problems.matrix import FloatArray
-from solvers import IPOPT, Archive, Box, Result, Solver, Status, minimize
+from solvers import IPOPT, Archive, Box, DescentResult, Result, Solver, Status, minimize
 from tpbso_casadi.motion import Motion, found_motion
 from tpbso_casadi.refinement import Polish, Refinement, polish
 from tpbso_casadi.scenario import Scenario
@@ -96,10 +96,16 @@ def searched(scenario: Scenario, problem: Problem, solver: Solver, callback: Cal
 
 def convergence(search: Result) -> tuple[FloatArray, FloatArray]:
     """Best cost so far over iterations: both (n,). The last entry may be an iteration that was cut short."""
-    return np.arange(len(search.history.cost), dtype=np.float64), search.history.cost
+    first = int(isinstance(search, DescentResult))  # a swarm's initial population is iteration 0
+    return np.arange(first, first + len(search.history.cost), dtype=np.float64), search.history.cost
 
 
 def first_feasible(plan: Plan) -> int | None:
-    """The iteration from which the best candidate was feasible at the samples; None if there was none."""
+    """The index in the history from which the best candidate was feasible at the samples; None if there was none."""
     held = np.flatnonzero(plan.search.history.cost <= plan.problem.feasible_below)
     return int(held[0]) if held.size else None
+
+
+def step_name(search: Result) -> str:
+    """What the history of a search counts."""
+    return "start" if isinstance(search, DescentResult) else "iteration"
