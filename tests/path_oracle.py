@@ -8,11 +8,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from oracle import MARGIN, clearance, nearest_turn
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from problems import Ellipse, PathFollowing
-
-MARGIN = 1e-3  # kept at the samples, of the reach or of a joint's range
+from problems import PathFollowing
 
 
 class PathOracle:
@@ -60,9 +59,9 @@ class PathOracle:
         x_phi = CubicSpline(np.linspace(0.0, 1.0, p.redundancy_values), decided, axis=2)(u_knots).clip(0.0, 1.0)
         theta = np.array([self._angles(p.path.array[i], x_phi[:, :, row], elbow) for row, i in enumerate(self.indices)])
         middle = np.zeros(k) if p.arm.joint_limits is None else np.mean(p.arm.joint_limits, axis=1)
-        theta[0] = _nearest(theta[0], middle)
+        theta[0] = nearest_turn(theta[0], middle)
         for row in range(1, len(theta)):
-            theta[row] = _nearest(theta[row], theta[row - 1])
+            theta[row] = nearest_turn(theta[row], theta[row - 1])
         inner = [(u_knots[0] + u_knots[1]) / 2.0, *u_knots[1:-1], (u_knots[-2] + u_knots[-1]) / 2.0]
         knots = np.concatenate([np.zeros(4), inner, np.ones(4)])
         rest = [(1, np.zeros((m, k))), (2, np.zeros((m, k)))]
@@ -126,29 +125,13 @@ class PathOracle:
             low, high = low + MARGIN * (high - low), high - MARGIN * (high - low)
             found["range"] = _rows(np.maximum(0.0, np.maximum(low - theta, theta - high)))
         for number, obstacle in enumerate(p.obstacles):
-            links = _clearance(obstacle, joints[..., :-1], joints[..., 1:])
-            sweeps = _clearance(obstacle, joints[:-1, :, 1:], joints[1:, :, 1:])
+            links = clearance(obstacle, joints[..., :-1], joints[..., 1:])
+            sweeps = clearance(obstacle, joints[:-1, :, 1:], joints[1:, :, 1:])
             for kind, values in (("links", links), ("sweeps", sweeps)):
                 found[f"{kind} {number}"] = _rows(np.maximum(0.0, MARGIN * self.lengths.sum() - values))
         return found
 
 
-def _nearest(angle: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    return reference + np.pi - (np.pi - (angle - reference)) % (2.0 * np.pi)
-
-
 def _rows(values: np.ndarray) -> np.ndarray:
     """(times, m, k) -> (times k, m)."""
     return np.moveaxis(values, 2, 1).reshape(-1, values.shape[1])
-
-
-def _clearance(obstacle: Ellipse, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Clearance of segments between complex points, any shape."""
-    ends = []
-    for z in (start, end):
-        local = (z - complex(*obstacle.center)) * np.exp(-1j * obstacle.angle)
-        ends.append(local.real / obstacle.semi_axes[0] + 1j * local.imag / obstacle.semi_axes[1])
-    step = ends[1] - ends[0]
-    square = np.maximum(np.abs(step) ** 2, 1e-300)
-    share = np.clip(-(ends[0] * np.conj(step)).real / square, 0.0, 1.0)
-    return (np.abs(ends[0] + share * step) - 1.0) * min(obstacle.semi_axes)

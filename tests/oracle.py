@@ -1,0 +1,134 @@
+"""Point-to-point motions written again in NumPy, for many candidates at once: the oracle of (15).
+
+Positions are complex numbers; arrays of a motion are (times, candidates, joints).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from problems import Ellipse, PointToPoint
+
+MARGIN = 1e-3  # kept at the samples, of the reach or of a joint's range
+
+
+class PointToPointOracle:
+    """Prices candidates (m, d) of a problem in the paper's formulation from its fields alone."""
+
+    def __init__(self, problem: PointToPoint) -> None:
+        self.problem = problem
+        self.lengths = np.array(problem.arm.link_lengths)
+
+    def cost(self, candidates: np.ndarray) -> np.ndarray:
+        p = self.problem
+        weights = p.penalty_weights
+        k_s, k_f, theta, speed, acceleration, duration = self._motion(candidates)
+        tip = self._joints(theta)[..., -1]
+        objective = {
+            "time": duration,
+            "rotation": np.abs(np.diff(theta, axis=0)).sum(axis=(0, 2)),
+            "length": np.abs(np.diff(tip, axis=0)).sum(axis=0),
+        }[p.objective]
+        penalty = self._penalty(theta, speed, acceleration)
+        unreachable = weights.lambda_2 * (np.abs(k_s) + np.abs(k_f))
+        reachable = (np.abs(k_s) <= 1.0) & (np.abs(k_f) <= 1.0)
+        return np.where(reachable, objective + weights.lambda_1 * penalty, unreachable)
+
+    def kinds(self, candidates: np.ndarray) -> np.ndarray:
+        """0 feasible, 1 breaks a limit, 2 unreachable; (m,)."""
+        k_s, k_f, *motion, _ = self._motion(candidates)
+        unreachable = (np.abs(k_s) > 1.0) | (np.abs(k_f) > 1.0)
+        return np.where(unreachable, 2, np.where(self._penalty(*motion) > 0.0, 1, 0))
+
+    def _motion(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
+        p, k = self.problem, self.lengths.size
+        theta_m, dtheta_m, phi_s, phi_f = np.split(x, np.cumsum([k, k, k - 2, k - 2]), axis=1)[:4]
+        free = p.elbow == "free"
+        fixed = np.full((len(x), 2), -1.0 if p.elbow == "down" else 1.0)
+        elbow = np.where(x[:, -4:-2] >= 0.0, 1.0, -1.0) if free else fixed
+        t1, t2 = x[:, -2:-1], x[:, -1:]
+        theta_s, k_s = self._inverse(complex(*p.start), phi_s, elbow[:, 0])
+        theta_f, k_f = self._inverse(complex(*p.goal), phi_f, elbow[:, 1])
+        middle = np.zeros(k) if p.arm.joint_limits is None else np.mean(p.arm.joint_limits, axis=1)
+        theta_s = nearest_turn(theta_s, middle)
+        theta_f = nearest_turn(theta_f, theta_s)
+        if p.arm.joint_limits is not None:
+            low, high = np.array(p.arm.joint_limits).T
+            theta_f = theta_f - 2.0 * np.pi * (theta_f > high)
+            theta_f = theta_f + 2.0 * np.pi * (theta_f < low)
+        first = solve_polynomial([(0, 0, theta_s), (0, 1, 0), (0, 2, 0), (1, 0, theta_m), (1, 1, dtheta_m * t1)])
+        bend = sum(n * (n - 1) * first[n] for n in range(2, 5)) / t1**2
+        second = solve_polynomial(
+            [(0, 0, theta_m), (0, 1, dtheta_m * t2), (0, 2, bend * t2**2), (1, 0, theta_f), (1, 1, 0), (1, 2, 0)]
+        )
+        tau = np.linspace(0.0, 1.0, p.samples + 1)
+        blocks = []
+        for n in range(3):
+            early, late = (sampled(c, tau, n) / t**n for c, t in ((first, t1), (second, t2)))
+            blocks.append(np.concatenate([early, late[1:]]))
+        return k_s, k_f, *blocks, (t1 + t2).ravel()
+
+    def _inverse(self, point: complex, phi: np.ndarray, elbow: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        l1, l2 = self.lengths[:2]
+        wrist = point - (self.lengths[2:] * np.exp(1j * phi)).sum(axis=1)
+        cosine = (np.abs(wrist) ** 2 - l1**2 - l2**2) / (2.0 * l1 * l2)
+        theta_2 = elbow * np.arccos(np.clip(cosine, -1.0, 1.0))
+        theta_1 = np.angle(wrist) - np.angle(l1 + l2 * np.exp(1j * theta_2))
+        psi = np.column_stack([theta_1, theta_1 + theta_2, phi])
+        return np.diff(psi, axis=1, prepend=0.0), cosine
+
+    def _joints(self, theta: np.ndarray) -> np.ndarray:
+        steps = self.lengths * np.exp(1j * np.cumsum(theta, axis=2))
+        return np.concatenate([np.zeros((*theta.shape[:2], 1)), np.cumsum(steps, axis=2)], axis=2)
+
+    def _penalty(self, theta: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+        """h_1 g_1 + h_2 g_2 + h_3 g_3 of (16)-(18), and the joint limits counted likewise."""
+        p = self.problem
+        total = np.zeros(theta.shape[1])
+        for values, limit in ((speed, p.arm.max_speed), (acceleration, p.arm.max_acceleration)):
+            total += np.where(np.abs(values) > limit, np.abs(values), 0.0).sum(axis=(0, 2))
+        if p.arm.joint_limits is not None:
+            low, high = np.array(p.arm.joint_limits).T
+            spare = MARGIN * (high - low)
+            total += ((theta < low + spare) | (theta > high - spare)).sum(axis=(0, 2))
+        joints, margin = self._joints(theta), MARGIN * self.lengths.sum()
+        for obstacle in p.obstacles:
+            total += (clearance(obstacle, joints[..., :-1], joints[..., 1:]) < margin).sum(axis=(0, 2))
+            total += (clearance(obstacle, joints[:-1, :, 1:], joints[1:, :, 1:]) < margin).sum(axis=(0, 2))
+        return total
+
+
+def solve_polynomial(conditions: list[tuple[int, int, np.ndarray | int]]) -> list[np.ndarray]:
+    """Coefficients, lowest first, of the polynomial with given (tau, derivative, value) at tau 0 or 1."""
+    count = len(conditions)
+    rows = np.zeros((count, count))
+    for row, (tau, derivative, _) in enumerate(conditions):
+        for n in range(derivative, count):
+            falling = np.prod(np.arange(n - derivative + 1, n + 1)) if derivative else 1.0
+            rows[row, n] = falling * float(tau) ** (n - derivative)
+    values = np.broadcast_arrays(*(np.asarray(value, dtype=float) for _, _, value in conditions))
+    return list(np.tensordot(np.linalg.inv(rows), np.stack(values), axes=1))
+
+
+def sampled(coefficients: list[np.ndarray], tau: np.ndarray, derivative: int) -> np.ndarray:
+    """(times, m, k): the derivative with respect to tau."""
+    return np.polynomial.polynomial.polyval(
+        tau, np.polynomial.polynomial.polyder(np.stack(coefficients), derivative)
+    ).transpose(2, 0, 1)
+
+
+def nearest_turn(angle: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """Within (reference - pi, reference + pi]."""
+    return reference + np.pi - (np.pi - (angle - reference)) % (2.0 * np.pi)
+
+
+def clearance(obstacle: Ellipse, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Clearance of segments between complex points, any shape."""
+    ends = []
+    for z in (start, end):
+        local = (z - complex(*obstacle.center)) * np.exp(-1j * obstacle.angle)
+        ends.append(local.real / obstacle.semi_axes[0] + 1j * local.imag / obstacle.semi_axes[1])
+    step = ends[1] - ends[0]
+    square = np.maximum(np.abs(step) ** 2, 1e-12)
+    share = np.clip(-(ends[0] * np.conj(step)).real / square, 0.0, 1.0)
+    return (np.abs(ends[0] + share * step) - 1.0) * min(obstacle.semi_axes)

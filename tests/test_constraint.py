@@ -1,0 +1,66 @@
+"""Named constraints by hand: penalties of the paper, graded penalties, rows of a program, verdicts."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from problems.constraint import Constraint, Weight, verdict
+
+
+def limit(values: list[list[float]], weight: Weight = Weight.COUNT, **more: object) -> Constraint:
+    two = np.array([2.0, 4.0])
+    return Constraint("limit", "(1)", "m", ca.DM(values), -two, two, ("a", "b"), two, weight=weight, **more)
+
+
+def test_excess_counts_and_magnitudes() -> None:
+    broken = [[1.0, -5.0], [3.0, 4.0]]
+    assert np.asarray(limit(broken).excess()).tolist() == [[0.0, 1.0], [1.0, 0.0]]
+    assert np.asarray(limit(broken).broken()).tolist() == [[0.0, 1.0], [1.0, 0.0]]
+    assert float(limit(broken).paper_penalty()) == 2.0
+    assert float(limit(broken, Weight.MAGNITUDE).paper_penalty()) == 8.0
+    assert float(limit(broken).graded_penalty()) == pytest.approx(1.0 / 2.0 + 1.0 / 4.0)
+    assert limit(broken).smallest_violation() == 1.0
+    assert limit(broken, Weight.MAGNITUDE).smallest_violation() == 2.0
+
+
+def test_a_limit_that_is_met_exactly_holds() -> None:
+    met = limit([[2.0, -4.0]], Weight.MAGNITUDE)
+    assert float(met.paper_penalty()) == 0.0
+    assert float(met.graded_penalty()) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "broken"), [(-np.inf, 1.0, [0, 1]), (0.5, np.inf, [1, 0]), (0.5, 1.0, [1, 1])]
+)
+def test_one_sided_bounds(lower: float, upper: float, broken: list[float]) -> None:
+    low, high, one = np.array([lower]), np.array([upper]), np.ones(1)
+    constraint = Constraint("c", "-", "1", ca.DM([0.0, 2.0]), low, high, ("x",), one)
+    assert np.asarray(constraint.broken()).ravel().tolist() == broken
+
+
+def test_rows_of_a_program_are_scaled_column_after_column() -> None:
+    rows = limit([[1.0, -5.0], [3.0, 4.0]])
+    assert np.asarray(rows.row_values()).ravel().tolist() == [0.5, 1.5, -1.25, 1.0]
+    low, high = rows.row_bounds()
+    assert low.tolist() == [-1.0] * 4
+    assert high.tolist() == [1.0] * 4
+
+
+def test_transformed_rows_break_exactly_when_the_limit_does() -> None:
+    values = np.linspace(0.0, 3.0, 31)
+    two, low = np.array([2.0]), np.array([-np.inf])
+    rows = Constraint("c", "-", "m", ca.DM(values), low, two, ("x",), two, transform=lambda v: v**3)
+    lower, upper = rows.row_bounds()
+    found = np.asarray(rows.row_values()).ravel()
+    assert (lower == -np.inf).all()
+    assert ((found > upper) == (values > 2.0)).all()
+
+
+def test_verdict_names_the_worst_entry() -> None:
+    judged = verdict(limit([[1.0, -5.0], [1.9, 4.0]]), np.array([0.5, 1.5]))
+    assert (judged.worst, judged.bound, judged.satisfied, judged.excess) == (-5.0, -4.0, False, 1.0)
+    assert judged.where == "b, t = 0.5 s"
+    held = verdict(limit([[1.0, -3.0], [1.9, 3.0]], for_all_t=False), np.array([0.5, 1.5]))
+    assert (held.worst, held.bound, held.satisfied, held.excess, held.where) == (1.9, 2.0, True, 0.0, "a")

@@ -1,0 +1,39 @@
+"""Pricing a population: the same numbers as one by one, whatever the size and the layout in memory."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from problems.population import CHUNK
+from tpbso_casadi.builtin import TITLES, builtin
+
+
+@pytest.mark.parametrize("case", ["time-3", "obstacle-4", "pentagram-rotation"])
+def test_population_equals_a_loop(case: str) -> None:
+    problem = builtin(case).problem()
+    lower, upper = problem.bounds
+    points = np.random.default_rng(0).uniform(lower, upper, (2 * CHUNK + 3, lower.size))
+    expected = np.array([float(problem.cost_function(x)) for x in points])
+    for size in (0, 1, CHUNK - 1, CHUNK, CHUNK + 1, len(points)):
+        assert (problem.cost(points[:size]) == expected[:size]).all()
+    assert (problem.cost(points[::-1]) == expected[::-1]).all()
+    assert (problem.cost(np.asfortranarray(points)) == expected).all()
+
+
+def test_wrong_shapes_are_refused() -> None:
+    problem = builtin("time-2").problem()
+    for shape in ((3, 5), (6,), (1, 2, 6)):
+        with pytest.raises(ValueError, match="is needed"):
+            problem.cost(np.zeros(shape))
+
+
+@pytest.mark.parametrize("case", TITLES)
+def test_every_problem_names_its_variables_and_constraints(case: str) -> None:
+    problem = builtin(case).problem()
+    lower, upper = problem.bounds
+    assert len({variable.name for variable in problem.variables}) == lower.size
+    assert (lower < upper).all()
+    assert len({constraint.name for constraint in problem.constraints}) == len(problem.constraints)
+    assert all(constraint.unit and constraint.equation for constraint in problem.constraints)
+    assert all(len(constraint.columns) == constraint.expression.shape[1] for constraint in problem.constraints)
