@@ -84,6 +84,8 @@ class Path:
 
 
 def _corners(points: FloatArray) -> tuple[int, ...]:
+    if len(points) < 3:
+        return ()
     steps = np.diff(points, axis=0)
     directions = np.arctan2(steps[:, 1], steps[:, 0])
     turns = (np.diff(directions) + pi) % (2.0 * pi) - pi

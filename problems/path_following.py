@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from problems.path_nlp import PathNlp
 
 ON_THE_POINT = 1e-30  # m^2, keeps the gradient of a distance finite where it is 0
+ROWS_A_SAMPLE = 8  # of a tabulated trajectory
 USUAL_TIMES = (0.1, 10.0)  # s
 
 
@@ -357,9 +358,9 @@ class PathFollowing(Problem):
         return [verdict(limit, times), *ends]
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        """Equal steps, the points of the path and the search's samples among them."""
+        """Equal steps, the points of the path and the search's samples among them; many, as pieces are short."""
         intervals = self.grid.size - 1
-        steps = intervals * int(np.ceil((at_least - 1) / intervals))
+        steps = intervals * max(ROWS_A_SAMPLE, int(np.ceil((at_least - 1) / intervals)))
         return np.linspace(0.0, trajectory.duration, steps + 1)
 
 

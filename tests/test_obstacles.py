@@ -89,13 +89,16 @@ def test_links_that_cannot_reach_are_left_out() -> None:
 
 
 def test_leaping_over_an_obstacle_between_two_samples_is_noticed() -> None:
-    small = Ellipse((1.2, 0.0), (0.05, 0.05))
     theta = ca.DM([[-0.4, 0.0, 0.0], [0.4, 0.0, 0.0]])
     x, y = ARM.joint_positions(theta)
-    links, swept = obstacle_clearance(ARM, [small], x, y, 0.0)
+    at_the_tip, amid_the_links = Ellipse((1.85, 0.0), (0.05, 0.05)), Ellipse((1.2, 0.0), (0.05, 0.05))
+    links, swept = obstacle_clearance(ARM, [at_the_tip], x, y, 0.0)
     assert float(ca.mmin(links.expression)) > 0.0
-    step = step_limit(ARM, [small], Samples(theta, theta, theta, ca.DM(1.0)))
     assert float(ca.mmin(swept.expression)) < 0.0
+    links, swept = obstacle_clearance(ARM, [amid_the_links], x, y, 0.0)
+    assert float(ca.mmin(links.expression)) > 0.0
+    assert float(ca.mmin(swept.expression)) > 0.0
+    step = step_limit(ARM, [amid_the_links], Samples(theta, theta, theta, ca.DM(1.0)))
     assert bool(np.asarray(step.broken()).any())
 
 

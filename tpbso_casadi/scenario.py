@@ -211,7 +211,8 @@ def _first_line(error: ValidationError) -> str:
     first = error.errors(include_url=False)[0]
     location, kind = first["loc"], first["type"]
     unknown = str(location[-1]) if kind == "extra_forbidden" else None
-    key = ".".join(str(part) for part in location if isinstance(part, int) or part in KEYS or part == unknown)
+    named = location[:1] + location[2:] if location[0] == "task" else location  # the second is which task it is
+    key = ".".join(str(part) for part in named if isinstance(part, int) or part in KEYS or part == unknown)
     if unknown is not None:
         return f"{key}: unknown key{_hint(unknown, _siblings(location))}"
     if kind == "missing":

@@ -1,0 +1,198 @@
+"""The scenario file: defaults, round trips, and one clear line for everything that is wrong."""
+
+from __future__ import annotations
+
+import copy
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tpbso_casadi import Scenario, ScenarioError, builtin, parse_scenario, read_scenario
+from tpbso_casadi.builtin import TITLES
+
+ARM = {"link_lengths": [0.5, 0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
+POINT = {
+    "arm": ARM,
+    "task": {"kind": "point-to-point", "start": [1.0, 0.0], "goal": [0.5, 1.5]},
+    "obstacles": [{"center": [0.8, 0.8], "semi_axes": [0.15, 0.25]}],
+}
+PATH = {"arm": ARM, "task": {"kind": "path", "accuracy": 0.05, "points": [[1.0, 0.0], [1.0, 0.5], [0.5, 1.0]]}}
+STAR = {"arm": ARM, "task": {"kind": "path", "accuracy": 0.05, "shape": "pentagram", "radius": 0.9}}
+REMOVED = object()
+
+
+def changed(content: dict[str, Any], key: str, value: object) -> dict[str, Any]:
+    """The content with one key, ``section.key`` or ``section.0.key``, set or removed."""
+    found = copy.deepcopy(content)
+    *path, last = key.split(".")
+    place: Any = found
+    for part in path:
+        place = place[int(part)] if isinstance(place, list) else place.setdefault(part, {})
+    if value is REMOVED:
+        del place[last]
+    else:
+        place[last] = value
+    return found
+
+
+def complaint(content: dict[str, Any]) -> str:
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario(content).problem()
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", TITLES)
+def test_a_built_in_scenario_survives_the_round_trip(name: str) -> None:
+    scenario = builtin(name)
+    assert parse_scenario(scenario.model_dump(mode="json")) == scenario
+    assert isinstance(scenario, Scenario)
+
+
+def test_defaults_are_filled_in() -> None:
+    scenario = parse_scenario(POINT)
+    assert scenario.task.elbow == "free"
+    assert (scenario.model.samples, scenario.model.formulation) == (50, "paper")
+    assert (scenario.solver.name, scenario.solver.seed, scenario.solver.budget().evaluations) == ("bso", 1, 30_000)
+    assert scenario.problem().arm.max_speed == (4.0,) * 4
+
+
+def test_limits_may_be_given_for_each_joint() -> None:
+    scenario = parse_scenario(changed(POINT, "arm.max_speed", [1.0, 2.0, 3.0, 4.0]))
+    assert scenario.problem().arm.max_speed == (1.0, 2.0, 3.0, 4.0)
+
+
+@pytest.mark.parametrize(
+    ("content", "key", "value", "expected"),
+    [
+        (POINT, "arm.max_sped", 1.0, "arm.max_sped: .*did you mean max_speed"),
+        (POINT, "robot", {}, "robot: "),
+        (POINT, "task.radius", 1.0, "task.radius: "),
+        (POINT, "arm.max_speed", REMOVED, "arm.max_speed: .*missing"),
+        (POINT, "arm", REMOVED, "arm: .*missing"),
+        (POINT, "task.goal", REMOVED, "task.goal: .*missing"),
+        (POINT, "task.kind", REMOVED, "task: needs kind"),
+        (POINT, "task.kind", "dance", "task: needs kind"),
+        (POINT, "arm.link_lengths", "long", "arm.link_lengths: "),
+        (POINT, "arm.link_lengths", [0.5, "1"], r"arm.link_lengths.1: "),
+        (POINT, "arm.link_lengths", [1.0], "arm.link_lengths: "),
+        (POINT, "arm.link_lengths", [0.5, 0.0, 0.5], r"arm.link_lengths.1: .*greater than 0"),
+        (POINT, "arm.link_lengths", [0.5, -0.5, 0.5], r"arm.link_lengths.1: .*greater than 0"),
+        (POINT, "arm.link_lengths", [0.5, float("nan")], r"arm.link_lengths.1: "),
+        (POINT, "arm.max_speed", float("inf"), "arm.max_speed.*: "),
+        (POINT, "arm.max_speed", True, "arm.max_speed.*: "),
+        (POINT, "arm.max_speed", [1.0, 2.0], "arm.max_speed: 2 values for 4 links"),
+        (POINT, "arm.joint_limits", [[0.0, 1.0]] * 3, "arm.joint_limits: 3 values for 4 links"),
+        (POINT, "arm.joint_limits", [[1.0, 0.0]] * 4, "arm.joint_limits: joint 1"),
+        (POINT, "task.goal", [3.0, 0.0], "task.goal: .*3 m from the base, out of reach.*2 m"),
+        (POINT, "task.goal", [0.0, float("nan")], "task.goal.1: "),
+        (POINT, "task.goal", [1.0], "task.goal"),
+        (POINT, "task.start", [0.8, 0.8], "task.start: .*inside the obstacle"),
+        (POINT, "task.objective", "beauty", "task.objective: .*time"),
+        (POINT, "task.elbow", "left", "task.elbow: "),
+        (POINT, "task.segment_time", [1.0, 0.5], "task.segment_time: "),
+        (POINT, "obstacles.0.center", [0.1, 0.0], "obstacles: the base lies inside"),
+        (POINT, "obstacles.0.semi_axes", [0.0, 1.0], "obstacles.0.semi_axes.0: "),
+        (POINT, "model.samples", 1, "model.samples: "),
+        (POINT, "model.samples", 50.5, "model.samples: "),
+        (POINT, "model.formulation", "poem", "model.formulation: "),
+        (POINT, "solver.seed", -1, "solver.seed: "),
+        (POINT, "solver.evaluations", 0, "solver.evaluations: "),
+        (POINT, "solver.time_limit", 0.0, "solver.time_limit: "),
+        (PATH, "task.accuracy", 0.0, "task.accuracy: "),
+        (PATH, "task.accuracy", REMOVED, "task.accuracy: .*missing"),
+        (PATH, "arm.link_lengths", [1.0, 1.0], "arm.link_lengths: .*at least 3 links"),
+        (PATH, "task.points", [[1.0, 0.0]], "task.points: .*at least 2 points"),
+        (PATH, "task.points", [[1.0, 0.0], [1.0, 0.0]], r"task.points: points\[0\] and points\[1\] are the same"),
+        (PATH, "task.points", [[1.0, 0.0], [3.0, 0.0]], r"task.points: points\[1\].*3 m from the base.*2 m"),
+        (PATH, "task.points", [[1.0, 0.0], [1.0]], "task.points"),
+        (PATH, "task.points", "letter.csv", "task.points: .*has not been read"),
+        (PATH, "task.shape", "heart", "task: needs kind"),
+        (PATH, "task.count", 1, "task.count: "),
+        (PATH, "model.knots", 1, "model.knots: "),
+        (PATH, "model.knot_redundancy", "some", "model.knot_redundancy: "),
+        (STAR, "task.radius", REMOVED, "task.radius: .*missing"),
+        (STAR, "task.radius", -1.0, "task.radius: .*greater than 0"),
+        (STAR, "task.count", 3, "task.count: "),
+        (STAR, "task.waves", 3, "task.waves: "),
+    ],
+)
+def test_what_is_wrong_is_named(content: dict[str, Any], key: str, value: object, expected: str) -> None:
+    found = complaint(changed(content, key, value))
+    assert re.match(expected, found), found
+
+
+def test_too_close_to_the_base() -> None:
+    hollow = changed(POINT, "arm.link_lengths", [1.5, 0.3, 0.2])
+    assert "task.goal: (0.5, 0.5)" in complaint(changed(hollow, "task.goal", [0.5, 0.5]) | {"obstacles": []})
+    assert "too close: the arm reaches from 1 m on" in complaint(
+        changed(hollow, "task.start", [0.5, 0.5]) | {"obstacles": []}
+    )
+
+
+@pytest.mark.parametrize(
+    ("solver", "expected"),
+    [
+        ({"name": "bos"}, "solver.name: no solver 'bos'; did you mean bso?"),
+        ({"settings": {"lamda_": 0.5}}, "solver.settings.lamda_: bso has no such setting; did you mean lambda_?"),
+        ({"settings": {"lambda_": 1.5}}, "solver.settings: lambda_ = 1.5 is not in [0, 1]"),
+        ({"population": 1}, "solver.settings: BSO needs a population of at least 2, not 1"),
+        ({"name": "ipopt", "population": 20}, "solver.settings.population: ipopt has no such setting"),
+        ({"name": "ipopt", "polish_starts": 2}, "solver.polish_starts: ipopt has nothing to polish"),
+        ({"name": "ipopt", "settings": {"tolerance": 0.0}}, "solver.settings: tolerances are positive"),
+    ],
+)
+def test_what_is_wrong_with_a_solver(solver: dict[str, Any], expected: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario(POINT | {"solver": solver}).solver.build()
+    assert str(caught.value).startswith(expected)
+
+
+FILE = """
+[arm]
+link_lengths = [1.0, 1.0, 1.0]
+max_speed = 4.0
+max_acceleration = 20.0
+[task]
+kind = "path"
+accuracy = 0.05
+points = "way.csv"
+"""
+
+
+@pytest.mark.parametrize(
+    "text", ["x,y\n1,0\n1,1\n\n0,1.5\n", "\ufeffx, y\r\n1,0\r\n1,1\r\n0,1.5", " 1 , 0\n1,1\n0,1.5\n"]
+)
+def test_points_are_read_from_beside_the_scenario(tmp_path: Path, text: str) -> None:
+    (tmp_path / "mine.toml").write_text(FILE)
+    (tmp_path / "way.csv").write_text(text)
+    scenario = read_scenario(tmp_path / "mine.toml")
+    assert scenario.task.points == [(1.0, 0.0), (1.0, 1.0), (0.0, 1.5)]
+    assert parse_scenario(scenario.model_dump(mode="json")) == scenario
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (None, "cannot be read: No such file"),
+        ("1,0\none,1\n", "way.csv line 2: 'one,1' is not x,y"),
+        ("1,0\n1\n", "way.csv line 2: '1' is not x,y"),
+        ("1,0\n1,2,3\n", "way.csv line 2: '1,2,3' is not x,y"),
+        ("1,0\n1,nan\n", "way.csv line 2: '1,nan' is not finite"),
+        ("1,0\n1,inf\n", "is not finite"),
+        ("x,y\n1,0\n", "at least 2 points"),
+        ("", "at least 2 points"),
+        ("1,0\n1,0\n", r"points[0] and points[1] are the same"),
+        ("1,0\n1,1\n3,1\n", "points[2] = (3.0, 1.0) is 3.16228 m from the base, out of reach: the arm reaches 3 m"),
+    ],
+)
+def test_what_is_wrong_with_a_file_of_points(tmp_path: Path, text: str | None, expected: str) -> None:
+    (tmp_path / "mine.toml").write_text(FILE)
+    if text is not None:
+        (tmp_path / "way.csv").write_text(text)
+    with pytest.raises(ScenarioError) as caught:
+        read_scenario(tmp_path / "mine.toml").problem()
+    assert expected in str(caught.value)
+    assert "task.points" in str(caught.value)

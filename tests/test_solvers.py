@@ -1,0 +1,235 @@
+"""What every solver keeps, whatever its algorithm: generated from the registry."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from solvers import SOLVERS, Box, Budget, Result, Search, Solver, Status, StopReason, minimize
+
+BOX = Box(np.array([-3.0, -2.0, 0.0, -5.0, 1.0]), np.array([4.0, 5.0, 6.0, 1.0, 3.0]))
+CENTRE = np.array([0.5, 1.0, 2.0, -1.0, 2.0])
+Cost = Callable[[np.ndarray], np.ndarray]
+
+
+def sphere(x: np.ndarray) -> np.ndarray:
+    return ((x - CENTRE) ** 2).sum(axis=1)
+
+
+@pytest.fixture(params=SOLVERS.values(), ids=SOLVERS)
+def solver(request: pytest.FixtureRequest) -> Solver:
+    found = request.param()
+    assert isinstance(found, Solver)
+    return found
+
+
+def search(solver: Solver, cost: Cost = sphere, seed: int = 1, **budget: float) -> Result:
+    return minimize(cost, BOX, solver, Budget(**(budget or {"evaluations": 3000})), seed)
+
+
+def test_same_seed_same_result_other_seed_another(solver: Solver) -> None:
+    first, again, other = (search(solver, seed=seed) for seed in (1, 1, 2))
+    assert (first.x == again.x).all()
+    assert (first.history.cost == again.history.cost).all()
+    assert (first.x != other.x).any()
+
+
+def test_a_generator_can_go_on_where_it_is(solver: Solver) -> None:
+    given = minimize(sphere, BOX, solver, Budget(500), np.random.default_rng(1))
+    assert (given.x == search(solver, evaluations=500).x).all()
+    assert given.seed is None
+
+
+def test_finds_the_minimum_of_a_sphere(solver: Solver) -> None:
+    found = search(solver, evaluations=10_000)
+    assert found.cost < 1e-3
+    assert found.x == pytest.approx(CENTRE, abs=0.05)
+    assert found.cost == sphere(found.x[None])[0]
+
+
+def test_every_candidate_lies_in_the_box(solver: Solver) -> None:
+    def strict(x: np.ndarray) -> np.ndarray:
+        assert (x >= BOX.lower).all()
+        assert (x <= BOX.upper).all()
+        return -x.sum(axis=1)  # drives into a corner
+
+    assert search(solver, strict).x == pytest.approx(BOX.upper, rel=0.05)
+
+
+def test_numbers_that_are_none_count_as_worst(solver: Solver) -> None:
+    def holes(x: np.ndarray) -> np.ndarray:
+        cost = sphere(x)
+        cost[x[:, 0] < 0.0] = np.nan
+        cost[x[:, 1] < 0.0] = -np.inf
+        cost[x[:, 2] > 5.0] = np.inf
+        return cost
+
+    found = search(solver, holes)
+    assert np.isfinite(found.cost)
+    assert found.cost < 0.5
+
+
+def test_nothing_but_nan_ends_with_an_infinite_cost(solver: Solver) -> None:
+    found = search(solver, lambda x: np.full(len(x), np.nan), evaluations=500)
+    assert found.cost == np.inf
+    assert found.evaluations == 500
+
+
+@pytest.mark.parametrize("evaluations", [1, 7, 1000])
+def test_evaluations_are_counted_exactly(solver: Solver, evaluations: int) -> None:
+    priced = []
+    found = search(solver, lambda x: (priced.append(len(x)), sphere(x))[1], evaluations=evaluations)
+    assert sum(priced) == found.evaluations == evaluations
+    assert found.stop_reason is StopReason.EVALUATIONS
+
+
+def test_iterations_end_a_search(solver: Solver) -> None:
+    found = search(solver, iterations=5)
+    assert (found.iterations, found.stop_reason) == (5, StopReason.ITERATIONS)
+    assert len(found.history.cost) == 6
+
+
+def test_seconds_end_a_search(solver: Solver) -> None:
+    assert search(solver, seconds=0.05).stop_reason is StopReason.SECONDS
+
+
+def test_a_target_ends_a_search(solver: Solver) -> None:
+    found = search(solver, evaluations=10_000, target=1.0)
+    assert found.cost <= 1.0
+    assert found.stop_reason is StopReason.TARGET
+    assert found.evaluations < 10_000
+
+
+def test_stagnation_ends_a_search(solver: Solver) -> None:
+    found = search(solver, lambda x: np.ones(len(x)), evaluations=10_000, stagnation=4)
+    assert (found.iterations, found.stop_reason) == (4, StopReason.STAGNATION)
+
+
+def test_interruption_keeps_the_best_and_the_handler(solver: Solver) -> None:
+    before, calls = signal.getsignal(signal.SIGINT), []
+
+    def interrupted(x: np.ndarray) -> np.ndarray:
+        calls.append(len(x))
+        if len(calls) == 4:
+            os.kill(os.getpid(), signal.SIGINT)
+        return sphere(x)
+
+    found = search(solver, interrupted)
+    assert found.stop_reason is StopReason.INTERRUPTED
+    assert np.isfinite(found.cost)
+    assert found.evaluations == sum(calls)
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_callback_and_history_tell_the_same_story(solver: Solver) -> None:
+    seen: list[Status] = []
+    found = minimize(sphere, BOX, solver, Budget(2000), 1, seen.append)
+    assert [status.evaluations for status in seen] == found.history.evaluations.tolist()
+    assert [status.cost for status in seen] == found.history.cost.tolist()
+    assert (np.diff(found.history.evaluations) > 0).all()
+    assert (np.diff(found.history.cost) <= 0.0).all()
+    assert (np.diff([status.progress for status in seen]) > 0.0).all()
+    assert sphere(found.history.best) == pytest.approx(found.history.cost)
+    assert found.history.cost[-1] == found.cost
+
+
+def test_a_box_may_be_flat_in_a_coordinate(solver: Solver) -> None:
+    flat = Box(np.array([1.0, -1.0]), np.array([1.0, 1.0]))
+    found = minimize(lambda x: (x**2).sum(axis=1), flat, solver, Budget(2000), 1)
+    assert found.x[0] == 1.0
+    assert abs(found.x[1]) < 0.01
+
+
+def test_population_has_a_least_size(solver: Solver) -> None:
+    kind = type(solver)
+    with pytest.raises(ValueError, match=f"at least {kind.minimum_population}"):
+        kind(population=kind.minimum_population - 1)
+    smallest = search(kind(population=kind.minimum_population), evaluations=300)
+    assert np.isfinite(smallest.cost)
+
+
+def test_an_unknown_setting_is_a_type_error(solver: Solver) -> None:
+    with pytest.raises(TypeError, match="popsize"):
+        type(solver)(popsize=30)
+
+
+@dataclass(frozen=True)
+class OneShot(Solver):
+    """Tries its population once."""
+
+    population: int = 5
+    outside: bool = False
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+        yield box.upper + box.sample(rng, self.population) * self.outside
+
+
+def test_a_solver_may_run_out_of_ideas() -> None:
+    assert search(OneShot()).stop_reason is StopReason.EXHAUSTED
+
+
+def test_a_solver_may_not_leave_its_box() -> None:
+    with pytest.raises(ValueError, match="left its box"):
+        search(OneShot(outside=True))
+
+
+def test_costs_must_match_the_candidates() -> None:
+    with pytest.raises(ValueError, match="for 5 candidates"):
+        search(OneShot(), lambda x: np.zeros(len(x) + 1))
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {},
+        {"evaluations": 0},
+        {"iterations": -1},
+        {"seconds": 0.0},
+        {"target": 1.0},
+        {"evaluations": 1, "stagnation": 0},
+    ],
+)
+def test_impossible_budgets(bad: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="budget"):
+        Budget(**bad)
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "reason"),
+    [
+        ([0.0], [1.0, 2.0], "shapes"),
+        ([], [], "shapes"),
+        ([0.0], [np.inf], "finite"),
+        ([1.0], [0.0], "swap"),
+    ],
+)
+def test_impossible_boxes(lower: list[float], upper: list[float], reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
+        Box(np.array(lower), np.array(upper))
+
+
+BAD_SETTINGS = {
+    "bso": [
+        {"lambda_": 1.1},
+        {"c1": -1.0},
+        {"inertia_last": -0.1},
+        {"velocity_range": 0.0},
+        {"delta_0": -1.0},
+        {"eta": 0.0},
+        {"c": 0.0},
+        {"antenna_sign": "up"},
+    ],
+    "pso": [{"c2": -1.0}, {"inertia_first": -0.1}, {"velocity_range": 0.0}],
+    "ga": [{"tournament": 0}, {"crossover_rate": 1.5}, {"mutation_rate": -0.1}, {"mutation_eta": -1.0}],
+}
+
+
+@pytest.mark.parametrize(("name", "bad"), [(name, bad) for name, every in BAD_SETTINGS.items() for bad in every])
+def test_settings_out_of_range(name: str, bad: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match=next(iter(bad)).split("_")[0]):
+        SOLVERS[name](**bad)
