@@ -1,0 +1,191 @@
+"""Polishing by IPOPT: better, feasible for all t, never worse; and many starts without a swarm."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from csv_checker import check_run
+
+from problems.limits import link_clearances, reachable_pairs
+from solvers import IPOPT, Budget, DescentResult
+from tpbso_casadi import Scenario, builtin, parse_scenario, plan
+from tpbso_casadi.builtin import TITLES
+from tpbso_casadi.motion import found_motion
+from tpbso_casadi.planning import Plan
+from tpbso_casadi.refinement import Polish, Refinement, distinct
+from tpbso_casadi.solve import main
+
+
+def asked(case: str, edit: Callable[[dict[str, Any]], object] = lambda content: None, **solver: object) -> Scenario:
+    content = builtin(case).model_dump()
+    content["solver"] |= solver
+    edit(content)
+    return parse_scenario(content)
+
+
+def free(content: dict[str, Any]) -> None:
+    content["task"]["elbow"] = "free"
+
+
+@pytest.mark.parametrize("case", TITLES)
+def test_a_polish_is_feasible_and_never_worse(case: str) -> None:
+    found = plan(asked(case, evaluations=8000, polish_starts=1))
+    polish = found.polish
+    assert polish is not None
+    assert found.feasible
+    assert found.objective <= polish.before.objective or not polish.before.feasible
+    assert found.motion is (polish.after if polish.accepted else polish.before)
+    assert found.trajectory.least_stretch(found.problem.arm) <= 1.0
+    assert max(polish.search.solution.residuals.values()) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("case", "elbow", "best"),
+    [
+        ("time-2", "up", 0.7016),
+        ("rotation-2", "up", 2.4135),
+        ("time-2", "free", 0.4909),
+        ("rotation-2", "free", 1.6372),
+    ],
+)
+def test_check_values_of_two_links_for_all_t(case: str, elbow: str, best: float) -> None:
+    """At 50 samples a segment the least time is 0.7015 s; that it keeps its limits for all t takes it to 0.7016 s."""
+    found = plan(asked(case, lambda content: content["task"].update(elbow=elbow), name="ipopt", iterations=12))
+    assert found.objective == pytest.approx(best, abs=6e-5)
+    if case == "time-2" and elbow == "up":
+        assert isinstance(found.search, DescentResult)
+        assert found.search.solution.objective == pytest.approx(0.7015, abs=5e-5)
+
+
+def test_twelve_starts_of_three_links() -> None:
+    found = plan(asked("time-3", free, polish_starts=12))
+    assert found.polish is not None
+    assert found.polish.search.iterations <= 12
+    assert found.objective < 0.45
+
+
+def polish_between(before: float, after: float, after_feasible: bool) -> Polish:
+    """A polish of motions that take so many times the time of one that keeps its limits."""
+    problem = replace(builtin("time-2").problem(), formulation="reduced")
+    motion = found_motion(problem, np.zeros(5) + 0.5)
+    slow, fast = (replace(motion, trajectory=motion.trajectory.stretched(factor)) for factor in (before, after))
+    assert fast.feasible is after_feasible
+    refinement = Refinement(problem, IPOPT())
+    search = refinement.multistart(Budget(iterations=1), 0, None)
+    return Polish(slow, fast, search, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "feasible", "accepted"),
+    [
+        (2.0, 1.5, True, True),
+        (1.5, 2.0, True, False),
+        (1.5, 0.9, False, False),
+        (1.5, 1.5, True, False),
+        (0.5, 0.9, False, False),
+    ],
+    ids=["better", "worse", "faster but too fast", "the same", "both too fast"],
+)
+def test_what_is_worse_or_breaks_a_limit_is_discarded(
+    before: float, after: float, feasible: bool, accepted: bool
+) -> None:
+    polish = polish_between(before, after, feasible)
+    assert polish.accepted is accepted
+    assert polish.chosen is (polish.after if accepted else polish.before)
+
+
+def test_starts_lie_apart_in_joint_space() -> None:
+    problem = replace(builtin("time-3").problem(), formulation="reduced")
+    rng = np.random.default_rng(0)
+    first, second = rng.uniform(*problem.bounds, (2, problem.bounds[0].size))
+    chosen = distinct(problem, [first, first + 1e-3, second, first - 1e-3], 3)
+    assert len(chosen) == 2
+    assert (chosen[0] == first).all()
+    assert (chosen[1] == second).all()
+
+
+OBSTACLES = {
+    "default": [([0.8, 0.8], [0.15, 0.25])],
+    "in the way": [([0.85, 0.75], [0.15, 0.15])],
+    "two": [([0.9, 0.9], [0.15, 0.25]), ([0.3, 1.2], [0.1, 0.15])],
+}
+
+
+def clear_at_100_000_times(found: Plan) -> bool:
+    arm, obstacles = found.problem.arm, found.problem.obstacles
+    theta = found.trajectory.samples(np.linspace(0.0, found.trajectory.duration, 100_000)).theta
+    clearance = link_clearances(reachable_pairs(arm, obstacles), *arm.joint_positions(theta))
+    proven = next(verdict for verdict in found.verdicts if verdict.name == "clearance").worst
+    return float(ca.mmin(clearance)) >= proven >= 1e-4
+
+
+@pytest.mark.parametrize("obstacles", OBSTACLES)
+@pytest.mark.parametrize("links", [3, 4, 5])
+def test_plans_around_obstacles_are_clear_for_all_t(links: int, obstacles: str) -> None:
+    def stated(content: dict[str, Any]) -> None:
+        content["arm"]["link_lengths"] = [2.0 / links] * links
+        content["obstacles"] = [{"center": center, "semi_axes": axes} for center, axes in OBSTACLES[obstacles]]
+        content["model"]["formulation"] = "reduced"
+
+    found = plan(asked("obstacle-3", stated, evaluations=8000, polish_starts=1))
+    assert found.polish is not None
+    assert found.feasible
+    assert clear_at_100_000_times(found)
+
+
+def run(*arguments: str) -> int:
+    return int(main([*arguments]))
+
+
+@pytest.fixture
+def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.usefixtures("in_an_empty_folder")
+def test_the_polish_stands_in_the_table_and_in_the_result(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("time-3", "--polish", "--evaluations", "5000", "--out", "out") == 0
+    shown = capsys.readouterr().out
+    assert "polish: kept" in shown
+    assert "before" in shown
+    polish = check_run(Path("out"))["polish"]
+    assert polish["after"]["objective"] < polish["before"]["objective"]
+    assert polish["accepted"] is True
+    assert polish["after"]["worst_violation"] == 0.0
+    assert {"iterations", "evaluations", "seconds", "status"} <= set(polish)
+
+
+@pytest.mark.usefixtures("in_an_empty_folder")
+@pytest.mark.parametrize("case", ["rotation-3", "closed-curve-time"])
+def test_ipopt_alone(case: str) -> None:
+    assert run(case, "--solver", "ipopt", "--iterations", "4", "--quiet", "--out", "out") == 0
+    result = check_run(Path("out"))
+    assert result["iterations"] == 4
+    assert result["solver"]["name"] == "ipopt"
+    assert result["solution"]["variables"] is None
+    assert (Path("out") / "convergence.png").stat().st_size > 10_000
+    assert run(case, "--solver", "ipopt", "--iterations", "4", "--quiet", "--no-plots", "--out", "again") == 0
+    assert Path("out/trajectory.csv").read_text() == Path("again/trajectory.csv").read_text()
+
+
+@pytest.mark.usefixtures("in_an_empty_folder")
+def test_interruption_of_ipopt_keeps_the_best() -> None:
+    command = [sys.executable, "-m", "tpbso_casadi.solve", "obstacle-5", "--solver", "ipopt", "--time-limit", "200"]
+    with subprocess.Popen([*command, "--out", "out", "--no-plots"], stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(6.0)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30.0)
+    assert process.returncode == 130
+    assert "Traceback" not in errors
+    assert json.loads(Path("out/result.json").read_text())["stop_reason"] == "interrupted"
