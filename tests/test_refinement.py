@@ -180,12 +180,17 @@ def test_ipopt_alone(case: str) -> None:
 
 
 @pytest.mark.usefixtures("in_an_empty_folder")
-def test_interruption_of_ipopt_keeps_the_best() -> None:
-    command = [sys.executable, "-m", "tpbso_casadi.solve", "obstacle-5", "--solver", "ipopt", "--time-limit", "200"]
+@pytest.mark.parametrize(
+    ("how", "reason"),
+    [(["--solver", "ipopt", "--time-limit", "200"], "interrupted"), (["--polish-starts", "64"], "evaluations")],
+    ids=["alone", "polishing"],
+)
+def test_interruption_of_ipopt_keeps_the_best(how: list[str], reason: str) -> None:
+    command = [sys.executable, "-m", "tpbso_casadi.solve", "obstacle-5", *how]
     with subprocess.Popen([*command, "--out", "out", "--no-plots"], stderr=subprocess.PIPE, text=True) as process:
         time.sleep(6.0)
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=30.0)
     assert process.returncode == 130
     assert "Traceback" not in errors
-    assert json.loads(Path("out/result.json").read_text())["stop_reason"] == "interrupted"
+    assert json.loads(Path("out/result.json").read_text())["stop_reason"] == reason

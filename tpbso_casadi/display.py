@@ -50,7 +50,7 @@ def print_plan(plan: Plan, console: Console) -> None:
         table.add_row(verdict.name, *numbers, verdict.unit, mark, verdict.where)
     console.print(table)
     if plan.polish is not None:
-        print_polish(plan.polish, console)
+        print_polish(plan, plan.polish, console)
     seed = plan.scenario.solver.seed
     console.print(
         f"{plan.scenario.solver.name}, seed {seed}: {search.evaluations} evaluations, {search.iterations} iterations, "
@@ -59,21 +59,23 @@ def print_plan(plan: Plan, console: Console) -> None:
     )
 
 
-def print_polish(polish: Polish, console: Console) -> None:
-    """Before and after the refinement by IPOPT."""
-    problem, search = polish.before.problem, polish.search
-    objective = problem.measured_by
-    verdict = "kept" if polish.accepted else "discarded: infeasible, or not better"
-    table = Table("", f"{objective.name}, {objective.unit}", "worst violation", title=f"polish: {verdict}")
-    table.title_justify = "left"
-    for name, motion in (("before", polish.before), ("after", polish.after)):
-        table.add_row(name, f"{motion.objective:.6g}", f"{motion.worst_violation:.3g}")
-    console.print(table)
-    console.print(
-        f"ipopt: {search.iterations} starts, {search.solution.iterations} iterations to the best, "
-        f"{search.evaluations} evaluations, {polish.seconds:.2f} s, {search.solution.status}",
-        highlight=False,
+def print_polish(plan: Plan, polish: Polish, console: Console) -> None:
+    """The search and its refinement by IPOPT, side by side."""
+    objective, descent = plan.problem.measured_by, polish.search
+    verdict = "kept" if polish.accepted else "discarded, not better"
+    headings = f"{objective.name}, {objective.unit}", "worst violation", "evaluations", "iterations", "seconds"
+    table = Table(title=f"polish: {verdict} ({descent.solution.status})", title_justify="left")
+    table.add_column("")
+    for heading in headings:
+        table.add_column(heading, justify="right")
+    rows = (
+        ("before", polish.before, plan.search.evaluations, plan.search.iterations, plan.search.seconds),
+        ("after", polish.after, descent.evaluations, descent.solution.iterations, polish.seconds),
     )
+    for name, motion, evaluations, iterations, seconds in rows:
+        numbers = f"{motion.objective:.6g}", f"{motion.worst_violation:.3g}"
+        table.add_row(name, *numbers, str(evaluations), str(iterations), f"{seconds:.2f}")
+    console.print(table)
 
 
 def print_scenarios(console: Console) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from problems import Problem, Trajectory, Verdict
 from problems.matrix import FloatArray
-from solvers import IPOPT, Archive, Box, DescentResult, Result, Solver, Status, minimize
+from solvers import IPOPT, Archive, Box, DescentResult, Result, Solver, Status, StopReason, minimize
 from tpbso_casadi.motion import Motion, found_motion
 from tpbso_casadi.refinement import Polish, Refinement, polish
 from tpbso_casadi.scenario import Scenario
@@ -32,6 +32,12 @@ class Plan:
     search: Result
     motion: Motion
     polish: Polish | None = None
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C cut the search or the polish short."""
+        searches = [self.search] if self.polish is None else [self.search, self.polish.search]
+        return any(search.stop_reason is StopReason.INTERRUPTED for search in searches)
 
     @property
     def trajectory(self) -> Trajectory:
@@ -88,7 +94,7 @@ def searched(scenario: Scenario, problem: Problem, solver: Solver, callback: Cal
     archive = Archive(box) if asked.polish_starts else None
     found = minimize(problem.cost, box, solver, asked.budget(), asked.seed, callback, archive)
     motion = found_motion(problem, found.x)
-    if archive is None:
+    if archive is None or found.stop_reason is StopReason.INTERRUPTED:
         return Plan(scenario, problem, found, motion)
     refined = polish(motion, found.x, archive, asked.polish_starts)
     return Plan(scenario, problem, found, refined.chosen, refined)

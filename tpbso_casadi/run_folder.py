@@ -112,15 +112,13 @@ def _variables(problem: Problem, x: FloatArray) -> list[dict[str, Any]]:
 
 
 def _polish(polish: Polish) -> dict[str, Any]:
+    """Before and after; ``iterations`` and ``status`` are those of the descent that led to the best."""
     solution = polish.search.solution
+    both = {"before": polish.before, "after": polish.after}
     return {
         **{
-            name: {
-                "objective": motion.objective,
-                "worst_violation": motion.worst_violation,
-                "feasible": motion.feasible,
-            }
-            for name, motion in (("before", polish.before), ("after", polish.after))
+            name: {"objective": it.objective, "worst_violation": it.worst_violation, "feasible": it.feasible}
+            for name, it in both.items()
         },
         "accepted": polish.accepted,
         "starts": polish.search.iterations,

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from rich.console import Console
 
-from solvers import StopReason
 from tpbso_casadi.builtin import DEFAULT, TITLES, builtin
 from tpbso_casadi.command_line import Exit, OneLineParser, complain, natural, positive_float, positive_int
 from tpbso_casadi.display import print_plan, print_scenarios, search_progress
@@ -97,7 +96,7 @@ def search(scenario: Scenario, quiet: bool) -> Plan:
 
 def exit_status(found: Plan) -> int:
     """0 feasible, 1 not, 130 interrupted."""
-    if found.search.stop_reason is StopReason.INTERRUPTED:
+    if found.interrupted:
         return Exit.INTERRUPTED
     if not found.feasible:
         broken = ", ".join(
