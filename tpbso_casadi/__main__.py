@@ -5,9 +5,10 @@ from __future__ import annotations
 from importlib.metadata import version
 
 COMMANDS = """\
-  python -m tpbso_casadi.solve [SCENARIO] [--solver bso|pso|ga]   plan one motion
-  python -m tpbso_casadi.solve --list                             the built-in scenarios
-  python -m tpbso_casadi.solve --help                             every option"""
+  python -m tpbso_casadi.solve [SCENARIO] [--solver bso|pso|ga|ipopt]   plan one motion
+  python -m tpbso_casadi.solve [SCENARIO] --polish                      and refine it with IPOPT
+  python -m tpbso_casadi.solve --list                                   the built-in scenarios
+  python -m tpbso_casadi.solve --help                                   every option"""
 
 if __name__ == "__main__":
     print(f"tpbso-casadi {version('tpbso-casadi')}: robot-arm motions by metaheuristics on one CasADi model\n")
