@@ -29,6 +29,9 @@ class BSO(Solver):
 
     Each iteration costs three evaluations a beetle: two antennae and the new position.
 
+    The defaults are the best found on the paper's eight point-to-point cases, with the same effort for each solver: see
+    ``docs/defaults.md`` and ``benchmarks/tune.py``.
+
     Raises:
         ValueError: a hyper-parameter outside the range stated beside it.
     """
