@@ -1,6 +1,6 @@
 """What is planned: arms, tasks and limits as symbolic CasADi models. Knows nothing of how they are searched."""
 
-from problems.constraint import Constraint, Verdict, Weight
+from problems.constraint import Constraint, Standing, Verdict, Weight
 from problems.errors import InvalidProblem
 from problems.objectives import OBJECTIVES, Objective
 from problems.obstacles import Ellipse
@@ -23,6 +23,7 @@ __all__ = [
     "PlanarArm",
     "PointToPoint",
     "Problem",
+    "Standing",
     "Trajectory",
     "Variable",
     "Verdict",

@@ -16,6 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
+from problems.constraint import Standing
 from problems.limits import Pair, link_clearances, reachable_pairs
 from problems.matrix import FloatArray, as_array
 from problems.obstacles import Ellipse
@@ -32,8 +33,8 @@ class ClearanceProof:
     """What is known of the clearance of a whole motion.
 
     Attributes:
-        proven: the clearance is at least this for all t, m; -inf when it is negative somewhere or ``MOST_CELLS`` cells
-            were not enough.
+        proven: the clearance is at least this for all t, m; -inf when it is negative somewhere, or when ``MOST_CELLS``
+            cells were not enough.
         smallest: the smallest clearance met at any time looked at, m.
         time: of that, s.
         where: the link and the obstacle of that.
@@ -43,6 +44,13 @@ class ClearanceProof:
     smallest: float
     time: float
     where: str
+
+    @property
+    def standing(self) -> Standing:
+        """Clear for all t, touching at some time, or not known."""
+        if self.proven >= 0.0:
+            return Standing.CERTIFIED
+        return Standing.VIOLATED if self.smallest < 0.0 else Standing.UNDECIDED
 
 
 def prove_clearance(arm: PlanarArm, obstacles: Sequence[Ellipse], trajectory: Trajectory) -> ClearanceProof | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, StrEnum
 
 import casadi as ca
 import numpy as np
@@ -107,6 +107,14 @@ class Constraint:
         return float(min(np.abs(self.lower).min(), np.abs(self.upper).min()))
 
 
+class Standing(StrEnum):
+    """What is known of a constraint."""
+
+    CERTIFIED = "certified"  # holds, proven
+    VIOLATED = "violated"  # broken, at a time that is known
+    UNDECIDED = "undecided"  # neither could be shown
+
+
 @dataclass(frozen=True)
 class Verdict:
     """How a trajectory stands to one constraint.
@@ -116,7 +124,7 @@ class Verdict:
         worst: the value nearest to, or farthest beyond, its bound; in ``unit``.
         bound: the bound that it is measured against.
         unit: of both.
-        satisfied: whether the bound holds everywhere that was checked, to ``TOLERANCE`` of its scale.
+        standing: whether the bound holds, to ``TOLERANCE`` of its scale: for all t, or at the points that it is about.
         where: the column and the time in s of the worst value.
     """
 
@@ -124,13 +132,18 @@ class Verdict:
     worst: float
     bound: float
     unit: str
-    satisfied: bool
+    standing: Standing
     where: str
 
     @property
+    def satisfied(self) -> bool:
+        """Whether the bound is certain to hold."""
+        return self.standing is Standing.CERTIFIED
+
+    @property
     def excess(self) -> float:
-        """By how much the bound is broken, in ``unit``; 0 where it holds."""
-        return 0.0 if self.satisfied else abs(self.worst - self.bound)
+        """By how much the bound is broken, in ``unit``; 0 where it holds or nothing worse is known."""
+        return abs(self.worst - self.bound) if self.standing is Standing.VIOLATED else 0.0
 
 
 TOLERANCE = 1e-9  # relative to the constraint's scale: rounding, nothing else
@@ -148,6 +161,6 @@ def verdict(constraint: Constraint, times: FloatArray) -> Verdict:
         worst=worst,
         bound=lower if worst - lower < upper - worst else upper,
         unit=constraint.unit,
-        satisfied=bool(margins[at, column] >= -TOLERANCE),
+        standing=Standing.CERTIFIED if margins[at, column] >= -TOLERANCE else Standing.VIOLATED,
         where=constraint.columns[column] + (f", t = {times[at]:.4g} s" if constraint.for_all_t else ""),
     )

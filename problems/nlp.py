@@ -49,6 +49,10 @@ class NonlinearProgram(ABC):
         """The variables (n,) of a search vector (d,)."""
 
     @abstractmethod
+    def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
+        """The variables (n,) of a motion of the task's own form."""
+
+    @abstractmethod
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
         """Endless random starts (n,) that meet the task's points by inverse kinematics."""
 

@@ -216,8 +216,14 @@ class PathNlp(NonlinearProgram):
         return lower, upper
 
     def from_search(self, x: FloatArray) -> FloatArray:
-        """The spline of a search vector."""
-        trajectory = self.problem.trajectory(x)
+        """The spline of a search vector, and its x_phi."""
+        return self._variables(self.problem.trajectory(x), x[: self.problem.extra * self.problem.redundancy_values])
+
+    def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
+        """The spline itself; x_phi, which it does not tell, in the middle."""
+        return self._variables(trajectory, np.full(self.problem.extra * self.problem.redundancy_values, 0.5))
+
+    def _variables(self, trajectory: Trajectory, values: FloatArray) -> FloatArray:
         at_nodes = trajectory.samples(self.form.nodes * trajectory.duration)
         theta, bend = (
             as_array(at_nodes.theta),
@@ -225,7 +231,6 @@ class PathNlp(NonlinearProgram):
         )
         grid = as_array(trajectory.samples(self.problem.grid * trajectory.duration).theta)
         slack = np.abs(np.diff(grid, axis=0))
-        values = x[: self.problem.extra * self.problem.redundancy_values]
         parts = [theta, bend[1:-1], np.array([trajectory.duration]), values, slack]
         return np.concatenate([part.ravel(order="F")[:size] for part, size in zip(parts, self.sizes, strict=True)])
 

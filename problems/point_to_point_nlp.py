@@ -121,6 +121,12 @@ class PointToPointNlp(NonlinearProgram):
         """The arm's own quantities of a search vector."""
         return self._variables(self.problem.quantities_of(x))
 
+    def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
+        """Postures at the breakpoints, the speed in the middle, t1 and t2."""
+        at = trajectory.samples(trajectory.breakpoints)
+        t1, t2 = (ca.DM(float(t)) for t in np.diff(trajectory.breakpoints))
+        return self._variables(Quantities(at.theta[0, :], at.theta[1, :], at.speed[1, :], at.theta[2, :], t1, t2))
+
     def _variables(self, quantities: Quantities) -> FloatArray:
         if not self.timed:
             quantities = quantities.stretched(1.0 / (quantities.t1 + quantities.t2))

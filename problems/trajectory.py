@@ -10,6 +10,7 @@ import numpy as np
 from scipy.interpolate import PPoly
 
 from problems import limits
+from problems.bernstein import bernstein, within
 from problems.matrix import FloatArray
 from problems.motion import Samples
 from problems.planar_arm import PlanarArm
@@ -79,6 +80,11 @@ class Trajectory:
             roots = PPoly(curve.c[:, :, joint], curve.x).roots(discontinuity=False, extrapolate=False)
             found.append(roots[np.isfinite(roots)])
         return np.unique(np.concatenate(found))
+
+    def stays_within(self, derivative: int, lower: FloatArray, upper: FloatArray) -> bool:
+        """Whether bounds (k,) of angles (0), speeds (1) or accelerations (2) are proven for all t."""
+        curve = self._derivatives[derivative]
+        return within(bernstein(np.asarray(curve.c), np.diff(self.breakpoints)), lower, upper)
 
     def stretched(self, factor: float) -> Trajectory:
         """The same path run ``factor`` times slower."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 
 from problems.clearance_proof import prove_clearance
-from problems.constraint import Constraint, Verdict, verdict
+from problems.constraint import TOLERANCE, Constraint, Standing, Verdict, verdict
 from problems.limits import acceleration_limit, joint_range, speed_limit
 from problems.matrix import Matrix
 from problems.obstacles import Ellipse
@@ -17,20 +18,29 @@ from problems.trajectory import Trajectory
 
 
 def limit_verdicts(arm: PlanarArm, obstacles: Sequence[Ellipse], trajectory: Trajectory) -> list[Verdict]:
-    """Speed, acceleration and joint range for all t, exactly; the clearance that is proven for all t."""
+    """Speed, acceleration, joint range and clearance, for all t.
+
+    The worst values of the first three are found at the roots of derivatives; that they hold is proven without
+    these, by Bernstein coefficients. Of the clearance a lower bound is proven.
+    """
     exact = [(speed_limit, 1), (acceleration_limit, 2)]
     if arm.joint_limits is not None:
         exact.append((joint_range, 0))
     verdicts = []
     for limit, derivative in exact:
         times = trajectory.extreme_times(derivative)
-        verdicts.append(verdict(limit(arm, trajectory.samples(times)), times))
+        constraint = limit(arm, trajectory.samples(times))
+        judged = verdict(constraint, times)
+        slack = TOLERANCE * constraint.scale
+        proven = trajectory.stays_within(derivative, constraint.lower - slack, constraint.upper + slack)
+        if judged.satisfied and not proven:
+            judged = replace(judged, standing=Standing.UNDECIDED)
+        verdicts.append(judged)
     proof = prove_clearance(arm, obstacles, trajectory)
     if proof is not None:
         where = f"{proof.where}, t = {proof.time:.4g} s"
-        clear = proof.proven >= 0.0
-        worst = proof.proven if clear else proof.smallest
-        verdicts.append(Verdict("clearance", worst, 0.0, "m", clear, where))
+        worst = proof.proven if proof.standing is Standing.CERTIFIED else proof.smallest
+        verdicts.append(Verdict("clearance", worst, 0.0, "m", proof.standing, where))
     return verdicts
 
 

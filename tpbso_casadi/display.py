@@ -9,11 +9,17 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from problems import Problem
+from problems import Problem, Standing
 from solvers import Status
 from tpbso_casadi.builtin import DEFAULT, TITLES
 from tpbso_casadi.planning import Plan
 from tpbso_casadi.refinement import Polish
+
+MARKS = {
+    Standing.CERTIFIED: "[green]holds[/]",
+    Standing.VIOLATED: "[red]BROKEN[/]",
+    Standing.UNDECIDED: "[yellow]undecided[/]",
+}
 
 
 @contextmanager
@@ -45,7 +51,7 @@ def print_plan(plan: Plan, console: Console) -> None:
     table.add_column("")
     table.add_column("where")
     for verdict in plan.verdicts:
-        mark = "[green]holds[/]" if verdict.satisfied else "[red]BROKEN[/]"
+        mark = MARKS[verdict.standing]
         numbers = f"{verdict.worst:.6g}", f"{verdict.bound:.6g}"
         table.add_row(verdict.name, *numbers, verdict.unit, mark, verdict.where)
     console.print(table)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from problems import Problem, Trajectory, Verdict
+from problems import Problem, Standing, Trajectory, Verdict
 from problems.matrix import FloatArray
 
 ROWS = 201  # of trajectory.csv, at the least
@@ -34,9 +34,15 @@ class Motion:
         return tuple(self.problem.verify(self.trajectory))
 
     @property
+    def standing(self) -> Standing:
+        """The certificate: of all constraints together, for all t."""
+        found = {verdict.standing for verdict in self.verdicts}
+        return next((s for s in (Standing.VIOLATED, Standing.UNDECIDED) if s in found), Standing.CERTIFIED)
+
+    @property
     def feasible(self) -> bool:
-        """Whether every constraint holds."""
-        return all(verdict.satisfied for verdict in self.verdicts)
+        """Whether every constraint is certified to hold."""
+        return self.standing is Standing.CERTIFIED
 
     @property
     def worst_violation(self) -> float:

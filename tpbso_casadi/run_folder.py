@@ -79,13 +79,16 @@ def result_of(plan: Plan) -> dict[str, Any]:
         "cost": search.cost,
         "feasible": plan.feasible,
         "constraints": [
-            {k: asdict(verdict)[k] for k in ("name", "worst", "bound", "unit", "satisfied", "where")}
+            {**asdict(verdict), "standing": str(verdict.standing), "satisfied": verdict.satisfied}
             for verdict in plan.verdicts
         ],
+        "certificate": {"verdict": str(plan.motion.standing)},
         "solution": {
             "variables": None if isinstance(search, DescentResult) else _variables(problem, search.x),
             "quantities": {name: values.tolist() for name, values in plan.motion.quantities.items()},
             "time_stretch": plan.motion.time_stretch,
+            "breakpoints": plan.trajectory.breakpoints.tolist(),
+            "coefficients": plan.trajectory.coefficients.tolist(),
         },
         **({} if plan.polish is None else {"polish": _polish(plan.polish)}),
         "evaluations": search.evaluations,
