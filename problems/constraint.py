@@ -36,6 +36,7 @@ class Constraint:
         weight: how the paper's penalty measures a violation.
         transform: an increasing function of the expression and of its bounds that a nonlinear program takes instead:
             the same limit with better gradients. Of matrices (rows, columns).
+        formula: what it says, in the arm's own quantities, for a reader.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Constraint:
     for_all_t: bool = True
     weight: Weight = Weight.COUNT
     transform: Callable[[Matrix], Matrix] | None = None
+    formula: str = ""
 
     def row_values(self) -> Matrix:
         """All entries as rows of a nonlinear program, dimensionless, column after column: (rows * columns, 1)."""

@@ -43,18 +43,24 @@ def motion_constraints(
 
 def speed_limit(arm: PlanarArm, samples: Samples) -> Constraint:
     """(11), (21): |dtheta_i(t)| <= dtheta_max."""
-    return _symmetric("speed", "(11), (16)", "rad/s", samples.speed, arm.max_speed)
+    formula = "|dtheta_i(t_j)| <= max_speed_i, at every sample t_j"
+    return _symmetric("speed", "(11), (16)", "rad/s", samples.speed, arm.max_speed, formula)
 
 
 def acceleration_limit(arm: PlanarArm, samples: Samples) -> Constraint:
     """(12), (22): |d2theta_i(t)| <= d2theta_max."""
-    return _symmetric("acceleration", "(12), (17)", "rad/s^2", samples.acceleration, arm.max_acceleration)
+    formula = "|d2theta_i(t_j)| <= max_acceleration_i, at every sample t_j"
+    return _symmetric("acceleration", "(12), (17)", "rad/s^2", samples.acceleration, arm.max_acceleration, formula)
 
 
-def _symmetric(name: str, equation: str, unit: str, values: Matrix, bounds: Sequence[float]) -> Constraint:
+def _symmetric(
+    name: str, equation: str, unit: str, values: Matrix, bounds: Sequence[float], formula: str
+) -> Constraint:
     limit = np.array(bounds)
     labels = _joint_labels(len(bounds))
-    return Constraint(name, equation, unit, values, -limit, limit, labels, scale=limit, weight=Weight.MAGNITUDE)
+    return Constraint(
+        name, equation, unit, values, -limit, limit, labels, limit, weight=Weight.MAGNITUDE, formula=formula
+    )
 
 
 def joint_range(arm: PlanarArm, samples: Samples, margin: float = 0.0) -> Constraint:
@@ -64,7 +70,9 @@ def joint_range(arm: PlanarArm, samples: Samples, margin: float = 0.0) -> Constr
     spare = margin * (highest - lowest)
     lowest, highest = lowest + spare, highest - spare
     labels = _joint_labels(arm.links)
-    return Constraint("joint range", "-", "rad", samples.theta, lowest, highest, labels, np.ones(arm.links))
+    formula = "lowest_i <= theta_i(t_j) <= highest_i, at every sample t_j"
+    one = np.ones(arm.links)
+    return Constraint("joint range", "-", "rad", samples.theta, lowest, highest, labels, one, formula=formula)
 
 
 def obstacle_clearance(
@@ -87,7 +95,10 @@ def obstacle_clearance(
     if not pairs:
         return []
     labels = [str(pair) for pair in pairs]
-    built = [_clearance("clearance", link_clearances(pairs, x, y), pairs, labels, margin)]
+    formula = (
+        "clearance(link i at t_j, obstacle) >= margin: the link's point nearest to the ellipse, in its unit circle"
+    )
+    built = [_clearance("clearance", link_clearances(pairs, x, y), pairs, labels, margin, formula)]
     if x.shape[0] > 1:
         swept = ca.horzcat(
             *(
@@ -97,7 +108,9 @@ def obstacle_clearance(
                 for pair in pairs
             )
         )
-        built.append(_clearance("swept clearance", swept, pairs, [f"end of {label}" for label in labels], margin))
+        ends = [f"end of {label}" for label in labels]
+        formula = "clearance(line from a link's end at t_j to the same at t_j+1, obstacle) >= margin"
+        built.append(_clearance("swept clearance", swept, pairs, ends, margin, formula))
     return built
 
 
@@ -132,7 +145,7 @@ def link_clearances(pairs: Sequence[Pair], x: Matrix, y: Matrix) -> Matrix:
 
 
 def _clearance(
-    name: str, expression: Matrix, pairs: Sequence[Pair], labels: Sequence[str], margin: float
+    name: str, expression: Matrix, pairs: Sequence[Pair], labels: Sequence[str], margin: float, formula: str
 ) -> Constraint:
     lower, upper, one = np.full(len(pairs), margin), np.full(len(pairs), np.inf), np.ones(len(pairs))
 
@@ -140,7 +153,18 @@ def _clearance(
         each = zip(pairs, columns(clearance), strict=True)
         return ca.horzcat(*(pair.obstacle.log_distance(column) for pair, column in each))
 
-    return Constraint(name, "(14), (18)", "m", expression, lower, upper, tuple(labels), one, transform=log_distances)
+    return Constraint(
+        name,
+        "(14), (18)",
+        "m",
+        expression,
+        lower,
+        upper,
+        tuple(labels),
+        one,
+        transform=log_distances,
+        formula=formula,
+    )
 
 
 def step_limit(arm: PlanarArm, obstacles: Sequence[Ellipse], samples: Samples) -> Constraint:
@@ -154,7 +178,9 @@ def step_limit(arm: PlanarArm, obstacles: Sequence[Ellipse], samples: Samples) -
     width = 2.0 * min(min(obstacle.semi_axes) for obstacle in obstacles)
     bound = np.full(arm.links, (LEAP * width) ** 2)
     labels = tuple(f"end of link {link}" for link in range(1, arm.links + 1))
-    return Constraint("step", "-", "m^2", dx * dx + dy * dy, np.full(arm.links, -np.inf), bound, labels, scale=bound)
+    endless = np.full(arm.links, -np.inf)
+    formula = "|end of link i at t_j+1 - at t_j|^2 <= (0.9 x the smallest obstacle's width)^2"
+    return Constraint("step", "-", "m^2", dx * dx + dy * dy, endless, bound, labels, bound, formula=formula)
 
 
 def _joint_labels(joints: int) -> tuple[str, ...]:

@@ -81,10 +81,12 @@ class NonlinearProgram(ABC):
         return lower, upper
 
 
-def equality(name: str, expression: Matrix, unit: str, column_names: Sequence[str]) -> Constraint:
+def equality(name: str, expression: Matrix, unit: str, column_names: Sequence[str], formula: str) -> Constraint:
     """``expression == 0``, one column a name."""
     zero, one = np.zeros(len(column_names)), np.ones(len(column_names))
-    return Constraint(name, "-", unit, expression, zero, zero, tuple(column_names), one, for_all_t=False)
+    return Constraint(
+        name, "-", unit, expression, zero, zero, tuple(column_names), one, for_all_t=False, formula=formula
+    )
 
 
 def smooth_length(arm: PlanarArm, samples: Samples) -> Matrix:
@@ -100,6 +102,17 @@ def rotation_rows(arm: PlanarArm, samples: Samples, slack: ca.SX) -> list[Constr
     zero, endless, one = np.zeros(arm.links), np.full(arm.links, np.inf), np.ones(arm.links)
     joints = tuple(f"joint {joint}" for joint in range(1, arm.links + 1))
     return [
-        Constraint(f"rotation {sign}", "(9)", "rad", slack - step, zero, endless, joints, one, for_all_t=False)
-        for sign, step in (("forward", increments), ("backward", -increments))
+        Constraint(
+            f"rotation {name}",
+            "(9)",
+            "rad",
+            slack - step,
+            zero,
+            endless,
+            joints,
+            one,
+            for_all_t=False,
+            formula=f"slack_ij >= {sign}(theta_i(t_j+1) - theta_i(t_j))",
+        )
+        for name, sign, step in (("forward", "+", increments), ("backward", "-", -increments))
     ]

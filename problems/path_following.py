@@ -239,6 +239,7 @@ class PathFollowing(Problem):
             bound,
             weight=Weight.MAGNITUDE,
             transform=lambda distance: (distance / self.accuracy) ** 2,
+            formula="|P*_i - tip(theta(u_i))| <= accuracy, at every given point i",
         )
 
     @cached_property

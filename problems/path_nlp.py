@@ -34,6 +34,8 @@ from problems.trajectory import Trajectory
 
 SPEED_SAMPLES = 4  # between two nodes; what they miss of a speed, up to 2 %, the time scaling makes up
 INSIDE = 1e-3  # how far interpolated x_phi keep from the ends of [0, 1], where (7) has infinite slope
+JOINS = "speed before = speed after at the nodes, 0 at both ends; in angles and second derivatives"
+ON_PATH = "tip(theta) = P* at every knot"
 
 
 class NodeForm:
@@ -149,8 +151,8 @@ class PathNlp(NonlinearProgram):
         joints = [f"joint {joint}" for joint in range(1, arm.links + 1)]
         knots = ca.DM(task.path.array[list(task.knot_indices)])
         rows = [
-            equality("spline", self.form.joins(angles, bends), "rad", joints),
-            equality("tip at the knots", arm.tip(angles[self.form.knots, :]) - knots, "m", ("x", "y")),
+            equality("spline", self.form.joins(angles, bends), "rad", joints, JOINS),
+            equality("tip at the knots", arm.tip(angles[self.form.knots, :]) - knots, "m", ("x", "y"), ON_PATH),
         ]
         if self.problem.knot_redundancy == "values":
             rows += self._redundancy_rows()
@@ -194,8 +196,19 @@ class PathNlp(NonlinearProgram):
         low, high = np.full(task.extra, INSIDE), np.full(task.extra, 1.0 - INSIDE)
         half = (psi - ca.vertcat(*phi)) / 2.0
         return [
-            equality("redundancy", ca.sin(half), "1", links),
-            Constraint("x_phi", "(7)", "1", share, low, high, links, np.ones(task.extra), for_all_t=False),
+            equality("redundancy", ca.sin(half), "1", links, "psi_j = phi_j of (7) at every knot, up to whole turns"),
+            Constraint(
+                "x_phi",
+                "(7)",
+                "1",
+                share,
+                low,
+                high,
+                links,
+                np.ones(task.extra),
+                for_all_t=False,
+                formula="0 < x_phi interpolated at the knots < 1",
+            ),
         ]
 
     def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:

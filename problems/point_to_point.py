@@ -283,4 +283,5 @@ class PointToPoint(Problem):
 def reach_limit(cosines: Matrix) -> Constraint:
     """(13), with absolute values: cos(theta_2) at both ends, (1, 2)."""
     one = np.ones(2)
-    return Constraint("reach", "(13)", "1", cosines, -one, one, ("k_s", "k_f"), one, for_all_t=False)
+    formula = "|k_s|, |k_f| <= 1: cos(theta_2) that (1) asks for at start and goal"
+    return Constraint("reach", "(13)", "1", cosines, -one, one, ("k_s", "k_f"), one, for_all_t=False, formula=formula)

@@ -82,10 +82,15 @@ class PointToPointNlp(NonlinearProgram):
         """Both ends, the limits that time scaling does not restore, obstacles, slacks."""
         _, quantities, samples, slack = self._symbols
         arm, task = self.problem.arm, self.problem
-        ends = [("start", quantities.theta_s, task.start), ("goal", quantities.theta_f, task.goal)]
+        ends = [
+            ("start", "theta_s", quantities.theta_s, task.start),
+            ("goal", "theta_f", quantities.theta_f, task.goal),
+        ]
         rows = [
-            equality(f"tip at the {name}", arm.tip(theta) - ca.DM(list(point)).T, "m", ("x", "y"))
-            for name, theta, point in ends
+            equality(
+                f"tip at the {name}", arm.tip(theta) - ca.DM(list(point)).T, "m", ("x", "y"), f"tip({symbol}) = {name}"
+            )
+            for name, symbol, theta, point in ends
         ]
         limits = motion_constraints(arm, task.obstacles, samples, margin)
         rows += [limit for limit in limits if self.timed or limit.name not in TIMELESS]

@@ -59,4 +59,5 @@ def end_verdicts(
 def endpoint(name: str, miss: Matrix) -> Constraint:
     """The tip is where the task wants it: a distance in m, up to rounding."""
     bound = np.array([1e-9])
-    return Constraint(name, "-", "m", miss, -bound, bound, ("tip",), bound, for_all_t=False)
+    formula = f"|tip at the {name} - {name}| <= 1e-9 m"
+    return Constraint(name, "-", "m", miss, -bound, bound, ("tip",), bound, for_all_t=False, formula=formula)
