@@ -33,6 +33,11 @@ class NonlinearProgram(ABC):
 
     @property
     @abstractmethod
+    def names(self) -> tuple[str, ...]:
+        """Names of the variables, n."""
+
+    @property
+    @abstractmethod
     def f(self) -> Matrix:
         """The objective."""
 

@@ -27,9 +27,9 @@ class Sensitivity:
     """What moving one bound would change.
 
     Attributes:
-        constraint: its name.
-        column: the joint, link or obstacle.
-        active: how many of its rows stand at the bound.
+        constraint: its name; ``bound`` for that of a variable.
+        column: the joint, link, obstacle or variable.
+        active: how many of its rows push back.
         per_unit: change of the objective when the bound, or both bounds, are relaxed by one unit; at most 0.
         unit: of that, objective over constraint.
     """
@@ -92,7 +92,7 @@ def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str) ->
         float(max(0.0, -near.min())),
         int(active.sum()),
         independent if active.any() else 0,
-        tuple(sensitivities(program, multipliers[: values.size - z.size], active, objective_unit)),
+        tuple(sensitivities(program, multipliers, objective_unit)),
     )
 
 
@@ -112,24 +112,22 @@ def _bounds(program: NonlinearProgram, z: FloatArray) -> tuple[FloatArray, Float
     return lower, upper
 
 
-def sensitivities(
-    program: NonlinearProgram, multipliers: FloatArray, active: np.ndarray, objective_unit: str
-) -> list[Sensitivity]:
-    """By constraint and column, from the multipliers (r,) of the scaled rows; of limits on the whole motion."""
+def sensitivities(program: NonlinearProgram, multipliers: FloatArray, objective_unit: str) -> list[Sensitivity]:
+    """By constraint and column, from multipliers (r + n,): limits on the whole motion, and bounds of the variables."""
     found, first = [], 0
     for constraint in program.constraints(SAMPLING_MARGIN):
         count, width = constraint.expression.shape
-        block = slice(first, first + count * width)
+        forces = multipliers[first : first + count * width].reshape(width, count)
         first += count * width
-        if not constraint.for_all_t:
-            continue
-        forces = multipliers[block].reshape(width, count)
-        held = active[block].reshape(width, count).sum(axis=1)
-        for column in np.flatnonzero(forces.any(axis=1)):
+        for column in np.flatnonzero(forces.any(axis=1)) if constraint.for_all_t else ():
             slope = _slope(constraint, int(column), upper=bool(forces[column].sum() > 0.0))
-            unit = f"{objective_unit} / ({constraint.unit})"
             per_unit = -float(np.abs(forces[column]).sum()) * slope
-            found.append(Sensitivity(constraint.name, constraint.columns[column], int(held[column]), per_unit, unit))
+            unit = f"{objective_unit} / ({constraint.unit})"
+            rows = int(np.count_nonzero(forces[column]))
+            found.append(Sensitivity(constraint.name, constraint.columns[column], rows, per_unit, unit))
+    own = zip(program.names, multipliers[first:], strict=True)
+    bounds = [(name, force) for name, force in own if force != 0.0 and not name.startswith("slack")]
+    found += [Sensitivity("bound", name, 1, -abs(float(force)), f"{objective_unit} / unit") for name, force in bounds]
     return sorted(found, key=lambda s: s.per_unit)
 
 

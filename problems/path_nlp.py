@@ -123,6 +123,16 @@ class PathNlp(NonlinearProgram):
         """Angles at the nodes, scaled second derivatives at the inner nodes, t_T, x_phi, slacks of the rotation."""
         return ca.SX.sym("x", sum(self.sizes))
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Angles and second derivatives by joint and node, t_T, x_phi, slacks."""
+        nodes, joints = range(self.form.nodes.size), range(1, self.problem.arm.links + 1)
+        angles = [f"theta_{joint}[{node}]" for joint in joints for node in nodes]
+        bends = [f"d2theta_{joint}[{node}]" for joint in joints for node in nodes[1:-1]]
+        time, values, slacks = self.sizes[2:]
+        numbered = [("x_phi", values), ("slack", slacks)]
+        return (*angles, *bends, *["t_T"] * time, *(f"{s}[{i}]" for s, n in numbered for i in range(1, n + 1)))
+
     def split(self, x: Matrix) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix]:
         """Angles (nodes, k), second derivatives (nodes, k), t_T (1 where it is no variable), x_phi, slacks."""
         k = self.problem.arm.links

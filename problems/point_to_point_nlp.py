@@ -70,6 +70,14 @@ class PointToPointNlp(NonlinearProgram):
         motion, _, _, slack = self._symbols
         return ca.vertcat(motion, ca.vec(slack))
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """As in the paper; ``t1/T`` where the duration is 1."""
+        joints = range(1, self.problem.arm.links + 1)
+        own = [f"{symbol}[{i}]" for symbol in ("theta_s", "theta_m", "dtheta_m", "theta_f") for i in joints]
+        slacks = self.x.shape[0] - self._symbols[0].shape[0]
+        return (*own, *(("t1", "t2") if self.timed else ("t1/T",)), *(f"slack[{i}]" for i in range(1, slacks + 1)))
+
     @cached_property
     def f(self) -> Matrix:
         """The objective: time, the sum of the slacks, or the smoothed length."""

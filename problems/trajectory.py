@@ -81,6 +81,20 @@ class Trajectory:
             found.append(roots[np.isfinite(roots)])
         return np.unique(np.concatenate(found))
 
+    def largest_jump(self) -> float:
+        """Largest jump of angle, speed or acceleration, ends not at rest included, relative to their largest values."""
+        worst = 0.0
+        h = np.diff(self.breakpoints)
+        for derivative, curve in enumerate(self._derivatives[:3]):
+            powers = h[:, None] ** np.arange(curve.c.shape[0] - 1, -1, -1)
+            starts, ends = np.asarray(curve.c[-1]), np.einsum("ipk,pi->pk", np.asarray(curve.c), powers)
+            jumps = np.abs(starts[1:] - ends[:-1])
+            if derivative > 0:
+                jumps = np.concatenate([jumps, np.abs(starts[:1]), np.abs(ends[-1:])])
+            scale = max(float(np.abs(starts).max()), float(np.abs(ends).max()), np.finfo(float).tiny)
+            worst = max(worst, float(jumps.max(initial=0.0)) / scale)
+        return worst
+
     def stays_within(self, derivative: int, lower: FloatArray, upper: FloatArray) -> bool:
         """Whether bounds (k,) of angles (0), speeds (1) or accelerations (2) are proven for all t."""
         curve = self._derivatives[derivative]

@@ -83,7 +83,7 @@ def polish_between(before: float, after: float, after_feasible: bool) -> Polish:
     assert fast.feasible is after_feasible
     refinement = Refinement(problem, IPOPT())
     search = refinement.multistart(Budget(iterations=1), 0, None)
-    return Polish(slow, fast, search, 0.0)
+    return Polish(slow, fast, search, 0.0, {})
 
 
 @pytest.mark.parametrize(

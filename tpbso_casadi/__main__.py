@@ -7,6 +7,7 @@ from importlib.metadata import version
 COMMANDS = """\
   python -m tpbso_casadi.solve [SCENARIO] [--solver bso|pso|ga|ipopt]   plan one motion
   python -m tpbso_casadi.solve [SCENARIO] --polish                      and refine it with IPOPT
+  python -m tpbso_casadi.audit RUN_FOLDER|SCENARIO                      what holds, for all t; what it is made of
   python -m tpbso_casadi.solve --list                                   the built-in scenarios
   python -m tpbso_casadi.solve --help                                   every option"""
 

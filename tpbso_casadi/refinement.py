@@ -11,6 +11,7 @@ import numpy as np
 
 from problems import Problem
 from problems.matrix import FloatArray, as_array
+from problems.problem import SAMPLING_MARGIN
 from solvers import IPOPT, Archive, Budget, Descent, DescentResult, Solution, Status, StopReason, descend
 from tpbso_casadi.motion import Motion
 
@@ -39,6 +40,12 @@ class Refinement:
     def price(self, solution: Solution) -> float:
         """What a solution is worth as a motion."""
         return self.motion(solution.x).price
+
+    def multipliers(self, solution: Solution) -> dict[str, float]:
+        """By constraint, the sum of the absolute multipliers of its scaled rows."""
+        rows = self.program.constraints(SAMPLING_MARGIN)
+        parts = np.split(solution.row_multipliers, np.cumsum([c.expression.numel() for c in rows])[:-1])
+        return {c.name: float(np.abs(part).sum()) for c, part in zip(rows, parts, strict=True)}
 
     def __call__(self, start: FloatArray) -> Solution:
         """Descend; where the solution holds at its samples but not between, descend on with more margin."""
@@ -73,12 +80,14 @@ class Polish:
         after: the best of the refined ones, accepted or not.
         search: of IPOPT; its iterations are starts.
         seconds: with the compilation of the program.
+        multipliers: by constraint, the sum of the absolute values that IPOPT ended with, of the scaled rows.
     """
 
     before: Motion
     after: Motion
     search: DescentResult
     seconds: float
+    multipliers: dict[str, float]
 
     @property
     def accepted(self) -> bool:
@@ -97,7 +106,8 @@ def polish(before: Motion, best: FloatArray, archive: Archive, starts: int) -> P
     refinement = Refinement(before.problem, IPOPT(warm=True))
     chosen = distinct(before.problem, [best, *archive.x], starts)
     search = refinement.descend((refinement.program.from_search(x) for x in chosen), Budget(iterations=starts))
-    return Polish(before, refinement.motion(search.x), search, time.perf_counter() - began)
+    seconds = time.perf_counter() - began
+    return Polish(before, refinement.motion(search.x), search, seconds, refinement.multipliers(search.solution))
 
 
 def distinct(problem: Problem, candidates: Iterable[FloatArray], count: int) -> list[FloatArray]:

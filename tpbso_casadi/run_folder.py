@@ -19,6 +19,7 @@ import numpy as np
 from problems import Problem
 from problems.matrix import FloatArray, as_array
 from solvers import DescentResult
+from tpbso_casadi.motion import Motion
 from tpbso_casadi.planning import Plan
 from tpbso_casadi.refinement import Polish
 
@@ -56,7 +57,7 @@ def write_run(folder: Path, plan: Plan, plots: bool) -> list[Path]:
     result = result_of(plan)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        written = [_replace(folder / "trajectory.csv", lambda file: write_trajectory(file, plan))]
+        written = [_replace(folder / "trajectory.csv", lambda file: write_trajectory(file, plan.motion))]
         if plots:
             from tpbso_casadi.figures import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
 
@@ -131,6 +132,7 @@ def _polish(polish: Polish) -> dict[str, Any]:
         "status": solution.status,
         "stop_reason": str(solution.stop_reason),
         "residuals": solution.residuals,
+        "multipliers": polish.multipliers,
     }
 
 
@@ -147,15 +149,22 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def write_trajectory(file: IO[str], plan: Plan) -> None:
-    """``t, q1..qk, qd1..qdk, qdd1..qddk, x, y`` in s, rad and m, with round-trip precision."""
-    samples = plan.trajectory.samples(plan.times)
-    joints = range(1, plan.problem.arm.links + 1)
+def write_trajectory(file: IO[str], motion: Motion) -> None:
+    """The table of a motion with round-trip precision."""
+    header, table = table_of(motion)
     writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(["t", *(f"{symbol}{joint}" for symbol in ("q", "qd", "qdd") for joint in joints), "x", "y"])
-    motion = (samples.theta, samples.speed, samples.acceleration, plan.problem.arm.tip(samples.theta))
-    table = np.column_stack([plan.times, *(as_array(matrix) for matrix in motion)])
+    writer.writerow(header)
     writer.writerows([repr(number) for number in row] for row in table.tolist())
+
+
+def table_of(motion: Motion) -> tuple[list[str], FloatArray]:
+    """``t, q1..qk, qd1..qdk, qdd1..qddk, x, y`` in s, rad and m: the header and the rows."""
+    samples = motion.trajectory.samples(motion.times)
+    arm = motion.problem.arm
+    joints = range(1, arm.links + 1)
+    header = ["t", *(f"{symbol}{joint}" for symbol in ("q", "qd", "qdd") for joint in joints), "x", "y"]
+    parts = (samples.theta, samples.speed, samples.acceleration, arm.tip(samples.theta))
+    return header, np.column_stack([motion.times, *(as_array(matrix) for matrix in parts)])
 
 
 def _replace(path: Path, write: Callable[[IO[str]], object]) -> Path:
