@@ -36,6 +36,7 @@ from problems.task import (
     Formulation,
     KnotRedundancy,
     check_choices,
+    check_elbow,
     check_obstacles,
     check_point,
     check_range,
@@ -104,6 +105,7 @@ class PathFollowing(Problem):
                 raise InvalidProblem(field, f"{value} is fewer than {least}")
         if self.total_time is not None:
             check_range("total_time", self.total_time)
+        check_elbow(self.arm, self.elbow)
         check_obstacles(self.obstacles)
         for index, point in enumerate(self.path.points):
             check_point(self.arm, self.obstacles, "points", point, name=f"points[{index}] = ")

@@ -27,9 +27,10 @@ from problems.matrix import FloatArray, Matrix, as_array, constant, total
 from problems.motion import Samples
 from problems.nlp import NonlinearProgram, equality, rotation_rows, smooth_length
 from problems.path_following import PathFollowing
-from problems.point_to_point_nlp import TIMELESS, elbow_interval
+from problems.point_to_point_nlp import TIMELESS
 from problems.redundancy import restore
 from problems.spline import RestSpline
+from problems.task import narrow_elbow
 from problems.trajectory import Trajectory
 
 SPEED_SAMPLES = 4  # between two nodes; what they miss of a speed, up to 2 %, the time scaling makes up
@@ -228,10 +229,8 @@ class PathNlp(NonlinearProgram):
         if task.arm.joint_limits is not None:
             ranges = np.repeat(np.array(task.arm.joint_limits), nodes, axis=0)
             lower[: len(ranges)], upper[: len(ranges)] = ranges.T
-        if task.elbow != "free":
-            for index in (nodes + knot for knot in self.form.knots):  # theta_2 is the second column
-                low, high = elbow_interval(task.elbow, x[index])
-                lower[index], upper[index] = max(low, lower[index]), min(high, upper[index])
+        for knot in self.form.knots:
+            narrow_elbow(task.elbow, x, nodes + knot, lower, upper)  # theta_2 is the second column
         time, values, slacks = (int(first) for first in np.cumsum(self.sizes)[1:4])
         lower[time:values] = task.time_box[0]
         lower[values:slacks], upper[values:slacks] = 0.0, 1.0

@@ -35,7 +35,16 @@ from problems.segments import (
     quintic_data,
     sampling_matrix,
 )
-from problems.task import Elbow, Formulation, check_choices, check_obstacles, check_point, check_range, elbow_signs
+from problems.task import (
+    Elbow,
+    Formulation,
+    check_choices,
+    check_elbow,
+    check_obstacles,
+    check_point,
+    check_range,
+    elbow_signs,
+)
 from problems.trajectory import Trajectory
 from problems.verification import end_verdicts
 
@@ -136,6 +145,7 @@ class PointToPoint(Problem):
         if self.samples < 2:
             raise InvalidProblem("samples", f"{self.samples} is fewer than 2 time steps a segment")
         check_range("segment_time", self.segment_time)
+        check_elbow(self.arm, self.elbow)
         check_obstacles(self.obstacles)
         for field in ("start", "goal"):
             check_point(self.arm, self.obstacles, field, getattr(self, field))

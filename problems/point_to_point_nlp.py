@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from math import pi
 
 import casadi as ca
 import numpy as np
@@ -25,6 +24,7 @@ from problems.motion import Samples
 from problems.nlp import NonlinearProgram, equality, rotation_rows, smooth_length
 from problems.point_to_point import SHARE, PointToPoint, Quantities
 from problems.redundancy import restore
+from problems.task import narrow_elbow
 from problems.trajectory import Trajectory
 
 ROTATION_SAMPLES = 12  # time steps a segment: the sum of increments is exact up to a turn between two samples
@@ -122,9 +122,8 @@ class PointToPointNlp(NonlinearProgram):
         for name, first in blocks.items():
             if self.problem.arm.joint_limits is not None:
                 lower[first : first + k], upper[first : first + k] = np.array(self.problem.arm.joint_limits).T
-            if name != "theta_m" and self.problem.elbow != "free":
-                low, high = elbow_interval(self.problem.elbow, x[first + 1])
-                lower[first + 1], upper[first + 1] = max(low, lower[first + 1]), min(high, upper[first + 1])
+            if name != "theta_m":
+                narrow_elbow(self.problem.elbow, x, first + 1, lower, upper)
         times = slice(4 * k, 4 * k + (2 if self.timed else 1))
         lower[times], upper[times] = (self.problem.segment_time[0], np.inf) if self.timed else SHARE
         lower[times.stop :] = 0.0
@@ -185,10 +184,3 @@ class PointToPointNlp(NonlinearProgram):
         theta_s = arm.snapped(quantities.theta_s, ca.DM(list(task.start)))
         theta_f = arm.snapped(quantities.theta_f, ca.DM(list(task.goal)))
         return replace(quantities, theta_s=theta_s, theta_f=theta_f)
-
-
-def elbow_interval(elbow: str, theta_2: float) -> tuple[float, float]:
-    """Where theta_2 may be with the elbow up or down, in rad: half a turn, the one nearest to ``theta_2``."""
-    low = 0.0 if elbow == "up" else -pi
-    turns = 2.0 * pi * np.rint((theta_2 - low - pi / 2.0) / (2.0 * pi))
-    return low + turns, low + pi + turns

@@ -87,6 +87,7 @@ def structure_of(
     function = ca.Function("rows", [x], [rows], {"cse": True})
     low, high = (np.repeat(bound, constraint.expression.shape[0]) for bound in (constraint.lower, constraint.upper))
     least, most = bounds(function, lower, upper)
+    kinks = kinks_of(function)
     return Structure(
         constraint.name,
         constraint.equation,
@@ -96,9 +97,9 @@ def structure_of(
         rows.shape[0],
         bool((low == high).all()),
         tuple(name for name, used in zip(names, np.any(jacobian, axis=0).tolist(), strict=True) if used),
-        degree_of(rows, x),
+        "nonlinear" if kinks else degree_of(rows, x),
         int(jacobian.sum()),
-        kinks_of(function),
+        kinks,
         int(np.sum(~np.any(jacobian, axis=1))),
         duplicates_of(function, lower, upper, low, high),
         int(((least > high) | (most < low)).sum()),
@@ -113,7 +114,7 @@ def jacobian_pattern(constraint: Constraint, x: ca.SX) -> NDArray[np.bool_]:
 
 
 def degree_of(rows: Matrix, x: ca.SX) -> str:
-    """The degree of the rows in the variables."""
+    """The degree of smooth rows in the variables."""
     if not any(ca.which_depends(rows, x, 1, False)):
         return "constant"
     if not any(ca.which_depends(rows, x, 2, False)):

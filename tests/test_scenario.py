@@ -20,6 +20,7 @@ POINT = {
 }
 PATH = {"arm": ARM, "task": {"kind": "path", "accuracy": 0.05, "points": [[1.0, 0.0], [1.0, 0.5], [0.5, 1.0]]}}
 STAR = {"arm": ARM, "task": {"kind": "path", "accuracy": 0.05, "shape": "pentagram", "radius": 0.9}}
+UP = POINT | {"task": POINT["task"] | {"elbow": "up"}}
 REMOVED = object()
 
 
@@ -86,6 +87,12 @@ def test_limits_may_be_given_for_each_joint() -> None:
         (POINT, "arm.max_speed", [1.0, 2.0], "arm.max_speed: 2 values for 4 links"),
         (POINT, "arm.joint_limits", [[0.0, 1.0]] * 3, "arm.joint_limits: 3 values for 4 links"),
         (POINT, "arm.joint_limits", [[1.0, 0.0]] * 4, "arm.joint_limits: joint 1"),
+        (
+            UP,
+            "arm.joint_limits",
+            [[-3.0, 3.0], [-1.0, -0.5], *[[-3.0, 3.0]] * 2],
+            "arm.joint_limits: joint 2: with the elbow up",
+        ),
         (POINT, "task.goal", [3.0, 0.0], "task.goal: .*3 m from the base, out of reach.*2 m"),
         (POINT, "task.goal", [0.0, float("nan")], "task.goal.1: "),
         (POINT, "task.goal", [1.0], "task.goal"),

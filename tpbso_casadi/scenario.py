@@ -119,6 +119,7 @@ class Scenario(Section):
         """
         sections = {
             "link_lengths": "arm.",
+            "joint_limits": "arm.",
             "obstacles": "",
             "samples": "model.",
             "knots": "model.",

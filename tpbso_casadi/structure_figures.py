@@ -5,14 +5,19 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-from matplotlib.figure import Figure
+import casadi as ca
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.ticker import MaxNLocator
 
+from problems import Constraint
 from problems.problem import SAMPLING_MARGIN
 from problems.structure import jacobian_pattern
 from tpbso_casadi.scenario import Scenario
+
+LEAST_SHARE = 0.07  # of the picture's height
 
 
 def draw_structure(folder: Path, scenario: Scenario) -> Path:
@@ -23,17 +28,26 @@ def draw_structure(folder: Path, scenario: Scenario) -> Path:
         ("search model", problem.constraints, problem.model.x),
         ("nonlinear program", program.constraints(SAMPLING_MARGIN), program.x),
     )
-    figure = Figure(figsize=(11.0, 6.5), layout="constrained")
-    for axes, (title, constraints, x) in zip(figure.subplots(1, 2), models, strict=True):
-        patterns = [jacobian_pattern(constraint, x) for constraint in constraints]
-        whole = np.vstack(patterns)
-        axes.imshow(whole, aspect="auto", cmap="Blues", vmin=0, vmax=1.3, interpolation="nearest")
-        edges = np.cumsum([0, *(len(pattern) for pattern in patterns)])
-        for edge in edges[1:-1]:
-            axes.axhline(edge - 0.5, color="0.4", linewidth=0.8)
-        axes.set_yticks((edges[:-1] + edges[1:]) / 2.0 - 0.5, [constraint.name for constraint in constraints])
-        axes.set_xlabel("variable")
-        axes.set_title(f"{title}: {whole.shape[0]} rows, {whole.shape[1]} variables, {int(whole.sum())} nonzeros")
+    figure = Figure(figsize=(12.0, 7.0), layout="constrained")
+    halves = figure.add_gridspec(1, len(models))
+    for side, (title, constraints, x) in enumerate(models):
+        draw_model(figure.add_subfigure(halves[0, side]), title, constraints, x)
     path = folder / "structure.png"
     figure.savefig(path, dpi=150)
     return path
+
+
+def draw_model(figure: SubFigure, title: str, constraints: Sequence[Constraint], x: ca.SX) -> None:
+    """One panel a constraint, as high as it has rows, but high enough to be seen."""
+    patterns = [jacobian_pattern(constraint, x) for constraint in constraints]
+    rows, nonzeros = (sum(counts) for counts in ([len(p) for p in patterns], [int(p.sum()) for p in patterns]))
+    heights = [max(len(pattern), LEAST_SHARE * rows) for pattern in patterns]
+    panels = figure.subplots(len(patterns), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights})
+    for axes, pattern, constraint in zip(panels[:, 0], patterns, constraints, strict=True):
+        axes.imshow(pattern, aspect="auto", cmap="Blues", vmin=0, vmax=1.3, interpolation="nearest")
+        axes.set_yticks([])
+        label = f"{constraint.name}\n{len(pattern)} rows"
+        axes.set_ylabel(label, rotation=0, ha="right", va="center", fontsize=9)
+    panels[-1, 0].set_xlabel("variable")
+    panels[-1, 0].xaxis.set_major_locator(MaxNLocator(integer=True))
+    figure.suptitle(f"{title}: {rows} rows, {x.shape[0]} variables,\n{nonzeros} entries that can differ from zero")

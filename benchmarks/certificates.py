@@ -1,0 +1,134 @@
+"""Are the certificates right? Random scenarios and trajectories, each certificate against a dense sampling.
+
+Point-to-point motions and paths of random arms with random limits, joint limits and obstacles; half of them from a
+short search, so that many stand close to their limits. A certificate is false when 100,000 samples find a limit
+broken that it calls certified.
+
+    python -m benchmarks.certificates --count 1000 --workers 2
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from problems import (
+    Ellipse,
+    InvalidProblem,
+    Path,
+    PathFollowing,
+    PlanarArm,
+    PointToPoint,
+    Problem,
+    Standing,
+    Trajectory,
+)
+from problems.limits import link_clearances, reachable_pairs
+from problems.matrix import as_array
+from solvers import PSO, Box, Budget, minimize
+
+DENSE = 100_000
+PART = 5_000  # samples at once
+TOLERANCE = 1e-8  # relative: what counts as broken
+
+
+@dataclass(frozen=True)
+class Checked:
+    """One trajectory: by constraint how the certificate stands, and whether the samples break it."""
+
+    standings: dict[str, Standing]
+    broken: frozenset[str]
+    milliseconds: float
+
+
+def random_problem(rng: np.random.Generator) -> Problem:
+    """An arm, a task it can do, obstacles away from its points."""
+    while True:
+        k = int(rng.integers(3, 6))
+        lengths = tuple(rng.uniform(0.3, 1.0, k).tolist())
+        limits = tuple(rng.uniform(2.0, 6.0, k).tolist()), tuple(rng.uniform(10.0, 40.0, k).tolist())
+        ranges = tuple((-a, b) for a, b in rng.uniform(2.2, 3.1, (k, 2))) if rng.random() < 0.5 else None
+        arm = PlanarArm(lengths, *limits, ranges)
+        angle, far = rng.uniform(-np.pi, np.pi, 4), arm.reach()[1] * rng.uniform(0.3, 0.9, 4)
+        points = [(float(r * np.cos(a)), float(r * np.sin(a))) for a, r in zip(angle, far, strict=True)]
+        obstacles = tuple(
+            Ellipse(tuple(rng.uniform(-1.5, 1.5, 2)), tuple(rng.uniform(0.05, 0.3, 2)), rng.uniform(0.0, 3.0))
+            for _ in range(rng.integers(0, 3))
+        )
+        objective = str(rng.choice(["time", "rotation", "length"]))
+        try:
+            if rng.random() < 0.3:
+                path = Path.through(points[:3]).resampled(20)
+                return PathFollowing(arm, path, 0.05, objective, formulation="reduced", obstacles=obstacles)
+            return PointToPoint(arm, points[0], points[1], objective, formulation="reduced", obstacles=obstacles)
+        except InvalidProblem:
+            continue
+
+
+def check(seed: int) -> Checked:
+    """Certify one random motion, and look at it very closely."""
+    rng = np.random.default_rng(seed)
+    problem = random_problem(rng)
+    x = Box(*problem.bounds).sample(rng, 1)[0]
+    if seed % 2:
+        x = minimize(problem.cost, Box(*problem.bounds), PSO(population=30), Budget(1500), rng).x
+    trajectory = problem.trajectory(x)
+    if rng.random() < 0.3:  # a little too fast, and only between the samples
+        trajectory = trajectory.stretched(
+            trajectory.least_stretch(problem.arm) * (1.0 - 10.0 ** rng.uniform(-7.0, -3.0))
+        )
+    began = time.perf_counter()
+    verdicts = problem.verify(trajectory)
+    milliseconds = (time.perf_counter() - began) * 1e3
+    about = {"speed", "acceleration", "joint range", "clearance"}
+    standings = {verdict.name: verdict.standing for verdict in verdicts if verdict.name in about}
+    return Checked(standings, frozenset(broken_limits(problem, trajectory)), milliseconds)
+
+
+def broken_limits(problem: Problem, trajectory: Trajectory) -> Iterator[str]:
+    """Which limits break at one of the dense samples."""
+    arm = problem.arm
+    pairs = reachable_pairs(arm, problem.obstacles)
+    for times in np.array_split(np.linspace(0.0, trajectory.duration, DENSE), DENSE // PART):
+        at = trajectory.samples(times)
+        theta, speed, acceleration = (as_array(part) for part in (at.theta, at.speed, at.acceleration))
+        if (np.abs(speed) > np.array(arm.max_speed) * (1.0 + TOLERANCE)).any():
+            yield "speed"
+        if (np.abs(acceleration) > np.array(arm.max_acceleration) * (1.0 + TOLERANCE)).any():
+            yield "acceleration"
+        if arm.joint_limits is not None:
+            low, high = np.array(arm.joint_limits).T
+            if ((theta < low - TOLERANCE) | (theta > high + TOLERANCE)).any():
+                yield "joint range"
+        if pairs and float(ca.mmin(link_clearances(pairs, *arm.joint_positions(at.theta)))) < 0.0:
+            yield "clearance"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--workers", type=int, default=2)
+    options = parser.parse_args()
+    with ProcessPoolExecutor(options.workers) as pool:
+        every = list(pool.map(check, range(options.count), chunksize=10))
+    print("| constraint | certified | violated | undecided | false certified | violated that no sample saw |")
+    print("|---|---|---|---|---|---|")
+    for name in ("speed", "acceleration", "joint range", "clearance"):
+        held = [(c.standings[name], name in c.broken) for c in every if name in c.standings]
+        count = Counter(standing for standing, _ in held)
+        false = sum(standing is Standing.CERTIFIED and broken for standing, broken in held)
+        unseen = sum(standing is Standing.VIOLATED and not broken for standing, broken in held)
+        print(f"| {name} | {' | '.join(str(count[s]) for s in Standing)} | {false} | {unseen} |")
+    milliseconds = [c.milliseconds for c in every]
+    print(f"\nmilliseconds a certificate: median {np.median(milliseconds):.1f}, worst {max(milliseconds):.1f}")
+
+
+if __name__ == "__main__":
+    main()

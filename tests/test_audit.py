@@ -1,0 +1,271 @@
+"""The audit: what a scenario is made of, whether a run holds for all t, and that nothing false passes."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from benchmarks.certificates import check
+from problems import Constraint, Standing
+from problems.optimality import optimality
+from problems.structure import freedom, structure_of
+from tpbso_casadi import builtin, parse_scenario, plan, write_run
+from tpbso_casadi.audit import main
+from tpbso_casadi.builtin import TITLES
+from tpbso_casadi.planning import Plan
+
+
+@cache
+def planned(case: str, *, polish: bool = False, solver: str = "pso", formulation: str = "reduced") -> Plan:
+    content = builtin(case).model_dump()
+    content["model"]["formulation"] = formulation
+    content["solver"] |= {"name": solver, "evaluations": 6000, "polish_starts": int(polish)}
+    if solver == "ipopt":
+        content["solver"] |= {"evaluations": None, "iterations": 3}
+    return plan(parse_scenario(content))
+
+
+def audit(capfd: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, Any]:
+    """Exit status, and the JSON or the line of error."""
+    try:
+        status = int(main([*map(str, arguments), "--json"]))
+    except SystemExit as end:
+        status = int(end.code or 0)
+    shown = capfd.readouterr()
+    if status == 2:
+        assert shown.out == ""
+        assert shown.err.startswith("error: ")
+        assert shown.err.count("\n") == 1
+        return status, shown.err
+    return status, json.loads(shown.out)
+
+
+@pytest.mark.parametrize("case", TITLES)
+def test_every_case_is_audited(case: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    status, of_scenario = audit(capfd, case)
+    assert status == 0
+    assert of_scenario["search"]["degrees_of_freedom"] == of_scenario["search"]["variables"]
+    assert of_scenario["program"]["degrees_of_freedom"] < of_scenario["program"]["variables"]
+    for c in of_scenario["search"]["constraints"] + of_scenario["program"]["constraints"]:
+        assert c["rows"] > 0
+        assert c["formula"]
+        assert c["depends_on"] or c["degree"] == "constant"
+    for polish in (False, True):
+        write_run(tmp_path / "run", planned(case, polish=polish), plots=False)
+        status, of_run = audit(capfd, tmp_path / "run")
+        assert status == 0
+        assert of_run["certificate"]["verdict"] == "certified"
+        assert all(c["margin"] >= -1e-9 for c in of_run["constraints"])
+        assert (of_run["polish"] is not None) == polish
+
+
+def test_a_polished_motion_is_a_kkt_point_and_a_beetle_is_not(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    found = {}
+    for polish in (False, True):
+        write_run(tmp_path / "run", planned("obstacle-3", polish=polish), plots=False)
+        found[polish] = audit(capfd, tmp_path / "run")[1]["optimality"]
+    assert found[True]["stationarity"] < 1e-3
+    assert found[True]["stationarity"] < found[False]["stationarity"]
+    assert found[True]["sensitivities"][0]["constraint"] in ("clearance", "swept clearance")
+
+
+def test_sensitivities_are_what_a_looser_limit_buys() -> None:
+    def least_time(acceleration: float) -> Plan:
+        content = builtin("time-2").model_dump()
+        content["arm"]["max_acceleration"] = [acceleration, 20.0]
+        content["solver"] = {"name": "ipopt", "iterations": 6}
+        return plan(parse_scenario(content))
+
+    base = least_time(20.0)
+    program = base.problem.nlp()
+    judged = optimality(program, program.from_trajectory(base.trajectory), "s")
+    promised = sum(s.per_unit for s in judged.sensitivities if (s.constraint, s.column) == ("acceleration", "joint 1"))
+    bought = least_time(20.1).objective - least_time(19.9).objective
+    assert promised < 0.0
+    assert promised == pytest.approx(bought / 0.2, rel=0.1)
+
+
+def test_structure_of_a_small_constraint() -> None:
+    x = ca.SX.sym("x", 3)
+    rows = ca.vertcat(x[0] + x[1], x[0] + x[1], ca.fabs(x[2]), ca.SX(1.0), x[0] ** 2)
+    one, endless = np.array([5.0]), np.array([-np.inf])
+    constraint = Constraint("c", "-", "m", rows, endless, one, ("c",), np.ones(1))
+    box = np.array([0.0, 0.0, 6.0]), np.array([1.0, 1.0, 7.0])
+    found = structure_of(constraint, x, ["a", "b", "c"], *box)
+    assert (found.rows, found.nonzeros, found.degree, found.equality) == (5, 6, "nonlinear", False)
+    assert found.depends_on == ("a", "b", "c")
+    assert (found.constant_rows, found.duplicate_rows, found.never_met, found.always_met) == (1, 1, 1, 4)
+    assert found.kinks == {"abs": 1}
+    for expression, degree in ((x[0] * x[1], "quadratic"), (2.0 * x[0], "linear"), (ca.SX(2.0), "constant")):
+        assert structure_of(replace(constraint, expression=expression), x, ["a", "b", "c"], *box).degree == degree
+    equal = replace(constraint, expression=ca.vertcat(x[0] - x[1], x[0] - x[1]), lower=one, upper=one)
+    assert freedom([equal], x) == 1
+
+
+def test_a_limit_that_nothing_meets_is_found(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "tight.toml"
+    path.write_text(
+        "[arm]\nlink_lengths = [1.0, 1.0]\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
+        "joint_limits = [[2.0, 2.2], [-3.0, 3.0]]\n"  # joint 1 starts at -0.5
+        '[task]\nkind = "point-to-point"\nstart = [1.0, 0.5]\ngoal = [0.5, 1.5]\nelbow = "up"\n'
+    )
+    status, found = audit(capfd, path)
+    assert status == 1
+    assert next(c["never_met"] for c in found["search"]["constraints"] if c["name"] == "joint range") > 0
+
+
+def folder_of(case: str, tmp_path: Path) -> Path:
+    write_run(tmp_path / "run", planned(case), plots=False)
+    return tmp_path / "run"
+
+
+def edit_json(folder: Path, edit: Callable[[dict[str, Any]], object]) -> None:
+    content = json.loads((folder / "result.json").read_text())
+    edit(content)
+    (folder / "result.json").write_text(json.dumps(content))
+
+
+EDITS: dict[str, Callable[[dict[str, Any]], object]] = {
+    "objective": lambda r: r["objective"].update(value=r["objective"]["value"] * (1.0 - 1e-6)),
+    "cost": lambda r: r.update(cost=r["cost"] * 0.999),
+    "feasible": lambda r: r.update(feasible=False),
+    "verdict": lambda r: r["certificate"].update(verdict="violated"),
+    "worst": lambda r: r["constraints"][0].update(worst=0.1),
+    "standing": lambda r: r["constraints"][0].update(standing="undecided"),
+    "limit": lambda r: r["scenario"]["arm"].update(max_speed=3.0),
+    "goal": lambda r: r["scenario"]["task"].update(goal=[0.4, 1.5]),
+    "unknown key": lambda r: r["scenario"].update(robot=1),
+    "variable": lambda r: r["solution"]["variables"][0].update(value=r["solution"]["variables"][0]["value"] + 1e-6),
+    "fewer variables": lambda r: r["solution"]["variables"].pop(),
+    "coefficient": lambda r: r["solution"]["coefficients"][0][0].__setitem__(0, 9.0),
+    "breakpoint": lambda r: r["solution"]["breakpoints"].__setitem__(1, 0.0),
+    "no coefficients": lambda r: r["solution"].pop("coefficients"),
+    "text": lambda r: r["solution"].update(coefficients="none"),
+    "not a number": lambda r: r["solution"]["breakpoints"].__setitem__(0, None),
+    "no scenario": lambda r: r.pop("scenario"),
+}
+
+
+@pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
+def test_an_edited_result_is_refused(
+    edit: Callable[[dict[str, Any]], object], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    folder = folder_of("time-3", tmp_path)
+    edit_json(folder, edit)
+    status, error = audit(capfd, folder)
+    assert status == 2
+    assert "result.json" in error or "solution" in error or "trajectory.csv" in error
+
+
+@pytest.mark.parametrize("line", [1, 2, 60, -1])
+def test_an_edited_table_is_refused(line: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    folder = folder_of("time-3", tmp_path)
+    path = folder / "trajectory.csv"
+    lines = path.read_text().splitlines()
+    cells = lines[line].split(",")
+    cells[3] = repr(float(cells[3]) + 1e-6)
+    lines[line] = ",".join(cells)
+    path.write_text("\n".join(lines) + "\n")
+    status, error = audit(capfd, folder)
+    assert status == 2
+    assert f"trajectory.csv line {line % len(lines) + 1}: q3" in error
+
+
+@pytest.mark.parametrize("spoil", ["missing", "text", "fewer rows", "empty", "no result", "not JSON"])
+def test_a_spoilt_folder_is_refused(spoil: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    folder = folder_of("time-3", tmp_path)
+    table, result = folder / "trajectory.csv", folder / "result.json"
+    {
+        "missing": table.unlink,
+        "text": lambda: table.write_text(table.read_text().replace("0.0", "zero", 1)),
+        "fewer rows": lambda: table.write_text("\n".join(table.read_text().splitlines()[:-1])),
+        "empty": lambda: table.write_text(""),
+        "no result": result.unlink,
+        "not JSON": lambda: result.write_text("{"),
+    }[spoil]()
+    assert audit(capfd, folder)[0] == 2
+
+
+def test_what_is_neither_a_run_nor_a_scenario(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    for what in (tmp_path / "nothing.toml", "nothing"):
+        assert audit(capfd, what)[0] == 2
+
+
+def rewritten(found: Plan, folder: Path, factor: float) -> Path:
+    """A run that is consistent in itself, with its motion run faster by a factor."""
+    motion = replace(found.motion, trajectory=found.trajectory.stretched(1.0 / factor))
+    search = replace(found.search)
+    write_run(folder, replace(found, motion=motion, search=search), plots=False)
+    edit_json(folder, lambda r: r["solution"].update(variables=None))
+    return folder
+
+
+def test_a_speed_a_thousandth_over_is_caught(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    found = planned("time-3")
+    tight = found.trajectory.least_stretch(found.problem.arm)
+    status, result = audit(capfd, rewritten(found, tmp_path / "run", 1.001 / tight))
+    assert status == 1
+    assert result["certificate"]["verdict"] == "violated"
+    broken = [c for c in result["constraints"] if c["standing"] == "violated"]
+    assert {c["name"] for c in broken} <= {"speed", "acceleration"}
+    assert all("t = " in c["where"] for c in broken)
+
+
+@pytest.mark.parametrize(("grown", "standing"), [(-1e-4, "certified"), (1e-4, "violated")])
+def test_a_link_that_grazes_an_obstacle_is_caught(
+    grown: float, standing: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    found = planned("obstacle-3")
+    clearance = next(v for v in found.problem.verify(found.trajectory) if v.name == "clearance")
+    smallest = clearance.worst / 0.9  # what is proven gives a tenth away
+    oval = found.problem.obstacles[0]
+    factor = (min(oval.semi_axes) + smallest + grown) / min(oval.semi_axes)
+    content = found.scenario.model_dump()
+    content["obstacles"][0]["semi_axes"] = [axis * factor for axis in oval.semi_axes]
+    scenario = parse_scenario(content)
+    problem = scenario.problem()
+    motion = replace(found.motion, problem=problem)
+    write_run(tmp_path / "run", replace(found, scenario=scenario, problem=problem, motion=motion), plots=False)
+    edit_json(tmp_path / "run", lambda r: r["solution"].update(variables=None))
+    status, result = audit(capfd, tmp_path / "run")
+    judged = next(c for c in result["constraints"] if c["name"] == "clearance")
+    assert judged["standing"] == standing
+    assert status == (0 if standing == "certified" else 1)
+
+
+@pytest.mark.parametrize("seeds", [range(40)], ids=["40 motions"])
+def test_no_certificate_is_false(seeds: range) -> None:
+    undecided = 0
+    for seed in seeds:
+        checked = check(seed)
+        for name, standing in checked.standings.items():
+            assert not (standing is Standing.CERTIFIED and name in checked.broken), (seed, name)
+            undecided += standing is Standing.UNDECIDED
+    assert undecided <= 1
+
+
+def test_tables_and_picture_for_a_person(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "tpbso_casadi.audit"]
+    folder = folder_of("obstacle-4", tmp_path)
+    run = subprocess.run([*command, str(folder)], capture_output=True, text=True, check=True)
+    assert "certified" in run.stdout
+    assert "what relaxing a limit would buy" in run.stdout or "no limit holds" in run.stdout
+    asked = [*command, "obstacle-4", "--plots", str(tmp_path / "plots")]
+    scenario = subprocess.run(asked, capture_output=True, text=True, check=True)
+    assert "degrees of freedom" in scenario.stdout
+    assert (tmp_path / "plots/structure.png").read_bytes().startswith(b"\x89PNG")
+    shutil.rmtree(folder)
+    assert subprocess.run([*command, str(folder)], capture_output=True, check=False).returncode == 2
