@@ -64,9 +64,7 @@ def parser() -> argparse.ArgumentParser:
     output.add_argument("--out", type=Path, metavar="DIR", help="run folder; runs/SCENARIO-SOLVER-SEED if none")
     output.add_argument("--json", action="store_true", help="print result.json, and no folder without --out")
     output.add_argument("--no-plots", action="store_true", help="draw no figures")
-    output.add_argument(
-        "--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds"
-    )
+    output.add_argument("--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds")
     output.add_argument("--quiet", action="store_true", help="no progress, no table")
     return built
 
