@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from problems import PathFollowing, Problem
-from problems.population import PopulationFunction
+from problems.pricing import PopulationFunction
 from solvers import SOLVERS, Box, Budget, minimize
 from tpbso_casadi.builtin import TITLES, builtin
 from tpbso_casadi.scenario import Scenario, parse_scenario

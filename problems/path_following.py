@@ -27,7 +27,7 @@ from problems.obstacles import Ellipse
 from problems.path import Path
 from problems.penalty import graded_cost, limit_weight, penalised
 from problems.planar_arm import PlanarArm, nearest_turn
-from problems.population import PopulationFunction
+from problems.pricing import PopulationFunction
 from problems.problem import SAMPLING_MARGIN, Model, Problem, Variable
 from problems.redundancy import angular_range, restore
 from problems.spline import RestSpline

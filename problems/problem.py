@@ -15,7 +15,7 @@ from problems.matrix import FloatArray, Matrix
 from problems.objectives import Objective
 from problems.obstacles import Ellipse
 from problems.planar_arm import PlanarArm
-from problems.population import PopulationFunction
+from problems.pricing import PopulationFunction, Pricing
 from problems.trajectory import Trajectory
 from problems.verification import limit_verdicts
 
@@ -118,9 +118,13 @@ class Problem(ABC):
         """The compiled cost of one candidate."""
         return ca.Function("cost", [self.model.x], [self.model.cost], ["x"], ["cost"], {"cse": True})
 
+    def priced(self, pricing: Pricing | None = None) -> PopulationFunction:
+        """The cost of whole populations, computed as told: costs (m,) of candidates (m, d)."""
+        return PopulationFunction(self.cost_function, pricing)
+
     @cached_property
     def _population(self) -> PopulationFunction:
-        return PopulationFunction(self.cost_function)
+        return self.priced()
 
     def cost(self, candidates: FloatArray) -> FloatArray:
         """Costs (m,) of candidates (m, d); below every infeasible cost exactly when feasible at the samples."""

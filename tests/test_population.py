@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from problems.population import CHUNK
+from problems.pricing.virtual_machine import BATCH, FEW, WARM
 from tpbso_casadi.builtin import TITLES, builtin
 
 
@@ -13,12 +13,13 @@ from tpbso_casadi.builtin import TITLES, builtin
 def test_population_equals_a_loop(case: str) -> None:
     problem = builtin(case).problem()
     lower, upper = problem.bounds
-    points = np.random.default_rng(0).uniform(lower, upper, (2 * CHUNK + 3, lower.size))
-    expected = np.array([float(problem.cost_function(x)) for x in points])
-    for size in (0, 1, CHUNK - 1, CHUNK, CHUNK + 1, len(points)):
-        assert (problem.cost(points[:size]) == expected[:size]).all()
-    assert (problem.cost(points[::-1]) == expected[::-1]).all()
-    assert (problem.cost(np.asfortranarray(points)) == expected).all()
+    points = np.random.default_rng(0).uniform(lower, upper, (WARM + 2 * BATCH + 3, lower.size))
+    alone = np.array([problem.cost(x[None])[0] for x in points])
+    np.testing.assert_allclose(alone[:200], [float(problem.cost_function(x)) for x in points[:200]], rtol=1e-11)
+    for size in (0, 1, FEW, FEW + 1, BATCH - 1, BATCH, BATCH + 1, len(points)):
+        assert (problem.cost(points[:size]) == alone[:size]).all()
+    assert (problem.cost(points[::-1]) == alone[::-1]).all()
+    assert (problem.cost(np.asfortranarray(points)) == alone).all()
 
 
 def test_wrong_shapes_are_refused() -> None:

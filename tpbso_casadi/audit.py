@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from problems import Standing
+from problems.pricing import InvalidPricing
 from tpbso_casadi.audit_report import print_run_audit, print_scenario_audit
 from tpbso_casadi.auditing import audit_run, audit_scenario, impossible
 from tpbso_casadi.builtin import TITLES
@@ -28,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if options.what not in TITLES and Path(options.what).is_dir():
             return of_run(Path(options.what), options)
         return of_scenario(load(options.what), options)
-    except (ScenarioError, OutputError, TamperedRun) as error:
+    except (ScenarioError, OutputError, TamperedRun, InvalidPricing) as error:
         complain(str(error))
         return Exit.BAD_INPUT
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from problems import Problem, Trajectory, Verdict
 from problems.matrix import FloatArray
+from problems.pricing import Pricing
 from solvers import IPOPT, Archive, Box, DescentResult, Result, Solver, Status, StopReason, minimize
 from tpbso_casadi.motion import Motion, found_motion
 from tpbso_casadi.refinement import Polish, Refinement, polish
@@ -65,12 +66,15 @@ class Plan:
         return self.motion.times
 
 
-def plan(scenario: Scenario, callback: Callable[[Status], object] | None = None) -> Plan:
+def plan(
+    scenario: Scenario, callback: Callable[[Status], object] | None = None, pricing: Pricing | None = None
+) -> Plan:
     """Plan a scenario.
 
     Args:
         scenario: arm, task, limits, solver, budget and seed.
         callback: gets the status of the search after every iteration.
+        pricing: how a population is evaluated; changes how long it takes, not what is found.
 
     Raises:
         ScenarioError: the task cannot be done, or the solver is unknown.
@@ -78,7 +82,7 @@ def plan(scenario: Scenario, callback: Callable[[Status], object] | None = None)
     problem, solver = scenario.problem(), scenario.solver.build()
     if isinstance(solver, IPOPT):
         return descended(scenario, problem, solver, callback)
-    return searched(scenario, problem, solver, callback)
+    return searched(scenario, problem, solver, callback, pricing)
 
 
 def descended(scenario: Scenario, problem: Problem, solver: IPOPT, callback: Callable[[Status], object] | None) -> Plan:
@@ -88,11 +92,17 @@ def descended(scenario: Scenario, problem: Problem, solver: IPOPT, callback: Cal
     return Plan(scenario, problem, found, refinement.motion(found.x))
 
 
-def searched(scenario: Scenario, problem: Problem, solver: Solver, callback: Callable[[Status], object] | None) -> Plan:
+def searched(
+    scenario: Scenario,
+    problem: Problem,
+    solver: Solver,
+    callback: Callable[[Status], object] | None,
+    pricing: Pricing | None,
+) -> Plan:
     """A plan by a metaheuristic, polished if the scenario says so."""
     asked, box = scenario.solver, Box(*problem.bounds)
     archive = Archive(box) if asked.polish_starts else None
-    found = minimize(problem.cost, box, solver, asked.budget(), asked.seed, callback, archive)
+    found = minimize(problem.priced(pricing), box, solver, asked.budget(), asked.seed, callback, archive)
     motion = found_motion(problem, found.x)
     if archive is None or found.stop_reason is StopReason.INTERRUPTED:
         return Plan(scenario, problem, found, motion)

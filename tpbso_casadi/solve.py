@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from problems.pricing import BACKENDS, InvalidPricing, Pricing
 from tpbso_casadi.builtin import DEFAULT, TITLES, builtin
 from tpbso_casadi.command_line import Exit, OneLineParser, complain, natural, positive_float, positive_int
 from tpbso_casadi.display import print_plan, print_scenarios, search_progress
@@ -26,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print_scenarios(Console())
             return Exit.FEASIBLE
         return solve(options)
-    except (ScenarioError, OutputError) as error:
+    except (ScenarioError, OutputError, InvalidPricing) as error:
         complain(str(error))
         return Exit.BAD_INPUT
     except KeyboardInterrupt:
@@ -60,6 +61,9 @@ def parser() -> argparse.ArgumentParser:
     search.add_argument(
         "--polish-starts", type=positive_int, metavar="N", help="refine N good candidates that lie apart, keep the best"
     )
+    speed = built.add_argument_group("the machine; changes how long it takes, not what is found")
+    speed.add_argument("--backend", choices=BACKENDS, help="what prices a population; auto if none")
+    speed.add_argument("--threads", type=positive_int, default=1, metavar="N", help="for populations of thousands")
     output = built.add_argument_group("the output")
     output.add_argument("--out", type=Path, metavar="DIR", help="run folder; runs/SCENARIO-SOLVER-SEED if none")
     output.add_argument("--json", action="store_true", help="print result.json, and no folder without --out")
@@ -71,12 +75,12 @@ def parser() -> argparse.ArgumentParser:
 
 def solve(options: argparse.Namespace) -> int:
     """Plan what the options say, show and write it; returns the exit status."""
-    scenario = overridden(load(options.scenario), options)
+    scenario, pricing = overridden(load(options.scenario), options), pricing_of(options)
     folder = run_folder(options, scenario)
     if folder is not None:
         check_writable(folder)
     try:
-        found = search(scenario, quiet=options.quiet)
+        found = search(scenario, pricing, quiet=options.quiet)
     except ScenarioError as error:
         raise ScenarioError(f"{options.scenario}: {error}") from error
     if folder is not None:
@@ -89,10 +93,15 @@ def solve(options: argparse.Namespace) -> int:
     return exit_status(found)
 
 
-def search(scenario: Scenario, quiet: bool) -> Plan:
+def pricing_of(options: argparse.Namespace) -> Pricing:
+    """How to price: the command line, then the environment."""
+    return Pricing(threads=options.threads) if options.backend is None else Pricing(options.backend, options.threads)
+
+
+def search(scenario: Scenario, pricing: Pricing, quiet: bool) -> Plan:
     """Plan with a progress bar on standard error."""
     with search_progress(scenario.problem(), Console(stderr=True, quiet=quiet)) as callback:
-        return plan(scenario, callback)
+        return plan(scenario, callback, pricing)
 
 
 def exit_status(found: Plan) -> int:

@@ -1,0 +1,80 @@
+"""Find the machine's C++ compiler and make a shared library with it."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+from dataclasses import dataclass
+from itertools import takewhile
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+# contraction to fused multiply-adds would round differently from CasADi
+FLAGS = ("-O1", "-std=c++17", "-march=native", "-ffp-contract=off", "-fno-math-errno", "-shared", "-fPIC")
+NAMES = ("c++", "g++", "clang++")
+
+
+class NativeUnavailable(Exception):
+    """This machine cannot compile, or not this; the message says why."""
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A C++ compiler.
+
+    Attributes:
+        command: the program and arguments of its own (``CXX`` may have some).
+        version: what it says of itself.
+    """
+
+    command: tuple[str, ...]
+    version: str
+
+    @property
+    def target(self) -> str:
+        """Everything that decides what a library compiled here and now looks like and where it runs."""
+        return "\n".join([*self.command, self.version, *FLAGS, processor(), *platform.libc_ver()])
+
+    def library(self, source: str) -> bytes:
+        """The shared library of a C++ source.
+
+        Raises:
+            NativeUnavailable: the compiler refuses.
+        """
+        with TemporaryDirectory(prefix="tpbso-casadi-") as folder:
+            output = Path(folder) / "library"
+            command = [*self.command, *FLAGS, "-x", "c++", "-", "-o", str(output)]
+            done = subprocess.run(command, input=source, capture_output=True, text=True, check=False)
+            if done.returncode:
+                reason = next(iter(done.stderr.splitlines()), f"status {done.returncode}")
+                raise NativeUnavailable(f"{self.command[0]} failed: {reason}")
+            return output.read_bytes()
+
+
+def find_compiler() -> Compiler:
+    """The compiler that ``CXX`` names, or the first one on ``PATH``.
+
+    Raises:
+        NativeUnavailable: there is none that runs.
+    """
+    named = tuple(shlex.split(os.environ.get("CXX", "")))
+    for command in [named] if named else [(name,) for name in NAMES]:
+        path = shutil.which(command[0])
+        if path is not None:
+            asked = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
+            if asked.returncode == 0:
+                return Compiler((path, *command[1:]), asked.stdout)
+    raise NativeUnavailable(f"no C++ compiler ({shlex.join(named) or ', '.join(NAMES)}) on PATH")
+
+
+def processor() -> str:
+    """Model and features of the processor."""
+    try:
+        with Path("/proc/cpuinfo").open() as lines:
+            first = takewhile(str.strip, lines)
+            return "".join(line for line in first if line.startswith(("model name", "flags", "Features", "CPU ")))
+    except OSError:
+        return f"{platform.machine()} {platform.processor()}"

@@ -1,0 +1,135 @@
+"""Price a whole population, by the fastest means that this machine and this much work allow."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+import casadi as ca
+import numpy as np
+
+from problems.matrix import FloatArray
+from problems.pricing import cache
+from problems.pricing.compiler import NativeUnavailable
+from problems.pricing.native import Aside, Native, compiled, find_native
+from problems.pricing.virtual_machine import VirtualMachine
+
+Backend = Literal["auto", "vm", "native"]
+BACKENDS: tuple[str, ...] = get_args(Backend)
+VARIABLE = "TPBSO_CASADI_BACKEND"
+HOT = 4000  # candidates after which a function is taken for one that is searched again and again
+log = logging.getLogger(__name__)
+
+
+class InvalidPricing(ValueError):
+    """A way to price that does not exist; the message names it."""
+
+
+def _default() -> str:
+    return os.environ.get(VARIABLE, "auto")
+
+
+@dataclass(frozen=True)
+class Pricing:
+    """How costs are computed. Whatever is chosen, they are the same, bit by bit.
+
+    Attributes:
+        backend: ``vm``, CasADi's virtual machine; ``native``, compiled code, made if it is not in the cache; ``auto``,
+            native from the cache, else the virtual machine while a process aside fills the cache, should the work
+            turn out to be worth it. Default: ``$TPBSO_CASADI_BACKEND`` or ``auto``.
+        threads: that compiled code may use for large populations.
+
+    Raises:
+        InvalidPricing: there is no such backend, or not even one thread.
+    """
+
+    backend: str = field(default_factory=_default)
+    threads: int = 1
+
+    def __post_init__(self) -> None:
+        if self.backend not in BACKENDS:
+            raise InvalidPricing(f"pricing backend {self.backend!r} is none of {', '.join(BACKENDS)}")
+        if self.threads < 1:
+            raise InvalidPricing(f"{self.threads} threads cannot price anything")
+
+
+class PopulationFunction:
+    """A scalar CasADi function of one vector, evaluated for every row of an array.
+
+    Args:
+        function: SX function of one input (d,) and one scalar output.
+        pricing: how to evaluate it.
+    """
+
+    def __init__(self, function: ca.Function, pricing: Pricing | None = None) -> None:
+        self.function = function
+        self.pricing = Pricing() if pricing is None else pricing
+        self._evaluate: Callable[[FloatArray, FloatArray], None] | None = None
+        self._may_compile = self.pricing.backend == "auto"
+        self._aside: Aside | None = None
+        self._priced = 0
+
+    def __reduce__(self) -> tuple[type[PopulationFunction], tuple[ca.Function, Pricing]]:
+        return PopulationFunction, (self.function, self.pricing)
+
+    def __call__(self, candidates: FloatArray) -> FloatArray:
+        """Costs (m,) of candidates (m, d), m of any size, zero included.
+
+        Raises:
+            ValueError: the candidates are not (m, d).
+            UnreadableTape: the function holds an operation that :mod:`problems.pricing.tape` does not know.
+        """
+        dimension = self.function.size1_in(0)
+        if candidates.ndim != 2 or candidates.shape[1] != dimension:
+            raise ValueError(f"candidates of shape {candidates.shape} where (m, {dimension}) is needed")
+        points = np.ascontiguousarray(candidates, dtype=np.float64)
+        costs = np.empty(len(points))
+        if self._evaluate is None:
+            self._evaluate = self._first()
+        self._evaluate(points, costs)
+        self._priced += len(points)
+        if self._may_compile and self._priced > HOT:
+            self._compile_aside()
+        return costs
+
+    @property
+    def backend(self) -> str:
+        """What prices now: ``vm`` or ``native``."""
+        return "native" if isinstance(self._evaluate, Native) else "vm"
+
+    def _first(self) -> Callable[[FloatArray, FloatArray], None]:
+        """What to begin with."""
+        if self.pricing.backend == "vm":
+            return VirtualMachine(self.function)
+        try:
+            native = find_native(self.function, self.pricing.threads)
+            if native is None and self.pricing.backend == "native":
+                native = compiled(self.function, self.pricing.threads)
+        except NativeUnavailable as reason:
+            level = logging.WARNING if self.pricing.backend == "native" else logging.INFO
+            log.log(level, "priced by CasADi's virtual machine, not natively: %s", reason)
+            native, self._may_compile = None, False
+        if native is None:
+            return VirtualMachine(self.function)
+        self._may_compile = False
+        return native
+
+    def _compile_aside(self) -> None:
+        """Start to compile, where there is a processor to spare; change over as soon as that is done."""
+        if self._aside is None:
+            self._may_compile = _processors() > 1 and cache.writable()
+            if self._may_compile:
+                self._aside = Aside(self.function)
+        elif self._aside.finished():
+            self._may_compile = False
+            with suppress(NativeUnavailable):
+                self._evaluate = find_native(self.function, self.pricing.threads) or self._evaluate
+
+
+def _processors() -> int:
+    """How many processors this process may run on."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
