@@ -100,7 +100,7 @@ class Constraint:
 
     def graded_penalty(self) -> Matrix:
         """Sum of the dimensionless excesses: how far, not only how often, the limit is broken."""
-        return total(self.excess() / repeated(self.scale, self.expression.shape[0]))
+        return total(self.excess() * repeated(1.0 / self.scale, self.expression.shape[0]))
 
     def smallest_violation(self) -> float:
         """The least that ``paper_penalty`` can be when any row is broken."""

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from problems.constraint import Constraint, Weight
-from problems.matrix import FloatArray, Matrix, columns, differences, repeated
+from problems.matrix import FloatArray, Matrix, columns, differences, largest, repeated
 from problems.motion import Samples
 from problems.obstacles import Ellipse
 from problems.planar_arm import PlanarArm
@@ -205,5 +205,5 @@ def least_stretch(arm: PlanarArm, speed: Matrix, acceleration: Matrix) -> Matrix
 
 def _largest_ratio(values: Matrix, limits: FloatArray) -> Matrix:
     if np.ptp(limits) == 0.0:
-        return ca.mmax(ca.fabs(values)) / limits[0]
-    return ca.mmax(ca.fabs(values) / repeated(limits, values.shape[0]))
+        return largest(ca.fabs(values)) / limits[0]
+    return largest(ca.fabs(values) / repeated(limits, values.shape[0]))

@@ -22,6 +22,15 @@ def total(values: Matrix) -> Matrix:
     return ca.sum1(ca.sum2(values))
 
 
+def largest(values: Matrix) -> Matrix:
+    """The largest of all entries, found in rounds like a tournament's: in a chain each comparison waits for the last."""
+    left = ca.vec(values)
+    while left.numel() > 1:
+        half = left.numel() // 2
+        left = ca.vertcat(ca.fmax(left[:half], left[half : 2 * half]), left[2 * half :])
+    return left
+
+
 def columns(matrix: Matrix) -> list[Matrix]:
     """The columns of a (rows, n) matrix, each (rows, 1)."""
     return list(ca.horzsplit(matrix)) if matrix.shape[1] else []

@@ -49,7 +49,7 @@ class Ellipse:
         if self.angle != 0.0:
             cosine, sine = float(np.cos(self.angle)), float(np.sin(self.angle))
             dx, dy = cosine * dx + sine * dy, cosine * dy - sine * dx
-        return dx / self.semi_axes[0], dy / self.semi_axes[1]
+        return dx * (1.0 / self.semi_axes[0]), dy * (1.0 / self.semi_axes[1])
 
     def contains(self, point: tuple[float, float]) -> bool:
         """Whether a point (m) lies in or on the ellipse."""

@@ -20,7 +20,7 @@ from scipy.interpolate import CubicSpline
 from problems.constraint import Constraint, Verdict, Weight, verdict
 from problems.errors import InvalidProblem
 from problems.limits import least_stretch, motion_constraints
-from problems.matrix import FloatArray, Matrix, as_array, columns, constant, repeated, split
+from problems.matrix import FloatArray, Matrix, as_array, columns, constant, largest, repeated, split
 from problems.motion import Samples
 from problems.objectives import OBJECTIVES, Objective
 from problems.obstacles import Ellipse
@@ -217,7 +217,7 @@ class PathFollowing(Problem):
 
     def sampled(self, shape: Matrix, time: Matrix) -> Samples:
         """The motion on the grid."""
-        blocks = [ca.mtimes(self.spline.sampling_matrix(self.grid, n), shape) / time**n for n in range(3)]
+        blocks = [ca.mtimes(self.spline.sampling_matrix(self.grid, n), shape / time**n) for n in range(3)]
         return Samples(blocks[0], blocks[1], blocks[2], time)
 
     def accuracy_limit(self, tip: Matrix, indices: Sequence[int] | None = None) -> Constraint:
@@ -294,7 +294,7 @@ class PathFollowing(Problem):
     @cached_property
     def _accuracy(self) -> PopulationFunction:
         limit = next(constraint for constraint in self.constraints if constraint.name == "accuracy")
-        return PopulationFunction(ca.Function("accuracy", [self.model.x], [ca.mmax(limit.expression)]))
+        return PopulationFunction(ca.Function("accuracy", [self.model.x], [largest(limit.expression)]))
 
     def accuracy_of(self, candidates: FloatArray) -> FloatArray:
         """Trajectory accuracy of candidates (m, d): the largest distance from a given point, (m,), m."""
@@ -303,7 +303,7 @@ class PathFollowing(Problem):
     def accuracy_at(self, trajectory: Trajectory) -> float:
         """Trajectory accuracy: the largest distance from a given point, m."""
         limit = self.accuracy_limit(self.arm.tip(trajectory.samples(self.point_times(trajectory)).theta))
-        return float(ca.mmax(limit.expression))
+        return float(largest(limit.expression))
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """Redundancy angles phi at the knots and t_T of one candidate (d,)."""

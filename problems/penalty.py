@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from problems.constraint import Constraint, Weight
-from problems.matrix import FloatArray, Matrix
+from problems.matrix import FloatArray, Matrix, largest
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def paper_cost(
 ) -> Matrix:
     """(15), with |k_s| and |k_f| (the columns of ``reach``) where the paper prints k_s and k_f."""
     cosines = ca.fabs(reach.expression)
-    reachable = ca.mmax(cosines) <= 1.0
+    reachable = largest(cosines) <= 1.0
     unreachable_cost = weights.lambda_2 * ca.sum2(cosines)
     return ca.if_else(reachable, penalised(objective, constraints, weights.lambda_1), unreachable_cost)
 

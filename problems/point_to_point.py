@@ -84,13 +84,14 @@ class Quantities:
         """Both segments in ``samples`` equal steps each: (2 samples + 1, k)."""
         tau = np.arange(1, samples + 1) / samples
         blocks = []
+        early, late = self.data
         for derivative in range(3):
             first = sampling_matrix(QUARTIC, np.append(0.0, tau), derivative)
             second = sampling_matrix(QUINTIC, tau, derivative)
             blocks.append(
                 ca.vertcat(
-                    ca.mtimes(first, self.data[0]) / self.t1**derivative,
-                    ca.mtimes(second, self.data[1]) / self.t2**derivative,
+                    ca.mtimes(first, early / self.t1**derivative),
+                    ca.mtimes(second, late / self.t2**derivative),
                 )
             )
         return Samples(blocks[0], blocks[1], blocks[2], self.t1 + self.t2)

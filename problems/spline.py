@@ -110,5 +110,5 @@ def _substitute(triangle: FloatArray, known: list[Matrix], order: range) -> list
         for j in np.flatnonzero(triangle[i]).tolist():
             if j != i:
                 value = value - triangle[i, j] * solved[j]
-        solved[i] = value / triangle[i, i]
+        solved[i] = value * (1.0 / triangle[i, i])
     return solved

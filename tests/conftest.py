@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
+from problems.pricing import cache, population
 
-@pytest.fixture(autouse=True, scope="session")
-def no_compilers_at_work_behind_the_tests() -> None:
-    patch = pytest.MonkeyPatch()
-    patch.setenv("TPBSO_CASADI_BACKEND", "vm")
+
+@pytest.fixture(autouse=True)
+def no_compilers_at_work_behind_the_tests(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(population.VARIABLE, "vm")
+
+
+@pytest.fixture
+def cache_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = tmp_path / "cache"
+    monkeypatch.setenv(cache.VARIABLE, str(folder))
+    return folder

@@ -51,6 +51,8 @@ class Compiler:
             if done.returncode:
                 reason = next(iter(done.stderr.splitlines()), f"status {done.returncode}")
                 raise NativeUnavailable(f"{self.command[0]} failed: {reason}")
+            if not output.exists():
+                raise NativeUnavailable(f"{self.command[0]} left no library")
             return output.read_bytes()
 
 

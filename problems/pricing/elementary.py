@@ -74,6 +74,8 @@ class Portable(Symbolic):
 
     def binary(self, name: str, a: Scalar, b: Scalar) -> Scalar:
         """One operation; the angle of a vector becomes arithmetic."""
+        if name in ("fmin", "fmax") and a.is_constant():
+            a, b = b, a  # the same number, and one instruction on processors that take the second where they are equal
         return self._binary[name](a, b) if name in self._binary else super().binary(name, a, b)
 
     def _sine_cosine(self, a: Scalar) -> tuple[Scalar, Scalar]:

@@ -68,6 +68,7 @@ class PopulationFunction:
     def __init__(self, function: ca.Function, pricing: Pricing | None = None) -> None:
         self.function = function
         self.pricing = Pricing() if pricing is None else pricing
+        self._dimension = function.size1_in(0)
         self._evaluate: Callable[[FloatArray, FloatArray], None] | None = None
         self._may_compile = self.pricing.backend == "auto"
         self._aside: Aside | None = None
@@ -83,10 +84,11 @@ class PopulationFunction:
             ValueError: the candidates are not (m, d).
             UnreadableTape: the function holds an operation that :mod:`problems.pricing.tape` does not know.
         """
-        dimension = self.function.size1_in(0)
-        if candidates.ndim != 2 or candidates.shape[1] != dimension:
-            raise ValueError(f"candidates of shape {candidates.shape} where (m, {dimension}) is needed")
+        if candidates.ndim != 2 or candidates.shape[1] != self._dimension:
+            raise ValueError(f"candidates of shape {candidates.shape} where (m, {self._dimension}) is needed")
         points = np.ascontiguousarray(candidates, dtype=np.float64)
+        if not points.flags.writeable:  # nothing is written, but its memory could not be borrowed
+            points = points.copy()
         costs = np.empty(len(points))
         if self._evaluate is None:
             self._evaluate = self._first()

@@ -8,7 +8,6 @@ no time and best for few candidates; the second is for searches.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -17,7 +16,7 @@ from problems.matrix import FloatArray, Matrix
 from problems.pricing.elementary import portable
 from problems.pricing.tape import Symbolic, replay
 
-BATCH = 64  # candidates a batch: the columns of a large model still fit the processor's cache
+BATCH = 64  # candidates a batch at the most: the columns of a large model still fit the processor's cache
 FEW = 16  # so many cost as much one by one as a whole batch, of which most would be padding
 WARM = 2000  # candidates after which building the batch has paid
 
@@ -36,15 +35,20 @@ class VirtualMachine:
 
     def __init__(self, function: ca.Function) -> None:
         self._function = portable(function)
+        self._single: Buffer = self._function.buffer()
+        self._batch: Batch | None = None
         self._priced = 0
 
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:
         """Write the costs (m,) of contiguous points (m, d)."""
         self._priced += len(points)
-        for start in range(0, len(points), BATCH):
-            part, into = points[start : start + BATCH], costs[start : start + BATCH]
-            if len(part) > FEW and self._priced > WARM:
-                self._price_batch(part, into)
+        if self._batch is None and len(points) > FEW and self._priced > WARM:
+            self._batch = Batch(self._function, min(len(points), BATCH))
+        width = self._batch.width if self._batch is not None else BATCH
+        for start in range(0, len(points), width):
+            part, into = points[start : start + width], costs[start : start + width]
+            if self._batch is not None and len(part) > FEW:
+                self._batch(part, into)
             else:
                 self._price_singly(part, into)
 
@@ -55,25 +59,28 @@ class VirtualMachine:
             buffer.set_res(0, costs[k : k + 1].data)  # type: ignore[call-arg]
             evaluate()
 
-    def _price_batch(self, points: FloatArray, costs: FloatArray) -> None:
-        columns, results, (_, evaluate) = self._batch
-        columns[:, : len(points)] = points.T
-        evaluate()
-        costs[:] = results[: len(points)]
 
-    @cached_property
-    def _single(self) -> Buffer:
-        return self._function.buffer()
+class Batch:
+    """Up to ``width`` candidates at once.
 
-    @cached_property
-    def _batch(self) -> tuple[FloatArray, FloatArray, Buffer]:
-        """Input columns (d, BATCH), results (BATCH,) and the evaluation that joins them."""
-        dimension = self._function.size1_in(0)
-        points: Matrix = ca.MX.sym("points", BATCH, dimension)
-        costs = replay(self._function, ca.horzsplit(points), Symbolic(ca.MX))
-        column = ca.repmat(costs, BATCH // costs.numel())  # a constant cost is one number
-        buffer, evaluate = ca.Function("batch", [points], [column]).buffer()
-        columns, results = np.ones((dimension, BATCH)), np.empty(BATCH)
-        buffer.set_arg(0, columns.data)  # type: ignore[call-arg]
-        buffer.set_res(0, results.data)  # type: ignore[call-arg]
-        return columns, results, (buffer, evaluate)
+    Args:
+        function: SX function of one input (d,) and one scalar output.
+        width: how many; fewer cost as much.
+    """
+
+    def __init__(self, function: ca.Function, width: int) -> None:
+        self.width = width
+        dimension = function.size1_in(0)
+        points: Matrix = ca.MX.sym("points", width, dimension)
+        costs = replay(function, ca.horzsplit(points), Symbolic(ca.MX))
+        column = ca.repmat(costs, width // costs.numel())  # a constant cost is one number
+        self._buffer, self._evaluate = ca.Function("batch", [points], [column]).buffer()
+        self._columns, self._results = np.ones((dimension, width)), np.empty(width)
+        self._buffer.set_arg(0, self._columns.data)  # type: ignore[call-arg]
+        self._buffer.set_res(0, self._results.data)  # type: ignore[call-arg]
+
+    def __call__(self, points: FloatArray, costs: FloatArray) -> None:
+        """Write the costs (m,) of at most ``width`` points (m, d)."""
+        self._columns[:, : len(points)] = points.T
+        self._evaluate()
+        costs[:] = self._results[: len(points)]

@@ -1,0 +1,226 @@
+"""Backends: the same bits from all of them, whatever happens to compilers and caches."""
+
+from __future__ import annotations
+
+import json
+import math
+import pickle
+import time
+from itertools import product
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pricing_helpers import needs_compiler, points, same_bits, small
+
+from problems.matrix import FloatArray
+from problems.pricing import BACKENDS, InvalidPricing, PopulationFunction, Pricing, cache, population
+from problems.pricing.elementary import angle, portable, sine_cosine
+from problems.pricing.native import compiled
+from problems.pricing.tape import BINARY, UNARY, UnreadableTape
+from problems.pricing.virtual_machine import BATCH, WARM, VirtualMachine
+from solvers import BSO, Box, Budget, minimize
+from tpbso_casadi import solve
+from tpbso_casadi.builtin import TITLES, builtin
+from tpbso_casadi.scenario import parse_scenario
+
+pytestmark = pytest.mark.usefixtures("cache_folder")
+SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, -2.5, 3.0, 1e-310, 7e300, -7e300, math.inf, -math.inf, math.nan, 2**60, 0.3]
+
+
+def hostile(box: Box, rows: int) -> FloatArray:
+    """Random candidates, some of them outside of the box, infinite or no numbers at all."""
+    generator = np.random.default_rng(0)
+    drawn = box.sample(generator, rows)
+    drawn[: rows // 10] += generator.normal(0, 1, (rows // 10, box.lower.size)) * (box.upper - box.lower)
+    wild = generator.integers(rows // 2, rows, rows // 10), generator.integers(0, box.lower.size, rows // 10)
+    drawn[wild] = generator.choice([math.nan, math.inf, -math.inf, 0.0, -0.0, 1e300], rows // 10)
+    return drawn
+
+
+# The same bits
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("case", "formulation"),
+    [
+        pytest.param(case, form, marks=[] if case in {"time-3", "pentagram-rotation"} else pytest.mark.slow)
+        for case, form in product(TITLES, ("paper", "reduced"))
+    ],
+)
+def test_backends_agree_to_the_bit(case: str, formulation: str) -> None:
+    content = builtin(case).model_dump()
+    content["model"]["formulation"] = formulation
+    problem = parse_scenario(content).problem()
+    drawn = hostile(Box(*problem.bounds), 10_000)
+    vm, compiled_costs = (problem.priced(Pricing(backend))(drawn) for backend in ("vm", "native"))
+    assert same_bits(vm, compiled_costs)
+    assert np.isfinite(vm).mean() > 0.85
+    assert (vm < problem.feasible_below).any() or formulation == "paper"
+
+
+OPERATIONS = [*product(UNARY, [1]), *product(BINARY, [2])]
+
+
+@needs_compiler
+def test_every_operation_and_every_special_value() -> None:
+    x = ca.SX.sym("x", 3)  # which operation, and its operands
+    known = UNARY | BINARY
+    results = [
+        getattr(ca.SX, "unary" if n == 1 else "binary")(known[name], *ca.vertsplit(x)[1 : n + 1])
+        for name, n in OPERATIONS
+    ]
+    chosen = sum(ca.if_else(x[0] == k, result, 0) for k, result in enumerate(results))
+    function = ca.Function("operations", [x], [chosen])
+    drawn = np.array([(k, a, b) for k in range(len(OPERATIONS)) for a, b in product(SPECIAL, SPECIAL)])
+    with_vm, natively = VirtualMachine(function), compiled(function)
+    one_by_one, at_once, in_lanes = (np.empty(len(drawn)) for _ in range(3))
+    for k in range(len(drawn)):
+        with_vm(drawn[k : k + 1], one_by_one[k : k + 1])
+    with_vm(drawn, at_once)
+    natively(drawn, in_lanes)
+    for other in (at_once, in_lanes):
+        wrong = ~((one_by_one == other) | (np.isnan(one_by_one) & np.isnan(other)))
+        assert not wrong.any(), [(OPERATIONS[int(k)][0], a, b) for k, a, b in drawn[wrong]]
+    angles = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2"}
+    exact = np.array([float(function(row)) for row in drawn])
+    plain = np.array([OPERATIONS[int(k)][0] not in angles for k in drawn[:, 0]])
+    assert np.array_equal(one_by_one[plain], exact[plain], equal_nan=True)
+
+
+@needs_compiler
+def test_logic_reads_numbers_and_numbers_read_logic() -> None:
+    x = ca.SX.sym("x", 2)
+    both, either = ca.logic_and(x[0], x[1] > 0), ca.logic_or(x[0] > 1, ca.logic_not(x[1]))
+    function = ca.Function(
+        "logic", [x], [both + 2 * either + 4 * (x[0] < x[1]) * ca.if_else(both, x[0], 0.5) + (x[0] == 1)]
+    )
+    drawn = np.array(list(product([0.0, 1.0, 2.0, -1.0, math.nan], repeat=2)))
+    assert same_bits(
+        PopulationFunction(function, Pricing("native"))(drawn), np.array([float(function(row)) for row in drawn])
+    )
+
+
+@needs_compiler
+@pytest.mark.parametrize("expression", [lambda x: ca.SX(1.5), lambda x: x[1], lambda x: ca.SX(1, 1)])
+def test_costs_without_operations(expression: object) -> None:
+    x = ca.SX.sym("x", 2)
+    function = ca.Function("plain", [x], [expression(x)])  # type: ignore[operator]
+    drawn = points(WARM + BATCH, 2)
+    expected = [float(function(row)) for row in drawn]
+    for backend in ("vm", "native"):
+        price = PopulationFunction(function, Pricing(backend))
+        price(drawn)
+        assert (price(drawn) == expected).all()
+
+
+@given(st.floats(-1e5, 1e5))
+def test_sine_and_cosine(x: float) -> None:
+    sine, cosine = sine_cosine(ca.DM(x))
+    assert abs(float(sine) - math.sin(x)) < 1e-15
+    assert abs(float(cosine) - math.cos(x)) < 1e-15
+
+
+LENGTH = st.one_of(st.just(0.0), st.floats(1e-150, 1e150), st.floats(-1e150, -1e-150))
+
+
+@given(LENGTH, LENGTH)
+def test_angle_of_a_vector(y: float, x: float) -> None:
+    assert abs(float(angle(ca.DM(y), ca.DM(x))) - math.atan2(y, x)) < 1e-15
+
+
+@given(st.floats(-1, 1))
+def test_inverse_functions(a: float) -> None:
+    x = ca.SX.sym("x")
+    for symbolic, exact in ((ca.acos, math.acos), (ca.asin, math.asin), (ca.atan, math.atan), (ca.tan, math.tan)):
+        ours = portable(ca.Function("f", [x], [symbolic(x)]))
+        assert abs(float(ours(a)) - exact(a)) < 2e-15
+
+
+@needs_compiler
+def test_threads_change_nothing() -> None:
+    drawn = points(10_000)
+    assert same_bits(
+        PopulationFunction(small(), Pricing("native", threads=3))(drawn),
+        PopulationFunction(small(), Pricing("native"))(drawn),
+    )
+
+
+@needs_compiler
+def test_a_population_function_travels_between_processes() -> None:
+    price = PopulationFunction(small(), Pricing("native"))
+    drawn = points()
+    assert same_bits(pickle.loads(pickle.dumps(price))(drawn), price(drawn))
+
+
+def test_what_cannot_be_read_is_refused() -> None:
+    x = ca.MX.sym("x", 2)
+    with pytest.raises(UnreadableTape, match="not written out in scalars"):
+        PopulationFunction(ca.Function("matrix", [x], [ca.sumsqr(x)]))(np.zeros((1, 2)))
+
+
+# From one backend to the next
+
+
+@needs_compiler
+def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(population, "_processors", lambda: 2)
+    monkeypatch.setattr(population, "HOT", 500)
+    box = Box(np.full(3, -3.0), np.full(3, 3.0))
+    auto = PopulationFunction(small(), Pricing("auto"))
+    backends = []
+
+    def watched(candidates: FloatArray) -> FloatArray:
+        if len(backends) == 60:
+            for _ in range(600):  # until the process aside is done, 60 s at most
+                if auto._aside is not None and auto._aside.finished():
+                    break
+                time.sleep(0.1)
+        backends.append(auto.backend)
+        return auto(candidates)
+
+    found = minimize(watched, box, BSO(population=20), Budget(20_000), 1)
+    expected = minimize(PopulationFunction(small(), Pricing("vm")), box, BSO(population=20), Budget(20_000), 1)
+    assert (backends[0], backends[-1]) == ("vm", "native")
+    assert same_bits(found.history.cost, expected.history.cost)
+    assert same_bits(found.x, expected.x)
+    assert PopulationFunction(small(), Pricing("auto"))._first().__class__.__name__ == "Native"
+
+
+@pytest.mark.parametrize("reason", ["one processor", "cold work", "read-only cache"])
+def test_auto_does_not_compile_in_vain(reason: str, monkeypatch: pytest.MonkeyPatch, cache_folder: Path) -> None:
+    monkeypatch.setattr(population, "_processors", lambda: 1 if reason == "one processor" else 2)
+    monkeypatch.setattr(cache, "writable", lambda: reason != "read-only cache")
+    price = PopulationFunction(small(), Pricing("auto"))
+    for _ in range(3):
+        price(points(population.HOT // 4 if reason == "cold work" else population.HOT))
+    assert price._aside is None
+    assert not cache_folder.exists()
+    assert price.backend == "vm"
+
+
+# The command line
+
+
+@needs_compiler
+def test_a_plan_is_the_same_whatever_prices_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    results = []
+    for backend in BACKENDS:
+        arguments = ["time-2", "--evaluations", "3000", "--no-plots", "--quiet", "--backend", backend, "--out", backend]
+        assert solve.main([*arguments, "--threads", "2"]) == 0
+        result = json.loads((Path(backend) / "result.json").read_text())
+        results.append({key: value for key, value in result.items() if key != "seconds"})
+    assert results[0] == results[1] == results[2]
+
+
+def test_invalid_pricing(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(InvalidPricing, match="0 threads"):
+        Pricing("vm", 0)
+    monkeypatch.setenv(population.VARIABLE, "gpu")
+    assert solve.main(["time-2", "--json"]) == 2
+    assert capsys.readouterr().err == "error: pricing backend 'gpu' is none of auto, vm, native\n"

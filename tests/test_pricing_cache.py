@@ -1,0 +1,213 @@
+"""Compilers that fail and caches that are damaged: nothing is lost but time."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+from pricing_helpers import needs_compiler, points, same_bits, small
+
+from problems.matrix import FloatArray
+from problems.pricing import PopulationFunction, Pricing, cache, native, population
+from problems.pricing.compiler import FLAGS, NativeUnavailable, find_compiler
+from problems.pricing.native import compiled, find_native
+
+pytestmark = pytest.mark.usefixtures("cache_folder")
+
+
+# Compilers
+
+
+def program(folder: Path, script: str) -> str:
+    """A compiler that answers --version and then does something else."""
+    path = folder / "compiler"
+    path.write_text(f'#!/bin/sh\n[ "$1" = --version ] && echo 1.0 && exit 0\n{script}\n')
+    path.chmod(0o700)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("script", "says"),
+    [
+        (None, "no C\\+\\+ compiler"),
+        ("exit 1", "failed: status 1"),
+        ("echo no such flag >&2; exit 4", "failed: no such flag"),
+        ("kill -9 $$", "failed: status -9"),
+        ("exit 0", "left no library"),
+    ],
+    ids=["none", "fails", "complains", "killed", "silent"],
+)
+def test_without_a_compiler_that_works_the_virtual_machine_prices(
+    script: str | None,
+    says: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    cache_folder: Path,
+) -> None:
+    if script is None:
+        monkeypatch.setenv("PATH", str(tmp_path))
+        monkeypatch.delenv("CXX", raising=False)
+    else:
+        monkeypatch.setenv("CXX", program(tmp_path, script))
+    price = PopulationFunction(small(), Pricing("native"))
+    assert same_bits(price(points()), PopulationFunction(small(), Pricing("vm"))(points()))
+    price(points())
+    [line] = caplog.messages
+    assert line.startswith("priced by CasADi's virtual machine")
+    assert re.search(says, line)
+    assert not cache_folder.exists()
+
+
+def test_a_compiler_that_lies_makes_nothing_that_is_loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CXX", program(tmp_path, 'for last; do :; done; echo "no library" > "$last"'))
+    with pytest.raises(NativeUnavailable, match="cannot be loaded"):
+        compiled(small())
+
+
+@needs_compiler
+def test_the_environment_names_the_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CXX", "c++ -DNDEBUG")
+    assert find_compiler().command[1:] == ("-DNDEBUG",)
+    monkeypatch.setenv("CXX", "no-such-compiler --fast")
+    with pytest.raises(NativeUnavailable, match="no-such-compiler --fast"):
+        find_compiler()
+
+
+@needs_compiler
+def test_nothing_of_a_function_reaches_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    commands = []
+    run = subprocess.run
+
+    def recorded(command: list[str], **options: object) -> object:
+        commands.append(command)
+        assert not options.get("shell")
+        return run(command, **options)  # type: ignore[call-overload]
+
+    monkeypatch.setattr("problems.pricing.compiler.subprocess.run", recorded)
+    compiled(small())
+    [asking, compiling] = commands
+    assert asking[1:] == ["--version"]
+    assert compiling[1 : 1 + len(FLAGS)] == list(FLAGS)
+    assert compiling[1 + len(FLAGS) : -1] == ["-x", "c++", "-", "-o"]
+
+
+# The cache
+
+
+def library_in(folder: Path) -> Path:
+    [path] = folder.iterdir()
+    return path
+
+
+@needs_compiler
+def test_a_second_process_finds_what_the_first_compiled(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled(small())
+    assert cache_folder.stat().st_mode & 0o777 == 0o700
+    assert library_in(cache_folder).stat().st_mode & 0o777 == 0o600
+    monkeypatch.setattr(population, "compiled", lambda *_: pytest.fail("compiled again"))
+    assert PopulationFunction(small(), Pricing("native"))(points()).size
+    assert find_native(small(2.0)) is None
+    monkeypatch.setattr(native, "SOURCES", ("tape.py",))
+    assert find_native(small()) is None
+
+
+def damage(path: Path, how: str) -> None:
+    content = path.read_bytes()
+    if how == "truncated":
+        path.write_bytes(content[: len(content) // 2])
+    elif how == "empty":
+        path.write_bytes(b"")
+    elif how == "one bit":
+        path.write_bytes(content[:1000] + bytes([content[1000] ^ 1]) + content[1001:])
+    elif how == "another library":
+        other = native._key(small(2.0).serialize(), find_compiler())
+        compiled(small(2.0))
+        path.write_bytes((path.parent / f"{other}.so").read_bytes())
+    elif how == "others may write":
+        path.chmod(0o666)
+    elif how == "folder of others":
+        path.parent.chmod(0o777)
+    elif how == "a folder":
+        path.unlink()
+        path.mkdir()
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    "how",
+    ["truncated", "empty", "one bit", "another library", "others may write", "folder of others", "a folder"],
+)
+def test_a_damaged_library_is_never_loaded(how: str, cache_folder: Path) -> None:
+    expected = PopulationFunction(small(), Pricing("native"))(points())
+    damage(library_in(cache_folder), how)
+    assert find_native(small()) is None
+    assert same_bits(PopulationFunction(small(), Pricing("native"))(points()), expected)
+    if how not in {"folder of others", "a folder"}:
+        assert find_native(small()) is not None
+
+
+@needs_compiler
+@pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")
+def test_a_read_only_cache(cache_folder: Path) -> None:
+    cache_folder.mkdir(mode=0o500)
+    assert not cache.writable()
+    price = PopulationFunction(small(), Pricing("native"))
+    assert price(points()).size
+    assert price.backend == "native"
+    assert not list(cache_folder.iterdir())
+
+
+@needs_compiler
+def test_a_cache_that_is_a_file(cache_folder: Path) -> None:
+    cache_folder.write_text("mine")
+    price = PopulationFunction(small(), Pricing("native"))
+    assert price(points()).size
+    assert price.backend == "native"
+    assert cache_folder.read_text() == "mine"
+
+
+def test_the_least_recently_used_libraries_go(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cache, "KEPT", 3)
+    keys = [cache.key_of(str(k)) for k in range(5)]
+    for age, key in enumerate(keys):
+        path = cache.keep(key, b"library")
+        os.utime(path, (1e9 + age, 1e9 + age))
+        if age == 2:
+            assert cache.find(keys[0])  # used just now
+    (cache_folder / "mine.txt").write_text("kept")
+    cache.keep(cache.key_of("last"), b"library")
+    assert [key in {path.stem for path in cache_folder.iterdir()} for key in keys] == [True, False, False, False, True]
+    assert (cache_folder / "mine.txt").exists()
+
+
+def costs_of(backend: str) -> FloatArray:
+    """What another process computes."""
+    return PopulationFunction(small(3.0), Pricing(backend))(points())
+
+
+@needs_compiler
+def test_eight_processes_compile_the_same(cache_folder: Path) -> None:
+    with ProcessPoolExecutor(8, mp_context=get_context("spawn")) as pool:
+        results = list(pool.map(costs_of, ["native"] * 8))
+    assert all(same_bits(result, costs_of("vm")) for result in results)
+    assert find_native(small(3.0)) is not None
+    assert library_in(cache_folder)
+
+
+@needs_compiler
+def test_a_killed_compile_leaves_nothing(cache_folder: Path) -> None:
+    code = "import sys; from problems.pricing import native, cache; import os, signal\n"
+    code += "cache._place = lambda key: os.kill(os.getpid(), signal.SIGKILL)\n"
+    code += "import casadi as ca; native.compiled(ca.Function.deserialize(sys.stdin.read()))"
+    done = subprocess.run([sys.executable, "-c", code], input=small().serialize(), text=True, check=False)
+    assert done.returncode == -9
+    assert find_native(small()) is None
+    assert PopulationFunction(small(), Pricing("native"))(points()).size
+    assert find_native(small()) is not None
