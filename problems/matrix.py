@@ -23,8 +23,8 @@ def total(values: Matrix) -> Matrix:
 
 
 def largest(values: Matrix) -> Matrix:
-    """The largest of all entries, found in rounds like a tournament's: in a chain each comparison waits for the last."""
-    left = ca.vec(values)
+    """The largest of all entries, found in rounds, like a tournament's; in a chain each one waits for the last."""
+    left: Matrix = ca.vec(values)
     while left.numel() > 1:
         half = left.numel() // 2
         left = ca.vertcat(ca.fmax(left[:half], left[half : 2 * half]), left[2 * half :])

