@@ -15,6 +15,7 @@ import argparse
 import os
 import subprocess
 import sys
+import time
 import tracemalloc
 from collections.abc import Callable
 from functools import partial
@@ -256,7 +257,13 @@ def solving(name: str) -> dict[str, float]:
             "cold": lambda: command("auto", next(caches)),
             "warm": lambda: command("auto", Path(folder) / "warm"),
         }
-        return medians(jobs, rounds=5)
+        return medians(jobs, rounds=5, between=partial(wait_for_compilers, Path(folder)))
+
+
+def wait_for_compilers(caches: Path) -> None:
+    """Until nobody compiles aside any more."""
+    while any(caches.glob("*/.*")):
+        time.sleep(0.1)
 
 
 def run(name: str, folder: str, backend: str, cache: Path) -> None:

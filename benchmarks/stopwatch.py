@@ -10,13 +10,22 @@ import numpy as np
 ROUNDS = 9
 
 
-def medians(jobs: Mapping[str, Callable[[], object]], rounds: int = ROUNDS) -> dict[str, float]:
-    """Median seconds of each job; the jobs take turns, so that a slow moment of the machine hits all of them."""
+def medians(
+    jobs: Mapping[str, Callable[[], object]], rounds: int = ROUNDS, between: Callable[[], object] = lambda: None
+) -> dict[str, float]:
+    """Median seconds of each job; the jobs take turns, so that a slow moment of the machine hits all of them.
+
+    Args:
+        jobs: by name.
+        rounds: how often each is timed, after a first time that does not count.
+        between: called before each of them, and not timed.
+    """
     for job in jobs.values():
         job()
     seconds: dict[str, list[float]] = {name: [] for name in jobs}
     for _ in range(rounds):
         for name, job in jobs.items():
+            between()
             start = time.perf_counter()
             job()
             seconds[name].append(time.perf_counter() - start)

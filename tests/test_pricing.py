@@ -19,7 +19,7 @@ from pricing_helpers import needs_compiler, points, same_bits, small
 from problems.matrix import FloatArray
 from problems.pricing import BACKENDS, InvalidPricing, PopulationFunction, Pricing, cache, population
 from problems.pricing.elementary import angle, portable, sine_cosine
-from problems.pricing.native import compiled
+from problems.pricing.native import compiled, find_native
 from problems.pricing.tape import BINARY, UNARY, UnreadableTape
 from problems.pricing.virtual_machine import BATCH, WARM, VirtualMachine
 from solvers import BSO, Box, Budget, minimize
@@ -169,7 +169,8 @@ def test_what_cannot_be_read_is_refused() -> None:
 @needs_compiler
 def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(population, "_processors", lambda: 2)
-    monkeypatch.setattr(population, "HOT", 500)
+    monkeypatch.setattr(population, "WORTH", 0.0)
+    monkeypatch.setattr(population, "PAID", 0.0)
     box = Box(np.full(3, -3.0), np.full(3, 3.0))
     auto = PopulationFunction(small(), Pricing("auto"))
     backends = []
@@ -188,19 +189,42 @@ def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatc
     assert (backends[0], backends[-1]) == ("vm", "native")
     assert same_bits(found.history.cost, expected.history.cost)
     assert same_bits(found.x, expected.x)
-    assert PopulationFunction(small(), Pricing("auto"))._first().__class__.__name__ == "Native"
+    again = PopulationFunction(small(), Pricing("auto"))
+    again(points())
+    assert again.backend == "native"
 
 
-@pytest.mark.parametrize("reason", ["one processor", "cold work", "read-only cache"])
+@needs_compiler
+def test_after_a_search_the_next_one_finds_compiled_code(monkeypatch: pytest.MonkeyPatch, cache_folder: Path) -> None:
+    monkeypatch.setattr(population, "_processors", lambda: 2)
+    monkeypatch.setattr(population, "WORTH", 0.0)
+    first = PopulationFunction(small(), Pricing("auto"))
+    first(points())
+    assert first.backend == "vm"
+    assert not cache_folder.exists()
+    del first
+    for _ in range(600):
+        if find_native(small()) is not None:
+            break
+        time.sleep(0.1)
+    second = PopulationFunction(small(), Pricing("auto"))
+    second(points())
+    assert second.backend == "native"
+
+
+@pytest.mark.parametrize("reason", ["one processor", "little work", "read-only cache"])
 def test_auto_does_not_compile_in_vain(reason: str, monkeypatch: pytest.MonkeyPatch, cache_folder: Path) -> None:
     monkeypatch.setattr(population, "_processors", lambda: 1 if reason == "one processor" else 2)
     monkeypatch.setattr(cache, "writable", lambda: reason != "read-only cache")
+    if reason != "little work":
+        monkeypatch.setattr(population, "WORTH", 0.0)
+        monkeypatch.setattr(population, "PAID", 0.0)
     price = PopulationFunction(small(), Pricing("auto"))
     for _ in range(3):
-        price(points(population.HOT // 4 if reason == "cold work" else population.HOT))
-    assert price._aside is None
-    assert not cache_folder.exists()
+        price(points())
     assert price.backend == "vm"
+    del price
+    assert not cache_folder.exists()
 
 
 # The command line

@@ -19,6 +19,7 @@ from problems.pricing.compiler import FLAGS, NativeUnavailable, find_compiler
 from problems.pricing.native import compiled, find_native
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
+ASIDE = [sys.executable, "-c", "from problems.pricing.native import fill_cache; fill_cache()"]
 
 
 # Compilers
@@ -102,7 +103,7 @@ def test_nothing_of_a_function_reaches_the_command_line(monkeypatch: pytest.Monk
 
 
 def library_in(folder: Path) -> Path:
-    [path] = folder.iterdir()
+    [path] = folder.glob("*.so")
     return path
 
 
@@ -210,4 +211,27 @@ def test_a_killed_compile_leaves_nothing(cache_folder: Path) -> None:
     assert done.returncode == -9
     assert find_native(small()) is None
     assert PopulationFunction(small(), Pricing("native"))(points()).size
+    assert find_native(small()) is not None
+
+
+@needs_compiler
+def test_of_several_processes_aside_one_compiles(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    key = native._key(small().serialize(), find_compiler())
+    assert cache.claim(key)
+    assert not cache.claim(key)
+    subprocess.run(ASIDE, input=small().serialize(), text=True, check=True)
+    assert find_native(small()) is None
+    monkeypatch.setattr(cache, "ABANDONED", 0.0)
+    assert cache.claim(key)
+    compiled(small())
+    assert cache.claim(key)
+
+
+@needs_compiler
+def test_a_process_aside_says_nothing_and_fails_quietly(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CXX", "no-such-compiler")
+    done = subprocess.run(ASIDE, input=small().serialize(), text=True, check=True, capture_output=True)
+    assert (done.stdout, done.stderr) == ("", "")
+    monkeypatch.delenv("CXX")
+    subprocess.run(ASIDE, input=small().serialize(), text=True, check=True)
     assert find_native(small()) is not None

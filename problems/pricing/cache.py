@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import stat
+import time
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
@@ -18,6 +19,7 @@ from platformdirs import user_cache_path
 
 VARIABLE = "TPBSO_CASADI_CACHE"
 KEPT = 200  # libraries; the least recently used go
+ABANDONED = 60.0  # seconds after which whoever went to make a library is not coming back
 
 
 def folder() -> Path:
@@ -65,10 +67,24 @@ def keep(key: str, library: bytes) -> Path:
             file.write(library + _seal(library, key))
             file.close()
             temporary.replace(_place(key))
+            _claim(key).unlink(missing_ok=True)
         finally:
             temporary.unlink(missing_ok=True)
     _forget_oldest(home)
     return _place(key)
+
+
+def claim(key: str) -> bool:
+    """Whether to go and make that library: nobody else has said so for the last minute.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    mark = _claim(key)
+    mark.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    free = not mark.exists() or time.time() - mark.stat().st_mtime > ABANDONED
+    mark.touch()
+    return free
 
 
 def writable() -> bool:
@@ -79,6 +95,10 @@ def writable() -> bool:
 
 def _place(key: str) -> Path:
     return folder() / f"{key}.so"
+
+
+def _claim(key: str) -> Path:
+    return folder() / f".{key}"
 
 
 def _private(path: Path) -> bool:

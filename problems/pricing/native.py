@@ -108,7 +108,7 @@ class Aside:
             text.seek(0)
             self._pid = os.posix_spawn(
                 sys.executable,
-                [sys.executable, "-m", "problems.pricing.native"],
+                [sys.executable, "-c", f"from {__name__} import fill_cache; fill_cache()"],
                 os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
                 file_actions=[
                     (os.POSIX_SPAWN_DUP2, text.fileno(), 0),
@@ -137,7 +137,10 @@ def _key(function: str, compiler: Compiler) -> str:
     return cache.key_of(function, ca.CasadiMeta.version(), compiler.target, *ours)
 
 
-if __name__ == "__main__":
+def fill_cache() -> None:
+    """Compile the function on standard input into the cache, unless another process is at it."""
     os.nice(10)
-    with suppress(NativeUnavailable):
-        compiled(ca.Function.deserialize(sys.stdin.read()))
+    text = sys.stdin.read()
+    with suppress(NativeUnavailable, OSError):
+        if cache.claim(_key(text, _compiler())):
+            compiled(ca.Function.deserialize(text))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import logging
 import os
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Literal, get_args
+from weakref import finalize
 
 import casadi as ca
 import numpy as np
@@ -21,7 +23,8 @@ from problems.pricing.virtual_machine import VirtualMachine
 Backend = Literal["auto", "vm", "native"]
 BACKENDS: tuple[str, ...] = get_args(Backend)
 VARIABLE = "TPBSO_CASADI_BACKEND"
-HOT = 4000  # candidates after which a function is taken for one that is searched again and again
+PAID = 2.0  # seconds in the virtual machine after which compiling would have paid: about what it takes
+WORTH = 0.1  # seconds in the virtual machine that the next search of the same function may well be spared
 log = logging.getLogger(__name__)
 
 
@@ -39,8 +42,8 @@ class Pricing:
 
     Attributes:
         backend: ``vm``, CasADi's virtual machine; ``native``, compiled code, made if it is not in the cache; ``auto``,
-            native from the cache, else the virtual machine while a process aside fills the cache, should the work
-            turn out to be worth it. Default: ``$TPBSO_CASADI_BACKEND`` or ``auto``.
+            native from the cache, else the virtual machine, while or after which a process aside fills the cache
+            should the work turn out to be worth it. Default: ``$TPBSO_CASADI_BACKEND`` or ``auto``.
         threads: that compiled code may use for large populations.
 
     Raises:
@@ -70,9 +73,10 @@ class PopulationFunction:
         self.pricing = Pricing() if pricing is None else pricing
         self._dimension = function.size1_in(0)
         self._evaluate: Callable[[FloatArray, FloatArray], None] | None = None
+        self._seconds = 0.0
         self._may_compile = self.pricing.backend == "auto"
+        self._afterwards: finalize[[ca.Function], PopulationFunction] | None = None
         self._aside: Aside | None = None
-        self._priced = 0
 
     def __reduce__(self) -> tuple[type[PopulationFunction], tuple[ca.Function, Pricing]]:
         return PopulationFunction, (self.function, self.pricing)
@@ -92,10 +96,11 @@ class PopulationFunction:
         costs = np.empty(len(points))
         if self._evaluate is None:
             self._evaluate = self._first()
+        started = time.perf_counter()
         self._evaluate(points, costs)
-        self._priced += len(points)
-        if self._may_compile and self._priced > HOT:
-            self._compile_aside()
+        self._seconds += time.perf_counter() - started
+        if self._may_compile and self._seconds > WORTH:
+            self._consider_compiling()
         return costs
 
     @property
@@ -120,16 +125,27 @@ class PopulationFunction:
         self._may_compile = False
         return native
 
-    def _compile_aside(self) -> None:
-        """Start to compile, where there is a processor to spare; change over as soon as that is done."""
-        if self._aside is None:
-            self._may_compile = _processors() > 1 and cache.writable()
-            if self._may_compile:
-                self._aside = Aside(self.function)
-        elif self._aside.finished():
+    def _consider_compiling(self) -> None:
+        """Compile aside: at once in a long search, to change over when that is done; else after it, for the next."""
+        if self._afterwards is None:
+            self._afterwards = finalize(self, compile_aside, self.function)
+        if self._aside is not None and self._aside.finished():
             self._may_compile = False
             with suppress(NativeUnavailable):
                 self._evaluate = find_native(self.function, self.pricing.threads) or self._evaluate
+        elif self._aside is None and self._seconds > PAID:
+            self._afterwards.detach()
+            self._aside = compile_aside(self.function)
+            self._may_compile = self._aside is not None
+
+
+def compile_aside(function: ca.Function) -> Aside | None:
+    """Start to compile, where there is a processor to spare and a place to keep the result."""
+    if _processors() < 2 or not cache.writable():
+        return None
+    with suppress(OSError):
+        return Aside(function)
+    return None
 
 
 def _processors() -> int:
