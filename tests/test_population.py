@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
+from benchmarks.array_cost import array_cost
+from benchmarks.population import changed
 from problems.pricing.virtual_machine import BATCH, FEW, WARM
 from tpbso_casadi.builtin import TITLES, builtin
 
@@ -20,6 +24,13 @@ def test_population_equals_a_loop(case: str) -> None:
         assert (problem.cost(points[:size]) == alone[:size]).all()
     assert (problem.cost(points[::-1]) == alone[::-1]).all()
     assert (problem.cost(np.asfortranarray(points)) == alone).all()
+
+
+@pytest.mark.parametrize(("case", "formulation"), [*product(TITLES, ("paper", "reduced"))])
+def test_the_benchmark_compares_with_the_same_cost(case: str, formulation: str) -> None:
+    problem = changed(builtin(case), formulation=formulation).problem()
+    points = np.random.default_rng(0).uniform(*problem.bounds, (300, len(problem.variables)))
+    np.testing.assert_allclose(array_cost(problem, np)(points), problem.cost(points), rtol=1e-8)
 
 
 def test_wrong_shapes_are_refused() -> None:

@@ -14,6 +14,7 @@ from problems import (
     closed_curve,
     pentagram,
 )
+from problems.pricing import PopulationFunction, Pricing
 from solvers import BSO, GA, PSO, SOLVERS, Box, Budget, Result, Solver, StopReason, find_solver, minimize
 from tpbso_casadi.builtin import builtin
 from tpbso_casadi.planning import Plan, plan
@@ -36,6 +37,8 @@ __all__ = [
     "Plan",
     "PlanarArm",
     "PointToPoint",
+    "PopulationFunction",
+    "Pricing",
     "Problem",
     "Result",
     "Scenario",
