@@ -142,6 +142,11 @@ def test_inverse_functions(a: float) -> None:
 
 
 @needs_compiler
+def test_nobody_to_price() -> None:
+    assert PopulationFunction(small(), Pricing("native"))(points(0)).shape == (0,)
+
+
+@needs_compiler
 def test_threads_change_nothing() -> None:
     drawn = points(10_000)
     assert same_bits(

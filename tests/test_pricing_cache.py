@@ -66,10 +66,14 @@ def test_without_a_compiler_that_works_the_virtual_machine_prices(
     assert not cache_folder.exists()
 
 
-def test_a_compiler_that_lies_makes_nothing_that_is_loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_compiler_that_lies_makes_nothing_that_is_loaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cache_folder: Path
+) -> None:
     monkeypatch.setenv("CXX", program(tmp_path, 'for last; do :; done; echo "no library" > "$last"'))
     with pytest.raises(NativeUnavailable, match="cannot be loaded"):
         compiled(small())
+    assert find_native(small()) is None
+    assert not list(cache_folder.glob("*.so"))
 
 
 @needs_compiler

@@ -66,8 +66,8 @@ def find_native(function: ca.Function, threads: int = 1) -> Native | None:
     if library is None:
         return None
     try:
-        return Native(library, threads)
-    except (OSError, AttributeError):  # the loader refuses it: not made for this system
+        return _loaded(library, threads)
+    except NativeUnavailable:  # not made for this system
         return None
 
 
@@ -80,16 +80,25 @@ def compiled(function: ca.Function, threads: int = 1) -> Native:
     """
     compiler = _compiler()
     library = compiler.library(cpp(portable(function)))
-    with NamedTemporaryFile(prefix="tpbso-casadi-") as file:
-        file.write(library)
-        file.flush()
-        try:
-            native = Native(Path(file.name), threads)
-        except (OSError, AttributeError) as error:
-            raise NativeUnavailable(f"what {compiler.command[0]} made cannot be loaded: {error}") from error
-    with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
-        cache.keep(_key(function.serialize(), compiler), library)
-    return native
+    try:
+        path = cache.keep(_key(function.serialize(), compiler), library)
+    except OSError:  # a cache that cannot be written costs the next process its time, nothing else
+        with NamedTemporaryFile(prefix="tpbso-casadi-") as file:
+            file.write(library)
+            file.flush()
+            return _loaded(Path(file.name), threads)
+    try:
+        return _loaded(path, threads)
+    except NativeUnavailable:
+        path.unlink(missing_ok=True)
+        raise
+
+
+def _loaded(library: Path, threads: int) -> Native:
+    try:
+        return Native(library, threads)
+    except (OSError, AttributeError) as error:
+        raise NativeUnavailable(f"what was compiled cannot be loaded: {error}") from error
 
 
 class Aside:
