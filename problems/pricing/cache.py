@@ -87,6 +87,14 @@ def claim(key: str) -> bool:
     return free
 
 
+def scratch() -> Path | None:
+    """The folder itself, from which code may be loaded even where the system's temporary one forbids it; else None."""
+    with suppress(OSError):
+        folder().mkdir(mode=0o700, parents=True, exist_ok=True)
+        return folder() if _private(folder()) and os.access(folder(), os.W_OK) else None
+    return None
+
+
 def writable() -> bool:
     """Whether a library could be kept."""
     nearest = next(path for path in (folder(), *folder().parents) if path.exists())

@@ -80,18 +80,13 @@ def compiled(function: ca.Function, threads: int = 1) -> Native:
     """
     compiler = _compiler()
     library = compiler.library(cpp(portable(function)))
-    try:
-        path = cache.keep(_key(function.serialize(), compiler), library)
-    except OSError:  # a cache that cannot be written costs the next process its time, nothing else
-        with NamedTemporaryFile(prefix="tpbso-casadi-") as file:
-            file.write(library)
-            file.flush()
-            return _loaded(Path(file.name), threads)
-    try:
-        return _loaded(path, threads)
-    except NativeUnavailable:
-        path.unlink(missing_ok=True)
-        raise
+    with NamedTemporaryFile(dir=cache.scratch(), prefix=".") as file:
+        file.write(library)
+        file.flush()
+        native = _loaded(Path(file.name), threads)
+    with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
+        cache.keep(_key(function.serialize(), compiler), library)
+    return native
 
 
 def _loaded(library: Path, threads: int) -> Native:
