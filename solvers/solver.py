@@ -21,14 +21,14 @@ class Solver(ABC):
 
     Attributes:
         minimum_population: the fewest members the algorithm works with.
-        population: m, the number of members.
+        population: m, the number of members; None for what suits the budget.
     """
 
     minimum_population: ClassVar[int] = 2
-    population: int
+    population: int | None
 
     def __post_init__(self) -> None:
-        if self.population < self.minimum_population:
+        if self.population is not None and self.population < self.minimum_population:
             name = type(self).__name__
             raise ValueError(f"{name} needs a population of at least {self.minimum_population}, not {self.population}")
 
