@@ -51,3 +51,7 @@ class Box:
     def clip(self, points: FloatArray) -> FloatArray:
         """The nearest points of the box, same shape."""
         return np.clip(points, self.lower, self.upper)
+
+    def from_unit(self, shares: FloatArray) -> FloatArray:
+        """Points of the unit cube (m, d), or just outside of it, as points of the box; flat coordinates stay flat."""
+        return self.clip(self.lower + shares * self.span)

@@ -19,10 +19,13 @@ UNKNOWN_BUDGET = 30_000  # evaluations assumed where the budget is not stated in
 MEMBERS_A_DIMENSION = 25  # founders at the most
 
 IndexArray = NDArray[np.intp]
-Founders = Generator[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]
+BoolArray = NDArray[np.bool_]
+Founding = Generator[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]
 
 
-def founders(box: Box, rng: np.random.Generator, size: int | None, effort: int, iterations: Iterator[float]) -> Founders:
+def founders(
+    box: Box, rng: np.random.Generator, size: int | None, effort: int, iterations: Iterator[float]
+) -> Founding:
     """Random members x (m, d) and their costs (m,).
 
     Args:
@@ -66,13 +69,14 @@ class Population:
 
     @property
     def size(self) -> int:
-        """m."""
+        """How many, m."""
         return len(self.x)
 
     def leaders(self, rng: np.random.Generator, share: float) -> FloatArray:
         """For each member one of the best ``share`` of all, two at the least; (m, d)."""
         best = max(2, round(share * self.size))
-        return self.x[rng.integers(min(best, self.size), size=self.size)]
+        leaders: FloatArray = self.x[rng.integers(min(best, self.size), size=self.size)]
+        return leaders
 
     def differences(self, rng: np.random.Generator) -> FloatArray:
         """For each member the difference of two others, of which the second may have been replaced; (m, d)."""
@@ -84,9 +88,10 @@ class Population:
         while clash.any():
             second[clash] = rng.integers(len(everyone), size=int(clash.sum()))
             clash = (second == own) | (second == first)
-        return self.x[first] - everyone[second]
+        difference: FloatArray = self.x[first] - everyone[second]
+        return difference
 
-    def replace(self, rng: np.random.Generator, better: NDArray[np.bool_], x: FloatArray, cost: FloatArray, keep: int) -> None:
+    def replace(self, rng: np.random.Generator, better: BoolArray, x: FloatArray, cost: FloatArray, keep: int) -> None:
         """Put better candidates in the place of members; of the replaced ones ``keep`` at most are remembered."""
         replaced = np.concatenate([self.replaced, self.x[better]])
         self.replaced = replaced[rng.permutation(len(replaced))[:keep]] if len(replaced) > keep else replaced
@@ -100,7 +105,7 @@ class Population:
         return order
 
 
-def crossing(rng: np.random.Generator, rate: FloatArray | float, shape: tuple[int, int]) -> NDArray[np.bool_]:
+def crossing(rng: np.random.Generator, rate: FloatArray | float, shape: tuple[int, ...]) -> BoolArray:
     """Which components of each member change: each with probability ``rate``, one at the least. (m, d)."""
     mask = rng.random(shape) < rate
     mask[np.arange(shape[0]), rng.integers(shape[1], size=shape[0])] = True

@@ -1,6 +1,6 @@
-"""L-SHADE: success-history based adaptive differential evolution with a shrinking population.
+"""L-SHADE: differential evolution that learns its own settings, with a shrinking population.
 
-Tanabe and Fukunaga, "Improving the Search Performance of SHADE Using Linear Population Size Reduction", 2014.
+[1] Tanabe and Fukunaga, "Improving the Search Performance of SHADE Using Linear Population Size Reduction", 2014.
 """
 
 from __future__ import annotations
@@ -15,63 +15,82 @@ from solvers.box import Box, FloatArray
 from solvers.differential import Population, crossing, founders, halfway_back, shrunk
 from solvers.solver import Search, Solver, require
 
+WIDTH = 0.1  # of the distributions around an entry of the history [1]
+
 
 @dataclass(frozen=True)
 class LSHADE(Solver):
-    """Success-history based adaptive differential evolution: current-to-pbest/1 with an archive."""
+    """Success-history based adaptive differential evolution, current-to-pbest/1 with an archive.
+
+    [1] starts with 18 d members whatever the budget; ours have a budget each, which is better below 50,000 evaluations.
+
+    Raises:
+        ValueError: a hyper-parameter outside the range stated beside it.
+    """
 
     minimum_population: ClassVar[int] = 4
 
-    population: int | None = None
-    effort: int = 60
-    history: int = 6
-    best: float = 0.11
-    memory: float = 1.0
+    population: int | None = None  # N_init >= 4; None: one for ``effort`` evaluations
+    effort: int = 60  # >= 1, evaluations of the budget for each member, at least 20 and at most 25 d members
+    last_population: int = 4  # >= 4, N_min [1]
+    history: int = 6  # H >= 1, entries of the success history [1]
+    best: float = 0.11  # p in (0, 1], share of the population towards which members move [1]
+    memory: float = 1.0  # >= 0, archive size as a share of the population (2.6 in [1])
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self.effort >= 1, f"effort = {self.effort} is less than 1")
+        require(self.last_population >= 4, f"last_population = {self.last_population} is less than 4")
+        require(self.history >= 1, f"history = {self.history} is less than 1")
+        require(0.0 < self.best <= 1.0, f"best = {self.best} is not in (0, 1]")
+        require(self.memory >= 0.0, f"memory = {self.memory} is negative")
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
-        """Mutate towards the better, cross, select, learn what worked, shrink."""
+        """Mutate, cross, select, learn what worked, shrink."""
         x, cost = yield from founders(box, rng, self.population, self.effort, iterations)
-        members, first = Population.of(x, cost), len(x)
+        members, size = Population.of(x, cost), len(x)
         history = History(np.full(self.history, 0.5), np.full(self.history, 0.5))
         for progress in iterations:
-            members.ranked(shrunk(first, 4, progress))
-            f, rate = history.draw(rng, members.size)
+            members.ranked(shrunk(size, self.last_population, progress))
+            f, cr = history.draw(rng, members.size)
             step = f[:, None] * (members.leaders(rng, self.best) - members.x + members.differences(rng))
-            mask = crossing(rng, rate[:, None], members.x.shape)
-            tried = halfway_back(box, members.x + mask * step, members.x)
+            mutant = members.x + crossing(rng, cr[:, None], members.x.shape) * step
+            tried = halfway_back(box, mutant, members.x)
             cost = yield tried
             better = cost < members.cost
-            history.learn(f[better], rate[better], (members.cost - cost)[better])
+            history.learn(f[better], cr[better], members.cost[better] - cost[better])
             members.replace(rng, better, tried, cost, round(self.memory * members.size))
 
 
 @dataclass
 class History:
-    """Scale factors F and crossover rates CR that have led to better members."""
+    """Scale factors and crossover rates that have led to better members.
+
+    Attributes:
+        f: M_F, (H,).
+        cr: M_CR, (H,); -1 is the terminal value, from which CR is 0 ever after.
+        turn: the entry that is written next.
+    """
 
     f: FloatArray
-    rate: FloatArray
+    cr: FloatArray
     turn: int = 0
 
     def draw(self, rng: np.random.Generator, count: int) -> tuple[FloatArray, FloatArray]:
-        """F in (0, 1] from Cauchy distributions, CR in [0, 1] from normal ones, around entries of the history."""
+        """F in (0, 1], Cauchy, and CR in [0, 1], normal, around entries of the history; (count,) each."""
         entry = rng.integers(len(self.f), size=count)
-        f = self.f[entry] + 0.1 * rng.standard_cauchy(count)
-        while (f <= 0.0).any():
-            low = f <= 0.0
-            f[low] = self.f[entry[low]] + 0.1 * rng.standard_cauchy(int(low.sum()))
-        rate = np.where(self.rate[entry] < 0.0, 0.0, rng.normal(self.rate[entry], 0.1)).clip(0.0, 1.0)
-        return np.minimum(f, 1.0), rate
+        f = self.f[entry] + WIDTH * rng.standard_cauchy(count)
+        while (low := np.flatnonzero(f <= 0.0)).size:
+            f[low] = self.f[entry[low]] + WIDTH * rng.standard_cauchy(low.size)
+        cr = rng.normal(self.cr[entry], WIDTH).clip(0.0, 1.0)
+        return np.minimum(f, 1.0), np.where(self.cr[entry] < 0.0, 0.0, cr)
 
-    def learn(self, f: FloatArray, rate: FloatArray, gain: FloatArray) -> None:
-        """Lehmer means of what worked, weighted by how much it gained, take the place of the oldest entry."""
-        gain = np.where(np.isfinite(gain), gain, 1.0)
-        if f.size == 0 or gain.sum() <= 0:
+    def learn(self, f: FloatArray, cr: FloatArray, gain: FloatArray) -> None:
+        """Replace the oldest entry by the Lehmer means of what worked, weighted by what it gained; (n,) each."""
+        if f.size == 0:
             return
-        self.f[self.turn] = np.sum(gain * f * f) / np.sum(gain * f)
-        top = np.sum(gain * rate)
-        if self.rate[self.turn] < 0.0 or rate.max() == 0.0:
-            self.rate[self.turn] = -1.0
-        else:
-            self.rate[self.turn] = np.sum(gain * rate * rate) / top
+        weight = np.where(np.isfinite(gain), gain, 1.0)
+        self.f[self.turn] = (weight * f * f).sum() / (weight * f).sum()
+        terminal = self.cr[self.turn] < 0.0 or cr.max() == 0.0
+        self.cr[self.turn] = -1.0 if terminal else (weight * cr * cr).sum() / (weight * cr).sum()
         self.turn = (self.turn + 1) % len(self.f)

@@ -1,18 +1,33 @@
-"""Solvers by name: ours, those that other packages offer, and any class by its path."""
+"""Solvers by name: ours, those of outside libraries, those that plug-ins offer, and any class by its path."""
 
 from __future__ import annotations
 
 import difflib
 from importlib import import_module
 from importlib.metadata import entry_points
+from importlib.util import find_spec
 
+from solvers.abso import AdaptiveBeetleSwarm
 from solvers.bso import BSO
 from solvers.ga import GA
 from solvers.ipopt import IPOPT
+from solvers.lshade import LSHADE
 from solvers.pso import PSO
 from solvers.solver import Solver
 
-SOLVERS: dict[str, type[Solver]] = {"bso": BSO, "pso": PSO, "ga": GA}
+SOLVERS: dict[str, type[Solver]] = {
+    "bso": BSO,
+    "abso": AdaptiveBeetleSwarm,
+    "pso": PSO,
+    "ga": GA,
+    "lshade": LSHADE,
+}
+OUTSIDE = {  # name: where, and the extra that installs what it needs
+    "scipy-de": ("solvers.outside.scipy_solvers:SciPyDE", ""),
+    "annealing": ("solvers.outside.scipy_solvers:DualAnnealing", ""),
+    "cma": ("solvers.outside.cma_es:CMAES", "cma"),
+    "pymoo": ("solvers.outside.pymoo_solvers:Pymoo", "pymoo"),
+}
 GROUP = "tpbso_casadi.solvers"
 
 
@@ -24,25 +39,34 @@ def find_solver(name: str) -> type[Solver] | type[IPOPT]:
     """The class of a solver.
 
     Args:
-        name: a key of ``SOLVERS``, ``ipopt``, a name in the entry-point group ``tpbso_casadi.solvers``, or
-            ``package.module:Class``.
+        name: a key of ``SOLVERS`` or ``OUTSIDE``, ``ipopt``, a name in the entry-point group
+            ``tpbso_casadi.solvers``, or ``package.module:Class``.
 
     Raises:
-        UnknownSolver: nothing of that name, or it is not a :class:`Solver`.
+        UnknownSolver: nothing of that name, it is not a :class:`Solver`, or its library is not installed.
     """
     if name == "ipopt":
         return IPOPT
     if name in SOLVERS:
         return SOLVERS[name]
+    if name in OUTSIDE:
+        return _outside(name)
     if ":" in name:
         return _checked(name, _load(name))
     offered = {entry.name: entry for entry in entry_points(group=GROUP)}
     if name in offered:
         return _checked(name, offered[name].load())
-    known = sorted({*SOLVERS, *offered, "ipopt"})
+    known = sorted({*SOLVERS, *OUTSIDE, *offered, "ipopt"})
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
     hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
     raise UnknownSolver(f"no solver {name!r}; {hint}")
+
+
+def _outside(name: str) -> type[Solver]:
+    path, extra = OUTSIDE[name]
+    if extra and find_spec(extra) is None:
+        raise UnknownSolver(f"{name} needs the package {extra}: pip install 'tpbso-casadi[{extra}]'")
+    return _checked(name, _load(path))
 
 
 def _load(path: str) -> object:

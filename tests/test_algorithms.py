@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers import BSO, GA, PSO, Box, Solver
+from solvers import BSO, GA, LSHADE, PSO, AdaptiveBeetleSwarm, Box, Solver
 from solvers.archive import Archive
+from solvers.differential import Population, crossing, founders, halfway_back, shrunk
+from solvers.lshade import History
 from solvers.swarm import scheduled
 
 BOX = Box(np.zeros(2), np.array([10.0, 20.0]))
@@ -120,3 +122,146 @@ def test_archive_keeps_the_better_of_two_neighbours() -> None:
     archive.add(np.array([[9.1, 9.1], [1.1, 1.0], [5.0, 5.0]]), np.array([0.5, 1.5, np.inf]))
     assert archive.x.tolist() == [[9.1, 9.1], [1.2, 1.5]]
     assert archive.cost.tolist() == [0.5, 1.0]
+
+
+def adaptive(**settings: float) -> AdaptiveBeetleSwarm:
+    """Four beetles whose steps go in all directions of the box."""
+    plain = {"population": 4, "directions_first": 1.0, "principal": 0.0, "leaders_first": 0.5, "leaders_last": 0.5}
+    return AdaptiveBeetleSwarm(**(plain | settings))
+
+
+class DrawnBeetles:
+    """The numbers that :func:`adaptive` draws: positions, and of the first step leaders and arms."""
+
+    def __init__(self, costs: list[float]) -> None:
+        rng = np.random.default_rng(SEED)
+        self.x = rng.uniform(BOX.lower, BOX.upper, (4, 2))[np.argsort(costs)]
+        self.leaders = self.x[rng.integers(2, size=4)]
+        first = (np.arange(4) + rng.integers(1, 4, size=4)) % 4
+        second = rng.integers(4, size=4)
+        while (clash := (second == np.arange(4)) | (second == first)).any():
+            second[clash] = rng.integers(4, size=int(clash.sum()))
+        self.difference = self.x[first] - self.x[second]
+
+    def antennae(self, arm: float) -> list[np.ndarray]:
+        """Both sides; a component out of the box goes halfway to the bound."""
+        found = []
+        for side in (1.0, -1.0):
+            x = self.x + arm * (self.leaders - self.x) + side * arm * self.difference
+            x = np.where(x < BOX.lower, (self.x + BOX.lower) / 2.0, x)
+            found.append(np.where(x > BOX.upper, (self.x + BOX.upper) / 2.0, x))
+        return found
+
+
+def test_adaptive_beetle_smells_right_then_left_and_moves_where_it_is_better() -> None:
+    costs = [3.0, 1.0, 4.0, 2.0]
+    drawn = DrawnBeetles(costs)
+    right, left = drawn.antennae(0.5)
+    # of beetles that cost 1, 2, 3, 4 the first finds better on the right, the second on the left, the others nowhere
+    yielded = drive(adaptive(momentum=1.0), costs, [0.5, 2.0, 3.5, 4.5], [1.5, 3.0, 5.0])
+    assert yielded[1] == pytest.approx(right)
+    assert yielded[2] == pytest.approx(left[1:])
+    search = adaptive(momentum=0.0, arm=1e-12).search(BOX, np.random.default_rng(SEED), iter([0.0] * 9))
+    next(search)
+    search.send(np.array(costs))
+    search.send(np.array([0.5, 2.0, 3.5, 4.5]))
+    still = search.send(np.array([1.5, 3.0, 5.0]))
+    assert still == pytest.approx(drawn.x, abs=1e-6)
+
+
+def test_adaptive_beetle_remembers_only_a_success() -> None:
+    costs = [1.0, 2.0, 3.0, 4.0]
+    drawn = DrawnBeetles(costs)
+    right, _ = drawn.antennae(0.5)
+    with_momentum, without = (
+        drive(adaptive(momentum=momentum), costs, [0.5, 1.5, 9.0, 9.0], [9.0, 9.0])[-1] for momentum in (1.0, 0.0)
+    )
+    moved, success = (with_momentum - without)[:2], (right - drawn.x)[:2]
+    free = moved != 0.0  # the others left the box both times, and went halfway to the bound
+    assert free.sum() >= 3
+    assert moved[free] == pytest.approx(success[free])
+    assert with_momentum[2:] == pytest.approx(without[2:])
+
+
+def test_principal_axes_are_those_of_the_better_half() -> None:
+    along = np.array([3.0, 4.0]) / 5.0
+    x = np.outer(np.linspace(-1.0, 1.0, 8), along)
+    axes = AdaptiveBeetleSwarm(principal=1.0).axes(np.random.default_rng(0), Population.of(x, np.zeros(8)))
+    assert axes.T @ axes == pytest.approx(np.eye(2))
+    assert np.abs(axes.T @ along) == pytest.approx([0.0, 1.0])
+
+
+@pytest.mark.parametrize(("budget", "beetles"), [(600, 20), (2400, 20), (6000, 50), (10**6, 50)])
+def test_founders_fit_the_budget(budget: int, beetles: int) -> None:
+    founding = founders(BOX, np.random.default_rng(0), None, 120, iter([20 / budget]))
+    asked = [next(founding)]
+    with pytest.raises(StopIteration) as end:
+        while True:
+            asked.append(founding.send(np.arange(float(len(asked[-1])))))
+    x, cost = end.value.value
+    assert len(x) == len(cost) == beetles == sum(map(len, asked))
+
+
+def test_a_shrinking_swarm() -> None:
+    assert [shrunk(100, 4, progress) for progress in (0.0, 0.5, 1.0)] == [100, 52, 4]
+    swarm = Population.of(np.arange(6.0)[:, None], np.array([3.0, 1.0, 2.0, 9.0, 5.0, 4.0]))
+    assert swarm.x.ravel().tolist() == [1.0, 2.0, 0.0, 5.0, 4.0, 3.0]
+    swarm.ranked(3)
+    assert swarm.cost.tolist() == [1.0, 2.0, 3.0]
+
+
+def test_replaced_members_are_remembered_up_to_a_number() -> None:
+    swarm = Population.of(np.arange(4.0)[:, None], np.arange(4.0))
+    rng, everyone = np.random.default_rng(0), np.ones(4, dtype=bool)
+    swarm.replace(rng, np.array([False, True, False, True]), np.full((4, 1), -1.0), np.full(4, -1.0), 4)
+    assert swarm.x.ravel().tolist() == [0.0, -1.0, 2.0, -1.0]
+    assert swarm.replaced.ravel().tolist() == [1.0, 3.0]
+    swarm.replace(rng, everyone, np.zeros((4, 1)), np.zeros(4), 3)
+    assert len(swarm.replaced) == 3
+
+
+def test_differences_are_of_two_others() -> None:
+    swarm = Population.of(2.0 ** np.arange(4)[:, None], np.arange(4.0))
+    for seed in range(50):
+        found = swarm.differences(np.random.default_rng(seed)).ravel()
+        for own, difference in zip(swarm.x.ravel(), found, strict=True):
+            others = [x for x in swarm.x.ravel() if x != own]
+            assert any(difference == a - b for a in others for b in others if a != b)
+
+
+def test_crossing_changes_one_component_at_least() -> None:
+    assert crossing(np.random.default_rng(0), 0.0, (200, 5)).sum(axis=1).tolist() == [1] * 200
+    assert crossing(np.random.default_rng(0), 1.0, (3, 5)).all()
+
+
+def test_back_into_the_box() -> None:
+    parents, candidates = np.array([[2.0, 10.0]]), np.array([[-1.0, 30.0]])
+    assert halfway_back(BOX, candidates, parents).tolist() == [[1.0, 15.0]]
+
+
+def test_success_history_learns_lehmer_means() -> None:
+    history = History(np.full(2, 0.5), np.full(2, 0.5))
+    history.learn(np.array([0.2, 0.8]), np.array([1.0, 0.5]), np.array([1.0, 3.0]))
+    assert history.f.tolist() == pytest.approx([(0.04 + 3 * 0.64) / (0.2 + 3 * 0.8), 0.5])
+    assert history.cr.tolist() == pytest.approx([(1.0 + 3 * 0.25) / (1.0 + 3 * 0.5), 0.5])
+    history.learn(np.empty(0), np.empty(0), np.empty(0))
+    assert history.turn == 1
+    history.learn(np.array([0.4]), np.array([0.0]), np.array([np.inf]))
+    assert (history.f[1], history.cr[1], history.turn) == (pytest.approx(0.4), -1.0, 0)
+    f, cr = history.draw(np.random.default_rng(0), 500)
+    assert ((f > 0.0) & (f <= 1.0)).all()
+    assert ((cr >= 0.0) & (cr <= 1.0)).all()
+    assert (cr == 0.0).mean() == pytest.approx(0.5, abs=0.1)
+
+
+def test_differential_step() -> None:
+    solver = LSHADE(population=4, best=0.5, history=1)
+    first, second = drive(solver, [1.0, 2.0, 3.0, 4.0])
+    rng = np.random.default_rng(SEED)
+    x = rng.uniform(BOX.lower, BOX.upper, (4, 2))
+    assert (first == x).all()
+    f, cr = History(np.array([0.5]), np.array([0.5])).draw(rng, 4)
+    swarm = Population.of(x, np.arange(4.0))
+    step = f[:, None] * (swarm.leaders(rng, 0.5) - x + swarm.differences(rng))
+    changed = crossing(rng, cr[:, None], (4, 2))
+    assert second == pytest.approx(halfway_back(BOX, x + changed * step, x))

@@ -47,6 +47,13 @@ def test_a_class_by_its_path_and_by_its_entry_point() -> None:
     assert find_solver("still") is find_solver("still_plugin:Still")
 
 
+def test_a_library_that_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("solvers.registry.find_spec", lambda name: None)
+    with pytest.raises(UnknownSolver, match=r"cma needs the package cma: pip install 'tpbso-casadi\[cma\]'"):
+        find_solver("cma")
+    assert find_solver("scipy-de").__name__ == "SciPyDE"
+
+
 @pytest.mark.usefixtures("plugin")
 @pytest.mark.parametrize(
     ("name", "reason"),
@@ -54,7 +61,7 @@ def test_a_class_by_its_path_and_by_its_entry_point() -> None:
         ("bos", "did you mean bso"),
         ("ippot", "did you mean ipopt"),
         ("stil", "did you mean still"),
-        ("annealing", "there are .*bso"),
+        ("no such", "there are .*bso"),
         ("still_plugin:nothing", "not a subclass"),
         ("odd", "not a subclass"),
         ("still_plugin:Missing", "cannot load"),

@@ -10,7 +10,19 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from solvers import SOLVERS, Box, Budget, Result, Search, Solver, Status, StopReason, minimize
+from solvers import (
+    OUTSIDE,
+    SOLVERS,
+    Box,
+    Budget,
+    Result,
+    Search,
+    Solver,
+    Status,
+    StopReason,
+    find_solver,
+    minimize,
+)
 
 BOX = Box(np.array([-3.0, -2.0, 0.0, -5.0, 1.0]), np.array([4.0, 5.0, 6.0, 1.0, 3.0]))
 CENTRE = np.array([0.5, 1.0, 2.0, -1.0, 2.0])
@@ -21,9 +33,11 @@ def sphere(x: np.ndarray) -> np.ndarray:
     return ((x - CENTRE) ** 2).sum(axis=1)
 
 
-@pytest.fixture(params=SOLVERS.values(), ids=SOLVERS)
+@pytest.fixture(params=[*SOLVERS, *OUTSIDE])
 def solver(request: pytest.FixtureRequest) -> Solver:
-    found = request.param()
+    if OUTSIDE.get(request.param, ("", ""))[1]:
+        pytest.importorskip(OUTSIDE[request.param][1])
+    found = find_solver(request.param)()
     assert isinstance(found, Solver)
     return found
 
@@ -225,6 +239,21 @@ BAD_SETTINGS = {
         {"antenna_sign": "up"},
     ],
     "pso": [{"c2": -1.0}, {"inertia_first": -0.1}, {"velocity_range": 0.0}],
+    "abso": [
+        {"effort": 0},
+        {"last_population": 3},
+        {"arm": 0.0},
+        {"momentum": -0.1},
+        {"leaders_last": 0.0},
+        {"directions_first": 1.1},
+        {"principal": -0.1},
+        {"memory": -1.0},
+    ],
+    "lshade": [{"effort": 0}, {"last_population": 3}, {"history": 0}, {"best": 0.0}, {"memory": -1.0}],
+    "scipy-de": [{"recombination": 1.1}, {"strategy": "rand3"}],
+    "annealing": [{"visit": 1.0}, {"restart_temp_ratio": 1.0}],
+    "cma": [{"sigma": 0.0}, {"growth": 0.5}],
+    "pymoo": [{"algorithm": "best"}],
     "ga": [{"tournament": 0}, {"crossover_rate": 1.5}, {"mutation_rate": -0.1}, {"mutation_eta": -1.0}],
 }
 
@@ -232,4 +261,4 @@ BAD_SETTINGS = {
 @pytest.mark.parametrize(("name", "bad"), [(name, bad) for name, every in BAD_SETTINGS.items() for bad in every])
 def test_settings_out_of_range(name: str, bad: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=next(iter(bad)).split("_")[0]):
-        SOLVERS[name](**bad)
+        find_solver(name)(**bad)
