@@ -84,9 +84,9 @@ def compiled(case: str) -> str:
 def solve(job: Job) -> Run:
     planned, kind = problem(job.case), find_solver(job.solver)
     assert issubclass(kind, Solver)
-    solver, budget = kind(), Budget(job.budget)
-    if job.budget == 0:
-        solver, budget = kind(population=50), Budget(iterations=EQUAL_ITERATIONS)
+    equal_iterations = job.budget == 0
+    solver = kind(population=50) if equal_iterations else kind()
+    budget = Budget(iterations=EQUAL_ITERATIONS) if equal_iterations else Budget(job.budget)
     found = minimize(price(job.case), Box(*planned.bounds), solver, budget, job.seed)
     assert job.budget in (0, found.evaluations)
     at = np.searchsorted(found.history.evaluations, MOMENTS, side="right") - 1

@@ -9,7 +9,9 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import casadi as ca
@@ -24,6 +26,7 @@ from tpbso_casadi.builtin import TITLES
 from tpbso_casadi.motion import found_motion
 from tpbso_casadi.planning import Plan
 from tpbso_casadi.refinement import Polish, Refinement, distinct
+from tpbso_casadi.section import ScenarioError
 from tpbso_casadi.solve import main
 
 
@@ -195,3 +198,28 @@ def test_interruption_of_ipopt_keeps_the_best(how: list[str], reason: str) -> No
     assert process.returncode == 130
     assert "Traceback" not in errors
     assert json.loads(Path("out/result.json").read_text())["stop_reason"] == reason
+
+
+def test_the_best_within_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = SimpleNamespace(perf_counter=count(1000.0, 1.0).__next__)  # a second every time somebody looks
+    monkeypatch.setattr("tpbso_casadi.planning.time", clock)
+    found = plan(asked("time-3", name="abso", evaluations=2000, within=60.0))
+    once = plan(asked("time-3", name="abso", evaluations=2000, polish_starts=3))
+    assert 10 < found.rounds < 30
+    assert found.feasible
+    assert found.objective <= once.objective
+    assert found.search.evaluations == 2000
+
+
+def test_no_time_at_all_still_gives_a_plan() -> None:
+    found = plan(asked("time-2", evaluations=500, within=1e-6))
+    assert (found.rounds, found.polish) == (1, None)
+
+
+@pytest.mark.parametrize(
+    ("solver", "reason"),
+    [({"name": "ipopt"}, "say time_limit"), ({"name": "bso", "time_limit": 1.0}, "leave time_limit out")],
+)
+def test_what_does_not_go_with_within(solver: dict[str, Any], reason: str) -> None:
+    with pytest.raises(ScenarioError, match=reason):
+        asked("time-2", within=1.0, **solver).solver.build()

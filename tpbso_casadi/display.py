@@ -58,9 +58,10 @@ def print_plan(plan: Plan, console: Console) -> None:
     if plan.polish is not None:
         print_polish(plan, plan.polish, console)
     seed = plan.scenario.solver.seed
+    rounds = f", best of {plan.rounds} rounds" if plan.rounds > 1 else ""
     console.print(
-        f"{plan.scenario.solver.name}, seed {seed}: {search.evaluations} evaluations, {search.iterations} iterations, "
-        f"{search.seconds:.2f} s, stopped by {search.stop_reason}",
+        f"{plan.scenario.solver.name}, seed {seed}{rounds}: {search.evaluations} evaluations, "
+        f"{search.iterations} iterations, {search.seconds:.2f} s, stopped by {search.stop_reason}",
         highlight=False,
     )
 

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from problems import Problem, Trajectory, Verdict
 from problems.matrix import FloatArray
 from problems.pricing import Pricing
-from solvers import IPOPT, Archive, Box, DescentResult, Result, Solver, Status, StopReason, minimize
+from solvers import IPOPT, Archive, Box, Budget, DescentResult, Result, Solver, Status, StopReason, minimize
 from tpbso_casadi.motion import Motion, found_motion
 from tpbso_casadi.refinement import Polish, Refinement, polish
 from tpbso_casadi.scenario import Scenario
+
+ROUND = 10_000  # evaluations of a search in a series of them, unless the scenario says how many
+STARTS = 3  # candidates that are polished after each of them
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,7 @@ class Plan:
         search: what the search found, and its record; before any polish.
         motion: the plan itself.
         polish: what a polish did; None when none was asked for.
+        rounds: how often it was searched; the others than ``search`` found nothing better.
     """
 
     scenario: Scenario
@@ -33,6 +38,7 @@ class Plan:
     search: Result
     motion: Motion
     polish: Polish | None = None
+    rounds: int = 1
 
     @property
     def interrupted(self) -> bool:
@@ -82,6 +88,8 @@ def plan(
     problem, solver = scenario.problem(), scenario.solver.build()
     if isinstance(solver, IPOPT):
         return descended(scenario, problem, solver, callback)
+    if scenario.solver.within is not None:
+        return best_within(scenario, problem, solver, scenario.solver.within, callback, pricing)
     return searched(scenario, problem, solver, callback, pricing)
 
 
@@ -108,6 +116,36 @@ def searched(
         return Plan(scenario, problem, found, motion)
     refined = polish(motion, found.x, archive, asked.polish_starts)
     return Plan(scenario, problem, found, refined.chosen, refined)
+
+
+def best_within(
+    scenario: Scenario,
+    problem: Problem,
+    solver: Solver,
+    seconds: float,
+    callback: Callable[[Status], object] | None,
+    pricing: Pricing | None,
+) -> Plan:
+    """The best plan of a given time: search, polish what lies apart, and again from the next seed.
+
+    The first search is done in any case; what it found is polished if time is left. Results depend on the machine.
+    """
+    ends = time.perf_counter() + seconds
+    asked, box, price = scenario.solver, Box(*problem.bounds), problem.priced(pricing)
+    refinement = Refinement(problem, IPOPT(warm=True))
+    plans: list[Plan] = []
+    while not plans or (time.perf_counter() < ends and not plans[-1].interrupted):
+        left, archive = ends - time.perf_counter(), Archive(box)
+        budget = Budget(asked.evaluations or ROUND, asked.iterations, left if left > 0.0 else None)
+        found = minimize(price, box, solver, budget, asked.seed + len(plans), callback, archive)
+        motion, left = found_motion(problem, found.x), ends - time.perf_counter()
+        if left <= 0.0 or found.stop_reason is StopReason.INTERRUPTED:
+            plans.append(Plan(scenario, problem, found, motion))
+        else:
+            refined = polish(motion, found.x, archive, asked.polish_starts or STARTS, refinement, left)
+            plans.append(Plan(scenario, problem, found, refined.chosen, refined))
+    best = min(plans, key=lambda plan: (not plan.feasible, plan.motion.price))
+    return replace(best, rounds=len(plans))
 
 
 def convergence(search: Result) -> tuple[FloatArray, FloatArray]:

@@ -100,12 +100,29 @@ class Polish:
         return self.after if self.accepted else self.before
 
 
-def polish(before: Motion, best: FloatArray, archive: Archive, starts: int) -> Polish:
-    """Refine the best candidate (d,) of a search, and ``starts - 1`` others that differ from it."""
+def polish(
+    before: Motion,
+    best: FloatArray,
+    archive: Archive,
+    starts: int,
+    refinement: Refinement | None = None,
+    seconds: float | None = None,
+) -> Polish:
+    """Refine the best candidate (d,) of a search, and ``starts - 1`` others that differ from it.
+
+    Args:
+        before: the motion of the best.
+        best: the candidate.
+        archive: of the search.
+        starts: how many to refine.
+        refinement: the compiled program of an earlier polish; made here if None.
+        seconds: to stop after.
+    """
     began = time.perf_counter()
-    refinement = Refinement(before.problem, IPOPT(warm=True))
+    refinement = Refinement(before.problem, IPOPT(warm=True)) if refinement is None else refinement
     chosen = distinct(before.problem, [best, *archive.x], starts)
-    search = refinement.descend((refinement.program.from_search(x) for x in chosen), Budget(iterations=starts))
+    budget = Budget(iterations=starts, seconds=seconds)
+    search = refinement.descend((refinement.program.from_search(x) for x in chosen), budget)
     seconds = time.perf_counter() - began
     return Polish(before, refinement.motion(search.x), search, seconds, refinement.multipliers(search.solution))
 

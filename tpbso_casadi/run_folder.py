@@ -92,6 +92,7 @@ def result_of(plan: Plan) -> dict[str, Any]:
             "coefficients": plan.trajectory.coefficients.tolist(),
         },
         **({} if plan.polish is None else {"polish": _polish(plan.polish)}),
+        "rounds": plan.rounds,
         "evaluations": search.evaluations,
         "iterations": search.iterations,
         "seconds": search.seconds,

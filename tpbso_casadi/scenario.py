@@ -67,6 +67,7 @@ class SolverSection(Section):
     iterations: int | None = Field(default=None, gt=0)
     evaluations: int | None = Field(default=None, gt=0)
     time_limit: Positive | None = None
+    within: Positive | None = None
     seed: int = Field(default=1, ge=0)
     polish_starts: int = Field(default=0, ge=0)
     settings: dict[str, float | str] = Field(default_factory=dict)
@@ -86,6 +87,10 @@ class SolverSection(Section):
             raise ScenarioError(f"solver.name: {error}") from error
         if kind is IPOPT and self.polish_starts:
             raise ScenarioError("solver.polish_starts: ipopt has nothing to polish, it descends by itself")
+        if kind is IPOPT and self.within is not None:
+            raise ScenarioError("solver.within: ipopt starts again and again by itself; say time_limit")
+        if self.within is not None and self.time_limit is not None:
+            raise ScenarioError("solver.within: has a time limit of its own; leave time_limit out")
         known = list(getattr(kind, "__dataclass_fields__", {}))
         for key in settings:
             if known and key not in known:

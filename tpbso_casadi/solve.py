@@ -48,7 +48,9 @@ def parser() -> argparse.ArgumentParser:
     problem.add_argument("--knot-redundancy", choices=("free", "values"), help="of a path, where IPOPT follows it")
     search = built.add_argument_group("the search, overriding the scenario")
     search.add_argument(
-        "--solver", metavar="NAME", help="bso, pso, ga, ipopt, a plug-in's name, or package.module:Class"
+        "--solver",
+        metavar="NAME",
+        help="abso, bso, pso, ga, lshade, ipopt, an outside solver, a plug-in, or package.module:Class",
     )
     search.add_argument("--population", type=natural, metavar="M", help="members of the swarm")
     search.add_argument(
@@ -56,6 +58,9 @@ def parser() -> argparse.ArgumentParser:
     )
     search.add_argument("--evaluations", type=positive_int, metavar="N", help="stop after N evaluations")
     search.add_argument("--time-limit", type=positive_float, metavar="S", help="stop after S seconds")
+    search.add_argument(
+        "--within", type=positive_float, metavar="S", help="the best plan in S seconds: search, polish, and again"
+    )
     search.add_argument("--seed", type=natural, help="same seed, same result")
     search.add_argument("--polish", action="store_true", help="refine the best candidate with IPOPT")
     search.add_argument(
@@ -137,7 +142,7 @@ def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     sections = {
         "task": ("objective", "elbow"),
         "model": ("formulation", "knot_redundancy"),
-        "solver": ("population", "iterations", "evaluations", "time_limit", "seed", "polish_starts"),
+        "solver": ("population", "iterations", "evaluations", "time_limit", "within", "seed", "polish_starts"),
     }
     if options.polish and not content["solver"]["polish_starts"]:
         content["solver"]["polish_starts"] = 1

@@ -1,0 +1,48 @@
+"""Random scenarios: the same ones for the same seed, and each of them can be solved."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.solvers import holm
+from solvers import SOLVERS
+from tpbso_casadi import parse_scenario, plan
+from tpbso_casadi.generator import random_scenario, random_scenarios
+
+SOME = random_scenarios(11, 12)
+
+
+def test_the_same_seed_gives_the_same_scenarios() -> None:
+    assert random_scenarios(11, 5) == SOME[:5]
+    assert random_scenarios(12, 5) != SOME[:5]
+    rng = np.random.default_rng(11)
+    assert random_scenario(rng) == SOME[0]
+
+
+def test_they_are_of_many_kinds() -> None:
+    many = random_scenarios(3, 40)
+    assert {scenario.task.kind for scenario in many} == {"point-to-point", "path"}
+    assert {scenario.task.objective for scenario in many} == {"time", "rotation", "length"}
+    assert {scenario.model.formulation for scenario in many} == {"paper", "reduced"}
+    assert {len(scenario.arm.link_lengths) for scenario in many} >= {2, 3, 4, 5, 6}
+    assert any(scenario.obstacles for scenario in many)
+
+
+@pytest.mark.parametrize("number", range(len(SOME)))
+def test_each_can_be_solved(number: int) -> None:
+    content = SOME[number].model_dump()
+    content["solver"] |= {"name": "abso", "evaluations": 6000}
+    assert plan(parse_scenario(content)).feasible
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_every_solver_takes_them(solver: str) -> None:
+    content = SOME[0].model_dump()
+    content["solver"] |= {"name": solver, "evaluations": 300}
+    assert plan(parse_scenario(content)).search.evaluations == 300
+
+
+def test_holm() -> None:
+    corrected = holm({"a": 0.01, "b": 0.04, "c": 0.03, "d": 0.5})
+    assert corrected == pytest.approx({"a": 0.04, "c": 0.09, "b": 0.09, "d": 0.5})
