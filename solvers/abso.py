@@ -31,7 +31,7 @@ from solvers.swarm import scheduled
 class AdaptiveBeetleSwarm(Solver):
     """Beetles with difference arms, momentum and a shrinking swarm.
 
-    The defaults are chosen on the built-in cases, see ``docs/solvers.md``.
+    How the defaults were chosen: ``docs/solvers.md`` and ``benchmarks/tune.py``.
 
     Raises:
         ValueError: a hyper-parameter outside the range stated beside it.
@@ -40,7 +40,7 @@ class AdaptiveBeetleSwarm(Solver):
     minimum_population: ClassVar[int] = 4
 
     population: int | None = None  # m >= 4, beetles at the start; None: one for ``effort`` evaluations
-    effort: int = 120  # >= 1, evaluations of the budget for each beetle, at least 20 and at most 25 d beetles
+    effort: int = 170  # >= 1, evaluations of the budget for each beetle, at least 20 and at most 25 d beetles
     last_population: int = 4  # >= 4, beetles at the end
     arm: float = 0.5  # > 0, length of the arm and of the pull, as a share of a difference
     momentum: float = 0.4  # >= 0, of the last step, if it was a success

@@ -22,7 +22,7 @@ WIDTH = 0.1  # of the distributions around an entry of the history [1]
 class LSHADE(Solver):
     """Success-history based adaptive differential evolution, current-to-pbest/1 with an archive.
 
-    [1] starts with 18 d members whatever the budget; ours have a budget each, which is better below 50,000 evaluations.
+    [1] starts with 18 d members whatever the budget; ours have a budget each (``docs/solvers.md``).
 
     Raises:
         ValueError: a hyper-parameter outside the range stated beside it.
@@ -31,7 +31,7 @@ class LSHADE(Solver):
     minimum_population: ClassVar[int] = 4
 
     population: int | None = None  # N_init >= 4; None: one for ``effort`` evaluations
-    effort: int = 60  # >= 1, evaluations of the budget for each member, at least 20 and at most 25 d members
+    effort: int = 120  # >= 1, evaluations of the budget for each member, at least 20 and at most 25 d members
     last_population: int = 4  # >= 4, N_min [1]
     history: int = 6  # H >= 1, entries of the success history [1]
     best: float = 0.11  # p in (0, 1], share of the population towards which members move [1]
