@@ -1,0 +1,89 @@
+"""Libraries that call a cost function, as searches that ask for costs; and what outside solvers leave behind."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from solvers import OUTSIDE, Box, Budget, find_solver, minimize
+from solvers.outside.driven import WORST, Cost, driven
+
+
+def three_calls(cost: Cost) -> None:
+    for number in range(3):
+        assert cost(np.full((2, 1), float(number))).tolist() == [number, number]
+
+
+def test_calls_become_requests_in_order() -> None:
+    search = driven(three_calls, iter([0.0] * 9))
+    candidates = next(search)
+    for number in range(2):
+        assert candidates.tolist() == [[number], [number]]
+        candidates = search.send(candidates.ravel())
+    with pytest.raises(StopIteration):
+        search.send(candidates.ravel())
+
+
+def test_infinite_costs_are_made_finite() -> None:
+    seen = []
+    search = driven(lambda cost: seen.append(cost(np.zeros((1, 1)))), iter([]))
+    next(search)
+    with pytest.raises(StopIteration):
+        search.send(np.array([np.inf]))
+    assert seen[0].tolist() == [WORST]
+
+
+def test_errors_of_the_library_come_through() -> None:
+    def broken(cost: Cost) -> None:
+        cost(np.zeros((1, 1)))
+        raise ArithmeticError("no convergence")
+
+    search = driven(broken, iter([0.0]))
+    next(search)
+    with pytest.raises(ArithmeticError, match="no convergence"):
+        search.send(np.zeros(1))
+
+
+def endless(cost: Cost) -> None:
+    while True:
+        cost(np.zeros((1, 1)))
+
+
+def counted(turns: list[int]) -> Iterator[float]:
+    while True:
+        turns.append(1)
+        yield 0.5
+
+
+@pytest.mark.parametrize(("every", "calls", "iterations"), [(1, 5, 4), (3, 8, 3)])
+def test_so_many_calls_are_an_iteration(every: int, calls: int, iterations: int) -> None:
+    turns: list[int] = []
+    search = driven(endless, counted(turns), every)
+    next(search)
+    for _ in range(calls - 1):
+        search.send(np.zeros(1))
+    search.close()
+    assert len(turns) == iterations
+
+
+def test_a_closed_search_leaves_no_thread() -> None:
+    before = threading.active_count()
+    search = driven(endless, iter([0.0]))
+    next(search)
+    assert threading.active_count() == before + 1
+    search.close()
+    assert threading.active_count() == before
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+def test_the_global_generator_is_left_alone(name: str) -> None:
+    if OUTSIDE[name][1]:
+        pytest.importorskip(OUTSIDE[name][1])
+    box = Box(np.zeros(4), np.ones(4))
+    np.random.seed(7)  # noqa: NPY002 (this is about it)
+    expected = np.random.RandomState(7).random()
+    minimize(lambda x: (x**2).sum(axis=1), box, find_solver(name)(), Budget(2000), 1)  # type: ignore[arg-type]
+    assert np.random.random() == expected  # noqa: NPY002
