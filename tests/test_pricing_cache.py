@@ -85,6 +85,15 @@ def test_the_environment_names_the_compiler(tmp_path: Path, monkeypatch: pytest.
         find_compiler()
 
 
+@pytest.mark.parametrize("content", ["c++ 'unfinished", "{folder}/no-program", "{folder}/compiler"])
+def test_a_compiler_that_cannot_be_started(content: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "compiler").write_bytes(b"\x00 neither a script nor a program")
+    (tmp_path / "compiler").chmod(0o700)
+    monkeypatch.setenv("CXX", content.format(folder=tmp_path))
+    with pytest.raises(NativeUnavailable, match=r"CXX|no C\+\+ compiler"):
+        find_compiler()
+
+
 @needs_compiler
 def test_nothing_of_a_function_reaches_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
     commands = []

@@ -62,14 +62,25 @@ def find_compiler() -> Compiler:
     Raises:
         NativeUnavailable: there is none that runs.
     """
-    named = tuple(shlex.split(os.environ.get("CXX", "")))
+    try:
+        named = tuple(shlex.split(os.environ.get("CXX", "")))
+    except ValueError as error:
+        raise NativeUnavailable(f"CXX cannot be read: {error}") from error
     for command in [named] if named else [(name,) for name in NAMES]:
         path = shutil.which(command[0])
-        if path is not None:
-            asked = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
-            if asked.returncode == 0:
-                return Compiler((path, *command[1:]), asked.stdout)
+        version = None if path is None else _version(path)
+        if path is not None and version is not None:
+            return Compiler((path, *command[1:]), version)
     raise NativeUnavailable(f"no C++ compiler ({shlex.join(named) or ', '.join(NAMES)}) on PATH")
+
+
+def _version(path: str) -> str | None:
+    """What a program says of itself; None if it does not run."""
+    try:
+        asked = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
+    except OSError:
+        return None
+    return asked.stdout if asked.returncode == 0 else None
 
 
 def processor() -> str:
