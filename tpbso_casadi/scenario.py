@@ -22,6 +22,11 @@ from tpbso_casadi.tasks import TASKS, AnyTask, ModelSection, PointsTask
 
 DEFAULT_EVALUATIONS = 30_000  # the paper-sized swarm: 50 beetles, 200 iterations, 3 evaluations each
 DEFAULT_STARTS = 20
+NEEDED: dict[type, tuple[type | tuple[type, ...], str]] = {  # of a setting, by the type of its default
+    int: (int, "a whole number"),
+    float: ((int, float), "a number"),
+    str: (str, "a word"),
+}
 
 
 class ArmSection(Section):
@@ -70,7 +75,7 @@ class SolverSection(Section):
     within: Positive | None = None
     seed: int = Field(default=1, ge=0)
     polish_starts: int = Field(default=0, ge=0)
-    settings: dict[str, float | str] = Field(default_factory=dict)
+    settings: dict[str, int | float | str] = Field(default_factory=dict)
 
     def build(self) -> Solver | IPOPT:
         """The solver with its settings.
@@ -95,6 +100,9 @@ class SolverSection(Section):
         for key in settings:
             if known and key not in known:
                 raise ScenarioError(f"solver.settings.{key}: {self.name} has no such setting{_hint(key, known)}")
+            needed, what = NEEDED.get(type(getattr(kind, key, None)), (object, ""))
+            if not isinstance(settings[key], needed):
+                raise ScenarioError(f"solver.settings.{key}: {what} is needed, not {settings[key]!r}")
         try:
             return kind(**settings)
         except (TypeError, ValueError) as error:
