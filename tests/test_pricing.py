@@ -173,7 +173,7 @@ def test_what_cannot_be_read_is_refused() -> None:
 
 @needs_compiler
 def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(population, "_processors", lambda: 2)
+    monkeypatch.setattr(population, "processors", lambda: 2)
     monkeypatch.setattr(population, "WORTH", 0.0)
     monkeypatch.setattr(population, "PAID", 0.0)
     box = Box(np.full(3, -3.0), np.full(3, 3.0))
@@ -201,7 +201,7 @@ def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatc
 
 @needs_compiler
 def test_after_a_search_the_next_one_finds_compiled_code(monkeypatch: pytest.MonkeyPatch, cache_folder: Path) -> None:
-    monkeypatch.setattr(population, "_processors", lambda: 2)
+    monkeypatch.setattr(population, "processors", lambda: 2)
     monkeypatch.setattr(population, "WORTH", 0.0)
     first = PopulationFunction(small(), Pricing("auto"))
     first(points())
@@ -219,7 +219,7 @@ def test_after_a_search_the_next_one_finds_compiled_code(monkeypatch: pytest.Mon
 
 @pytest.mark.parametrize("reason", ["one processor", "little work", "read-only cache"])
 def test_auto_does_not_compile_in_vain(reason: str, monkeypatch: pytest.MonkeyPatch, cache_folder: Path) -> None:
-    monkeypatch.setattr(population, "_processors", lambda: 1 if reason == "one processor" else 2)
+    monkeypatch.setattr(population, "processors", lambda: 1 if reason == "one processor" else 2)
     monkeypatch.setattr(cache, "writable", lambda: reason != "read-only cache")
     if reason != "little work":
         monkeypatch.setattr(population, "WORTH", 0.0)

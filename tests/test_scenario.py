@@ -147,7 +147,10 @@ def test_too_close_to_the_base() -> None:
         ({"settings": {"lambda_": 1.5}}, "solver.settings: lambda_ = 1.5 is not in [0, 1]"),
         ({"settings": {"c1": "much"}}, "solver.settings.c1: a number is needed, not 'much'"),
         ({"settings": {"antenna_sign": 1}}, "solver.settings.antenna_sign: a word is needed, not 1"),
-        ({"name": "ga", "settings": {"tournament": 2.5}}, "solver.settings.tournament: a whole number is needed, not 2.5"),
+        (
+            {"name": "ga", "settings": {"tournament": 2.5}},
+            "solver.settings.tournament: a whole number is needed, not 2.5",
+        ),
         ({"population": 1}, "solver.settings: BSO needs a population of at least 2, not 1"),
         ({"name": "ipopt", "population": 20}, "solver.settings.population: ipopt has no such setting"),
         ({"name": "ipopt", "polish_starts": 2}, "solver.polish_starts: ipopt has nothing to polish"),

@@ -15,10 +15,11 @@ from tpbso_casadi.audit_report import print_run_audit, print_scenario_audit
 from tpbso_casadi.auditing import audit_run, audit_scenario, impossible
 from tpbso_casadi.builtin import TITLES
 from tpbso_casadi.command_line import Exit, OneLineParser, complain
-from tpbso_casadi.run_folder import OutputError, as_json, check_writable
+from tpbso_casadi.files import OutputError, check_writable
+from tpbso_casadi.loading import load
+from tpbso_casadi.run_folder import as_json
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.section import ScenarioError
-from tpbso_casadi.solve import load
 from tpbso_casadi.stored_run import TamperedRun, read_run
 
 

@@ -5,11 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
-import os
-import tempfile
-from collections.abc import Callable
 from dataclasses import asdict
-from importlib.metadata import version
 from pathlib import Path
 from platform import python_version
 from typing import IO, Any
@@ -19,31 +15,11 @@ import numpy as np
 from problems import Problem
 from problems.matrix import FloatArray, as_array
 from solvers import DescentResult
+from tpbso_casadi.files import write_text, writing
 from tpbso_casadi.motion import Motion
 from tpbso_casadi.planning import Plan
 from tpbso_casadi.refinement import Polish
-
-
-class OutputError(ValueError):
-    """A run folder that cannot be written; the message is one line."""
-
-
-def check_writable(folder: Path) -> None:
-    """Make sure before the work that a folder can be made and written to, leaving nothing behind.
-
-    Raises:
-        OutputError: it, or what it would lie in, is a file or not writable.
-    """
-    nearest = folder
-    while not nearest.exists() and nearest != nearest.parent:
-        nearest = nearest.parent
-    if not nearest.is_dir():
-        raise OutputError(f"{folder}: {nearest} is a file, not a folder")
-    try:
-        with tempfile.TemporaryFile(dir=nearest):
-            pass
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from error
+from tpbso_casadi.versions import versions
 
 
 def write_run(folder: Path, plan: Plan, plots: bool) -> list[Path]:
@@ -55,16 +31,13 @@ def write_run(folder: Path, plan: Plan, plots: bool) -> list[Path]:
         OutputError: the folder cannot be written.
     """
     result = result_of(plan)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        written = [_replace(folder / "trajectory.csv", lambda file: write_trajectory(file, plan.motion))]
+    with writing(folder):
+        written = [write_text(folder / "trajectory.csv", lambda file: write_trajectory(file, plan.motion))]
         if plots:
             from tpbso_casadi.figures import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
 
             written += draw_figures(folder, plan)
-        written.append(_replace(folder / "result.json", lambda file: file.write(as_json(result))))
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from error
+        written.append(write_text(folder / "result.json", lambda file: file.write(as_json(result))))
     return written
 
 
@@ -101,10 +74,7 @@ def result_of(plan: Plan) -> dict[str, Any]:
             "evaluations": search.history.evaluations.tolist(),
             "cost": search.history.cost.tolist(),
         },
-        "versions": {
-            "python": python_version(),
-            **{name: version(name) for name in ("tpbso-casadi", "casadi", "numpy", "scipy")},
-        },
+        "versions": {"python": python_version(), **versions()},
     }
 
 
@@ -137,9 +107,9 @@ def _polish(polish: Polish) -> dict[str, Any]:
     }
 
 
-def as_json(result: dict[str, Any]) -> str:
+def as_json(result: dict[str, Any], indent: int | None = 2) -> str:
     """Strict JSON: a number that is not finite becomes null."""
-    return json.dumps(_finite(result), indent=2, allow_nan=False) + "\n"
+    return json.dumps(_finite(result), indent=indent, allow_nan=False) + "\n"
 
 
 def _finite(value: Any) -> Any:
@@ -166,17 +136,3 @@ def table_of(motion: Motion) -> tuple[list[str], FloatArray]:
     header = ["t", *(f"{symbol}{joint}" for symbol in ("q", "qd", "qdd") for joint in joints), "x", "y"]
     parts = (samples.theta, samples.speed, samples.acceleration, arm.tip(samples.theta))
     return header, np.column_stack([motion.times, *(as_array(matrix) for matrix in parts)])
-
-
-def _replace(path: Path, write: Callable[[IO[str]], object]) -> Path:
-    """Write a file beside its place, then move it there."""
-    with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8", newline="") as file:
-        temporary = Path(file.name)
-        try:
-            write(file)
-        except BaseException:
-            temporary.unlink()
-            raise
-    os.umask(mask := os.umask(0))
-    temporary.chmod(0o666 & ~mask)
-    return temporary.replace(path)

@@ -10,12 +10,14 @@ from pathlib import Path
 from rich.console import Console
 
 from problems.pricing import BACKENDS, InvalidPricing, Pricing
-from tpbso_casadi.builtin import DEFAULT, TITLES, builtin
+from tpbso_casadi.builtin import DEFAULT
 from tpbso_casadi.command_line import Exit, OneLineParser, complain, natural, positive_float, positive_int
 from tpbso_casadi.display import print_plan, print_scenarios, search_progress
+from tpbso_casadi.files import OutputError, check_writable
+from tpbso_casadi.loading import load
 from tpbso_casadi.planning import Plan, plan
-from tpbso_casadi.run_folder import OutputError, as_json, check_writable, result_of, write_run
-from tpbso_casadi.scenario import Scenario, parse_scenario, read_scenario
+from tpbso_casadi.run_folder import as_json, result_of, write_run
+from tpbso_casadi.scenario import Scenario, parse_scenario
 from tpbso_casadi.section import ScenarioError
 
 
@@ -122,16 +124,6 @@ def exit_status(found: Plan) -> int:
         complain(f"no feasible plan was found; the best attempt's {broken} (try more evaluations or another seed)")
         return Exit.INFEASIBLE
     return Exit.FEASIBLE
-
-
-def load(name: str) -> Scenario:
-    """A built-in scenario, or that of a file."""
-    if name in TITLES:
-        return builtin(name)
-    path = Path(name)
-    if not path.suffix and not path.exists():
-        raise ScenarioError(f"{name}: neither a file nor a built-in scenario; --list shows those")
-    return read_scenario(path)
 
 
 def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:

@@ -6,6 +6,6 @@ compiled (``compiler``), kept (``cache``) and loaded (``native``). All give the 
 change from one to the other in the middle of a search.
 """
 
-from problems.pricing.population import BACKENDS, InvalidPricing, PopulationFunction, Pricing
+from problems.pricing.population import BACKENDS, InvalidPricing, PopulationFunction, Pricing, processors
 
-__all__ = ["BACKENDS", "InvalidPricing", "PopulationFunction", "Pricing"]
+__all__ = ["BACKENDS", "InvalidPricing", "PopulationFunction", "Pricing", "processors"]

@@ -141,13 +141,13 @@ class PopulationFunction:
 
 def compile_aside(function: ca.Function) -> Aside | None:
     """Start to compile, where there is a processor to spare and a place to keep the result."""
-    if _processors() < 2 or not cache.writable():
+    if processors() < 2 or not cache.writable():
         return None
     with suppress(OSError):
         return Aside(function)
     return None
 
 
-def _processors() -> int:
+def processors() -> int:
     """How many processors this process may run on."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,59 @@
+"""The runs of a campaign as a table for other programs: CSV or Parquet."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import asdict, astuple, fields
+from importlib.util import find_spec
+from pathlib import Path
+
+from tpbso_casadi.campaign.store import Record
+from tpbso_casadi.files import OutputError, check_writable, write_text, write_with, writing
+
+SUFFIXES = (".csv", ".parquet")
+
+
+def check_export(path: Path) -> None:
+    """Make sure before the work that a table can be written there.
+
+    Raises:
+        OutputError: an unknown suffix, a missing library, or a folder that cannot be written.
+    """
+    if path.suffix not in SUFFIXES:
+        raise OutputError(f"--export {path}: the name must end with {' or '.join(SUFFIXES)}")
+    if path.suffix == ".parquet" and find_spec("pyarrow") is None:
+        raise OutputError(f"--export {path}: needs the package pyarrow: pip install 'tpbso-casadi[parquet]'")
+    check_writable(path.parent)
+
+
+def export(records: Sequence[Record], path: Path) -> None:
+    """Write one row a run.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    with writing(path.parent):
+        if path.suffix == ".csv":
+            write_csv(path, [field.name for field in fields(Record)], [astuple(record) for record in records])
+        else:
+            _write_parquet(path, records)
+
+
+def _write_parquet(path: Path, records: Sequence[Record]) -> None:
+    import pyarrow  # noqa: PLC0415 (optional)
+    from pyarrow import parquet  # noqa: PLC0415
+
+    table = pyarrow.Table.from_pylist([asdict(record) for record in records])
+    write_with(path, lambda aside: parquet.write_table(table, aside))
+
+
+def write_csv(path: Path, header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+    """A table with round-trip precision; None is an empty cell."""
+
+    def write(file: object) -> None:
+        writer = csv.writer(file, lineterminator="\n")  # type: ignore[arg-type]
+        writer.writerow(header)
+        writer.writerows(rows)
+
+    write_text(path, write)

@@ -1,0 +1,72 @@
+"""What a comparison comes to: a table for the terminal and one for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+
+from rich.console import Group
+from rich.table import Table
+
+from tpbso_casadi.campaign.statistics import Comparison, Summary, compared, holm
+
+HEADER = ("case", "solver", "unit", "runs", "failed", "infeasible", "mean", "std", "best", "median")
+HEADER += ("evaluations", "probability_against_first", "p", "p_corrected")
+
+
+def against_first(summaries: Sequence[Summary]) -> dict[tuple[str, str], tuple[Comparison, float]]:
+    """By case and solver, how each stands to the first solver, and p corrected over the whole table."""
+    first = {summary.case: summary for summary in reversed(summaries)}
+    pairs = [compared(s, first[s.case]) for s in summaries if s is not first[s.case]]
+    corrected = holm([pair.p for pair in pairs])
+    return {(pair.case, pair.ours): (pair, p) for pair, p in zip(pairs, corrected, strict=True)}
+
+
+def rows(summaries: Sequence[Summary]) -> list[list[object]]:
+    """The whole table, under ``HEADER``; the same numbers whoever did the runs, so that times are not among them."""
+    found = against_first(summaries)
+    table = []
+    for s in summaries:
+        pair, p = found.get((s.case, s.solver), (None, None))
+        counts = s.objectives.size + s.failed, s.failed, s.infeasible
+        numbers = [_cell(number) for number in (s.mean, s.std, s.best, s.median, s.evaluations)]
+        test = (None, None, None) if pair is None else (pair.probability, pair.p, p)
+        table.append([s.case, s.solver, s.unit, *counts, *numbers, *test])
+    return table
+
+
+def _cell(number: float) -> float | None:
+    return number if isfinite(number) else None
+
+
+MARKS = {"better": "[green]better[/]", "worse": "[red]worse[/]", "equal": "equal"}
+
+
+def shown(summaries: Sequence[Summary]) -> Group:
+    """The tables for a person, one a case."""
+    found = against_first(summaries)
+    cases = list(dict.fromkeys(summary.case for summary in summaries))
+    return Group(*(_case([s for s in summaries if s.case == case], found) for case in cases))
+
+
+def _case(summaries: Sequence[Summary], found: dict[tuple[str, str], tuple[Comparison, float]]) -> Table:
+    first = summaries[0]
+    table = Table(title=f"{first.case} [{first.unit}]", title_justify="left", title_style="bold")
+    table.add_column("solver", overflow="fold")
+    for heading in ("mean", "std", "best", "runs", "evals", "seconds", f"than {first.solver}, p"):
+        table.add_column(heading, justify="right")
+    for s in summaries:
+        pair, p = found.get((s.case, s.solver), (None, 1.0))
+        numbers = [f"{number:.5g}" if isfinite(number) else "-" for number in (s.mean, s.best)]
+        spread = f"{s.std:.1e}" if isfinite(s.std) else "-"
+        verdict = "" if pair is None else f"{MARKS[pair.verdict(p)]} {p:.2f}"
+        table.add_row(
+            s.solver, numbers[0], spread, numbers[1], _count(s), f"{s.evaluations:.0f}", f"{s.seconds:.2f}", verdict
+        )
+    return table
+
+
+def _count(summary: Summary) -> str:
+    """How many runs, and how many of them without a plan."""
+    lost = [f"{n} {word}" for n, word in ((summary.infeasible, "infeasible"), (summary.failed, "failed")) if n]
+    return ", ".join([str(summary.objectives.size + summary.failed), *lost])

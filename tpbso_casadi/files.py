@@ -1,0 +1,86 @@
+"""Files that appear whole or not at all, in folders that were checked before the work."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+
+class OutputError(ValueError):
+    """A file or folder that cannot be written; the message is one line."""
+
+
+def check_writable(folder: Path) -> None:
+    """Make sure before the work that a folder can be made and written to, leaving nothing behind.
+
+    Raises:
+        OutputError: it, or what it would lie in, is a file or not writable.
+    """
+    nearest = folder
+    while not nearest.exists() and nearest != nearest.parent:
+        nearest = nearest.parent
+    if not nearest.is_dir():
+        raise OutputError(f"{folder}: {nearest} is a file, not a folder")
+    try:
+        with tempfile.TemporaryFile(dir=nearest):
+            pass
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from error
+
+
+@contextmanager
+def writing(folder: Path) -> Iterator[None]:
+    """Make the folder if there is none, and turn what the system says while files are written into one line.
+
+    Raises:
+        OutputError: a file or the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from error
+
+
+def write_text(path: Path, write: Callable[[IO[str]], object]) -> Path:
+    """Write a text file beside its place, then move it there.
+
+    Raises:
+        OSError: it cannot be written; what was there before stays.
+    """
+    with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8", newline="") as file:
+        temporary = Path(file.name)
+        try:
+            write(file)
+            file.flush()
+        except BaseException:
+            temporary.unlink()
+            raise
+    return _in_place(temporary, path)
+
+
+def write_with(path: Path, write: Callable[[Path], object]) -> Path:
+    """Let a library write a file beside its place, with the same suffix, then move it there.
+
+    Raises:
+        OSError: it cannot be written; what was there before stays.
+    """
+    handle, name = tempfile.mkstemp(dir=path.parent, suffix=path.suffix)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        write(temporary)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+    return _in_place(temporary, path)
+
+
+def _in_place(temporary: Path, path: Path) -> Path:
+    os.umask(mask := os.umask(0))
+    temporary.chmod(0o666 & ~mask)
+    return temporary.replace(path)
