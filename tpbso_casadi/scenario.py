@@ -97,12 +97,12 @@ class SolverSection(Section):
         if self.within is not None and self.time_limit is not None:
             raise ScenarioError("solver.within: has a time limit of its own; leave time_limit out")
         known = list(getattr(kind, "__dataclass_fields__", {}))
-        for key in settings:
+        for key, value in settings.items():
             if known and key not in known:
                 raise ScenarioError(f"solver.settings.{key}: {self.name} has no such setting{_hint(key, known)}")
             needed, what = NEEDED.get(type(getattr(kind, key, None)), (object, ""))
-            if not isinstance(settings[key], needed):
-                raise ScenarioError(f"solver.settings.{key}: {what} is needed, not {settings[key]!r}")
+            if not isinstance(value, needed):
+                raise ScenarioError(f"solver.settings.{key}: {what} is needed, not {value!r}")
         try:
             return kind(**settings)
         except (TypeError, ValueError) as error:

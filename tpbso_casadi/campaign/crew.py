@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import connection, get_context, parent_process
 from threading import Thread
 
@@ -17,6 +18,7 @@ from tpbso_casadi.campaign.run import difference
 from tpbso_casadi.versions import versions
 
 ADDRESS = re.compile(r"(\w+://)?(\[[^]]+\]|[^:/\s]+):\d+")
+EVERYTHING = 100_000  # runs: the scheduler shares them out
 PATIENCE = 10.0  # seconds for a scheduler to answer
 
 
@@ -85,7 +87,8 @@ def cluster(address: str) -> Iterator[Crew]:
         raise CrewError(f"--dask {address}: no scheduler answers there ({type(error).__name__})") from error
     with client:
         _check_versions(address, client.run(versions))
-        yield Crew(lambda: client.get_executor(pure=False), lambda: client.get_executor(pure=False), 10_000)
+        start = partial(client.get_executor, pure=False)
+        yield Crew(start, start, EVERYTHING)
 
 
 def _check_versions(address: str, found: dict[str, dict[str, str]]) -> None:

@@ -33,7 +33,7 @@ class SolverSpec:
     table: Mapping[str, Any] = field(default_factory=dict)
 
     def applied(self, scenario: Scenario, seed: int) -> Scenario:
-        """The scenario with this solver; of its own [solver] table the budget counts, and the rest for that solver only.
+        """The scenario with this solver; of its own [solver] table the budget counts, the rest for that solver only.
 
         Raises:
             ScenarioError: an unknown solver or setting.

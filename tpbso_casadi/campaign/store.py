@@ -103,10 +103,9 @@ class Store:
                 self._create()
         if self._pragma("application_id") != APPLICATION:
             raise StoreError(f"{self.path}: a database, but not of a campaign")
-        if self._pragma("user_version") != FORMAT:
-            raise StoreError(
-                f"{self.path}: of format {self._pragma('user_version')} where this version writes {FORMAT}"
-            )
+        found_format = self._pragma("user_version")
+        if found_format != FORMAT:
+            raise StoreError(f"{self.path}: of format {found_format} where this version writes {FORMAT}")
         written_with = dict(self._connection.execute("SELECT name, version FROM versions"))
         if written_with != versions():
             found = difference(versions(), written_with)

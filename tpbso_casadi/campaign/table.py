@@ -10,8 +10,9 @@ from rich.table import Table
 
 from tpbso_casadi.campaign.statistics import Comparison, Summary, compared, holm
 
-HEADER = ("case", "solver", "unit", "runs", "failed", "infeasible", "mean", "std", "best", "median")
-HEADER += ("evaluations", "probability_against_first", "p", "p_corrected")
+COUNTS = ("runs", "failed", "infeasible")
+NUMBERS = ("mean", "std", "best", "median", "evaluations")
+HEADER = ("case", "solver", "unit", *COUNTS, *NUMBERS, "probability_against_first", "p", "p_corrected")
 
 
 def against_first(summaries: Sequence[Summary]) -> dict[tuple[str, str], tuple[Comparison, float]]:
@@ -57,13 +58,14 @@ def _case(summaries: Sequence[Summary], found: dict[tuple[str, str], tuple[Compa
         table.add_column(heading, justify="right")
     for s in summaries:
         pair, p = found.get((s.case, s.solver), (None, 1.0))
-        numbers = [f"{number:.5g}" if isfinite(number) else "-" for number in (s.mean, s.best)]
-        spread = f"{s.std:.1e}" if isfinite(s.std) else "-"
+        numbers = (_short(s.mean, ".5g"), _short(s.std, ".1e"), _short(s.best, ".5g"))
         verdict = "" if pair is None else f"{MARKS[pair.verdict(p)]} {p:.2f}"
-        table.add_row(
-            s.solver, numbers[0], spread, numbers[1], _count(s), f"{s.evaluations:.0f}", f"{s.seconds:.2f}", verdict
-        )
+        table.add_row(s.solver, *numbers, _count(s), f"{s.evaluations:.0f}", f"{s.seconds:.2f}", verdict)
     return table
+
+
+def _short(number: float, digits: str) -> str:
+    return format(number, digits) if isfinite(number) else "-"
 
 
 def _count(summary: Summary) -> str:
