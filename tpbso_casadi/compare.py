@@ -20,11 +20,11 @@ from tpbso_casadi.campaign.command_line import (
     prepare,
     stored,
 )
-from tpbso_casadi.campaign.export import export, write_csv
+from tpbso_casadi.campaign.export import export
 from tpbso_casadi.campaign.statistics import Summary, summarise
 from tpbso_casadi.campaign.table import HEADER, rows, shown
 from tpbso_casadi.command_line import Exit, OneLineParser, complain, natural, positive_float, positive_int
-from tpbso_casadi.files import writing
+from tpbso_casadi.files import write_csv, writing
 from tpbso_casadi.loading import load
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.section import ScenarioError

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
@@ -61,6 +62,17 @@ def write_text(path: Path, write: Callable[[IO[str]], object]) -> Path:
             temporary.unlink()
             raise
     return _in_place(temporary, path)
+
+
+def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> Path:
+    """Write a table with round-trip precision, None as an empty cell, like :func:`write_text`."""
+
+    def write(file: IO[str]) -> None:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(rows)
+
+    return write_text(path, write)
 
 
 def write_with(path: Path, write: Callable[[Path], object]) -> Path:

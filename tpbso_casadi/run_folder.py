@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from dataclasses import asdict
 from pathlib import Path
 from platform import python_version
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
 from problems import Problem
 from problems.matrix import FloatArray, as_array
 from solvers import DescentResult
-from tpbso_casadi.files import write_text, writing
+from tpbso_casadi.files import write_csv, write_text, writing
 from tpbso_casadi.motion import Motion
 from tpbso_casadi.planning import Plan
 from tpbso_casadi.refinement import Polish
@@ -32,7 +31,7 @@ def write_run(folder: Path, plan: Plan, plots: bool) -> list[Path]:
     """
     result = result_of(plan)
     with writing(folder):
-        written = [write_text(folder / "trajectory.csv", lambda file: write_trajectory(file, plan.motion))]
+        written = [write_motion(folder / "trajectory.csv", plan.motion, plan.times)]
         if plots:
             from tpbso_casadi.figures import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
 
@@ -120,19 +119,21 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def write_trajectory(file: IO[str], motion: Motion) -> None:
-    """The table of a motion with round-trip precision."""
-    header, table = table_of(motion)
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows([repr(number) for number in row] for row in table.tolist())
+def write_motion(path: Path, motion: Motion, times: FloatArray) -> Path:
+    """Write the table of a motion at times (n,) in s.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    header, table = table_of(motion, times)
+    return write_csv(path, header, table.tolist())
 
 
-def table_of(motion: Motion) -> tuple[list[str], FloatArray]:
-    """``t, q1..qk, qd1..qdk, qdd1..qddk, x, y`` in s, rad and m: the header and the rows."""
-    samples = motion.trajectory.samples(motion.times)
+def table_of(motion: Motion, times: FloatArray) -> tuple[list[str], FloatArray]:
+    """``t, q1..qk, qd1..qdk, qdd1..qddk, x, y`` in s, rad and m: the header and a row for each of the times (n,)."""
+    samples = motion.trajectory.samples(times)
     arm = motion.problem.arm
     joints = range(1, arm.links + 1)
     header = ["t", *(f"{symbol}{joint}" for symbol in ("q", "qd", "qdd") for joint in joints), "x", "y"]
     parts = (samples.theta, samples.speed, samples.acceleration, arm.tip(samples.theta))
-    return header, np.column_stack([motion.times, *(as_array(matrix) for matrix in parts)])
+    return header, np.column_stack([times, *(as_array(matrix) for matrix in parts)])

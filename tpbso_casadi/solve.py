@@ -10,9 +10,11 @@ from pathlib import Path
 from rich.console import Console
 
 from problems.pricing import BACKENDS, InvalidPricing, Pricing
+from tpbso_casadi.animation import animate, check_animation
 from tpbso_casadi.builtin import DEFAULT
 from tpbso_casadi.command_line import Exit, OneLineParser, complain, natural, positive_float, positive_int
 from tpbso_casadi.display import print_plan, print_scenarios, search_progress
+from tpbso_casadi.exporting import EXPORTS, RATE, export_motion
 from tpbso_casadi.files import OutputError, check_writable
 from tpbso_casadi.loading import load
 from tpbso_casadi.planning import Plan, plan
@@ -75,6 +77,11 @@ def parser() -> argparse.ArgumentParser:
     output.add_argument("--out", type=Path, metavar="DIR", help="run folder; runs/SCENARIO-SOLVER-SEED if none")
     output.add_argument("--json", action="store_true", help="print result.json, and no folder without --out")
     output.add_argument("--no-plots", action="store_true", help="draw no figures")
+    output.add_argument("--animate", type=Path, metavar="FILE", help="the motion as .gif, .mp4 or .html")
+    output.add_argument(
+        "--export", action="append", choices=EXPORTS, default=[], help="for a robot, at equal steps of time; repeatable"
+    )
+    output.add_argument("--rate", type=positive_float, default=RATE, metavar="HZ", help=f"of these steps; {RATE:g}")
     output.add_argument("--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds")
     output.add_argument("--quiet", action="store_true", help="no progress, no table")
     return built
@@ -84,20 +91,37 @@ def solve(options: argparse.Namespace) -> int:
     """Plan what the options say, show and write it; returns the exit status."""
     scenario, pricing = overridden(load(options.scenario), options), pricing_of(options)
     folder = run_folder(options, scenario)
-    if folder is not None:
-        check_writable(folder)
+    check_output(folder, options)
     try:
         found = search(scenario, pricing, quiet=options.quiet)
     except ScenarioError as error:
         raise ScenarioError(f"{options.scenario}: {error}") from error
     if folder is not None:
         write_run(folder, found, plots=not options.no_plots)
+        for kind in options.export:
+            export_motion(folder, found.motion, kind, options.rate)
+    if options.animate is not None:
+        animate(options.animate, Path(options.scenario).stem, found.motion)
     if options.json:
         sys.stdout.write(as_json(result_of(found)))
     elif not options.quiet:
         print_plan(found, Console())
         Console().print(f"written to {folder}", highlight=False, soft_wrap=True)
     return exit_status(found)
+
+
+def check_output(folder: Path | None, options: argparse.Namespace) -> None:
+    """Make sure before the work that what was asked for can be written.
+
+    Raises:
+        OutputError: it cannot.
+    """
+    if folder is not None:
+        check_writable(folder)
+    elif options.export:
+        raise OutputError("--export: needs a run folder; say --out DIR too")
+    if options.animate is not None:
+        check_animation(options.animate)
 
 
 def pricing_of(options: argparse.Namespace) -> Pricing:

@@ -111,7 +111,7 @@ def _check_result(path: Path, result: dict[str, Any], motion: Motion) -> None:
 
 
 def _check_table(path: Path, motion: Motion) -> None:
-    header, expected = table_of(motion)
+    header, expected = table_of(motion, motion.times)
     try:
         with path.open(newline="", encoding="utf-8") as file:
             found_header, *rows = csv.reader(file)

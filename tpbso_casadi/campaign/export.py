@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import asdict, astuple, fields
 from importlib.util import find_spec
 from pathlib import Path
 
 from tpbso_casadi.campaign.store import Record
-from tpbso_casadi.files import OutputError, check_writable, write_text, write_with, writing
+from tpbso_casadi.files import OutputError, check_writable, write_csv, write_with, writing
 
 SUFFIXES = (".csv", ".parquet")
 
@@ -46,14 +45,3 @@ def _write_parquet(path: Path, records: Sequence[Record]) -> None:
 
     table = pyarrow.Table.from_pylist([asdict(record) for record in records])
     write_with(path, lambda aside: parquet.write_table(table, aside))
-
-
-def write_csv(path: Path, header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
-    """A table with round-trip precision; None is an empty cell."""
-
-    def write(file: object) -> None:
-        writer = csv.writer(file, lineterminator="\n")  # type: ignore[arg-type]
-        writer.writerow(header)
-        writer.writerows(rows)
-
-    write_text(path, write)

@@ -48,11 +48,16 @@ def draw_case(axes: Axes, title: str, summaries: Sequence[Summary]) -> None:
     """One panel."""
     for place, summary in enumerate(summaries):
         draw_runs(axes, place, summary, COLOURS[place % len(COLOURS)])
-    axes.set_xticks(range(len(summaries)), [summary.solver for summary in summaries], rotation=30, ha="right")
+    axes.set_xticks(range(len(summaries)), [wrapped(summary.solver) for summary in summaries], rotation=30, ha="right")
     axes.set_xlim(-0.6, len(summaries) - 0.4)
     axes.set_ylabel(f"[{summaries[0].unit}]")
     axes.set_title(title)
     axes.grid(axis="y", alpha=0.3)
+
+
+def wrapped(label: str) -> str:
+    """A solver's label with each of its settings on a line."""
+    return label.replace("(", "(\n").replace(",", ",\n")
 
 
 def draw_runs(axes: Axes, place: float, summary: Summary, colour: str, width: float = 0.5) -> None:

@@ -1,0 +1,84 @@
+"use strict";
+// Each figure.player plays the motion in its JSON: played when in sight, once around in SECONDS, whatever it takes.
+(() => {
+  const SECONDS = 4, REST = 0.8;
+  const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+
+  function start(figure) {
+    const motion = JSON.parse(figure.querySelector("script").textContent);
+    const canvas = figure.querySelector("canvas"), slider = figure.querySelector("input");
+    const button = figure.querySelector("button"), output = figure.querySelector("output");
+    const last = motion.times.length - 1;
+    let playing = !calm, seen = false, share = calm ? 1 : 0, before = null;
+
+    function colour(name) { return getComputedStyle(figure).getPropertyValue(name); }
+
+    function draw() {
+      const size = canvas.clientWidth, scale = devicePixelRatio || 1;
+      if (!size) return;
+      canvas.width = canvas.height = Math.round(size * scale);
+      const [left, right, bottom, top] = motion.extent;
+      const unit = canvas.width / Math.max(right - left, top - bottom);
+      const x = (value) => (value - (left + right) / 2) * unit + canvas.width / 2;
+      const y = (value) => ((bottom + top) / 2 - value) * unit + canvas.height / 2;
+      const pen = canvas.getContext("2d");
+      pen.lineJoin = pen.lineCap = "round";
+
+      function line(points, width, style) {
+        pen.beginPath();
+        points.forEach((point, index) => pen[index ? "lineTo" : "moveTo"](x(point[0]), y(point[1])));
+        pen.lineWidth = width * scale;
+        pen.strokeStyle = style;
+        pen.stroke();
+      }
+      function dot(point, radius, fill, stroke) {
+        pen.beginPath();
+        pen.arc(x(point[0]), y(point[1]), radius * scale, 0, 2 * Math.PI);
+        pen.fillStyle = fill;
+        pen.fill();
+        if (stroke) { pen.lineWidth = 1.5 * scale; pen.strokeStyle = stroke; pen.stroke(); }
+      }
+
+      for (const [cx, cy, a, b, angle] of motion.obstacles) {
+        pen.beginPath();
+        pen.ellipse(x(cx), y(cy), a * unit, b * unit, -angle, 0, 2 * Math.PI);
+        pen.fillStyle = colour("--obstacle");
+        pen.fill();
+      }
+      const frame = Math.round(share * last), joints = motion.joints[frame];
+      motion.points.forEach((point) => dot(point, 3, colour("--task")));
+      line(motion.joints.slice(0, frame + 1).map((posture) => posture[posture.length - 1]), 2, colour("--way"));
+      line(joints, 3, colour("--ink"));
+      joints.forEach((joint, index) => dot(joint, index ? 4 : 6, colour(index ? "--ground" : "--ink"), colour("--ink")));
+      slider.value = frame;
+      output.value = motion.times[frame].toFixed(3) + " s";
+      button.textContent = playing ? "Pause" : "Play";
+    }
+
+    function step(now) {
+      if (playing && seen) {
+        if (before !== null) share += (now - before) / 1000 / SECONDS;
+        if (share > 1 + REST / SECONDS) share = 0;
+        const drawn = share;
+        share = Math.min(share, 1);
+        draw();
+        share = drawn;
+      }
+      before = now;
+      if (seen) requestAnimationFrame(step); else before = null;
+    }
+
+    button.addEventListener("click", () => { playing = !playing; if (playing && share >= 1) share = 0; draw(); });
+    slider.addEventListener("input", () => { playing = false; share = slider.value / last; draw(); });
+    new IntersectionObserver((entries) => {
+      const was = seen;
+      seen = entries[entries.length - 1].isIntersecting;
+      if (seen && !was) requestAnimationFrame(step);
+    }).observe(figure);
+    new ResizeObserver(draw).observe(canvas);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+    draw();
+  }
+
+  document.querySelectorAll("figure.player").forEach(start);
+})();

@@ -1,0 +1,52 @@
+"""Write a motion as a moving picture; the suffix of the file says which kind."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from shutil import which
+
+from tpbso_casadi.animation.frames import frames_of
+from tpbso_casadi.animation.player import page
+from tpbso_casadi.files import OutputError, check_writable, write_text, write_with, writing
+from tpbso_casadi.motion import Motion
+
+FILM = 81  # frames: each takes some 50 ms to draw
+SUFFIXES = (".gif", ".mp4", ".html")
+
+
+def check_animation(path: Path) -> None:
+    """Make sure before the work that the animation can be written.
+
+    Raises:
+        OutputError: an unknown suffix, no ffmpeg for an MP4, or a folder that cannot be written.
+    """
+    if path.suffix not in SUFFIXES:
+        raise OutputError(f"--animate {path}: the name must end with {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
+    if path.suffix == ".mp4" and ffmpeg() is None:
+        raise OutputError(f"--animate {path}: needs ffmpeg: install it, or pip install 'tpbso-casadi[video]'")
+    check_writable(path.parent)
+
+
+def ffmpeg() -> str | None:
+    """Where ffmpeg is: the system's, or that of the package imageio-ffmpeg; None where there is none."""
+    if which("ffmpeg") is not None or find_spec("imageio_ffmpeg") is None:
+        return which("ffmpeg")
+    from imageio_ffmpeg import get_ffmpeg_exe  # noqa: PLC0415 (optional)
+
+    return str(get_ffmpeg_exe())
+
+
+def animate(path: Path, title: str, motion: Motion) -> None:
+    """Write a motion as GIF, MP4 or HTML.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    with writing(path.parent):
+        if path.suffix == ".html":
+            write_text(path, lambda file: file.write(page(title, frames_of(motion))))
+            return
+        from tpbso_casadi.animation.moving_figures import save_film  # noqa: PLC0415 (matplotlib is slow to load)
+
+        write_with(path, lambda aside: save_film(aside, title, frames_of(motion, FILM), ffmpeg()))
