@@ -1,0 +1,104 @@
+"""``python -m tpbso_casadi.reproduce``: Section IV of the paper, again, with one command."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from rich.console import Console
+
+from tpbso_casadi.campaign import Store, processes
+from tpbso_casadi.campaign.command_line import FAILURES, add_campaign_options, carry_out, failures, prepare, stored
+from tpbso_casadi.campaign.export import export
+from tpbso_casadi.campaign.statistics import summarise
+from tpbso_casadi.campaign.table import HEADER, rows
+from tpbso_casadi.command_line import Exit, OneLineParser, complain
+from tpbso_casadi.files import write_csv, write_text, writing
+from tpbso_casadi.reproduction.arms import FULL, QUICK, Size, campaign
+from tpbso_casadi.reproduction.claims import CLAIMS
+from tpbso_casadi.reproduction.evidence import Evidence
+from tpbso_casadi.reproduction.gather import gather, illustrations
+from tpbso_casadi.reproduction.growth import measured
+from tpbso_casadi.reproduction.report import render
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    options = parser().parse_args(arguments)
+    try:
+        return reproduce(options)
+    except FAILURES as error:
+        complain(str(error))
+        return Exit.BAD_INPUT
+    except KeyboardInterrupt:
+        complain("interrupted; what was done is kept, and the same command goes on")
+        return Exit.INTERRUPTED
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line's options."""
+    built = OneLineParser("python -m tpbso_casadi.reproduce", description="Reproduce Section IV of the paper.")
+    built.add_argument("--quick", action="store_true", help="a look in under a minute, with few and short runs")
+    add_campaign_options(built, Path("runs/reproduction"))
+    return built
+
+
+def reproduce(options: argparse.Namespace) -> int:
+    """Do what the options say; returns the exit status."""
+    size = QUICK if options.quick else FULL
+    runs = campaign(size)
+    prepare(options)
+    with stored(options) as store:
+        carry_out(runs, store, options)
+        growth = grown(store, size, options.quiet)
+        evidence = gather(runs, store, growth)
+        with processes(options.workers).start() as executor:
+            shown = illustrations(runs, store, executor)
+    page = render(evidence, shown, size, command_of(options), sum(record.seconds for record in evidence.records))
+    with writing(options.out):
+        write_csv(options.out / "summary.csv", HEADER, rows(summarise(evidence.records)))
+        write_text(options.out / "report.html", lambda file: file.write(page))
+    if options.export is not None:
+        export(evidence.records, options.export)
+    if not options.quiet:
+        print_claims(evidence, Console())
+        Console().print(f"written to {options.out / 'report.html'}", highlight=False, soft_wrap=True)
+    return failures(evidence.records)
+
+
+def grown(store: Store, size: Size, quiet: bool) -> dict[str, object]:
+    """Growth of time and memory: measured once, then from the store."""
+    name = f"growth {asdict(size)}"
+    found = store.measurement(name)
+    if found is None:
+        console = Console(stderr=True, quiet=quiet or not sys.stderr.isatty())
+        with console.status("measuring growth") as status:
+            found = measured(size is QUICK, lambda what: status.update(f"measuring the growth of {what}"))
+        store.keep(name, found)
+    growth: dict[str, object] = found
+    return growth
+
+
+def command_of(options: argparse.Namespace) -> str:
+    """What makes the same page again, whoever does the runs."""
+    return shlex.join(
+        ["python", "-m", "tpbso_casadi.reproduce", *["--quick"] * options.quick, "--out", str(options.out)]
+    )
+
+
+def print_claims(evidence: Evidence, console: Console) -> None:
+    """What became of each claim."""
+    for claim in CLAIMS:
+        console.print(f"[bold]{claim.says}[/]")
+        for basis, finding in claim.findings(evidence).items():
+            colour = {"reproduced": "green", "not reproduced": "red"}.get(finding.verdict, "yellow")
+            words = f"{basis}: " if basis else ""
+            console.print(f"  {words}[{colour}]{finding.verdict}[/]. {finding.evidence}", highlight=False)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,63 @@
+"""Fig. 17 and the pictures of Tables 2 and 3.
+
+Imported only where a figure is drawn: matplotlib is slow to load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tpbso_casadi.campaign.figures import draw_runs
+from tpbso_casadi.reproduction.arms import BASES
+from tpbso_casadi.reproduction.case_figures import Picture, webp
+from tpbso_casadi.reproduction.claims import ROTATION, TIME
+from tpbso_casadi.reproduction.evidence import Evidence
+from tpbso_casadi.reproduction.paper import NAMES, Order
+
+COLOURS = {"ga": "#2ca02c", "pso": "#d62728", "bso": "#1f77b4"}
+GAP = 0.26  # between the solvers of one case
+
+
+def figure_17(evidence: Evidence) -> Picture:
+    """Every run of the three solvers, two to five links: time on the left, rotation on the right; a row a basis."""
+    figure = Figure(figsize=(11.0, 7.6), layout="constrained")
+    panels = figure.subplots(len(BASES), 2)
+    for row, basis in zip(panels, BASES, strict=True):
+        for axes, cases, words in zip(row, (TIME, ROTATION), ("time [s]", "joint rotation [rad]"), strict=True):
+            for place, case in enumerate(cases):
+                for offset, (solver, colour) in enumerate(COLOURS.items()):
+                    draw_runs(axes, place + GAP * (offset - 1), evidence.of(case, solver, basis), colour, GAP * 0.8)
+            axes.set_xticks(range(len(cases)), [case.rsplit("-", 1)[1] for case in cases])
+            axes.set(xlabel="links", ylabel=words, title=basis)
+            axes.grid(axis="y", alpha=0.3)
+    for solver, colour in COLOURS.items():
+        panels[0, 0].plot([], [], "o", color=colour, label=NAMES[solver])
+    panels[0, 0].legend(loc="upper left")
+    return Picture("each run a point, the mean of the feasible ones a line", webp(figure))
+
+
+def growth_figure(grown: Mapping[str, Any], orders: Mapping[str, Order], unit: str) -> Picture:
+    """One panel for each experiment and symbol, both axes logarithmic; dotted: the printed power."""
+    panels = [(experiment, symbol) for experiment in orders for symbol in grown[experiment]]
+    columns = 4
+    rows = -(-len(panels) // columns)
+    figure = Figure(figsize=(11.0, 2.5 * rows), layout="constrained")
+    every = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, (experiment, symbol) in zip(every, panels, strict=False):
+        for solver, row in grown[experiment][symbol].items():
+            sizes, values = np.array(row["sizes"], dtype=np.float64), np.array(row["values"])
+            axes.loglog(sizes, values, "o-", color=COLOURS[solver], label=NAMES[solver], markersize=4)
+            power = orders[experiment].exponents[symbol]
+            axes.loglog(sizes, values[-1] * (sizes / sizes[-1]) ** power, ":", color="0.5", zorder=0)
+        axes.set_title(f"{orders[experiment].title}: ${symbol[0]}_{{{symbol[2:]}}}$", fontsize=9)
+        axes.tick_params(labelsize=7, which="both")
+        axes.grid(alpha=0.3)
+    for axes in every[len(panels) :]:
+        axes.set_axis_off()
+    every[0].set_ylabel(unit)
+    every[0].legend(fontsize=7)
+    return Picture(f"{unit} against each size; dotted: the printed growth through the largest", webp(figure))
