@@ -230,11 +230,11 @@ class Interruptible(Protocol):
 
 @contextmanager
 def deferred_interrupt(run: Interruptible) -> Iterator[None]:
-    """Turn the first Ctrl-C into a request to stop; a second one interrupts as usual."""
-    if threading.current_thread() is not threading.main_thread():
+    """Turn the first Ctrl-C into a request to stop; a second one interrupts as usual. Who ignores it goes on to."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or before is signal.SIG_IGN:
         yield
         return
-    before = signal.getsignal(signal.SIGINT)
 
     def request(number: int, frame: object) -> None:
         run.interrupted = True

@@ -11,8 +11,16 @@ from pathlib import Path
 
 from rich.console import Console
 
-from tpbso_casadi.campaign import Store, processes
-from tpbso_casadi.campaign.command_line import FAILURES, add_campaign_options, carry_out, failures, prepare, stored
+from tpbso_casadi.campaign import Store
+from tpbso_casadi.campaign.command_line import (
+    FAILURES,
+    add_campaign_options,
+    carry_out,
+    failures,
+    local,
+    prepare,
+    stored,
+)
 from tpbso_casadi.campaign.export import export
 from tpbso_casadi.campaign.statistics import summarise
 from tpbso_casadi.campaign.table import HEADER, rows
@@ -56,7 +64,7 @@ def reproduce(options: argparse.Namespace) -> int:
         carry_out(runs, store, options)
         growth = grown(store, size, options.quiet)
         evidence = gather(runs, store, growth)
-        with processes(options.workers).start() as executor:
+        with local(options).start() as executor:
             shown = illustrations(runs, store, executor)
     page = render(evidence, shown, size, command_of(options), sum(record.seconds for record in evidence.records))
     with writing(options.out):

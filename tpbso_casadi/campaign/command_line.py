@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from problems.pricing import InvalidPricing, processors
 from tpbso_casadi.campaign.conduct import LostExecutor, conduct
-from tpbso_casadi.campaign.crew import CrewError, cluster, processes
+from tpbso_casadi.campaign.crew import Crew, CrewError, cluster, processes
 from tpbso_casadi.campaign.export import check_export
 from tpbso_casadi.campaign.run import Outcome, Run
 from tpbso_casadi.campaign.store import Record, Store, StoreError
@@ -33,7 +33,9 @@ def add_campaign_options(parser: argparse.ArgumentParser, folder: Path) -> None:
     """
     who = parser.add_argument_group("who does the runs; changes how long it takes, not what is found")
     alternatives = who.add_mutually_exclusive_group()
-    alternatives.add_argument("--workers", type=positive_int, default=processors(), metavar="N", help="processes")
+    alternatives.add_argument(
+        "--workers", type=positive_int, metavar="N", help=f"processes; {processors()}, one a processor, if none"
+    )
     alternatives.add_argument("--dask", metavar="ADDRESS", help="the workers of a Dask scheduler, tcp://host:port")
     output = parser.add_argument_group("the output; the same command goes on where it was cut off")
     output.add_argument("--out", type=Path, default=folder, metavar="DIR", help=f"folder of the runs; {folder} if none")
@@ -67,6 +69,11 @@ def stored(options: argparse.Namespace) -> Iterator[Store]:
         yield store
 
 
+def local(options: argparse.Namespace) -> Crew:
+    """The processes of this machine."""
+    return processes(options.workers or processors())
+
+
 def carry_out(runs: Sequence[Run], store: Store, options: argparse.Namespace) -> None:
     """Do the runs that are left, with a bar on standard error.
 
@@ -78,7 +85,7 @@ def carry_out(runs: Sequence[Run], store: Store, options: argparse.Namespace) ->
     left = sum(run.key not in done for run in runs)
     if not left:
         return
-    crews = cluster(options.dask) if options.dask else nullcontext(processes(options.workers))
+    crews = cluster(options.dask) if options.dask else nullcontext(local(options))
     with crews as crew, campaign_progress(len(runs), len(runs) - left, options.quiet) as progress:
         conduct(runs, store, crew, options.retry_failed, progress)
 

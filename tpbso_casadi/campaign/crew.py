@@ -86,12 +86,17 @@ def cluster(address: str) -> Iterator[Crew]:
     except OSError as error:
         raise CrewError(f"--dask {address}: no scheduler answers there ({type(error).__name__})") from error
     with client:
-        _check_versions(address, client.run(versions))
+        check_versions(address, client.run(versions))
         start = partial(client.get_executor, pure=False)
         yield Crew(start, start, EVERYTHING)
 
 
-def _check_versions(address: str, found: dict[str, dict[str, str]]) -> None:
+def check_versions(address: str, found: dict[str, dict[str, str]]) -> None:
+    """Hold the versions of each worker against those of this process.
+
+    Raises:
+        CrewError: naming the first that differs.
+    """
     for worker, theirs in found.items():
         if theirs != versions():
             raise CrewError(f"--dask {address}: {difference(theirs, versions())} on {worker}")

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
+from rich.box import SIMPLE
 from rich.console import Group
+from rich.markup import escape
 from rich.table import Table
 
 from tpbso_casadi.campaign.statistics import Comparison, Summary, compared, holm
@@ -52,15 +54,15 @@ def shown(summaries: Sequence[Summary]) -> Group:
 
 def _case(summaries: Sequence[Summary], found: dict[tuple[str, str], tuple[Comparison, float]]) -> Table:
     first = summaries[0]
-    table = Table(title=f"{first.case} [{first.unit}]", title_justify="left", title_style="bold")
+    table = Table(title=escape(f"{first.case} [{first.unit}]"), title_justify="left", title_style="bold", box=SIMPLE)
     table.add_column("solver", overflow="fold")
-    for heading in ("mean", "std", "best", "runs", "evals", "seconds", f"than {first.solver}, p"):
+    for heading in ("mean", "std", "runs", "evals", "seconds", f"than {escape(first.solver)}, p"):
         table.add_column(heading, justify="right")
     for s in summaries:
         pair, p = found.get((s.case, s.solver), (None, 1.0))
-        numbers = (_short(s.mean, ".5g"), _short(s.std, ".1e"), _short(s.best, ".5g"))
+        numbers = (_short(s.mean, ".5g"), _short(s.std, ".1e"))
         verdict = "" if pair is None else f"{MARKS[pair.verdict(p)]} {p:.2f}"
-        table.add_row(s.solver, *numbers, _count(s), f"{s.evaluations:.0f}", f"{s.seconds:.2f}", verdict)
+        table.add_row(escape(s.solver), *numbers, _count(s), f"{s.evaluations:.0f}", f"{s.seconds:.2f}", verdict)
     return table
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from problems.matrix import FloatArray
 from problems.pricing import PopulationFunction, Pricing
-from solvers import Box, Budget, Solver, minimize
+from solvers import SOLVERS, Box, Budget, Solver, minimize
 from tpbso_casadi.builtin import builtin
 from tpbso_casadi.reproduction.paper import NAMES
 from tpbso_casadi.scenario import Scenario, parse_scenario

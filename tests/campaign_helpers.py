@@ -1,0 +1,48 @@
+"""Solvers that misbehave, for campaigns to survive. Their workers import this module by name."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from solvers import Box, Search, Solver
+
+
+@dataclass(frozen=True)
+class Random(Solver):
+    """Candidates out of the blue."""
+
+    population: int = 10
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+        yield box.sample(rng, self.population)
+        for _ in iterations:
+            yield box.sample(rng, self.population)
+
+
+@dataclass(frozen=True)
+class Raises(Random):
+    """Raises in some of its runs."""
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+        if rng.random() < 0.5:
+            raise ArithmeticError("this one\nfails")
+        yield from super().search(box, rng, iterations)
+
+
+@dataclass(frozen=True)
+class Kills(Random):
+    """Takes its worker with it; only the first time when there is a mark to leave."""
+
+    mark: str = ""
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+        if not self.mark or not Path(self.mark).exists():
+            if self.mark:
+                Path(self.mark).touch()
+            os._exit(9)
+        yield from super().search(box, rng, iterations)

@@ -1,0 +1,229 @@
+"""Campaigns: every run once, whatever happens to workers; the same numbers whoever does them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import false_discovery_control
+
+from tpbso_casadi import builtin
+from tpbso_casadi.campaign import (
+    Crew,
+    LostExecutor,
+    Outcome,
+    Record,
+    Run,
+    SolverSpec,
+    Store,
+    conduct,
+    grid,
+    parse_solvers,
+    processes,
+)
+from tpbso_casadi.campaign.grid import parse_solver
+from tpbso_casadi.campaign.statistics import compared, holm, levelled, summarise
+from tpbso_casadi.section import ScenarioError
+
+LIMIT = {"evaluations": 100}
+
+
+def runs_of(solvers: str, seeds: Sequence[int] = range(1, 5), case: str = "time-2") -> list[Run]:
+    specs = [SolverSpec(s.label, s.name, s.settings, s.polish_starts, LIMIT) for s in parse_solvers(solvers)]
+    return grid({case: builtin(case)}, specs, seeds)
+
+
+def threads(workers: int = 2) -> Crew:
+    return Crew(lambda: ThreadPoolExecutor(workers), lambda: ThreadPoolExecutor(1), 2 * workers)
+
+
+def test_any_executor_gives_the_same_records(tmp_path: Path) -> None:
+    runs = runs_of("bso,pso+polish")
+    found = []
+    for name, crew in (("threads", threads()), ("one", processes(1)), ("two", processes(2))):
+        with Store(tmp_path / name) as store:
+            conduct(runs, store, crew)
+            results = [store.result(run) for run in runs]
+        for result in results:
+            del result["seconds"], result["polish" if "polish" in result else "seed"]
+        found.append(results)
+    assert found[0] == found[1] == found[2]
+
+
+def test_what_is_done_is_not_done_again(tmp_path: Path) -> None:
+    runs = runs_of("bso")
+    seen: list[Outcome] = []
+    with Store(tmp_path / "store") as store:
+        conduct(runs[:3], store, threads(), progress=seen.append)
+        conduct(runs, store, threads(), progress=seen.append)
+        conduct([*runs, *runs], store, threads(), progress=seen.append)
+        assert len(seen) == len(runs) == len(store.records(runs))
+
+
+def test_a_run_that_raises_is_kept_as_failed_and_the_rest_goes_on(tmp_path: Path) -> None:
+    runs = runs_of("campaign_helpers:Raises,bso", range(1, 9))
+    with Store(tmp_path / "store") as store:
+        conduct(runs, store, threads())
+        records = store.records(runs)
+        failed = [record for record in records if record.error]
+        assert len(records) == len(runs)
+        assert 0 < len(failed) < 8
+        assert {record.error for record in failed} == {"ArithmeticError: this one fails"}
+        seen: list[Outcome] = []
+        conduct(runs, store, threads(), progress=seen.append)
+        assert not seen
+        conduct(runs, store, threads(), retry_failed=True, progress=seen.append)
+        assert len(seen) == len(failed)
+
+
+def test_a_run_that_kills_its_worker_is_found_and_the_rest_goes_on(tmp_path: Path) -> None:
+    runs = runs_of("bso,campaign_helpers:Kills", (1, 2))
+    with Store(tmp_path / "store") as store:
+        conduct(runs, store, processes(2))
+        records = store.records(runs)
+    assert [bool(record.error) for record in records] == [False, True, False, True]
+    assert records[1].error == "WorkerDied: 2 times in a row while nothing else ran"
+
+
+def test_a_run_whose_worker_died_once_is_done_again(tmp_path: Path) -> None:
+    mark = tmp_path / "mark"
+    runs = runs_of(f"bso,campaign_helpers:Kills(mark={mark})", (1, 2))
+    with Store(tmp_path / "store") as store:
+        conduct(runs, store, processes(2))
+        assert [record.error for record in store.records(runs)] == [""] * 4
+    assert mark.exists()
+
+
+class Cancels(ThreadPoolExecutor):
+    """An executor whose scheduler goes away."""
+
+    def submit(self, *_: object, **__: object) -> Future[object]:  # type: ignore[override]
+        future: Future[object] = Future()
+        future.cancel()
+        future.set_running_or_notify_cancel()
+        return future
+
+
+def test_an_executor_that_is_gone_is_said_in_one_line(tmp_path: Path) -> None:
+    def gone() -> Executor:
+        return Cancels(1)
+
+    with (
+        Store(tmp_path / "store") as store,
+        pytest.raises(LostExecutor, match="the workers are gone; what was done is kept"),
+    ):
+        conduct(runs_of("bso"), store, Crew(gone, gone, 2))
+
+
+def test_ctrl_c_keeps_what_was_begun(tmp_path: Path) -> None:
+    runs = runs_of("bso", range(1, 20))
+
+    def interrupt(_: Outcome) -> None:
+        if not seen:
+            seen.append(1)
+            raise KeyboardInterrupt
+
+    seen: list[int] = []
+    with Store(tmp_path / "store") as store:
+        with pytest.raises(KeyboardInterrupt):
+            conduct(runs, store, threads(), progress=interrupt)
+        kept = store.records(runs)
+        assert 1 <= len(kept) < len(runs)
+        assert not any(record.error for record in kept)
+        conduct(runs, store, threads())
+        assert len(store.records(runs)) == len(runs)
+
+
+def test_the_grid_is_a_fair_sample_at_any_time() -> None:
+    specs = parse_solvers("bso,pso")
+    runs = grid({case: builtin(case) for case in ("time-2", "rotation-2")}, specs, (3, 4))
+    labels = [(run.seed, run.case, run.solver) for run in runs]
+    assert labels[:4] == [(3, case, solver) for case in ("time-2", "rotation-2") for solver in ("bso", "pso")]
+    assert len({run.key for run in runs}) == 8
+
+
+def test_solvers_are_read() -> None:
+    specs = parse_solvers("bso, bso(lambda_=0.4,antenna_sign=printed)+polish3, ipopt(max_iterations=50),a.b:C+polish")
+    assert [(s.name, dict(s.settings), s.polish_starts) for s in specs] == [
+        ("bso", {}, 0),
+        ("bso", {"lambda_": 0.4, "antenna_sign": "printed"}, 3),
+        ("ipopt", {"max_iterations": 50}, 0),
+        ("a.b:C", {}, 1),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("bso,,pso", "solvers: '' is not NAME"),
+        ("bso(lambda_)", "solvers: 'bso(lambda_)': 'lambda_' is not setting=value"),
+        ("bso(a=1", "solvers: 'bso(a=1' is not NAME"),
+        ("bso+polished", "solvers: 'bso+polished' is not NAME"),
+        ("pso,bso,pso", "solvers: pso is there twice"),
+    ],
+)
+def test_solvers_that_cannot_be_read(text: str, expected: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        parse_solvers(text)
+    assert str(caught.value).startswith(expected)
+
+
+def test_a_scenarios_own_solver_table_counts_for_its_solver_alone() -> None:
+    scenario = builtin("time-2")
+    table = scenario.solver.model_copy(update={"population": 12, "settings": {"c1": 1.0}, "evaluations": 77})
+    scenario = scenario.model_copy(update={"solver": table})
+    own, other, descent = (parse_solver(name).applied(scenario, 5).solver for name in ("bso", "pso", "ipopt"))
+    assert (own.population, own.settings, own.evaluations, own.seed) == (12, {"c1": 1.0}, 77, 5)
+    assert (other.population, other.settings, other.evaluations) == (None, {}, 77)
+    assert (descent.population, descent.settings) == (None, {})
+
+
+def record(solver: str, objective: float | None, error: str = "") -> Record:
+    return Record("case", solver, 1, 0.1, error, objective is not None, objective, "s", objective, 10, 2, "evaluations")
+
+
+def test_summaries_by_hand() -> None:
+    records = [record("a", 1.0), record("a", 3.0), record("a", None), record("b", 2.0), record("a", None, "E: x")]
+    a, b = summarise(records)
+    assert (a.solver, a.mean, a.std, a.best, a.infeasible, a.failed) == ("a", 2.0, np.sqrt(2.0), 1.0, 1, 1)
+    assert a.median == 3.0
+    assert np.isnan(b.std)
+    assert b.standing < a.standing  # one infeasible run weighs more than any mean
+    [nothing] = summarise([record("c", None)])
+    assert np.isnan(nothing.mean) and nothing.median == np.inf
+
+
+def test_comparisons_by_hand() -> None:
+    a, b = summarise([*(record("a", value) for value in (1, 2, 3)), *(record("b", value) for value in (2, 5, None))])
+    pair = compared(a, b)
+    assert pair.probability == (3 + 2.5 + 2) / 9.0  # of the nine pairs
+    assert pair.lower and pair.p > 0.05 and pair.verdict(pair.p) == "equal"
+    assert compared(b, a).probability == pytest.approx(1.0 - pair.probability)
+    assert pair.verdict(0.01) == "better" and compared(b, a).verdict(0.01) == "worse"
+    same = summarise([record("a", 1.0), record("a", 1.00001), record("b", 1.00005), record("b", 1.0)])
+    assert compared(*same).p == 1.0
+
+
+def test_objectives_near_the_best_count_as_equal() -> None:
+    a, b = levelled(np.array([1.0, 1.00009, 1.2]), np.array([1.00005, np.inf]))
+    assert a.tolist() == [1.0, 1.0, 1.2] and b.tolist() == [1.0, np.inf]
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=12))
+def test_holm_lies_between_the_plain_and_bonferroni(p_values: list[float]) -> None:
+    corrected = np.array(holm(p_values))
+    plain = np.array(p_values)
+    assert (corrected >= plain).all() and (corrected <= np.minimum(1.0, plain * plain.size) + 1e-15).all()
+    assert (corrected >= false_discovery_control(plain) - 1e-12).all()  # stricter than a false discovery rate
+    order = np.argsort(plain, kind="stable")
+    assert (np.diff(corrected[order]) >= 0.0).all()
+
+
+def test_holm_by_hand() -> None:
+    assert holm([0.04, 0.01, 0.03]) == pytest.approx([0.06, 0.03, 0.06])
+    assert holm([]) == []

@@ -1,0 +1,250 @@
+"""``python -m tpbso_casadi.compare``, run for real: its files, its errors, and that no kill loses anything."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import random
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from tpbso_casadi.compare import main
+
+COMMAND = [sys.executable, "-m", "tpbso_casadi.compare"]
+SMALL = ["time-2", "rotation-3", "--solvers", "bso,pso,bso+polish", "--runs", "6", "--no-plots", "--quiet"]
+SMALL += ["--evaluations", "2000"]
+MINE = """
+[arm]
+link_lengths = [1.0, 0.8]
+max_speed = 4.0
+max_acceleration = 20.0
+[task]
+kind = "point-to-point"
+start = [1.0, 0.0]
+goal = [0.5, 1.5]
+"""
+
+
+@pytest.fixture(autouse=True)
+def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def run(*arguments: str) -> int:
+    """The exit status of the command line, run in this process."""
+    try:
+        return int(main([*arguments]))
+    except SystemExit as end:
+        return int(end.code or 0)
+
+
+def table(folder: str) -> list[dict[str, str]]:
+    with Path(folder, "summary.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_what_it_leaves_and_says(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("mine.toml").write_text(MINE)
+    arguments = [
+        "time-2",
+        "mine.toml",
+        "--solvers",
+        "bso,ga(tournament=3),ipopt",
+        "--runs",
+        "3",
+        "--evaluations",
+        "300",
+    ]
+    assert run(*arguments, "--workers", "2", "--export", "exported/runs.csv") == 0
+    shown = capsys.readouterr().out
+    assert "time-2 [s]" in shown and "ga(tournament=3)" in shown and "written to runs/compare" in shown
+    rows = table("runs/compare")
+    assert [(row["case"], row["solver"]) for row in rows] == [
+        (case, solver) for case in ("time-2", "mine") for solver in ("bso", "ga(tournament=3)", "ipopt")
+    ]
+    assert all(row["runs"] == "3" and row["failed"] == "0" for row in rows)
+    assert Path("runs/compare/comparison.png").read_bytes().startswith(b"\x89PNG")
+    with Path("exported/runs.csv").open(newline="") as file:
+        exported = list(csv.DictReader(file))
+    assert len(exported) == 18
+    means = [float(row["objective"]) for row in exported if (row["case"], row["solver"]) == ("mine", "bso")]
+    assert float(rows[3]["mean"]) == pytest.approx(sum(means) / 3, rel=1e-12)
+    assert run(*arguments, "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [repr(row["mean"]) for row in found] == [row["mean"] for row in rows]
+
+
+def test_parquet_has_the_same_rows() -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    arguments = ["time-2", "--solvers", "bso,pso", "--runs", "2", "--evaluations", "200", "--quiet", "--no-plots"]
+    assert run(*arguments, "--export", "runs.parquet") == run(*arguments, "--export", "runs.csv") == 0
+    with Path("runs.csv").open(newline="") as file:
+        expected = list(csv.DictReader(file))
+    found = parquet.read_table("runs.parquet").to_pylist()
+    assert [{key: str(value) for key, value in row.items()} for row in found] == expected
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ([], "the following arguments are required: scenario"),
+        (["nope"], "nope: neither a file nor a built-in scenario"),
+        (["no.toml"], "no.toml: cannot be read"),
+        (["time-2", "--solvers", "bos"], "time-2: bos: solver.name: no solver 'bos'; did you mean bso?"),
+        (["time-2", "--solvers", "bso(c9=1)"], "time-2: bso(c9=1): solver.settings.c9: bso has no such setting"),
+        (["time-2", "--solvers", "ipopt+polish"], "time-2: ipopt+polish: solver.polish_starts"),
+        (["time-2", "time-2"], "time-2: is there twice"),
+        (["time-2", "--runs", "0"], "argument --runs: 0 is not positive"),
+        (["time-2", "--workers", "2", "--dask", "x:1"], "argument --dask: not allowed with argument --workers"),
+        (["time-2", "--export", "runs.xlsx"], "--export runs.xlsx: the name must end with .csv or .parquet"),
+        (["time-2", "--out", "file/below"], "file/below: file is a file, not a folder"),
+        (["time-2", "--out", "."], "runs.sqlite: not a database"),
+        (["time-2", "--dask", "nonsense"], "--dask nonsense: is not an address like tcp://host:port"),
+    ],
+)
+def test_bad_input_takes_one_line(arguments: list[str], expected: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("file").write_text("")
+    Path("runs.sqlite").write_text("no database " * 100)
+    assert run(*arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.startswith(f"error: {expected}") and err.count("\n") == 1
+    assert sorted(path.name for path in Path().iterdir()) in (
+        ["file", "runs.sqlite"],
+        ["file", "runs", "runs.sqlite"],  # an empty store, where the scheduler is asked last
+    )
+
+
+def test_a_failed_run_is_said_and_tried_again_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["time-2", "--solvers", "bso,campaign_helpers:Raises", "--runs", "8", "--evaluations", "100"]
+    arguments += ["--no-plots", "--quiet"]
+    assert run(*arguments) == 1
+    said = capsys.readouterr().err
+    assert "of 16 runs failed, the first: time-2, campaign_helpers:Raises, seed" in said
+    assert "ArithmeticError: this one fails (--retry-failed tries them again)" in said
+    assert run(*arguments, "--retry-failed") == 1
+
+
+def test_the_same_table_with_one_worker_and_with_two() -> None:
+    for workers in ("1", "2"):
+        assert run(*SMALL, "--workers", workers, "--out", workers) == 0
+    assert Path("1/summary.csv").read_bytes() == Path("2/summary.csv").read_bytes()
+
+
+def killed(times: int, longest: float) -> int:
+    """Start and kill the campaign in ``cut`` so many times at random moments; how many runs were kept by then."""
+    rng = random.Random(7)
+    for _ in range(times):
+        process = subprocess.Popen([*COMMAND, *SMALL, "--out", "cut"], stderr=subprocess.PIPE, text=True)
+        try:
+            _, said = process.communicate(timeout=rng.uniform(0.5, longest))
+            assert process.returncode == 0, said
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+            process.communicate()
+    with closing(sqlite3.connect("cut/runs.sqlite")) as connection:
+        assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        return int(connection.execute("SELECT count(*) FROM runs").fetchone()[0])
+
+
+def check_kills(times: int, longest: float) -> None:
+    subprocess.run([*COMMAND, *SMALL, "--out", "whole"], check=True)
+    killed(times, longest)
+    subprocess.run([*COMMAND, *SMALL, "--out", "cut"], check=True)
+    assert Path("cut/summary.csv").read_bytes() == Path("whole/summary.csv").read_bytes()
+    with closing(sqlite3.connect("cut/runs.sqlite")) as connection:
+        assert connection.execute("SELECT count(*), count(DISTINCT key) FROM runs").fetchone() == (36, 36)
+
+
+def test_killed_four_times_it_goes_on_where_it_stopped() -> None:
+    check_kills(4, 3.5)
+
+
+@pytest.mark.slow
+def test_killed_fifty_times_it_goes_on_where_it_stopped() -> None:
+    check_kills(50, 2.5)
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="looks for processes in /proc")
+def test_workers_end_with_a_killed_parent() -> None:
+    arguments = ["time-2", "--solvers", "bso", "--runs", "200", "--no-plots", "--quiet", "--out", "cut"]
+    process = subprocess.Popen([*COMMAND, *arguments])
+    deadline = time.monotonic() + 30.0
+    while len(found := children(process.pid)) < 3 and time.monotonic() < deadline:  # two workers and their tracker
+        time.sleep(0.1)
+    assert len(found) >= 2
+    process.kill()
+    process.wait()
+    while (left := [pid for pid in found if alive(pid)]) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not left
+
+
+def children(pid: int) -> list[int]:
+    found: list[int] = []
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        found += [int(child) for child in task.read_text().split()]
+    return found
+
+
+def alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_ctrl_c_keeps_what_was_done() -> None:
+    arguments = ["time-2", "--solvers", "bso", "--runs", "400", "--no-plots", "--out", "cut"]
+    process = subprocess.Popen([*COMMAND, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True)
+    deadline = time.monotonic() + 30.0
+    while not kept() and time.monotonic() < deadline:
+        time.sleep(0.2)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert said == "error: interrupted; what was done is kept, and the same command goes on\n"
+    with closing(sqlite3.connect("cut/runs.sqlite")) as connection:
+        errors = connection.execute("SELECT error FROM runs").fetchall()
+    assert 0 < len(errors) < 400 and set(errors) == {("",)}
+
+
+def kept() -> bool:
+    """Whether the store holds something; it is locked while the campaign goes on, but it grows."""
+    store = Path("cut/runs.sqlite")
+    return store.exists() and store.stat().st_size > 200_000
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of 200 kB."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=200k", "tmpfs", str(folder)]
+    if shutil.which("mount") is None or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("no right to mount a file system")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
+
+
+def test_a_full_disk_loses_nothing(small_disk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["time-2", "--solvers", "bso", "--runs", "40", "--no-plots", "--quiet", "--out", str(small_disk)]
+    assert run(*arguments) == 2
+    expected = f"error: {small_disk / 'runs.sqlite'}: database or disk is full; what was stored before is kept\n"
+    assert capsys.readouterr().err == expected
+    subprocess.run(["mount", "-o", "remount,size=4m", str(small_disk)], check=True)
+    with closing(sqlite3.connect(small_disk / "runs.sqlite")) as connection:
+        before = connection.execute("SELECT count(*) FROM runs").fetchone()[0]
+    assert 0 < before < 40
+    assert run(*arguments) == 0
+    [row] = table(str(small_disk))
+    assert row["runs"] == "40"

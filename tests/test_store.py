@@ -1,0 +1,125 @@
+"""The store: durable, ours, of one version, used by one process at a time."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from tpbso_casadi import builtin
+from tpbso_casadi.campaign import Outcome, Run, Store, StoreError, perform
+from tpbso_casadi.scenario import parse_scenario
+
+
+def run(seed: int = 1, **solver: object) -> Run:
+    content = builtin("time-2").model_dump()
+    content["solver"] |= {"seed": seed, "evaluations": 200, **solver}
+    return Run("time-2", "bso", parse_scenario(content))
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "runs.sqlite"
+
+
+def test_what_is_added_is_there_again(path: Path) -> None:
+    done, failed, undone = run(1), run(2), run(3)
+    outcome = perform(*done.task)
+    with Store(path) as store:
+        store.add(done, outcome)
+        store.add(failed, Outcome(None, 0.5, "ValueError: no", "Traceback ..."))
+        store.keep("growth", {"time": [1.0, 2.5]})
+    with Store(path) as store:
+        assert store.done() == {done.key, failed.key}
+        assert store.done(failed_too=False) == {done.key}
+        first, second = store.records([undone, done, failed])
+        result = store.result(done)
+        assert store.measurement("growth") == {"time": [1.0, 2.5]}
+        assert store.measurement("other") is None
+        with pytest.raises(KeyError):
+            store.result(failed)
+    assert (first.case, first.solver, first.seed, first.error) == ("time-2", "bso", 1, "")
+    assert first.objective == result["objective"]["value"]
+    assert (first.evaluations, first.cost, first.feasible) == (200, result["cost"], result["feasible"])
+    assert outcome.result is not None and result == json.loads(outcome.result)
+    assert (second.seed, second.error, second.objective) == (2, "ValueError: no", None)
+
+
+def test_a_run_is_kept_once_and_a_failed_one_may_be_replaced(path: Path) -> None:
+    again = run()
+    with Store(path) as store:
+        store.add(again, Outcome(None, 0.1, "RuntimeError: first"))
+        store.add(again, perform(*again.task))
+        assert store.records([again])[0].error == ""
+        with pytest.raises(StoreError, match="UNIQUE"):
+            store.add(again, perform(*again.task))
+        assert len(store.records([again])) == 1
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"seed": 2},
+        {"evaluations": 201},
+        {"name": "pso"},
+        {"settings": {"lambda_": 0.5}},
+        {"population": 31},
+        {"polish_starts": 1},
+        {"iterations": 7},
+    ],
+)
+def test_another_setting_is_another_run(other: dict[str, object]) -> None:
+    assert run(**other).key != run().key  # type: ignore[arg-type]
+
+
+def test_labels_and_spelled_out_defaults_are_the_same_run() -> None:
+    assert Run("mine", "the first", run().scenario).key == run().key
+    assert run(settings={"lambda_": 0.95}).key == run().key
+
+
+def complaint(path: Path) -> str:
+    with pytest.raises(StoreError) as caught:
+        Store(path)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_what_is_not_ours_is_refused_and_left_alone(path: Path, tmp_path: Path) -> None:
+    path.write_text("hello " * 500)
+    assert complaint(path) == f"{path}: not a database"
+    assert path.read_text() == "hello " * 500
+    other = tmp_path / "other.sqlite"
+    with sqlite3.connect(other) as connection:
+        connection.execute("CREATE TABLE x (a)")
+    before = other.read_bytes()
+    assert complaint(other) == f"{other}: a database, but not of a campaign"
+    assert other.read_bytes() == before
+    assert "unable to open" in complaint(tmp_path / "nowhere" / "runs.sqlite")
+
+
+def test_other_versions_and_formats_are_refused(path: Path) -> None:
+    with Store(path):
+        pass
+    with sqlite3.connect(path) as connection:
+        connection.execute("UPDATE versions SET version = '3.0' WHERE name = 'casadi'")
+    assert "where 3.0 is needed, as its runs were made with that" in complaint(path)
+    with sqlite3.connect(path) as connection:
+        connection.execute("PRAGMA user_version = 99")
+    assert "of format 99 where this version writes 1" in complaint(path)
+
+
+def test_one_at_a_time(path: Path) -> None:
+    with Store(path):
+        assert complaint(path) == f"{path}: in use by another campaign"
+    with Store(path):
+        pass
+
+
+def test_an_interrupted_creation_leaves_nothing_half_made(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tpbso_casadi.campaign.store.versions", lambda: {"a": None})
+    assert "NOT NULL" in complaint(path)
+    monkeypatch.undo()
+    with Store(path) as store:
+        assert store.done() == set()
