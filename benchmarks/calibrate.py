@@ -3,7 +3,7 @@
 The paper publishes neither. For each candidate shape this prints BSO's mean least rotation beside the TPBSO row, and
 the acceleration limit with which its mean least time would meet that row too. The times scale with one over the square
 root of that limit, as long as no speed limit is met. Radius, waves and depth are chosen by the rotation, then the limit
-by the time; ``benchmarks.table_1`` says how the choice does.
+by the time; ``tpbso_casadi.reproduce`` says how the choice does.
 
     python -m benchmarks.calibrate --runs 5 --workers 2
 """
@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.table_1 import TABLE_1
 from solvers import BSO, Box, Budget, minimize
 from tpbso_casadi.builtin import THREE_METRES
+from tpbso_casadi.reproduction.paper import TABLE_1
 from tpbso_casadi.scenario import DEFAULT_EVALUATIONS, parse_scenario
 
 REFERENCE = 3000.0  # rad/s^2, at which times are measured
@@ -43,7 +43,7 @@ def mean(shape: dict[str, Any], objective: str, runs: int) -> float:
 
 def calibrated(shape: dict[str, Any], runs: int) -> tuple[float, float]:
     """Mean rotation in rad, and the acceleration limit in rad/s^2 that brings the mean time to the paper's."""
-    goal = TABLE_1[f"{shape['shape']}-time"]["bso"][0]
+    goal = TABLE_1[f"{shape['shape']}-time"]["bso"].mean
     return mean(shape, "rotation", runs), REFERENCE * (mean(shape, "time", runs) / goal) ** 2
 
 
@@ -57,7 +57,7 @@ def main() -> None:
         jobs = [(shape, pool.submit(calibrated, shape, options.runs)) for shape in (*STARS, *CURVES)]
         for shape, job in jobs:
             rotation, limit = job.result()
-            goal = TABLE_1[f"{shape['shape']}-rotation"]["bso"][0]
+            goal = TABLE_1[f"{shape['shape']}-rotation"]["bso"].mean
             keys = ", ".join(f"{key} {value}" for key, value in shape.items() if key != "shape")
             print(f"| {shape['shape']}, {keys} | {goal:.2f} | {rotation:.2f} | {limit:.0f} |", flush=True)
 

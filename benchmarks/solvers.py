@@ -29,6 +29,7 @@ from problems.matrix import FloatArray
 from problems.pricing import PopulationFunction, Pricing
 from solvers import OUTSIDE, SOLVERS, Box, Budget, Solver, find_solver, minimize
 from tpbso_casadi.builtin import TITLES, builtin
+from tpbso_casadi.campaign.statistics import holm
 from tpbso_casadi.generator import random_scenarios
 
 GENERATED_SEED = 2024
@@ -131,7 +132,8 @@ def summary(title: str, runs: Sequence[Run], behind: dict[Job, float]) -> None:
     values = {(case, solver): [behind[job_of(run)] for run in group] for (case, solver), group in grouped(runs).items()}
     means = np.array([[np.mean(values[case, solver]) for solver in solvers] for case in cases])
     ranks = rankdata(np.round(means, 9), axis=1).mean(axis=0)
-    p_values = holm({s: against(means, solvers, s) for s in solvers if s != REFERENCE and REFERENCE in solvers})
+    others = [solver for solver in solvers if solver != REFERENCE and REFERENCE in solvers]
+    p_values = dict(zip(others, holm([against(means, solvers, solver) for solver in others]), strict=True))
     print(f"\n{title}: {len(cases)} cases\n")
     print("| solver | rank | mean shortfall | std over seeds | within 1 % | infeasible | abso: + = - | p |")
     print("|---|---|---|---|---|---|---|---|")
@@ -163,15 +165,6 @@ def against(means: FloatArray, solvers: Sequence[str], solver: str) -> float:
     """p-value that a solver's case means differ from the reference's by chance."""
     difference = means[:, solvers.index(solver)] - means[:, solvers.index(REFERENCE)]
     return 1.0 if np.allclose(difference, 0.0) else float(wilcoxon(difference).pvalue)
-
-
-def holm(p_values: dict[str, float]) -> dict[str, float]:
-    """Holm's correction: the smallest of n counts n times, the next n - 1 times, never less than the one before."""
-    corrected, largest = {}, 0.0
-    for rank, (name, p) in enumerate(sorted(p_values.items(), key=lambda item: item[1])):
-        largest = max(largest, min(1.0, p * (len(p_values) - rank)))
-        corrected[name] = largest
-    return corrected
 
 
 def score(values: dict[tuple[str, str], list[float]], cases: Sequence[str], solver: str) -> str:

@@ -13,17 +13,17 @@ from rich.console import Console
 
 from tpbso_casadi.campaign import Run, SolverSpec, grid, parse_solvers
 from tpbso_casadi.campaign.command_line import (
-    FAILURES,
     add_campaign_options,
     carry_out,
     failures,
+    guarded,
     prepare,
     stored,
 )
 from tpbso_casadi.campaign.export import export
 from tpbso_casadi.campaign.statistics import Summary, summarise
 from tpbso_casadi.campaign.table import HEADER, rows, shown
-from tpbso_casadi.command_line import Exit, OneLineParser, complain, natural, positive_float, positive_int
+from tpbso_casadi.command_line import OneLineParser, natural, positive_float, positive_int
 from tpbso_casadi.files import write_csv, writing
 from tpbso_casadi.loading import load
 from tpbso_casadi.scenario import Scenario
@@ -35,14 +35,7 @@ SOLVERS = "bso,pso,ga,bso+polish,ipopt"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
     options = parser().parse_args(arguments)
-    try:
-        return compare(options)
-    except FAILURES as error:
-        complain(str(error))
-        return Exit.BAD_INPUT
-    except KeyboardInterrupt:
-        complain("interrupted; what was done is kept, and the same command goes on")
-        return Exit.INTERRUPTED
+    return guarded(lambda: compare(options))
 
 
 def parser() -> argparse.ArgumentParser:

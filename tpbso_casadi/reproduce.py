@@ -13,10 +13,10 @@ from rich.console import Console
 
 from tpbso_casadi.campaign import Store
 from tpbso_casadi.campaign.command_line import (
-    FAILURES,
     add_campaign_options,
     carry_out,
     failures,
+    guarded,
     local,
     prepare,
     stored,
@@ -24,7 +24,7 @@ from tpbso_casadi.campaign.command_line import (
 from tpbso_casadi.campaign.export import export
 from tpbso_casadi.campaign.statistics import summarise
 from tpbso_casadi.campaign.table import HEADER, rows
-from tpbso_casadi.command_line import Exit, OneLineParser, complain
+from tpbso_casadi.command_line import OneLineParser
 from tpbso_casadi.files import write_csv, write_text, writing
 from tpbso_casadi.reproduction.arms import FULL, QUICK, Size, campaign
 from tpbso_casadi.reproduction.claims import CLAIMS
@@ -37,14 +37,7 @@ from tpbso_casadi.reproduction.report import render
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
     options = parser().parse_args(arguments)
-    try:
-        return reproduce(options)
-    except FAILURES as error:
-        complain(str(error))
-        return Exit.BAD_INPUT
-    except KeyboardInterrupt:
-        complain("interrupted; what was done is kept, and the same command goes on")
-        return Exit.INTERRUPTED
+    return guarded(lambda: reproduce(options))
 
 
 def parser() -> argparse.ArgumentParser:

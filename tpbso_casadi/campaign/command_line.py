@@ -24,6 +24,18 @@ FAILURES = (ScenarioError, OutputError, StoreError, CrewError, LostExecutor, Inv
 STORE = "runs.sqlite"
 
 
+def guarded(work: Callable[[], int]) -> int:
+    """The exit status of a campaign; what stops it is said in one line."""
+    try:
+        return work()
+    except FAILURES as error:
+        complain(str(error))
+        return Exit.BAD_INPUT
+    except KeyboardInterrupt:
+        complain("interrupted; what was done is kept, and the same command goes on")
+        return Exit.INTERRUPTED
+
+
 def add_campaign_options(parser: argparse.ArgumentParser, folder: Path) -> None:
     """The options that every campaign has.
 

@@ -1,0 +1,32 @@
+"""A page in a real browser without a window, where there is one."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+
+def opened(page: Path, profile: Path) -> str:
+    """The document of a page once its scripts have run; they must not have complained.
+
+    Skips the test where there is no Chromium.
+    """
+    browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if browser is None:
+        pytest.skip("no Chromium here")
+    flags = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}", "--virtual-time-budget=2000"]
+    flags += ["--enable-logging=stderr", "--window-size=1200,900", "--dump-dom", page.absolute().as_uri()]
+    done = subprocess.run([browser, *flags], capture_output=True, text=True, timeout=120, check=True)
+    assert "CONSOLE" not in done.stderr, done.stderr
+    return done.stdout
+
+
+def fetched(text: str) -> list[str]:
+    """What a page would fetch."""
+    addresses = re.findall(r"""(?:src|href)=["']([^"']+)|url\(([^)]+)\)|@import\s+(\S+)""", text)
+    flat = [address for group in addresses for address in group if address]
+    return [address for address in flat if not address.startswith(("data:", "#"))]

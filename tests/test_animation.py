@@ -1,0 +1,148 @@
+"""Films, players and exports of a motion, made for real."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import fetched, opened
+from PIL import Image, ImageSequence
+
+from tpbso_casadi import builtin, plan
+from tpbso_casadi.animation import frames_of, page
+from tpbso_casadi.animation import write as writing
+from tpbso_casadi.exporting import EXPORTS, export_motion, ros_message
+from tpbso_casadi.planning import Plan
+from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.solve import main
+
+QUICK = ["--evaluations", "2000", "--no-plots", "--quiet"]
+
+
+@pytest.fixture(scope="module", params=["time-3", "obstacle-3", "pentagram-time"])
+def found(request: pytest.FixtureRequest) -> Plan:
+    content = builtin(request.param).model_dump()
+    content["solver"] |= {"evaluations": 1000}
+    content["model"] |= {"formulation": "reduced"}
+    return plan(parse_scenario(content))
+
+
+def run(*arguments: str) -> int:
+    try:
+        return int(main([*arguments]))
+    except SystemExit as end:
+        return int(end.code or 0)
+
+
+def test_frames_are_the_arm(found: Plan) -> None:
+    frames = frames_of(found.motion, 31)
+    arm = found.problem.arm
+    assert frames.joints.shape == (31, arm.links + 1, 2)
+    assert frames.times[0] == 0.0 and frames.duration == found.trajectory.duration
+    lengths = np.linalg.norm(np.diff(frames.joints, axis=1), axis=2)
+    np.testing.assert_allclose(lengths, np.broadcast_to(arm.link_lengths, lengths.shape), atol=1e-12)
+    first, last = frames.task_points[[0, -1]]
+    assert np.linalg.norm(frames.joints[0, -1] - first) < 0.11
+    assert np.linalg.norm(frames.joints[-1, -1] - last) < 0.11
+    left, right, bottom, top = frames.extent
+    assert (frames.joints[:, :, 0] > left).all() and (frames.joints[:, :, 0] < right).all()
+    assert (frames.joints[:, :, 1] > bottom).all() and (frames.joints[:, :, 1] < top).all()
+
+
+def test_the_player_runs_in_a_browser_and_fetches_nothing(found: Plan, tmp_path: Path) -> None:
+    text = page("a <b>&</b> b", frames_of(found.motion))
+    assert fetched(text) == []
+    path = tmp_path / "page.html"
+    path.write_text(text)
+    document = opened(path, tmp_path / "profile")
+    assert "<title>a &lt;b&gt;" in document
+    assert ">0.000 s</output>" in document
+    assert ">Pause</button>" in document
+
+
+def test_films(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(writing, "FILM", 11)
+    for name in ("way.gif", "below/way.mp4", "way.html"):
+        assert run("time-2", *QUICK, "--animate", name) == 0
+    with Image.open("way.gif") as film:
+        shown = [np.asarray(frame.convert("RGB"), dtype=np.int64) for frame in ImageSequence.Iterator(film)]
+    assert len(shown) >= 11
+    assert np.abs(shown[0] - shown[8]).max() > 100  # it moves
+    ffmpeg = writing.ffmpeg()
+    assert ffmpeg is not None
+    command = [ffmpeg, "-i", "below/way.mp4", "-f", "null", "-"]
+    checked = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "Video: h264" in checked.stderr and "yuv420p" in checked.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["--animate", "way.avi"], "--animate way.avi: the name must end with .gif, .mp4 or .html"),
+        (["--animate", "file/way.gif"], "file: file is a file, not a folder"),
+        (["--json", "--export", "csv"], "--export: needs a run folder; say --out DIR too"),
+        (["--export", "xml"], "argument --export: invalid choice: 'xml'"),
+        (["--rate", "0"], "argument --rate: 0 is not a positive number"),
+    ],
+)
+def test_bad_input(
+    arguments: list[str],
+    expected: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("file").touch()
+    assert run("time-2", *QUICK, *arguments) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: ") and said.count("\n") == 1
+    assert expected in said
+    assert [path.name for path in Path().iterdir()] == ["file"]
+
+
+def test_an_mp4_without_ffmpeg(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(writing, "which", lambda name: None)
+    monkeypatch.setattr(writing, "find_spec", lambda name: None)
+    assert run("time-2", *QUICK, "--animate", "way.mp4") == 2
+    assert "needs ffmpeg: install it, or pip install 'tpbso-casadi[video]'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("rate", [37.0, 100.0])
+def test_every_export_holds_the_same_motion(found: Plan, tmp_path: Path, rate: float) -> None:
+    message_path, table_path, arrays_path = (export_motion(tmp_path, found.motion, kind, rate) for kind in EXPORTS)
+    message = json.loads(message_path.read_text())
+    arrays = np.load(arrays_path)
+    with table_path.open(newline="") as file:
+        header, *rows = csv.reader(file)
+    table = np.array(rows, dtype=np.float64)
+    links = found.problem.arm.links
+    times = arrays["t"]
+    assert header[0] == "t" and header[-2:] == ["x", "y"]
+    np.testing.assert_allclose(np.diff(times)[:-1], 1.0 / rate, rtol=1e-9)
+    assert 0.0 < np.diff(times)[-1] <= 1.0 / rate * (1.0 + 1e-9)
+    assert times[0] == 0.0 and times[-1] == found.trajectory.duration
+    parts = [times[:, None], arrays["q"], arrays["qd"], arrays["qdd"], arrays["tip"]]
+    np.testing.assert_array_equal(table, np.hstack(parts))
+    assert message["joint_names"] == [f"joint_{joint + 1}" for joint in range(links)]
+    for key, name in (("positions", "q"), ("velocities", "qd"), ("accelerations", "qdd")):
+        np.testing.assert_array_equal([point[key] for point in message["points"]], arrays[name])
+    stamps = [point["time_from_start"] for point in message["points"]]
+    np.testing.assert_allclose([s["sec"] + s["nanosec"] * 1e-9 for s in stamps], times, atol=1e-9)
+    assert all(0 <= s["nanosec"] < 1_000_000_000 for s in stamps)
+    assert set(message) == {"header", "joint_names", "points"}
+    np.testing.assert_array_equal(arrays["coefficients"], found.trajectory.coefficients)
+
+
+def test_stamps_increase_in_a_ros_message(found: Plan) -> None:
+    times = np.array([0.0, 0.9999999999, 1.0000000006])
+    stamps = [point["time_from_start"] for point in ros_message(found.motion, times)["points"]]
+    assert stamps == [{"sec": 0, "nanosec": 0}, {"sec": 1, "nanosec": 0}, {"sec": 1, "nanosec": 1}]
