@@ -68,7 +68,7 @@ def test_two_workers_of_a_cluster_give_the_same_table(cluster: list[str], tmp_pa
 
 def test_a_killed_worker_costs_nothing(cluster: list[str], tmp_path: Path) -> None:
     threading.Timer(1.0, os.kill, (int(cluster[2]), signal.SIGKILL)).start()
-    runs = [*CAMPAIGN[:-2], "--runs", "30", "--quiet", "--no-plots"]
+    runs = [*CAMPAIGN[:-2], "--runs", "12", "--quiet", "--no-plots"]
     assert main([*runs, "--dask", cluster[0], "--out", str(tmp_path / "dask")]) == 0
     assert main([*runs, "--workers", "2", "--out", str(tmp_path / "here")]) == 0
     assert (tmp_path / "dask/summary.csv").read_bytes() == (tmp_path / "here/summary.csv").read_bytes()

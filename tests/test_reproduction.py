@@ -84,7 +84,7 @@ def test_a_world_in_which_the_paper_is_right() -> None:
 
 
 def test_a_world_in_which_it_is_wrong() -> None:
-    seen = evidence({"ga": 0.8, "pso": 0.7}, lost={"bso": 1}, spread=0.2)
+    seen = evidence({"ga": 0.8, "pso": 0.7}, lost={"bso": 1}, spread=0.02)
     seen.growth["time"] = grown(TIME_ORDERS, above=0.3)
     seen.growth["pace"] = {basis: {"bso": 1.0, "pso": 0.9, "ga": 2.0} for basis in BASES}
     assert [says for says, verdict in verdicts(seen).items() if verdict is Verdict.REPRODUCED] == [

@@ -69,8 +69,8 @@ class Summary:
 
     @property
     def standing(self) -> tuple[int, float]:
-        """What orders solvers: fewer infeasible runs first, then the lower mean."""
-        return self.infeasible, self.mean if self.held.size else float("inf")
+        """What orders solvers: fewer runs that failed or are infeasible first, then the lower mean."""
+        return self.failed + self.infeasible, self.mean if self.held.size else float("inf")
 
 
 def summarise(records: Iterable[Record]) -> list[Summary]:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from tpbso_casadi.campaign.figures import draw_runs
 from tpbso_casadi.reproduction.arms import BASES
@@ -54,6 +55,8 @@ def growth_figure(grown: Mapping[str, Any], orders: Mapping[str, Order], unit: s
             power = orders[experiment].exponents[symbol]
             axes.loglog(sizes, values[-1] * (sizes / sizes[-1]) ** power, ":", color="0.5", zorder=0)
         axes.set_title(f"{orders[experiment].title}: ${symbol[0]}_{{{symbol[2:]}}}$", fontsize=9)
+        axes.set_xticks(sizes, [f"{size:g}" for size in sizes])
+        axes.xaxis.set_minor_locator(NullLocator())
         axes.tick_params(labelsize=7, which="both")
         axes.grid(alpha=0.3)
     for axes in every[len(panels) :]:

@@ -23,7 +23,7 @@ from tpbso_casadi.reproduction.case_figures import Illustration, Picture
 from tpbso_casadi.reproduction.claims import CLAIMS, Claim, Finding, Verdict, against_rivals
 from tpbso_casadi.reproduction.evidence import Evidence
 from tpbso_casadi.reproduction.overview_figures import figure_17, growth_figure
-from tpbso_casadi.reproduction.paper import FIGURES, NAMES, SPACE_ORDERS, TABLE_1, TIME_ORDERS, Order
+from tpbso_casadi.reproduction.paper import FIGURES, NAMES, SPACE_ORDERS, TABLE_1, TIME_ORDERS, Order, Printed
 from tpbso_casadi.reproduction.sign import signs
 from tpbso_casadi.versions import versions
 
@@ -40,6 +40,7 @@ class Row:
     name: str
     summary: Summary
     against: str
+    printed: Printed | None = None
 
 
 @dataclass(frozen=True)
@@ -110,11 +111,12 @@ def counts(judged: Iterable[tuple[Claim, Mapping[str, Finding]]]) -> dict[str, C
 
 def case_of(name: str, evidence: Evidence, illustration: Illustration | None) -> Case:
     """Everything about one case."""
-    rows, words = {}, []
+    rows, words, printed = {}, [], TABLE_1.get(name, {})
     for basis in BASES:
         verdicts = {pair.theirs: verdict for pair, verdict in against_rivals(evidence, [name], basis)}
         rows[basis] = [
-            Row(TITLE_OF[arm], evidence.of(name, arm, basis), verdicts.get(label(arm, basis), "")) for arm in ARMS
+            Row(TITLE_OF[arm], evidence.of(name, arm, basis), verdicts.get(label(arm, basis), ""), printed.get(arm))
+            for arm in ARMS
         ]
         words.append(f"{basis}: {in_words(verdicts, basis)}")
     known = {arm: evidence.summaries.get((name, label(arm, EVALUATIONS))) for arm in BEYOND}
