@@ -11,6 +11,7 @@ import time
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -95,8 +96,12 @@ def test_nobody_answers(tmp_path: Path, capsys: pytest.CaptureFixture[str], monk
 
 
 def test_workers_with_other_versions_are_refused() -> None:
-    theirs = {"tcp://first:1": versions(), "tcp://second:2": versions() | {"casadi": "3.0"}}
+    theirs: dict[str, Any] = {"tcp://first:1": versions(), "tcp://second:2": versions() | {"casadi": "3.0"}}
     with pytest.raises(CrewError, match=r"--dask here:1: casadi 3.0 where .* is needed on tcp://second:2"):
         check_versions("here:1", theirs)
+    theirs["tcp://second:2"] = ModuleNotFoundError("No module named 'tpbso_casadi'")
+    with pytest.raises(CrewError, match=r"--dask here:1: tcp://second:2 cannot do it: ModuleNotFoundError: No module"):
+        check_versions("here:1", theirs)
+    check_versions("here:1", {"tcp://first:1": versions(), "tcp://gone:3": OSError("closed")})
     outcome = perform("{}", versions() | {"numpy": "1.0"})
     assert outcome.error.startswith("OtherVersions: numpy") and outcome.result is None

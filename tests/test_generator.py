@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.solvers import holm
 from solvers import SOLVERS
 from tpbso_casadi import parse_scenario, plan
 from tpbso_casadi.generator import random_scenario, random_scenarios
@@ -41,8 +40,3 @@ def test_every_solver_takes_them(solver: str) -> None:
     content = SOME[0].model_dump()
     content["solver"] |= {"name": solver, "evaluations": 300}
     assert plan(parse_scenario(content)).search.evaluations == 300
-
-
-def test_holm() -> None:
-    corrected = holm({"a": 0.01, "b": 0.04, "c": 0.03, "d": 0.5})
-    assert corrected == pytest.approx({"a": 0.04, "c": 0.09, "b": 0.09, "d": 0.5})

@@ -25,7 +25,7 @@ def accuracy_figure(plan: Plan) -> Figure:
     axes.set_title("largest distance from a given point")
     axes.set_xlim(0, max(int(iterations[-1]), 1))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, 1.1 * max(axes.get_ylim()[1], problem.accuracy))
     axes.grid(alpha=0.3)
     axes.legend()
     return figure

@@ -93,12 +93,12 @@ def carry_out(runs: Sequence[Run], store: Store, options: argparse.Namespace) ->
         CrewError: nobody can do them.
         LostExecutor, StoreError: it was cut off; what was done is kept.
     """
-    done = store.done(failed_too=not options.retry_failed)
-    left = sum(run.key not in done for run in runs)
+    keys = {run.key for run in runs}
+    left = keys - store.done(failed_too=not options.retry_failed)
     if not left:
         return
     crews = cluster(options.dask) if options.dask else nullcontext(local(options))
-    with crews as crew, campaign_progress(len(runs), len(runs) - left, options.quiet) as progress:
+    with crews as crew, campaign_progress(len(keys), len(keys) - len(left), options.quiet) as progress:
         conduct(runs, store, crew, options.retry_failed, progress)
 
 

@@ -6,7 +6,7 @@ import logging
 import os
 import re
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -86,17 +86,21 @@ def cluster(address: str) -> Iterator[Crew]:
     except OSError as error:
         raise CrewError(f"--dask {address}: no scheduler answers there ({type(error).__name__})") from error
     with client:
-        check_versions(address, client.run(versions))
+        check_versions(address, client.run(versions, on_error="return"))
         start = partial(client.get_executor, pure=False)
         yield Crew(start, start, EVERYTHING)
 
 
-def check_versions(address: str, found: dict[str, dict[str, str]]) -> None:
-    """Hold the versions of each worker against those of this process.
+def check_versions(address: str, found: Mapping[str, dict[str, str] | Exception]) -> None:
+    """Hold the versions of each worker against those of this process; a worker that has just gone does not matter.
 
     Raises:
         CrewError: naming the first that differs.
     """
     for worker, theirs in found.items():
+        if isinstance(theirs, OSError):
+            continue
+        if isinstance(theirs, Exception):
+            raise CrewError(f"--dask {address}: {worker} cannot do it: {type(theirs).__name__}: {theirs}")
         if theirs != versions():
             raise CrewError(f"--dask {address}: {difference(theirs, versions())} on {worker}")

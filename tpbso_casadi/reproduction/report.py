@@ -28,6 +28,7 @@ from tpbso_casadi.reproduction.sign import signs
 from tpbso_casadi.versions import versions
 
 HERE = Path(__file__).parent
+ROUNDING = 1e-9  # what a standard deviation of equal numbers may be
 ARMS = ("ga", "pso", "bso", PRINTED)
 TITLE_OF = {**NAMES, PRINTED: "TPBSO, (28) as printed"}
 TITLE_BEYOND = {"abso": "adaptive beetle swarm", "bso+polish": "TPBSO, then IPOPT", "ipopt": "IPOPT alone, 20 starts"}
@@ -180,7 +181,9 @@ def growth_table(
 
 def number(value: float | None, digits: int = 4) -> str:
     """A number for a table, a dash where there is none."""
-    return "-" if value is None or not isfinite(value) else f"{value:.{digits}g}"
+    if value is None or not isfinite(value):
+        return "-"
+    return f"{value:.{digits}g}" if abs(value) > ROUNDING else "0"
 
 
 def picture(shown: Picture, alt: str) -> Markup:
