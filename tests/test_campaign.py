@@ -109,9 +109,19 @@ class Cancels(ThreadPoolExecutor):
         return future
 
 
-def test_an_executor_that_is_gone_is_said_in_one_line(tmp_path: Path) -> None:
+class Refuses(ThreadPoolExecutor):
+    """An executor to which nothing connects any more."""
+
+    def submit(self, *_: object, **__: object) -> Future[object]:  # type: ignore[override]
+        future: Future[object] = Future()
+        future.set_exception(ConnectionResetError("closed"))
+        return future
+
+
+@pytest.mark.parametrize("kind", [Cancels, Refuses])
+def test_an_executor_that_is_gone_is_said_in_one_line(kind: type[ThreadPoolExecutor], tmp_path: Path) -> None:
     def gone() -> Executor:
-        return Cancels(1)
+        return kind(1)
 
     with (
         Store(tmp_path / "store") as store,

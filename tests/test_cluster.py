@@ -36,10 +36,11 @@ if __name__ == "__main__":
 """
 
 
-@pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[list[str]]:
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[str]]:
     """A scheduler's address, its process id, and those of what watches its two workers, which have two threads each."""
-    script = tmp_path / "cluster.py"
+    folder = tmp_path_factory.mktemp("cluster")
+    script = folder / "cluster.py"
     script.write_text(CLUSTER)
     process = subprocess.Popen(
         [sys.executable, str(script)],
@@ -47,7 +48,7 @@ def cluster(tmp_path: Path) -> Iterator[list[str]]:
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,
-        cwd=tmp_path,
+        cwd=folder,
     )
     assert process.stdout is not None
     yield process.stdout.readline().split()
@@ -69,7 +70,7 @@ def test_two_workers_of_a_cluster_give_the_same_table(cluster: list[str], tmp_pa
 
 def test_a_killed_worker_costs_nothing(cluster: list[str], tmp_path: Path) -> None:
     threading.Timer(1.0, os.kill, (int(cluster[2]), signal.SIGKILL)).start()
-    runs = [*CAMPAIGN[:-2], "--runs", "12", "--quiet", "--no-plots"]
+    runs = [*CAMPAIGN, "--runs", "10", "--solvers", "bso,pso"]
     assert main([*runs, "--dask", cluster[0], "--out", str(tmp_path / "dask")]) == 0
     assert main([*runs, "--workers", "2", "--out", str(tmp_path / "here")]) == 0
     assert (tmp_path / "dask/summary.csv").read_bytes() == (tmp_path / "here/summary.csv").read_bytes()

@@ -192,7 +192,7 @@ def test_ipopt_alone(case: str) -> None:
 def test_interruption_of_ipopt_keeps_the_best(how: list[str], reason: str) -> None:
     command = [sys.executable, "-m", "tpbso_casadi.solve", "obstacle-5", *how]
     with subprocess.Popen([*command, "--out", "out", "--no-plots"], stderr=subprocess.PIPE, text=True) as process:
-        time.sleep(12.0)  # until it descends, on a busy machine too
+        time.sleep(9.0)  # until it descends, on a busy machine too
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=60.0)
     assert process.returncode == 130

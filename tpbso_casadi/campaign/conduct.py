@@ -89,7 +89,7 @@ def _outcome(future: Future[Outcome]) -> Outcome:
         return future.result()
     except BrokenExecutor:
         raise
-    except CancelledError as error:
+    except (CancelledError, OSError) as error:  # nobody is there any more, or nobody answers
         raise LostExecutor("the workers are gone; what was done is kept") from error
     except Exception as error:  # of the executor itself: what a run raises comes as an outcome
         return Outcome(None, 0.0, " ".join(f"{type(error).__name__}: {error}".split()))

@@ -18,6 +18,7 @@ from tpbso_casadi.campaign.run import difference
 from tpbso_casadi.versions import versions
 
 ADDRESS = re.compile(r"(\w+://)?(\[[^]]+\]|[^:/\s]+):\d+")
+CHATTER = ("distributed", "tornado")
 EVERYTHING = 100_000  # runs: the scheduler shares them out
 PATIENCE = 10.0  # seconds for a scheduler to answer
 
@@ -79,7 +80,7 @@ def cluster(address: str) -> Iterator[Crew]:
         raise CrewError("--dask needs the package distributed: pip install 'tpbso-casadi[dask]'") from error
     if not ADDRESS.fullmatch(address):
         raise CrewError(f"--dask {address}: is not an address like tcp://host:port")
-    for name in [name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"]:
+    for name in [name for name in logging.root.manager.loggerDict if name.split(".")[0] in CHATTER]:
         logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters of it is said in one line
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
