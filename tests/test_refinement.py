@@ -135,7 +135,7 @@ def clear_at_100_000_times(found: Plan) -> bool:
 
 
 @pytest.mark.parametrize("obstacles", OBSTACLES)
-@pytest.mark.parametrize("links", [3, 4, 5])
+@pytest.mark.parametrize("links", [3, pytest.param(4, marks=pytest.mark.slow), 5])
 def test_plans_around_obstacles_are_clear_for_all_t(links: int, obstacles: str) -> None:
     def stated(content: dict[str, Any]) -> None:
         content["arm"]["link_lengths"] = [2.0 / links] * links
