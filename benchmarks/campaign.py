@@ -2,7 +2,8 @@
 
     python -m benchmarks.campaign
 
-The ratio is that of the whole commands, start and table included. Compiled costs are made beforehand.
+The ratio is that of the whole commands, start and table included. Compiled costs are made beforehand. The ceiling is
+what two such commands with one worker each, side by side, do in the time of one: what the machine's processors allow.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import argparse
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -19,12 +21,14 @@ import numpy as np
 CASES = ["time-3", "rotation-5", "obstacle-3", "pentagram-time"]
 
 
-def seconds(folder: Path, workers: int, runs: int) -> float:
-    """Of one campaign, as a command."""
+def seconds(folders: Sequence[Path], workers: int, runs: int) -> float:
+    """Of campaigns side by side, as commands."""
     command = [sys.executable, "-m", "tpbso_casadi.compare", *CASES, "--solvers", "bso,pso,bso+polish", "--no-plots"]
-    command += ["--runs", str(runs), "--quiet", "--workers", str(workers), "--out", str(folder)]
+    command += ["--runs", str(runs), "--quiet", "--workers", str(workers), "--out"]
     began = time.perf_counter()
-    subprocess.run(command, check=True)
+    started = [subprocess.Popen([*command, str(folder)]) for folder in folders]
+    for process in started:
+        assert process.wait() == 0
     return time.perf_counter() - began
 
 
@@ -33,15 +37,19 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("--rounds", type=int, default=5)
     options = parser.parse_args()
-    ratios = []
+    ratios, ceilings = [], []
     with TemporaryDirectory() as name:
         folder = Path(name)
-        seconds(folder / "warm", 2, 3)
+        seconds([folder / "warm"], 2, 3)
         for number in range(options.rounds):
-            one, two = (seconds(folder / f"{number}-{workers}", workers, options.runs) for workers in (1, 2))
+            one, two = (seconds([folder / f"{number}-{workers}"], workers, options.runs) for workers in (1, 2))
+            both = seconds([folder / f"{number}-a", folder / f"{number}-b"], 1, options.runs)
             ratios.append(one / two)
-            print(f"one worker {one:.1f} s, two {two:.1f} s, ratio {one / two:.2f}", flush=True)
-    print(f"two processes are worth {np.median(ratios):.2f} (median; {min(ratios):.2f} to {max(ratios):.2f})")
+            ceilings.append(2.0 * one / both)
+            words = f"ratio {ratios[-1]:.2f}, ceiling {ceilings[-1]:.2f}"
+            print(f"one worker {one:.1f} s, two {two:.1f} s, two commands {both:.1f} s: {words}", flush=True)
+    spread = f"{min(ratios):.2f} to {max(ratios):.2f}"
+    print(f"two processes are worth {np.median(ratios):.2f} (median; {spread}), of {np.median(ceilings):.2f} possible")
 
 
 if __name__ == "__main__":

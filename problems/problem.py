@@ -119,16 +119,19 @@ class Problem(ABC):
         return ca.Function("cost", [self.model.x], [self.model.cost], ["x"], ["cost"], {"cse": True})
 
     def priced(self, pricing: Pricing | None = None) -> PopulationFunction:
-        """The cost of whole populations, computed as told: costs (m,) of candidates (m, d)."""
-        return PopulationFunction(self.cost_function, pricing)
+        """The cost of whole populations, computed as told: costs (m,) of candidates (m, d). Made once for each way."""
+        asked = Pricing() if pricing is None else pricing
+        if asked not in self._priced:
+            self._priced[asked] = PopulationFunction(self.cost_function, asked)
+        return self._priced[asked]
 
     @cached_property
-    def _population(self) -> PopulationFunction:
-        return self.priced()
+    def _priced(self) -> dict[Pricing, PopulationFunction]:
+        return {}
 
     def cost(self, candidates: FloatArray) -> FloatArray:
         """Costs (m,) of candidates (m, d); below every infeasible cost exactly when feasible at the samples."""
-        return self._population(candidates)
+        return self.priced()(candidates)
 
     def objective_value(self, trajectory: Trajectory, times: FloatArray) -> float:
         """The objective of a trajectory, measured at times (n,) in s."""

@@ -73,7 +73,10 @@ class Plan:
 
 
 def plan(
-    scenario: Scenario, callback: Callable[[Status], object] | None = None, pricing: Pricing | None = None
+    scenario: Scenario,
+    callback: Callable[[Status], object] | None = None,
+    pricing: Pricing | None = None,
+    problem: Problem | None = None,
 ) -> Plan:
     """Plan a scenario.
 
@@ -81,11 +84,12 @@ def plan(
         scenario: arm, task, limits, solver, budget and seed.
         callback: gets the status of the search after every iteration.
         pricing: how a population is evaluated; changes how long it takes, not what is found.
+        problem: that of the scenario, where it is at hand.
 
     Raises:
         ScenarioError: the task cannot be done, or the solver is unknown.
     """
-    problem, solver = scenario.problem(), scenario.solver.build()
+    problem, solver = scenario.problem() if problem is None else problem, scenario.solver.build()
     if isinstance(solver, IPOPT):
         return descended(scenario, problem, solver, callback)
     if scenario.solver.within is not None:

@@ -51,6 +51,8 @@ def parser() -> argparse.ArgumentParser:
 def reproduce(options: argparse.Namespace) -> int:
     """Do what the options say; returns the exit status."""
     size = QUICK if options.quick else FULL
+    if options.quick and options.backend is None:
+        options.backend = "vm"  # so few evaluations are not worth a compiler
     runs = campaign(size)
     prepare(options)
     with stored(options) as store:

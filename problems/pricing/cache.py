@@ -10,7 +10,8 @@ from __future__ import annotations
 import os
 import stat
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
 from tempfile import NamedTemporaryFile
@@ -85,6 +86,25 @@ def claim(key: str) -> bool:
     free = not mark.exists() or time.time() - mark.stat().st_mtime > ABANDONED
     mark.touch()
     return free
+
+
+@contextmanager
+def turn() -> Iterator[bool]:
+    """Whether nobody else holds the turn to compile; if so it is held here. It ends with the process, at the latest.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    import fcntl  # noqa: PLC0415 (not on every system, nor is compiling)
+
+    folder().mkdir(mode=0o700, parents=True, exist_ok=True)
+    with (folder() / ".turn").open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            yield False
+        else:
+            yield True
 
 
 def scratch() -> Path | None:

@@ -142,9 +142,13 @@ def _key(function: str, compiler: Compiler) -> str:
 
 
 def fill_cache() -> None:
-    """Compile the function on standard input into the cache, unless another process is at it."""
+    """Compile the function on standard input into the cache, unless another process is compiling.
+
+    One at a time: many searches beside each other would otherwise start as many compilers. Who gives up here is
+    followed by the next search of the same function.
+    """
     os.nice(10)
     text = sys.stdin.read()
-    with suppress(NativeUnavailable, OSError):
-        if cache.claim(_key(text, _compiler())):
+    with suppress(NativeUnavailable, OSError), cache.turn() as ours:
+        if ours and cache.claim(_key(text, _compiler())):
             compiled(ca.Function.deserialize(text))

@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from problems.pricing import InvalidPricing, processors
+from problems.pricing import BACKENDS, InvalidPricing, processors
 from tpbso_casadi.campaign.conduct import LostExecutor, conduct
 from tpbso_casadi.campaign.crew import Crew, CrewError, cluster, processes
 from tpbso_casadi.campaign.export import check_export
@@ -49,6 +49,7 @@ def add_campaign_options(parser: argparse.ArgumentParser, folder: Path) -> None:
         "--workers", type=positive_int, metavar="N", help=f"processes; {processors()}, one a processor, if none"
     )
     alternatives.add_argument("--dask", metavar="ADDRESS", help="the workers of a Dask scheduler, tcp://host:port")
+    who.add_argument("--backend", choices=BACKENDS, help="what prices a population")
     output = parser.add_argument_group("the output; the same command goes on where it was cut off")
     output.add_argument("--out", type=Path, default=folder, metavar="DIR", help=f"folder of the runs; {folder} if none")
     output.add_argument("--retry-failed", action="store_true", help="try once more what is kept as failed")
@@ -83,7 +84,7 @@ def stored(options: argparse.Namespace) -> Iterator[Store]:
 
 def local(options: argparse.Namespace) -> Crew:
     """The processes of this machine."""
-    return processes(options.workers or processors())
+    return processes(options.workers or processors(), options.backend)
 
 
 def carry_out(runs: Sequence[Run], store: Store, options: argparse.Namespace) -> None:
@@ -97,7 +98,7 @@ def carry_out(runs: Sequence[Run], store: Store, options: argparse.Namespace) ->
     left = keys - store.done(failed_too=not options.retry_failed)
     if not left:
         return
-    crews = cluster(options.dask) if options.dask else nullcontext(local(options))
+    crews = cluster(options.dask, options.backend) if options.dask else nullcontext(local(options))
     with crews as crew, campaign_progress(len(keys), len(keys) - len(left), options.quiet) as progress:
         conduct(runs, store, crew, options.retry_failed, progress)
 

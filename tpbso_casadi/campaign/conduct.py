@@ -50,21 +50,21 @@ def conduct(
     while left:
         before = len(left)
         with crew.start() as executor:
-            suspects = _work(left, executor, crew.width, keep)
+            suspects = _work(left, executor, crew, keep)
         for run in suspects:
             keep(run, _alone(run, crew))
         if len(left) == before:
             raise LostExecutor("no worker can be started; what was done is kept")
 
 
-def _work(left: deque[Run], executor: Executor, width: int, keep: Callable[[Run, Outcome], None]) -> list[Run]:
+def _work(left: deque[Run], executor: Executor, crew: Crew, keep: Callable[[Run, Outcome], None]) -> list[Run]:
     """Work until nothing is left or the executor breaks; returns the runs that were at work then."""
     at_work: dict[Future[Outcome], Run] = {}
     suspects: list[Run] = []
     try:
         while (left and not suspects) or at_work:
-            while left and not suspects and len(at_work) < width:
-                future = executor.submit(perform, *left[0].task)
+            while left and not suspects and len(at_work) < crew.width:
+                future = executor.submit(perform, *left[0].task, crew.backend)
                 at_work[future] = left.popleft()
             for future in wait(at_work, return_when=FIRST_COMPLETED).done:
                 run = at_work.pop(future)
@@ -100,7 +100,7 @@ def _alone(run: Run, crew: Crew) -> Outcome:
     for _ in range(CHANCES):
         with crew.alone() as executor:
             try:
-                return executor.submit(perform, *run.task).result()
+                return executor.submit(perform, *run.task, crew.backend).result()
             except BrokenExecutor:
                 continue
     return Outcome(None, 0.0, f"WorkerDied: {CHANCES} times in a row while nothing else ran")

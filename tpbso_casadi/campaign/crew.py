@@ -35,16 +35,18 @@ class Crew:
         start: an executor for everything; again when one is broken.
         alone: an executor for a single run that is suspected of having broken another.
         width: how many runs are handed out at a time, those included that wait for a worker.
+        backend: what prices a population there; None for what a worker's environment says. It changes no result.
     """
 
     start: Callable[[], Executor]
     alone: Callable[[], Executor]
     width: int
+    backend: str | None = None
 
 
-def processes(workers: int) -> Crew:
+def processes(workers: int, backend: str | None = None) -> Crew:
     """Processes of this machine."""
-    return Crew(lambda: _pool(workers), lambda: _pool(1), 2 * workers)
+    return Crew(lambda: _pool(workers), lambda: _pool(1), 2 * workers, backend)
 
 
 def _pool(workers: int) -> Executor:
@@ -65,11 +67,12 @@ def _stay_with_parent() -> None:
 
 
 @contextmanager
-def cluster(address: str) -> Iterator[Crew]:
+def cluster(address: str, backend: str | None = None) -> Iterator[Crew]:
     """The workers of a Dask scheduler, those included that come later.
 
     Args:
         address: as ``tcp://host:port``.
+        backend: what prices a population there.
 
     Raises:
         CrewError: Dask is not installed, nobody answers, or a worker has other versions than this process.
@@ -89,7 +92,7 @@ def cluster(address: str) -> Iterator[Crew]:
     with client:
         check_versions(address, client.run(versions, on_error="return"))
         start = partial(client.get_executor, pure=False)
-        yield Crew(start, start, EVERYTHING)
+        yield Crew(start, start, EVERYTHING, backend)
 
 
 def check_versions(address: str, found: Mapping[str, dict[str, str] | Exception]) -> None:

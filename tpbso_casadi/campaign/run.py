@@ -7,15 +7,18 @@ import threading
 import time
 import traceback
 from dataclasses import asdict, dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from hashlib import sha256
 from typing import Any
 
+from problems import Problem
+from problems.pricing import Pricing
 from tpbso_casadi.planning import plan
 from tpbso_casadi.run_folder import as_json, result_of
-from tpbso_casadi.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario import Scenario, SolverSection, parse_scenario
 from tpbso_casadi.versions import versions
 
+KEPT = 64  # problems of a worker: some 10 MB each
 ONE_AT_A_TIME = threading.Lock()  # IPOPT's linear solver is not made for threads, and a cluster's worker may have many
 
 
@@ -72,31 +75,40 @@ class OtherVersions(RuntimeError):
     """Whoever does the run has other versions of what decides its result."""
 
 
-def perform(scenario: str, expected: dict[str, str]) -> Outcome:
+def perform(scenario: str, expected: dict[str, str], backend: str | None = None) -> Outcome:
     """Do one run; whatever goes wrong in it is an outcome too.
 
     Args:
         scenario: JSON.
         expected: the versions that the campaign is made with.
+        backend: what prices a population; None for what the environment says. It changes no result.
     """
     began = time.perf_counter()
     try:
         with ONE_AT_A_TIME:
-            return Outcome(_result(scenario, expected), time.perf_counter() - began)
+            return Outcome(_result(scenario, expected, backend), time.perf_counter() - began)
     except Exception as error:
         message = " ".join(f"{type(error).__name__}: {error}".split())
         return Outcome(None, time.perf_counter() - began, message, traceback.format_exc())
 
 
-def _result(scenario: str, expected: dict[str, str]) -> str:
+def _result(scenario: str, expected: dict[str, str], backend: str | None) -> str:
     ours = versions()
     if ours != expected:
         raise OtherVersions(f"{difference(ours, expected)} on this worker")
-    found = plan(parse_scenario(json.loads(scenario)))
+    asked = parse_scenario(json.loads(scenario))
+    problem = _problem(asked.model_copy(update={"solver": SolverSection()}).model_dump_json())
+    found = plan(asked, pricing=None if backend is None else Pricing(backend), problem=problem)
     if found.interrupted:
         raise InterruptedError("the run was interrupted")
     content: dict[str, Any] = result_of(found)
     return as_json(content, indent=None)
+
+
+@lru_cache(maxsize=KEPT)
+def _problem(scenario: str) -> Problem:
+    """The problem of a scenario; the same one, with its compiled costs, for all runs of a worker."""
+    return parse_scenario(json.loads(scenario)).problem()
 
 
 def difference(found: dict[str, str], expected: dict[str, str]) -> str:
