@@ -241,6 +241,18 @@ def test_of_several_processes_aside_one_compiles(cache_folder: Path, monkeypatch
 
 
 @needs_compiler
+def test_one_process_aside_compiles_at_a_time(cache_folder: Path) -> None:
+    with cache.turn() as ours:
+        assert ours
+        with cache.turn() as theirs:
+            assert not theirs
+        subprocess.run(ASIDE, input=small().serialize(), text=True, check=True)
+        assert find_native(small()) is None
+    subprocess.run(ASIDE, input=small().serialize(), text=True, check=True)  # it did not claim what it did not make
+    assert find_native(small()) is not None
+
+
+@needs_compiler
 def test_a_process_aside_says_nothing_and_fails_quietly(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CXX", "no-such-compiler")
     done = subprocess.run(ASIDE, input=small().serialize(), text=True, check=True, capture_output=True)

@@ -83,13 +83,13 @@ def perform(scenario: str, expected: dict[str, str], backend: str | None = None)
         expected: the versions that the campaign is made with.
         backend: what prices a population; None for what the environment says. It changes no result.
     """
-    began = time.perf_counter()
-    try:
-        with ONE_AT_A_TIME:
+    with ONE_AT_A_TIME:
+        began = time.perf_counter()
+        try:
             return Outcome(_result(scenario, expected, backend), time.perf_counter() - began)
-    except Exception as error:
-        message = " ".join(f"{type(error).__name__}: {error}".split())
-        return Outcome(None, time.perf_counter() - began, message, traceback.format_exc())
+        except Exception as error:
+            message = " ".join(f"{type(error).__name__}: {error}".split())
+            return Outcome(None, time.perf_counter() - began, message, traceback.format_exc())
 
 
 def _result(scenario: str, expected: dict[str, str], backend: str | None) -> str:
