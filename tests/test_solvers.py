@@ -140,6 +140,19 @@ def test_interruption_keeps_the_best_and_the_handler(solver: Solver) -> None:
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_who_ignores_ctrl_c_goes_on_to(solver: Solver) -> None:
+    def interrupted(x: np.ndarray) -> np.ndarray:
+        os.kill(os.getpid(), signal.SIGINT)
+        return sphere(x)
+
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        assert search(solver, interrupted).stop_reason is not StopReason.INTERRUPTED
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def test_callback_and_history_tell_the_same_story(solver: Solver) -> None:
     seen: list[Status] = []
     found = minimize(sphere, BOX, solver, Budget(2000), 1, seen.append)

@@ -83,22 +83,24 @@ def percent(share: float, sign: str = "") -> str:
     return f"{100.0 * share:{sign}.0f} %" if np.isfinite(share) else "(no plan)"
 
 
-def against_rivals(evidence: Evidence, cases: Sequence[str], basis: str) -> list[tuple[Comparison, str]]:
-    """TPBSO against each rival on each case, with the verdict after Holm's correction over all of them."""
+def against(
+    evidence: Evidence, cases: Sequence[str], basis: str, rivals: Sequence[str] = RIVALS
+) -> list[tuple[Comparison, float]]:
+    """TPBSO against each rival on each case, with p after Holm's correction over all of them."""
     pairs = [
-        compared(evidence.of(case, "bso", basis), evidence.of(case, rival, basis)) for case in cases for rival in RIVALS
+        compared(evidence.of(case, "bso", basis), evidence.of(case, rival, basis)) for case in cases for rival in rivals
     ]
-    corrected = holm([pair.p for pair in pairs])
-    return [(pair, pair.verdict(p)) for pair, p in zip(pairs, corrected, strict=True)]
+    return list(zip(pairs, holm([pair.p for pair in pairs]), strict=True))
 
 
 def best(cases: Sequence[str]) -> Callable[[Evidence, str], Finding]:
     """TPBSO has the best mean everywhere, and at least half of the differences are more than chance."""
 
     def judge(evidence: Evidence, basis: str) -> Finding:
-        pairs = against_rivals(evidence, cases, basis)
+        pairs = against(evidence, cases, basis)
         lower = sum(pair.lower for pair, _ in pairs)
-        better, worse = (sum(verdict == word for _, verdict in pairs) for word in ("better", "worse"))
+        verdicts = [pair.verdict(p) for pair, p in pairs]
+        better, worse = verdicts.count("better"), verdicts.count("worse")
         words = (
             f"ahead in {lower} of {len(pairs)} comparisons; by more than chance in {better}, behind by more than "
             f"chance in {worse}"

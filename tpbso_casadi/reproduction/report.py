@@ -20,10 +20,10 @@ from tpbso_casadi.campaign import Record
 from tpbso_casadi.campaign.statistics import Summary
 from tpbso_casadi.reproduction.arms import BASES, BEYOND, EVALUATIONS, ITERATIONS, PRINTED, Size, label
 from tpbso_casadi.reproduction.case_figures import Illustration, Picture
-from tpbso_casadi.reproduction.claims import CLAIMS, Claim, Finding, Verdict, against_rivals
+from tpbso_casadi.reproduction.claims import CLAIMS, Claim, Finding, Verdict, against
 from tpbso_casadi.reproduction.evidence import Evidence
 from tpbso_casadi.reproduction.overview_figures import figure_17, growth_figure
-from tpbso_casadi.reproduction.paper import FIGURES, NAMES, SPACE_ORDERS, TABLE_1, TIME_ORDERS, Order, Printed
+from tpbso_casadi.reproduction.paper import FIGURES, NAMES, RIVALS, SPACE_ORDERS, TABLE_1, TIME_ORDERS, Order, Printed
 from tpbso_casadi.reproduction.sign import signs
 from tpbso_casadi.versions import versions
 
@@ -40,7 +40,8 @@ class Row:
 
     name: str
     summary: Summary
-    against: str
+    against: str = ""
+    p: float = 1.0
     printed: Printed | None = None
 
 
@@ -112,21 +113,22 @@ def counts(judged: Iterable[tuple[Claim, Mapping[str, Finding]]]) -> dict[str, C
 
 def case_of(name: str, evidence: Evidence, illustration: Illustration | None) -> Case:
     """Everything about one case."""
-    rows, words, printed = {}, [], TABLE_1.get(name, {})
+    rows: dict[str, list[Row]] = {}
+    words, printed = [], TABLE_1.get(name, {})
     for basis in BASES:
-        verdicts = {pair.theirs: verdict for pair, verdict in against_rivals(evidence, [name], basis)}
-        rows[basis] = [
-            Row(TITLE_OF[arm], evidence.of(name, arm, basis), verdicts.get(label(arm, basis), ""), printed.get(arm))
-            for arm in ARMS
-        ]
-        words.append(f"{basis}: {in_words(verdicts, basis)}")
+        tests = {pair.theirs: (pair.verdict(p), p) for pair, p in against(evidence, [name], basis, (*RIVALS, PRINTED))}
+        rows[basis] = []
+        for arm in ARMS:
+            verdict, p = tests.get(label(arm, basis), ("", 1.0))
+            rows[basis].append(Row(TITLE_OF[arm], evidence.of(name, arm, basis), verdict, p, printed.get(arm)))
+        words.append(f"{basis}: {in_words({rival: verdict for rival, (verdict, _) in tests.items()}, basis)}")
     known = {arm: evidence.summaries.get((name, label(arm, EVALUATIONS))) for arm in BEYOND}
-    beyond = [Row(TITLE_BEYOND[arm], summary, "") for arm, summary in known.items() if summary is not None]
+    beyond = [Row(TITLE_BEYOND[arm], summary) for arm, summary in known.items() if summary is not None]
     unit = rows[EVALUATIONS][0].summary.unit
-    title, verdict = TITLES[name].partition(": ")[2], "; ".join(words)
+    title, verdicts = TITLES[name].partition(": ")[2], "; ".join(words)
     same = illustration is not None and illustration.objective == drawn_record(evidence, illustration).objective
     best = evidence.best_known(name)
-    return Case(name, title, FIGURES[name], unit, verdict, rows, beyond, best, illustration, same)
+    return Case(name, title, FIGURES[name], unit, verdicts, rows, beyond, best, illustration, same)
 
 
 def drawn_record(evidence: Evidence, illustration: Illustration) -> Record:
@@ -139,10 +141,11 @@ def drawn_record(evidence: Evidence, illustration: Illustration) -> Record:
 def in_words(verdicts: Mapping[str, str], basis: str) -> str:
     """How TPBSO stands to both rivals, as a sentence."""
     by_word: dict[str, list[str]] = {}
-    for rival in ("pso", "ga"):
+    for rival in RIVALS:
         by_word.setdefault(verdicts[label(rival, basis)], []).append(NAMES[rival])
     phrases = {"better": "better than", "worse": "worse than", "equal": "no different from"}
-    return "TPBSO is " + ", ".join(f"{phrases[word]} {' and '.join(who)}" for word, who in by_word.items())
+    stands = ", ".join(f"{phrases[word]} {' and '.join(who)}" for word, who in by_word.items())
+    return f"TPBSO is {stands}, and {phrases[verdicts[label(PRINTED, basis)]]} itself with (28) as printed"
 
 
 def table_1(evidence: Evidence) -> list[dict[str, Any]]:
