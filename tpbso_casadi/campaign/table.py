@@ -54,15 +54,18 @@ def shown(summaries: Sequence[Summary]) -> Group:
 
 def _case(summaries: Sequence[Summary], found: dict[tuple[str, str], tuple[Comparison, float]]) -> Table:
     first = summaries[0]
-    table = Table(title=escape(f"{first.case} [{first.unit}]"), title_justify="left", title_style="bold", box=SIMPLE)
+    unit = next((summary.unit for summary in summaries if summary.unit), "")
+    table = Table(title=escape(f"{first.case} [{unit}]"), title_justify="left", title_style="bold", box=SIMPLE)
     table.add_column("solver", overflow="fold")
-    for heading in ("mean", "std", "runs", "evals", "seconds", f"than {escape(first.solver)}, p"):
+    for heading in ("mean", "std", "runs", "evals", "seconds", "than the first, p"):
         table.add_column(heading, justify="right")
     for s in summaries:
         pair, p = found.get((s.case, s.solver), (None, 1.0))
         numbers = (_short(s.mean, ".5g"), _short(s.std, ".1e"))
         verdict = "" if pair is None else f"{MARKS[pair.verdict(p)]} {p:.2f}"
-        table.add_row(escape(s.solver), *numbers, _count(s), f"{s.evaluations:.0f}", f"{s.seconds:.2f}", verdict)
+        table.add_row(
+            escape(s.solver), *numbers, _count(s), _short(s.evaluations, ".0f"), _short(s.seconds, ".2f"), verdict
+        )
     return table
 
 
