@@ -57,7 +57,7 @@ def _case(summaries: Sequence[Summary], found: dict[tuple[str, str], tuple[Compa
     unit = next((summary.unit for summary in summaries if summary.unit), "")
     table = Table(title=escape(f"{first.case} [{unit}]"), title_justify="left", title_style="bold", box=SIMPLE)
     table.add_column("solver", overflow="fold")
-    for heading in ("mean", "std", "runs", "evals", "seconds", "than the first, p"):
+    for heading in ("mean", "std", "runs", "evals", "seconds", "vs first, p"):
         table.add_column(heading, justify="right")
     for s in summaries:
         pair, p = found.get((s.case, s.solver), (None, 1.0))
