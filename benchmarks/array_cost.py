@@ -14,10 +14,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from problems import PathFollowing, PointToPoint, Problem
-from problems.limits import reachable_pairs
-from problems.penalty import limit_weight
-from problems.problem import SAMPLING_MARGIN
-from problems.segments import QUARTIC, QUINTIC, sampling_matrix
+from problems.assembly.problem import SAMPLING_MARGIN
+from problems.encodings.penalty import limit_weight
+from problems.limits.motion_limits import reachable_pairs
+from problems.motions.segments import QUARTIC, QUINTIC, sampling_matrix
 
 Array = Any  # numpy.ndarray | jax.Array
 Cost = Callable[[Array], Array]
@@ -148,7 +148,7 @@ class PointToPointCost(Kinematics):
         self.lambda_1, self.lambda_2 = (
             (0.0, 0.0) if self.reduced else (problem.penalty_weights.lambda_1, problem.penalty_weights.lambda_2)
         )
-        self.ceiling = problem.feasible_below
+        self.ceiling = problem.objective_upper_bound
 
     def __call__(self, x: Array) -> Array:
         """Costs (...) of candidates (..., d)."""
@@ -232,8 +232,8 @@ class PathCost(Kinematics):
         self.half_steps = np.diff(spline.nodes)[:, None] / 2.0
         self.points = problem.path.array
         self.at_knots = self.points[list(problem.knot_indices)]
-        self.ceiling = problem.feasible_below
-        self.lambda_1 = 0.0 if self.reduced else limit_weight(problem.constraints, problem.feasible_below)
+        self.ceiling = problem.objective_upper_bound
+        self.lambda_1 = 0.0 if self.reduced else limit_weight(problem.constraints, problem.objective_upper_bound)
 
     def __call__(self, x: Array) -> Array:
         """Costs (...) of candidates (..., d)."""

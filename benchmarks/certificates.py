@@ -20,6 +20,7 @@ import casadi as ca
 import numpy as np
 
 from problems import (
+    CertificateStatus,
     Ellipse,
     InvalidProblem,
     Path,
@@ -27,11 +28,10 @@ from problems import (
     PlanarArm,
     PointToPoint,
     Problem,
-    Standing,
     Trajectory,
 )
-from problems.limits import link_clearances, reachable_pairs
-from problems.matrix import as_array
+from problems.base.matrix import as_array
+from problems.limits.motion_limits import link_clearances, reachable_pairs
 from solvers import PSO, Box, Budget, minimize
 
 DENSE = 100_000
@@ -43,7 +43,7 @@ TOLERANCE = 1e-8  # relative: what counts as broken
 class Checked:
     """One trajectory: by constraint how the certificate stands, and whether the samples break it."""
 
-    standings: dict[str, Standing]
+    statuses: dict[str, CertificateStatus]
     broken: frozenset[str]
     milliseconds: float
 
@@ -81,15 +81,15 @@ def check(seed: int) -> Checked:
         x = minimize(problem.cost, Box(*problem.bounds), PSO(population=30), Budget(1500), rng).x
     trajectory = problem.trajectory(x)
     if rng.random() < 0.3:  # a little too fast, and only between the samples
-        trajectory = trajectory.stretched(
-            trajectory.least_stretch(problem.arm) * (1.0 - 10.0 ** rng.uniform(-7.0, -3.0))
+        trajectory = trajectory.time_scaled(
+            trajectory.minimum_time_scale(problem.arm) * (1.0 - 10.0 ** rng.uniform(-7.0, -3.0))
         )
     began = time.perf_counter()
     verdicts = problem.verify(trajectory)
     milliseconds = (time.perf_counter() - began) * 1e3
     about = {"speed", "acceleration", "joint range", "clearance"}
-    standings = {verdict.name: verdict.standing for verdict in verdicts if verdict.name in about}
-    return Checked(standings, frozenset(broken_limits(problem, trajectory)), milliseconds)
+    statuses = {verdict.name: verdict.status for verdict in verdicts if verdict.name in about}
+    return Checked(statuses, frozenset(broken_limits(problem, trajectory)), milliseconds)
 
 
 def broken_limits(problem: Problem, trajectory: Trajectory) -> Iterator[str]:
@@ -121,11 +121,11 @@ def main() -> None:
     print("| constraint | certified | violated | undecided | false certified | violated that no sample saw |")
     print("|---|---|---|---|---|---|")
     for name in ("speed", "acceleration", "joint range", "clearance"):
-        held = [(c.standings[name], name in c.broken) for c in every if name in c.standings]
-        count = Counter(standing for standing, _ in held)
-        false = sum(standing is Standing.CERTIFIED and broken for standing, broken in held)
-        unseen = sum(standing is Standing.VIOLATED and not broken for standing, broken in held)
-        print(f"| {name} | {' | '.join(str(count[s]) for s in Standing)} | {false} | {unseen} |")
+        held = [(c.statuses[name], name in c.broken) for c in every if name in c.statuses]
+        count = Counter(status for status, _ in held)
+        false = sum(status is CertificateStatus.CERTIFIED and broken for status, broken in held)
+        unseen = sum(status is CertificateStatus.VIOLATED and not broken for status, broken in held)
+        print(f"| {name} | {' | '.join(str(count[s]) for s in CertificateStatus)} | {false} | {unseen} |")
     milliseconds = [c.milliseconds for c in every]
     print(f"\nmilliseconds a certificate: median {np.median(milliseconds):.1f}, worst {max(milliseconds):.1f}")
 

@@ -17,9 +17,9 @@ from rich.table import Table
 
 from benchmarks.stopwatch import medians
 from problems import PathFollowing
-from problems.pricing import PopulationFunction, Pricing
+from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import OUTSIDE, SOLVERS, Box, Budget, find_solver, minimize
-from tpbso_casadi.builtin import builtin
+from tpbso_casadi.scenario.builtin import builtin
 
 EVALUATIONS = 20_000
 
@@ -60,7 +60,9 @@ def spline_structure(console: Console) -> None:
         name: ca.Function("way", [angles], [ca.sum1(ca.sum2(expression))]) for name, expression in ways.items()
     }
     for backend in ("vm", "native"):
-        prices = {name: PopulationFunction(function, Pricing(backend)) for name, function in functions.items()}
+        prices = {
+            name: PopulationFunction(function, EvaluationOptions(backend)) for name, function in functions.items()
+        }
         for price in prices.values():
             price(np.tile(points, (60, 1)))  # warms up
         taken = medians({name: partial(price, points) for name, price in prices.items()})

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tpbso_casadi.builtin import TITLES, builtin
-from tpbso_casadi.motion import Motion
-from tpbso_casadi.planning import plan
-from tpbso_casadi.scenario import Scenario, parse_scenario
+from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 
 WITHIN = 1e-3
 

@@ -32,13 +32,13 @@ from rich.table import Table
 from benchmarks.array_cost import array_cost
 from benchmarks.stopwatch import medians, slope
 from problems import Problem
-from problems.matrix import FloatArray
-from problems.pricing import PopulationFunction, Pricing
-from problems.pricing.cache import VARIABLE
-from problems.pricing.elementary import portable
+from problems.base.matrix import FloatArray
+from problems.evaluation import EvaluationOptions, PopulationFunction
+from problems.evaluation.cache import VARIABLE
+from problems.evaluation.portable_math import portable
 from solvers import SOLVERS, Box, Budget, minimize
-from tpbso_casadi.builtin import TITLES, builtin
-from tpbso_casadi.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 
 FORMULATIONS = ("paper", "reduced")
 AGREES = 1e-8  # what postures near a singularity make of rounding in the hand-written versions
@@ -81,8 +81,8 @@ def ways(problem: Problem, population: int) -> dict[str, Price]:
     """All ways to price the populations of a problem."""
     found: dict[str, Price] = {
         "map": mapped(problem.cost_function, population),
-        "vm": problem.priced(Pricing("vm")),
-        "native": problem.priced(Pricing("native")),
+        "vm": problem.evaluator(EvaluationOptions("vm")),
+        "native": problem.evaluator(EvaluationOptions("native")),
         "NumPy": array_cost(problem, np),
     }
     if find_spec("jax") is not None:
@@ -107,7 +107,7 @@ def attainable() -> float:
         for _ in range(8):
             chain = chain * 0.999 + 0.5
         total += chain
-    price = PopulationFunction(ca.Function("chains", [x], [total]), Pricing("native"))
+    price = PopulationFunction(ca.Function("chains", [x], [total]), EvaluationOptions("native"))
     points = np.random.default_rng(0).random((4000, 8))
     seconds = medians({"chains": lambda: price(points)})["chains"]
     return operations(price.function) * len(points) / seconds / 1e6
@@ -174,13 +174,16 @@ def growing() -> list[tuple[str, str, list[int], list[Callable[[str], Callable[[
     """What the cost of a search depends on: name, unit, sizes, and for each size a job of a backend."""
 
     def pricing(scenario: Scenario, population: int, backend: str) -> Callable[[], object]:
-        price, box = scenario.problem().priced(Pricing(backend)), Box(*scenario.problem().bounds)
+        price, box = scenario.problem().evaluator(EvaluationOptions(backend)), Box(*scenario.problem().bounds)
         points = box.sample(np.random.default_rng(1), population)
         repeat(price, points, 1 + 3000 // population)
         return lambda: price(points)
 
     def search(iterations: int, backend: str) -> Callable[[], object]:
-        price, box = builtin("time-3").problem().priced(Pricing(backend)), Box(*builtin("time-3").problem().bounds)
+        price, box = (
+            builtin("time-3").problem().evaluator(EvaluationOptions(backend)),
+            Box(*builtin("time-3").problem().bounds),
+        )
         return lambda: minimize(price, box, SOLVERS["bso"](population=50), Budget(iterations=iterations), 1)
 
     links, samples, population, iterations = (
@@ -209,7 +212,7 @@ def remembering() -> list[tuple[str, list[int], Callable[[int], float]]]:
 
     def search(population: int, iterations: int) -> float:
         problem = builtin("time-3").problem()
-        price = problem.priced(Pricing("native"))
+        price = problem.evaluator(EvaluationOptions("native"))
         price(np.zeros((1, len(problem.variables))))
         run = partial(minimize, price, Box(*problem.bounds), SOLVERS["bso"](population=population))
         return peak(partial(run, Budget(iterations=iterations), 1))

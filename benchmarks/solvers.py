@@ -25,12 +25,12 @@ import numpy as np
 from scipy.stats import rankdata, wilcoxon
 
 from problems import Problem
-from problems.matrix import FloatArray
-from problems.pricing import PopulationFunction, Pricing
+from problems.base.matrix import FloatArray
+from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import OUTSIDE, SOLVERS, Box, Budget, Solver, find_solver, minimize
-from tpbso_casadi.builtin import TITLES, builtin
 from tpbso_casadi.campaign.statistics import holm
-from tpbso_casadi.generator import random_scenarios
+from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.generator import random_scenarios
 
 GENERATED_SEED = 2024
 WORST = 3.0
@@ -73,7 +73,7 @@ def problem(case: str) -> Problem:
 
 @cache
 def price(case: str) -> PopulationFunction:
-    return problem(case).priced(Pricing("native"))
+    return problem(case).evaluator(EvaluationOptions("native"))
 
 
 def compiled(case: str) -> str:
@@ -92,7 +92,7 @@ def solve(job: Job) -> Run:
     assert job.budget in (0, found.evaluations)
     at = np.searchsorted(found.history.evaluations, MOMENTS, side="right") - 1
     so_far = np.where(at >= 0, found.history.cost[at], np.inf)
-    feasible = found.cost <= planned.feasible_below
+    feasible = found.cost <= planned.objective_upper_bound
     return Run(*astuple(job), found.cost, feasible, found.evaluations, found.seconds, tuple(so_far.tolist()))
 
 

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from problems import Problem
-from problems.matrix import FloatArray
-from problems.pricing import PopulationFunction, Pricing
+from problems.base.matrix import FloatArray
+from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import SOLVERS, Box, Budget, minimize
-from tpbso_casadi.generator import random_scenarios
+from tpbso_casadi.scenario.generator import random_scenarios
 
 TRAINING_SEED, TRAINING_CASES = 7, 16  # not the seed of benchmarks.solvers
 FINALISTS, CONFIRMING_SEEDS = 3, 8
@@ -85,7 +85,7 @@ def problem(case: int) -> Problem:
 
 @cache
 def price(case: int) -> PopulationFunction:
-    return problem(case).priced(Pricing("native"))
+    return problem(case).evaluator(EvaluationOptions("native"))
 
 
 def run(solver: str, settings: dict[str, Any], evaluations: int, seeds: range) -> FloatArray:
@@ -96,7 +96,7 @@ def run(solver: str, settings: dict[str, Any], evaluations: int, seeds: range) -
         for column, seed in enumerate(seeds):
             search, budget = SOLVERS[solver](**settings), Budget(evaluations)
             found = minimize(price(case), Box(*planned.bounds), search, budget, seed)
-            if found.cost <= planned.feasible_below:
+            if found.cost <= planned.objective_upper_bound:
                 costs[case, column] = found.cost
     return costs
 

@@ -1,18 +1,19 @@
 """What is planned: arms, tasks and limits as symbolic CasADi models. Knows nothing of how they are searched."""
 
-from problems.constraint import Constraint, Standing, Verdict, Weight
-from problems.errors import InvalidProblem
-from problems.objectives import OBJECTIVES, Objective
-from problems.obstacles import Ellipse
-from problems.path import Path, closed_curve, pentagram
-from problems.path_following import PathFollowing
-from problems.planar_arm import PlanarArm
-from problems.point_to_point import PointToPoint
-from problems.problem import Model, Problem, Variable
-from problems.trajectory import Trajectory
+from problems.assembly.path_following import PathFollowing
+from problems.assembly.point_to_point import PointToPoint
+from problems.assembly.problem import Model, Problem, Variable
+from problems.base.errors import InvalidProblem
+from problems.limits.constraint import CertificateStatus, Constraint, PenaltyKind, Verdict
+from problems.motions.trajectory import Trajectory
+from problems.objectives.objective import OBJECTIVES, Objective
+from problems.robots.planar import PlanarArm
+from problems.scene.ellipse import Ellipse
+from problems.tasks.path import Path, closed_curve, pentagram
 
 __all__ = [
     "OBJECTIVES",
+    "CertificateStatus",
     "Constraint",
     "Ellipse",
     "InvalidProblem",
@@ -20,14 +21,13 @@ __all__ = [
     "Objective",
     "Path",
     "PathFollowing",
+    "PenaltyKind",
     "PlanarArm",
     "PointToPoint",
     "Problem",
-    "Standing",
     "Trajectory",
     "Variable",
     "Verdict",
-    "Weight",
     "closed_curve",
     "pentagram",
 ]

@@ -22,7 +22,7 @@ from typing import ClassVar
 import numpy as np
 
 from solvers.box import Box, FloatArray
-from solvers.differential import Population, crossing, founders, halfway_back, shrunk
+from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
 from solvers.solver import Search, Solver, require
 from solvers.swarm import scheduled
 
@@ -64,17 +64,17 @@ class AdaptiveBeetleSwarm(Solver):
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
         """Pull, smell to the right, smell to the left if need be, move where it is better."""
-        x, cost = yield from founders(box, rng, self.population, self.effort, iterations)
+        x, cost = yield from initial_population(box, rng, self.population, self.effort, iterations)
         swarm, size, moved = Population.of(x, cost), len(x), np.zeros_like(x)
         for progress in iterations:
-            moved = moved[swarm.ranked(shrunk(size, self.last_population, progress))]
+            moved = moved[swarm.ranked(linear_size(size, self.last_population, progress))]
             leaders = swarm.leaders(rng, scheduled(self.leaders_first, self.leaders_last, progress))
             velocity = self.arm * (leaders - swarm.x) + self.momentum * moved
             arm = self.arm * swarm.differences(rng)
             share = scheduled(self.directions_first, self.directions_last, progress)
-            axes, chosen = self.axes(rng, swarm), crossing(rng, share, swarm.x.shape)
+            axes, chosen = self.axes(rng, swarm), binomial_mask(rng, share, swarm.x.shape)
             antennae = ((chosen * ((velocity + side * arm) @ axes)) @ axes.T for side in (1.0, -1.0))
-            right, left = (halfway_back(box, swarm.x + antenna, swarm.x) for antenna in antennae)
+            right, left = (midpoint_repair(box, swarm.x + antenna, swarm.x) for antenna in antennae)
             found = yield right
             disappointed = np.flatnonzero(found >= swarm.cost)
             if disappointed.size:

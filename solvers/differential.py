@@ -1,4 +1,4 @@
-"""What searches by differences share: founders, difference vectors, the way back into the box.
+"""What searches by differences share: initial_population, difference vectors, the way back into the box.
 
 A difference of two members is a step whose size and direction fit the population as it is: large while it is spread
 over the box, small when it has gathered (Storn and Price, "Differential Evolution", 1997).
@@ -16,14 +16,14 @@ from solvers.box import Box, FloatArray
 
 SCOUTS = 20  # priced before anything else: they tell how large a part of the budget one evaluation is
 UNKNOWN_BUDGET = 30_000  # evaluations assumed where the budget is not stated in evaluations
-MEMBERS_A_DIMENSION = 25  # founders at the most
+MEMBERS_A_DIMENSION = 25  # initial_population at the most
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 Founding = Generator[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]
 
 
-def founders(
+def initial_population(
     box: Box, rng: np.random.Generator, size: int | None, effort: int, iterations: Iterator[float]
 ) -> Founding:
     """Random members x (m, d) and their costs (m,).
@@ -105,19 +105,19 @@ class Population:
         return order
 
 
-def crossing(rng: np.random.Generator, rate: FloatArray | float, shape: tuple[int, ...]) -> BoolArray:
+def binomial_mask(rng: np.random.Generator, rate: FloatArray | float, shape: tuple[int, ...]) -> BoolArray:
     """Which components of each member change: each with probability ``rate``, one at the least. (m, d)."""
     mask = rng.random(shape) < rate
     mask[np.arange(shape[0]), rng.integers(shape[1], size=shape[0])] = True
     return mask
 
 
-def halfway_back(box: Box, candidates: FloatArray, parents: FloatArray) -> FloatArray:
+def midpoint_repair(box: Box, candidates: FloatArray, parents: FloatArray) -> FloatArray:
     """Components out of the box go halfway from the parent's to the bound. (m, d)."""
     inside = np.where(candidates < box.lower, (parents + box.lower) / 2.0, candidates)
     return np.where(inside > box.upper, (parents + box.upper) / 2.0, inside)
 
 
-def shrunk(first: int, last: int, progress: float) -> int:
+def linear_size(first: int, last: int, progress: float) -> int:
     """Members left when so much of the budget is used: linear from first to last."""
     return max(last, round(first + (last - first) * progress))

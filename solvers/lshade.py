@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from solvers.box import Box, FloatArray
-from solvers.differential import Population, crossing, founders, halfway_back, shrunk
+from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
 from solvers.solver import Search, Solver, require
 
 WIDTH = 0.1  # of the distributions around an entry of the history [1]
@@ -47,15 +47,15 @@ class LSHADE(Solver):
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
         """Mutate, cross, select, learn what worked, shrink."""
-        x, cost = yield from founders(box, rng, self.population, self.effort, iterations)
+        x, cost = yield from initial_population(box, rng, self.population, self.effort, iterations)
         members, size = Population.of(x, cost), len(x)
         history = History(np.full(self.history, 0.5), np.full(self.history, 0.5))
         for progress in iterations:
-            members.ranked(shrunk(size, self.last_population, progress))
+            members.ranked(linear_size(size, self.last_population, progress))
             f, cr = history.draw(rng, members.size)
             step = f[:, None] * (members.leaders(rng, self.best) - members.x + members.differences(rng))
-            mutant = members.x + crossing(rng, cr[:, None], members.x.shape) * step
-            tried = halfway_back(box, mutant, members.x)
+            mutant = members.x + binomial_mask(rng, cr[:, None], members.x.shape) * step
+            tried = midpoint_repair(box, mutant, members.x)
             cost = yield tried
             better = cost < members.cost
             history.learn(f[better], cr[better], members.cost[better] - cost[better])

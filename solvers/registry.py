@@ -23,10 +23,10 @@ SOLVERS: dict[str, type[Solver]] = {
     "lshade": LSHADE,
 }
 OUTSIDE = {  # name: where, and the extra that installs what it needs
-    "scipy-de": ("solvers.outside.scipy_solvers:SciPyDE", ""),
-    "annealing": ("solvers.outside.scipy_solvers:DualAnnealing", ""),
-    "cma": ("solvers.outside.cma_es:CMAES", "cma"),
-    "pymoo": ("solvers.outside.pymoo_solvers:Pymoo", "pymoo"),
+    "scipy-de": ("solvers.external.scipy_solvers:SciPyDE", ""),
+    "annealing": ("solvers.external.scipy_solvers:DualAnnealing", ""),
+    "cma": ("solvers.external.cma_es:CMAES", "cma"),
+    "pymoo": ("solvers.external.pymoo_solvers:Pymoo", "pymoo"),
 }
 GROUP = "tpbso_casadi.solvers"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from problems.pricing import cache, population
+from problems.evaluation import cache, population
 
 
 @pytest.fixture(autouse=True)

@@ -50,8 +50,8 @@ class PointToPointOracle:
         theta_s, k_s = self._inverse(complex(*p.start), phi_s, elbow[:, 0])
         theta_f, k_f = self._inverse(complex(*p.goal), phi_f, elbow[:, 1])
         middle = np.zeros(k) if p.arm.joint_limits is None else np.mean(p.arm.joint_limits, axis=1)
-        theta_s = nearest_turn(theta_s, middle)
-        theta_f = nearest_turn(theta_f, theta_s)
+        theta_s = wrap_to(theta_s, middle)
+        theta_f = wrap_to(theta_f, theta_s)
         if p.arm.joint_limits is not None:
             low, high = np.array(p.arm.joint_limits).T
             theta_f = theta_f - 2.0 * np.pi * (theta_f > high)
@@ -117,7 +117,7 @@ def sampled(coefficients: list[np.ndarray], tau: np.ndarray, derivative: int) ->
     ).transpose(2, 0, 1)
 
 
-def nearest_turn(angle: np.ndarray, reference: np.ndarray) -> np.ndarray:
+def wrap_to(angle: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Within (reference - pi, reference + pi]."""
     return reference + np.pi - (np.pi - (angle - reference)) % (2.0 * np.pi)
 

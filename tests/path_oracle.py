@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from oracle import MARGIN, clearance, nearest_turn
+from oracle import MARGIN, clearance, wrap_to
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 from problems import PathFollowing
@@ -43,7 +43,7 @@ class PathOracle:
             miss = violations.pop("accuracy")
             excess = np.where(miss > 0.0, miss / p.accuracy - 1.0, 0.0).sum(axis=0)
             excess = excess + sum(v.sum(axis=0) for v in violations.values())
-            return np.where(excess > 0.0, p.feasible_below + excess, objective)
+            return np.where(excess > 0.0, p.objective_upper_bound + excess, objective)
         summed = sum(violations.pop(name).sum(axis=0) for name in ("accuracy", "speed", "acceleration"))
         counted = sum((v > 0.0).sum(axis=0) for v in violations.values())
         return np.asarray(objective + p.lambda_1 * (summed + counted))
@@ -59,9 +59,9 @@ class PathOracle:
         x_phi = CubicSpline(np.linspace(0.0, 1.0, p.redundancy_values), decided, axis=2)(u_knots).clip(0.0, 1.0)
         theta = np.array([self._angles(p.path.array[i], x_phi[:, :, row], elbow) for row, i in enumerate(self.indices)])
         middle = np.zeros(k) if p.arm.joint_limits is None else np.mean(p.arm.joint_limits, axis=1)
-        theta[0] = nearest_turn(theta[0], middle)
+        theta[0] = wrap_to(theta[0], middle)
         for row in range(1, len(theta)):
-            theta[row] = nearest_turn(theta[row], theta[row - 1])
+            theta[row] = wrap_to(theta[row], theta[row - 1])
         inner = [(u_knots[0] + u_knots[1]) / 2.0, *u_knots[1:-1], (u_knots[-2] + u_knots[-1]) / 2.0]
         knots = np.concatenate([np.zeros(4), inner, np.ones(4)])
         rest = [(1, np.zeros((m, k))), (2, np.zeros((m, k)))]

@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from problems.matrix import FloatArray
-from problems.pricing.compiler import NativeUnavailable, find_compiler
+from problems.base.matrix import FloatArray
+from problems.evaluation.compiler import NativeUnavailable, find_compiler
 
 
 def has_compiler() -> bool:

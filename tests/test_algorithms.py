@@ -1,4 +1,4 @@
-"""Single steps of each solver, by hand: the generator is driven here, and its random numbers are drawn again."""
+"""Single steps of each solver, by hand: the test drives the generator, and draws its random numbers again."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 from solvers import BSO, GA, LSHADE, PSO, AdaptiveBeetleSwarm, Box, Solver
 from solvers.archive import Archive
-from solvers.differential import Population, crossing, founders, halfway_back, shrunk
+from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
 from solvers.lshade import History
 from solvers.swarm import scheduled
 
@@ -193,7 +193,7 @@ def test_principal_axes_are_those_of_the_better_half() -> None:
 
 @pytest.mark.parametrize(("budget", "beetles"), [(600, 20), (2400, 20), (6000, 50), (10**6, 50)])
 def test_founders_fit_the_budget(budget: int, beetles: int) -> None:
-    founding = founders(BOX, np.random.default_rng(0), None, 120, iter([20 / budget]))
+    founding = initial_population(BOX, np.random.default_rng(0), None, 120, iter([20 / budget]))
     asked = [next(founding)]
     with pytest.raises(StopIteration) as end:
         while True:
@@ -203,7 +203,7 @@ def test_founders_fit_the_budget(budget: int, beetles: int) -> None:
 
 
 def test_a_shrinking_swarm() -> None:
-    assert [shrunk(100, 4, progress) for progress in (0.0, 0.5, 1.0)] == [100, 52, 4]
+    assert [linear_size(100, 4, progress) for progress in (0.0, 0.5, 1.0)] == [100, 52, 4]
     swarm = Population.of(np.arange(6.0)[:, None], np.array([3.0, 1.0, 2.0, 9.0, 5.0, 4.0]))
     assert swarm.x.ravel().tolist() == [1.0, 2.0, 0.0, 5.0, 4.0, 3.0]
     swarm.ranked(3)
@@ -230,13 +230,13 @@ def test_differences_are_of_two_others() -> None:
 
 
 def test_crossing_changes_one_component_at_least() -> None:
-    assert crossing(np.random.default_rng(0), 0.0, (200, 5)).sum(axis=1).tolist() == [1] * 200
-    assert crossing(np.random.default_rng(0), 1.0, (3, 5)).all()
+    assert binomial_mask(np.random.default_rng(0), 0.0, (200, 5)).sum(axis=1).tolist() == [1] * 200
+    assert binomial_mask(np.random.default_rng(0), 1.0, (3, 5)).all()
 
 
 def test_back_into_the_box() -> None:
     parents, candidates = np.array([[2.0, 10.0]]), np.array([[-1.0, 30.0]])
-    assert halfway_back(BOX, candidates, parents).tolist() == [[1.0, 15.0]]
+    assert midpoint_repair(BOX, candidates, parents).tolist() == [[1.0, 15.0]]
 
 
 def test_success_history_learns_lehmer_means() -> None:
@@ -263,5 +263,5 @@ def test_differential_step() -> None:
     f, cr = History(np.array([0.5]), np.array([0.5])).draw(rng, 4)
     swarm = Population.of(x, np.arange(4.0))
     step = f[:, None] * (swarm.leaders(rng, 0.5) - x + swarm.differences(rng))
-    changed = crossing(rng, cr[:, None], (4, 2))
-    assert second == pytest.approx(halfway_back(BOX, x + changed * step, x))
+    changed = binomial_mask(rng, cr[:, None], (4, 2))
+    assert second == pytest.approx(midpoint_repair(BOX, x + changed * step, x))

@@ -15,10 +15,10 @@ from PIL import Image, ImageSequence
 from tpbso_casadi import builtin, plan
 from tpbso_casadi.animation import frames_of, page
 from tpbso_casadi.animation import write as writing
-from tpbso_casadi.exporting import EXPORTS, export_motion, ros_message
-from tpbso_casadi.planning import Plan
-from tpbso_casadi.scenario import parse_scenario
-from tpbso_casadi.solve import main
+from tpbso_casadi.cli.solve import main
+from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.scenario.scenario import parse_scenario
+from tpbso_casadi.storage.exporting import EXPORTS, export_motion, ros_message
 
 QUICK = ["--evaluations", "2000", "--no-plots", "--quiet"]
 

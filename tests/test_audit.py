@@ -17,13 +17,13 @@ import numpy as np
 import pytest
 
 from benchmarks.certificates import check
-from problems import Constraint, Standing
-from problems.optimality import optimality
-from problems.structure import freedom, structure_of
+from problems import CertificateStatus, Constraint
+from problems.certify.structure import freedom, structure_of
+from problems.nlp.optimality import optimality
 from tpbso_casadi import builtin, parse_scenario, plan, write_run
-from tpbso_casadi.audit import main
-from tpbso_casadi.builtin import TITLES
-from tpbso_casadi.planning import Plan
+from tpbso_casadi.cli.audit import main
+from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.scenario.builtin import TITLES
 
 
 @cache
@@ -147,7 +147,7 @@ EDITS: dict[str, Callable[[dict[str, Any]], object]] = {
     "feasible": lambda r: r.update(feasible=False),
     "verdict": lambda r: r["certificate"].update(verdict="violated"),
     "worst": lambda r: r["constraints"][0].update(worst=0.1),
-    "standing": lambda r: r["constraints"][0].update(standing="undecided"),
+    "status": lambda r: r["constraints"][0].update(status="undecided"),
     "limit": lambda r: r["scenario"]["arm"].update(max_speed=3.0),
     "goal": lambda r: r["scenario"]["task"].update(goal=[0.4, 1.5]),
     "unknown key": lambda r: r["scenario"].update(robot=1),
@@ -209,7 +209,7 @@ def test_what_is_neither_a_run_nor_a_scenario(tmp_path: Path, capfd: pytest.Capt
 
 def rewritten(found: Plan, folder: Path, factor: float) -> Path:
     """A run that is consistent in itself, with its motion run faster by a factor."""
-    motion = replace(found.motion, trajectory=found.trajectory.stretched(1.0 / factor))
+    motion = replace(found.motion, trajectory=found.trajectory.time_scaled(1.0 / factor))
     search = replace(found.search)
     write_run(folder, replace(found, motion=motion, search=search), plots=False)
     edit_json(folder, lambda r: r["solution"].update(variables=None))
@@ -218,18 +218,18 @@ def rewritten(found: Plan, folder: Path, factor: float) -> Path:
 
 def test_a_speed_a_thousandth_over_is_caught(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     found = planned("time-3")
-    tight = found.trajectory.least_stretch(found.problem.arm)
+    tight = found.trajectory.minimum_time_scale(found.problem.arm)
     status, result = audit(capfd, rewritten(found, tmp_path / "run", 1.001 / tight))
     assert status == 1
     assert result["certificate"]["verdict"] == "violated"
-    broken = [c for c in result["constraints"] if c["standing"] == "violated"]
+    broken = [c for c in result["constraints"] if c["status"] == "violated"]
     assert {c["name"] for c in broken} <= {"speed", "acceleration"}
     assert all("t = " in c["where"] for c in broken)
 
 
-@pytest.mark.parametrize(("grown", "standing"), [(-1e-4, "certified"), (1e-4, "violated")])
+@pytest.mark.parametrize(("grown", "expected"), [(-1e-4, "certified"), (1e-4, "violated")])
 def test_a_link_that_grazes_an_obstacle_is_caught(
-    grown: float, standing: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    grown: float, expected: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     found = planned("obstacle-3")
     clearance = next(v for v in found.problem.verify(found.trajectory) if v.name == "clearance")
@@ -245,8 +245,8 @@ def test_a_link_that_grazes_an_obstacle_is_caught(
     edit_json(tmp_path / "run", lambda r: r["solution"].update(variables=None))
     status, result = audit(capfd, tmp_path / "run")
     judged = next(c for c in result["constraints"] if c["name"] == "clearance")
-    assert judged["standing"] == standing
-    assert status == (0 if standing == "certified" else 1)
+    assert judged["status"] == expected
+    assert status == (0 if expected == "certified" else 1)
 
 
 @pytest.mark.parametrize("seeds", [range(30)], ids=["30 motions"])
@@ -254,9 +254,9 @@ def test_no_certificate_is_false(seeds: range) -> None:
     undecided = 0
     for seed in seeds:
         checked = check(seed)
-        for name, standing in checked.standings.items():
-            assert not (standing is Standing.CERTIFIED and name in checked.broken), (seed, name)
-            undecided += standing is Standing.UNDECIDED
+        for name, status in checked.statuses.items():
+            assert not (status is CertificateStatus.CERTIFIED and name in checked.broken), (seed, name)
+            undecided += status is CertificateStatus.UNDECIDED
     assert undecided <= 1
 
 

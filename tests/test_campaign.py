@@ -14,21 +14,21 @@ from scipy.stats import false_discovery_control
 
 from tpbso_casadi import builtin
 from tpbso_casadi.campaign import (
-    Crew,
+    ExecutorFactory,
     LostExecutor,
     Outcome,
     Record,
     Run,
     SolverSpec,
     Store,
-    conduct,
     grid,
     parse_solvers,
     processes,
+    run_campaign,
 )
 from tpbso_casadi.campaign.grid import parse_solver
 from tpbso_casadi.campaign.statistics import compared, holm, levelled, summarise
-from tpbso_casadi.section import ScenarioError
+from tpbso_casadi.scenario.section import ScenarioError
 
 LIMIT = {"evaluations": 100}
 
@@ -38,8 +38,8 @@ def runs_of(solvers: str, seeds: Sequence[int] = range(1, 5), case: str = "time-
     return grid({case: builtin(case)}, specs, seeds)
 
 
-def threads(workers: int = 2) -> Crew:
-    return Crew(lambda: ThreadPoolExecutor(workers), lambda: ThreadPoolExecutor(1), 2 * workers)
+def threads(workers: int = 2) -> ExecutorFactory:
+    return ExecutorFactory(lambda: ThreadPoolExecutor(workers), lambda: ThreadPoolExecutor(1), 2 * workers)
 
 
 def test_any_executor_gives_the_same_records(tmp_path: Path) -> None:
@@ -47,7 +47,7 @@ def test_any_executor_gives_the_same_records(tmp_path: Path) -> None:
     found = []
     for name, crew in (("threads", threads()), ("one", processes(1)), ("two", processes(2))):
         with Store(tmp_path / name) as store:
-            conduct(runs, store, crew)
+            run_campaign(runs, store, crew)
             results = [store.result(run) for run in runs]
         for result in results:
             del result["seconds"], result["polish" if "polish" in result else "seed"]
@@ -59,32 +59,32 @@ def test_what_is_done_is_not_done_again(tmp_path: Path) -> None:
     runs = runs_of("bso")
     seen: list[Outcome] = []
     with Store(tmp_path / "store") as store:
-        conduct(runs[:3], store, threads(), progress=seen.append)
-        conduct(runs, store, threads(), progress=seen.append)
-        conduct([*runs, *runs], store, threads(), progress=seen.append)
+        run_campaign(runs[:3], store, threads(), progress=seen.append)
+        run_campaign(runs, store, threads(), progress=seen.append)
+        run_campaign([*runs, *runs], store, threads(), progress=seen.append)
         assert len(seen) == len(runs) == len(store.records(runs))
 
 
 def test_a_run_that_raises_is_kept_as_failed_and_the_rest_goes_on(tmp_path: Path) -> None:
     runs = runs_of("campaign_helpers:Raises,bso", range(1, 9))
     with Store(tmp_path / "store") as store:
-        conduct(runs, store, threads())
+        run_campaign(runs, store, threads())
         records = store.records(runs)
         failed = [record for record in records if record.error]
         assert len(records) == len(runs)
         assert 0 < len(failed) < 8
         assert {record.error for record in failed} == {"ArithmeticError: this one fails"}
         seen: list[Outcome] = []
-        conduct(runs, store, threads(), progress=seen.append)
+        run_campaign(runs, store, threads(), progress=seen.append)
         assert not seen
-        conduct(runs, store, threads(), retry_failed=True, progress=seen.append)
+        run_campaign(runs, store, threads(), retry_failed=True, progress=seen.append)
         assert len(seen) == len(failed)
 
 
 def test_a_run_that_kills_its_worker_is_found_and_the_rest_goes_on(tmp_path: Path) -> None:
     runs = runs_of("bso,campaign_helpers:Kills", (1, 2))
     with Store(tmp_path / "store") as store:
-        conduct(runs, store, processes(2))
+        run_campaign(runs, store, processes(2))
         records = store.records(runs)
     assert [bool(record.error) for record in records] == [False, True, False, True]
     assert records[1].error == "WorkerDied: 2 times in a row while nothing else ran"
@@ -94,7 +94,7 @@ def test_a_run_whose_worker_died_once_is_done_again(tmp_path: Path) -> None:
     mark = tmp_path / "mark"
     runs = runs_of(f"bso,campaign_helpers:Kills(mark={mark})", (1, 2))
     with Store(tmp_path / "store") as store:
-        conduct(runs, store, processes(2))
+        run_campaign(runs, store, processes(2))
         assert [record.error for record in store.records(runs)] == [""] * 4
     assert mark.exists()
 
@@ -127,7 +127,7 @@ def test_an_executor_that_is_gone_is_said_in_one_line(kind: type[ThreadPoolExecu
         Store(tmp_path / "store") as store,
         pytest.raises(LostExecutor, match="the workers are gone; what was done is kept"),
     ):
-        conduct(runs_of("bso"), store, Crew(gone, gone, 2))
+        run_campaign(runs_of("bso"), store, ExecutorFactory(gone, gone, 2))
 
 
 def test_ctrl_c_keeps_what_was_begun(tmp_path: Path) -> None:
@@ -141,11 +141,11 @@ def test_ctrl_c_keeps_what_was_begun(tmp_path: Path) -> None:
     seen: list[int] = []
     with Store(tmp_path / "store") as store:
         with pytest.raises(KeyboardInterrupt):
-            conduct(runs, store, threads(), progress=interrupt)
+            run_campaign(runs, store, threads(), progress=interrupt)
         kept = store.records(runs)
         assert 1 <= len(kept) < len(runs)
         assert not any(record.error for record in kept)
-        conduct(runs, store, threads())
+        run_campaign(runs, store, threads())
         assert len(store.records(runs)) == len(runs)
 
 

@@ -17,10 +17,10 @@ import pytest
 
 distributed = pytest.importorskip("distributed")
 
-from tpbso_casadi.campaign import CrewError, perform  # noqa: E402
-from tpbso_casadi.campaign.crew import check_versions  # noqa: E402
-from tpbso_casadi.compare import main  # noqa: E402
-from tpbso_casadi.versions import versions  # noqa: E402
+from tpbso_casadi.campaign import ExecutorError, run_one  # noqa: E402
+from tpbso_casadi.campaign.executors import check_versions  # noqa: E402
+from tpbso_casadi.cli.compare import main  # noqa: E402
+from tpbso_casadi.storage.versions import versions  # noqa: E402
 
 CAMPAIGN = ["time-2", "rotation-3", "--solvers", "bso,pso+polish", "--runs", "4", "--evaluations", "2000", "--no-plots"]
 CAMPAIGN += ["--quiet"]
@@ -91,18 +91,20 @@ def test_a_scheduler_that_goes_away_is_one_line_and_what_is_done_is_kept(cluster
 
 
 def test_nobody_answers(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.crew.PATIENCE", 1.0)
+    monkeypatch.setattr("tpbso_casadi.campaign.executors.PATIENCE", 1.0)
     assert main([*CAMPAIGN, "--dask", "tcp://127.0.0.1:1", "--out", str(tmp_path)]) == 2
     assert capsys.readouterr().err == "error: --dask tcp://127.0.0.1:1: no scheduler answers there (OSError)\n"
 
 
 def test_workers_with_other_versions_are_refused() -> None:
     theirs: dict[str, Any] = {"tcp://first:1": versions(), "tcp://second:2": versions() | {"casadi": "3.0"}}
-    with pytest.raises(CrewError, match=r"--dask here:1: casadi 3.0 where .* is needed on tcp://second:2"):
+    with pytest.raises(ExecutorError, match=r"--dask here:1: casadi 3.0 where .* is needed on tcp://second:2"):
         check_versions("here:1", theirs)
     theirs["tcp://second:2"] = ModuleNotFoundError("No module named 'tpbso_casadi'")
-    with pytest.raises(CrewError, match=r"--dask here:1: tcp://second:2 cannot do it: ModuleNotFoundError: No module"):
+    with pytest.raises(
+        ExecutorError, match=r"--dask here:1: tcp://second:2 cannot do it: ModuleNotFoundError: No module"
+    ):
         check_versions("here:1", theirs)
     check_versions("here:1", {"tcp://first:1": versions(), "tcp://gone:3": OSError("closed")})
-    outcome = perform("{}", versions() | {"numpy": "1.0"})
+    outcome = run_one("{}", versions() | {"numpy": "1.0"})
     assert outcome.error.startswith("OtherVersions: numpy") and outcome.result is None

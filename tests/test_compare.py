@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pytest
 
-from tpbso_casadi.compare import main
+from tpbso_casadi.cli.compare import main
 
 COMMAND = [sys.executable, "-m", "tpbso_casadi.compare"]
 SMALL = ["time-2", "rotation-2", "--solvers", "bso,pso,bso+polish", "--runs", "6", "--no-plots", "--quiet"]

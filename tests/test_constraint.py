@@ -6,10 +6,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from problems.constraint import Constraint, Weight, verdict
+from problems.limits.constraint import Constraint, PenaltyKind, verdict
 
 
-def limit(values: list[list[float]], weight: Weight = Weight.COUNT, **more: object) -> Constraint:
+def limit(values: list[list[float]], weight: PenaltyKind = PenaltyKind.COUNT, **more: object) -> Constraint:
     two = np.array([2.0, 4.0])
     return Constraint("limit", "(1)", "m", ca.DM(values), -two, two, ("a", "b"), two, weight=weight, **more)
 
@@ -19,14 +19,14 @@ def test_excess_counts_and_magnitudes() -> None:
     assert np.asarray(limit(broken).excess()).tolist() == [[0.0, 1.0], [1.0, 0.0]]
     assert np.asarray(limit(broken).broken()).tolist() == [[0.0, 1.0], [1.0, 0.0]]
     assert float(limit(broken).paper_penalty()) == 2.0
-    assert float(limit(broken, Weight.MAGNITUDE).paper_penalty()) == 8.0
+    assert float(limit(broken, PenaltyKind.MAGNITUDE).paper_penalty()) == 8.0
     assert float(limit(broken).graded_penalty()) == pytest.approx(1.0 / 2.0 + 1.0 / 4.0)
     assert limit(broken).smallest_violation() == 1.0
-    assert limit(broken, Weight.MAGNITUDE).smallest_violation() == 2.0
+    assert limit(broken, PenaltyKind.MAGNITUDE).smallest_violation() == 2.0
 
 
 def test_a_limit_that_is_met_exactly_holds() -> None:
-    met = limit([[2.0, -4.0]], Weight.MAGNITUDE)
+    met = limit([[2.0, -4.0]], PenaltyKind.MAGNITUDE)
     assert float(met.paper_penalty()) == 0.0
     assert float(met.graded_penalty()) == 0.0
 

@@ -7,7 +7,7 @@ import pytest
 
 from solvers import SOLVERS
 from tpbso_casadi import parse_scenario, plan
-from tpbso_casadi.generator import random_scenario, random_scenarios
+from tpbso_casadi.scenario.generator import random_scenario, random_scenarios
 
 SOME = random_scenarios(11, 12)
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import InvalidProblem, PlanarArm
-from problems.planar_arm import nearest_turn
-from problems.redundancy import angular_range, restore
+from problems.robots.planar import wrap_to
+from problems.robots.redundancy import angular_range, restore
 
 lengths = st.lists(st.floats(0.1, 2.0), min_size=2, max_size=6)
 angle = st.floats(-np.pi, np.pi)
@@ -75,7 +75,7 @@ def test_normalised_redundancy_covers_both_intervals_around_a_hole() -> None:
 @pytest.mark.parametrize(
     ("links", "point"),
     [([1.0, 1.0], 2.0), ([1.0, 1.0], 0.0), ([1.0, 1.0, 1.0], 3.0), ([1.0, 1.0, 1.0], 0.0), ([2.0, 0.5, 0.5], 1.0)],
-    ids=["stretched", "folded", "stretched 3", "on the base", "edge of the hole"],
+    ids=["time_scaled", "folded", "time_scaled 3", "on the base", "edge of the hole"],
 )
 def test_edges_of_the_reach_are_no_nan(links: list[float], point: float) -> None:
     arm = arm_of(links)
@@ -88,7 +88,7 @@ def test_edges_of_the_reach_are_no_nan(links: list[float], point: float) -> None
 
 @given(st.floats(-30.0, 30.0), st.floats(-30.0, 30.0))
 def test_nearest_turn(given_angle: float, reference: float) -> None:
-    found = float(nearest_turn(ca.DM(given_angle), ca.DM(reference)))
+    found = float(wrap_to(ca.DM(given_angle), ca.DM(reference)))
     assert abs(found - reference) <= np.pi + 1e-9
     assert np.exp(1j * found) == pytest.approx(np.exp(1j * given_angle), abs=1e-9)
 
@@ -96,9 +96,9 @@ def test_nearest_turn(given_angle: float, reference: float) -> None:
 def test_joint_limits_decide_the_turn() -> None:
     free, limited = arm_of([1.0, 1.0]), arm_of([1.0, 1.0], joint_limits=((0.0, 2.0 * np.pi), (-4.0, 1.0)))
     theta = ca.DM([-0.5, 3.0]).T
-    assert np.asarray(free.turn(theta)).ravel() == pytest.approx([-0.5, 3.0])
-    assert np.asarray(limited.turn(theta)).ravel() == pytest.approx([2.0 * np.pi - 0.5, 3.0 - 2.0 * np.pi])
-    near = limited.turn_near(ca.DM([-0.1, 2.9]).T, ca.DM([0.1, 0.5]).T)
+    assert np.asarray(free.wrap(theta)).ravel() == pytest.approx([-0.5, 3.0])
+    assert np.asarray(limited.wrap(theta)).ravel() == pytest.approx([2.0 * np.pi - 0.5, 3.0 - 2.0 * np.pi])
+    near = limited.wrap_near(ca.DM([-0.1, 2.9]).T, ca.DM([0.1, 0.5]).T)
     assert np.asarray(near).ravel() == pytest.approx([2.0 * np.pi - 0.1, 2.9 - 2.0 * np.pi])
 
 
@@ -108,9 +108,9 @@ def test_snapping_puts_the_tip_on_its_point_and_moves_little(links: list[float],
     if abs(np.sin(theta[1])) < 0.1:
         theta[1] = 0.5
     moved = tip_of(links, theta) + 1e-6
-    snapped = np.asarray(arm_of(links).snapped(ca.DM(theta).T, as_point(moved))).ravel()
-    assert abs(tip_of(links, snapped) - moved) < 1e-12
-    assert np.abs(snapped - theta).max() < 1e-3
+    project_to_point = np.asarray(arm_of(links).project_to_point(ca.DM(theta).T, as_point(moved))).ravel()
+    assert abs(tip_of(links, project_to_point) - moved) < 1e-12
+    assert np.abs(project_to_point - theta).max() < 1e-3
 
 
 @pytest.mark.parametrize(

@@ -12,12 +12,12 @@ from scipy.optimize import NonlinearConstraint
 from scipy.optimize import minimize as scipy_minimize
 
 from problems import Ellipse, PathFollowing, PlanarArm, PointToPoint, Problem, closed_curve, pentagram
-from problems.matrix import as_array
-from problems.path_nlp import NodeForm
-from problems.problem import SAMPLING_MARGIN
-from problems.spline import RestSpline
+from problems.assembly.problem import SAMPLING_MARGIN
+from problems.base.matrix import as_array
+from problems.motions.rest_spline import RestSpline
+from problems.nlp.path_following import NodeForm
 from solvers import IPOPT, Box, Descent, StopReason
-from tpbso_casadi.builtin import TITLES, builtin
+from tpbso_casadi.scenario.builtin import TITLES, builtin
 
 ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, ((-3.0, 3.0), (-2.9, 2.9), (-2.9, 2.9)))
 OVAL = Ellipse((0.8, 0.8), (0.15, 0.25), 0.3)
@@ -54,7 +54,7 @@ def test_a_search_vector_keeps_its_motion(problem: Problem) -> None:
     share = np.linspace(0.0, 1.0, 50)
     theta, again = (as_array(motion.samples(share * motion.duration).theta) for motion in (expected, found))
     assert again == pytest.approx(theta, abs=1e-6)
-    assert found.least_stretch(problem.arm) <= 1.0
+    assert found.minimum_time_scale(problem.arm) <= 1.0
     assert set(program.quantities(program.from_search(x))) == set(reduced.quantities(x))
 
 
@@ -93,10 +93,10 @@ def test_no_derivative_is_nan_at_awkward_postures(problem: Problem) -> None:
     lagrangian = program.f + ca.sum1(program.g)
     every = ca.Function("d", [program.x], [program.g, ca.gradient(lagrangian, program.x)])
     x = next(program.starts(np.random.default_rng(3)))
-    stretched, still = np.zeros_like(x), x.copy()
+    time_scaled, still = np.zeros_like(x), x.copy()
     k = problem.arm.links
     still[: 4 * k] = 0.7  # all postures the same: no step, no chord
-    for z in (stretched + 0.5 * (np.arange(x.size) >= 4 * k), still):
+    for z in (time_scaled + 0.5 * (np.arange(x.size) >= 4 * k), still):
         assert all(np.isfinite(np.asarray(part)).all() for part in every(z))
 
 
@@ -172,7 +172,7 @@ def test_node_form_is_the_spline_of_its_angles() -> None:
         ((0.0, 0.0), (1.0, 0.5), 2),
         ((2.0, 0.0), (0.0, 0.0), 2),
     ],
-    ids=["stretched", "nowhere to go", "from the base", "to the base"],
+    ids=["time_scaled", "nowhere to go", "from the base", "to the base"],
 )
 @pytest.mark.parametrize("objective", ["time", "rotation", "length"])
 def test_moves_at_the_edge_do_not_break_anything(

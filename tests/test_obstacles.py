@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import Ellipse, InvalidProblem, PlanarArm, PointToPoint
-from problems.clearance_proof import prove_clearance
-from problems.limits import link_clearances, obstacle_clearance, reachable_pairs, step_limit
-from problems.motion import Samples
-from problems.problem import SAMPLING_MARGIN
+from problems.assembly.problem import SAMPLING_MARGIN
+from problems.certify.clearance import prove_clearance
+from problems.limits.motion_limits import link_clearances, obstacle_clearance, reachable_pairs, step_limit
+from problems.motions.samples import Samples
 from solvers import PSO, Box, Budget, minimize
 
 coordinate = st.floats(-2.0, 2.0)

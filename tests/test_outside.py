@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from solvers import OUTSIDE, Box, Budget, find_solver, minimize
-from solvers.outside.driven import WORST, Cost, driven
+from solvers.external.callback_to_generator import WORST, Cost, callback_to_generator
 
 
 def three_calls(cost: Cost) -> None:
@@ -18,7 +18,7 @@ def three_calls(cost: Cost) -> None:
 
 
 def test_calls_become_requests_in_order() -> None:
-    search = driven(three_calls, iter([0.0] * 9))
+    search = callback_to_generator(three_calls, iter([0.0] * 9))
     candidates = next(search)
     for number in range(2):
         assert candidates.tolist() == [[number], [number]]
@@ -29,7 +29,7 @@ def test_calls_become_requests_in_order() -> None:
 
 def test_infinite_costs_are_made_finite() -> None:
     seen = []
-    search = driven(lambda cost: seen.append(cost(np.zeros((1, 1)))), iter([]))
+    search = callback_to_generator(lambda cost: seen.append(cost(np.zeros((1, 1)))), iter([]))
     next(search)
     with pytest.raises(StopIteration):
         search.send(np.array([np.inf]))
@@ -41,7 +41,7 @@ def test_errors_of_the_library_come_through() -> None:
         cost(np.zeros((1, 1)))
         raise ArithmeticError("no convergence")
 
-    search = driven(broken, iter([0.0]))
+    search = callback_to_generator(broken, iter([0.0]))
     next(search)
     with pytest.raises(ArithmeticError, match="no convergence"):
         search.send(np.zeros(1))
@@ -61,7 +61,7 @@ def counted(turns: list[int]) -> Iterator[float]:
 @pytest.mark.parametrize(("every", "calls", "iterations"), [(1, 5, 4), (3, 8, 3)])
 def test_so_many_calls_are_an_iteration(every: int, calls: int, iterations: int) -> None:
     turns: list[int] = []
-    search = driven(endless, counted(turns), every)
+    search = callback_to_generator(endless, counted(turns), every)
     next(search)
     for _ in range(calls - 1):
         search.send(np.zeros(1))
@@ -71,7 +71,7 @@ def test_so_many_calls_are_an_iteration(every: int, calls: int, iterations: int)
 
 def test_a_closed_search_leaves_no_thread() -> None:
     before = threading.active_count()
-    search = driven(endless, iter([0.0]))
+    search = callback_to_generator(endless, iter([0.0]))
     next(search)
     assert threading.active_count() == before + 1
     search.close()

@@ -62,7 +62,7 @@ def test_agrees_with_numpy_and_keeps_the_order(problem: PointToPoint) -> None:
     feasible, broken, unreachable = (found[agrees][kinds == kind] for kind in range(3))
     assert feasible.size > 0
     assert broken.size > 0
-    assert feasible.max() <= problem.feasible_below < broken.min()
+    assert feasible.max() <= problem.objective_upper_bound < broken.min()
     if problem.arm.links > 2:
         assert unreachable.size > 0
         assert broken.max() < unreachable.min()
@@ -71,10 +71,10 @@ def test_agrees_with_numpy_and_keeps_the_order(problem: PointToPoint) -> None:
 def test_reduced_form_prices_the_same_motions(problem: PointToPoint) -> None:
     """What the reduced form finds feasible costs the same in the paper form, whose vector is rebuilt from it."""
     reduced, paper = replace(problem, formulation="reduced"), problem
-    lower, upper = reduced.bounds  # at the very edge of x_phi the arm is stretched, and rounding puts it out of reach
+    lower, upper = reduced.bounds  # at the very edge of x_phi the arm is time_scaled, and rounding puts it out of reach
     points = np.clip(candidates(reduced)[5000:5600], lower + 1e-6, upper - 1e-6)
     cost = reduced.cost(points)
-    held = cost <= reduced.feasible_below
+    held = cost <= reduced.objective_upper_bound
     assert held.any()
     for x, value in zip(points[held][:40], cost[held][:40], strict=True):
         q = reduced.quantities(x)

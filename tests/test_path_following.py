@@ -64,8 +64,8 @@ def test_infeasible_always_costs_more_than_feasible(problem: PathFollowing) -> N
         cost = loose.cost(points)
         broken = PathOracle(loose).breaks_a_limit(points)
         assert 0 < broken.sum() < broken.size
-        assert (cost[broken] > loose.feasible_below).all()
-        assert (cost[~broken] <= loose.feasible_below).all()
+        assert (cost[broken] > loose.objective_upper_bound).all()
+        assert (cost[~broken] <= loose.objective_upper_bound).all()
 
 
 def test_trajectory_meets_every_knot_and_rests_at_both_ends(problem: PathFollowing) -> None:
@@ -88,7 +88,7 @@ def test_corners_are_knots() -> None:
 def test_reduced_time_is_the_least_for_all_t(problem: PathFollowing) -> None:
     reduced = replace(problem, formulation="reduced", total_time=(1e-6, 1.0))
     for x in candidates(reduced, 20):
-        assert reduced.trajectory(x).least_stretch(reduced.arm) == pytest.approx(1.0, abs=1e-9)
+        assert reduced.trajectory(x).minimum_time_scale(reduced.arm) == pytest.approx(1.0, abs=1e-9)
 
 
 @settings(max_examples=30, deadline=None)

@@ -1,4 +1,4 @@
-"""Pricing a population: the same numbers as one by one, whatever the size and the layout in memory."""
+"""EvaluationOptions a population: the same numbers as one by one, whatever the size and the layout in memory."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import pytest
 
 from benchmarks.array_cost import array_cost
 from benchmarks.population import changed
-from problems.pricing.virtual_machine import BATCH, FEW, WARM
-from tpbso_casadi.builtin import TITLES, builtin
+from problems.evaluation.virtual_machine import BATCH, FEW, WARM
+from tpbso_casadi.scenario.builtin import TITLES, builtin
 
 
 @pytest.mark.parametrize("case", ["time-3", "obstacle-4", "pentagram-rotation"])

@@ -16,16 +16,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pricing_helpers import needs_compiler, points, same_bits, small
 
-from problems.matrix import FloatArray
-from problems.pricing import BACKENDS, InvalidPricing, PopulationFunction, Pricing, cache, population
-from problems.pricing.elementary import angle, portable, sine_cosine
-from problems.pricing.native import compiled, find_native
-from problems.pricing.tape import BINARY, UNARY, UnreadableTape
-from problems.pricing.virtual_machine import BATCH, WARM, VirtualMachine
+from problems.base.matrix import FloatArray
+from problems.evaluation import BACKENDS, EvaluationOptions, InvalidEvaluation, PopulationFunction, cache, population
+from problems.evaluation.native import compiled, find_native
+from problems.evaluation.portable_math import angle, portable, sine_cosine
+from problems.evaluation.tape import BINARY, UNARY, UnsupportedOperation
+from problems.evaluation.virtual_machine import BATCH, WARM, VirtualMachine
 from solvers import BSO, Box, Budget, minimize
-from tpbso_casadi import solve
-from tpbso_casadi.builtin import TITLES, builtin
-from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.cli import solve
+from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.scenario import parse_scenario
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, -2.5, 3.0, 1e-310, 7e300, -7e300, math.inf, -math.inf, math.nan, 2**60, 0.3]
@@ -57,10 +57,10 @@ def test_backends_agree_to_the_bit(case: str, formulation: str) -> None:
     content["model"]["formulation"] = formulation
     problem = parse_scenario(content).problem()
     drawn = hostile(Box(*problem.bounds), 10_000)
-    vm, compiled_costs = (problem.priced(Pricing(backend))(drawn) for backend in ("vm", "native"))
+    vm, compiled_costs = (problem.evaluator(EvaluationOptions(backend))(drawn) for backend in ("vm", "native"))
     assert same_bits(vm, compiled_costs)
     assert np.isfinite(vm).mean() > 0.85
-    assert (vm < problem.feasible_below).any() or formulation == "paper"
+    assert (vm < problem.objective_upper_bound).any() or formulation == "paper"
 
 
 OPERATIONS = [*product(UNARY, [1]), *product(BINARY, [2])]
@@ -101,7 +101,8 @@ def test_logic_reads_numbers_and_numbers_read_logic() -> None:
     )
     drawn = np.array(list(product([0.0, 1.0, 2.0, -1.0, math.nan], repeat=2)))
     assert same_bits(
-        PopulationFunction(function, Pricing("native"))(drawn), np.array([float(function(row)) for row in drawn])
+        PopulationFunction(function, EvaluationOptions("native"))(drawn),
+        np.array([float(function(row)) for row in drawn]),
     )
 
 
@@ -113,7 +114,7 @@ def test_costs_without_operations(expression: object) -> None:
     drawn = points(WARM + BATCH, 2)
     expected = [float(function(row)) for row in drawn]
     for backend in ("vm", "native"):
-        price = PopulationFunction(function, Pricing(backend))
+        price = PopulationFunction(function, EvaluationOptions(backend))
         price(drawn)
         assert (price(drawn) == expected).all()
 
@@ -143,28 +144,28 @@ def test_inverse_functions(a: float) -> None:
 
 @needs_compiler
 def test_nobody_to_price() -> None:
-    assert PopulationFunction(small(), Pricing("native"))(points(0)).shape == (0,)
+    assert PopulationFunction(small(), EvaluationOptions("native"))(points(0)).shape == (0,)
 
 
 @needs_compiler
 def test_threads_change_nothing() -> None:
     drawn = points(10_000)
     assert same_bits(
-        PopulationFunction(small(), Pricing("native", threads=3))(drawn),
-        PopulationFunction(small(), Pricing("native"))(drawn),
+        PopulationFunction(small(), EvaluationOptions("native", threads=3))(drawn),
+        PopulationFunction(small(), EvaluationOptions("native"))(drawn),
     )
 
 
 @needs_compiler
 def test_a_population_function_travels_between_processes() -> None:
-    price = PopulationFunction(small(), Pricing("native"))
+    price = PopulationFunction(small(), EvaluationOptions("native"))
     drawn = points()
     assert same_bits(pickle.loads(pickle.dumps(price))(drawn), price(drawn))
 
 
 def test_what_cannot_be_read_is_refused() -> None:
     x = ca.MX.sym("x", 2)
-    with pytest.raises(UnreadableTape, match="not written out in scalars"):
+    with pytest.raises(UnsupportedOperation, match="not written out in scalars"):
         PopulationFunction(ca.Function("matrix", [x], [ca.sumsqr(x)]))(np.zeros((1, 2)))
 
 
@@ -174,10 +175,10 @@ def test_what_cannot_be_read_is_refused() -> None:
 @needs_compiler
 def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(population, "processors", lambda: 2)
-    monkeypatch.setattr(population, "WORTH", 0.0)
-    monkeypatch.setattr(population, "PAID", 0.0)
+    monkeypatch.setattr(population, "WORTH_SECONDS", 0.0)
+    monkeypatch.setattr(population, "COMPILE_AFTER_SECONDS", 0.0)
     box = Box(np.full(3, -3.0), np.full(3, 3.0))
-    auto = PopulationFunction(small(), Pricing("auto"))
+    auto = PopulationFunction(small(), EvaluationOptions("auto"))
     backends = []
 
     def watched(candidates: FloatArray) -> FloatArray:
@@ -190,11 +191,13 @@ def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatc
         return auto(candidates)
 
     found = minimize(watched, box, BSO(population=20), Budget(20_000), 1)
-    expected = minimize(PopulationFunction(small(), Pricing("vm")), box, BSO(population=20), Budget(20_000), 1)
+    expected = minimize(
+        PopulationFunction(small(), EvaluationOptions("vm")), box, BSO(population=20), Budget(20_000), 1
+    )
     assert (backends[0], backends[-1]) == ("vm", "native")
     assert same_bits(found.history.cost, expected.history.cost)
     assert same_bits(found.x, expected.x)
-    again = PopulationFunction(small(), Pricing("auto"))
+    again = PopulationFunction(small(), EvaluationOptions("auto"))
     again(points())
     assert again.backend == "native"
 
@@ -202,8 +205,8 @@ def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatc
 @needs_compiler
 def test_after_a_search_the_next_one_finds_compiled_code(monkeypatch: pytest.MonkeyPatch, cache_folder: Path) -> None:
     monkeypatch.setattr(population, "processors", lambda: 2)
-    monkeypatch.setattr(population, "WORTH", 0.0)
-    first = PopulationFunction(small(), Pricing("auto"))
+    monkeypatch.setattr(population, "WORTH_SECONDS", 0.0)
+    first = PopulationFunction(small(), EvaluationOptions("auto"))
     first(points())
     assert first.backend == "vm"
     assert not cache_folder.exists()
@@ -212,7 +215,7 @@ def test_after_a_search_the_next_one_finds_compiled_code(monkeypatch: pytest.Mon
         if find_native(small()) is not None:
             break
         time.sleep(0.1)
-    second = PopulationFunction(small(), Pricing("auto"))
+    second = PopulationFunction(small(), EvaluationOptions("auto"))
     second(points())
     assert second.backend == "native"
 
@@ -222,9 +225,9 @@ def test_auto_does_not_compile_in_vain(reason: str, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(population, "processors", lambda: 1 if reason == "one processor" else 2)
     monkeypatch.setattr(cache, "writable", lambda: reason != "read-only cache")
     if reason != "little work":
-        monkeypatch.setattr(population, "WORTH", 0.0)
-        monkeypatch.setattr(population, "PAID", 0.0)
-    price = PopulationFunction(small(), Pricing("auto"))
+        monkeypatch.setattr(population, "WORTH_SECONDS", 0.0)
+        monkeypatch.setattr(population, "COMPILE_AFTER_SECONDS", 0.0)
+    price = PopulationFunction(small(), EvaluationOptions("auto"))
     for _ in range(3):
         price(points())
     assert price.backend == "vm"
@@ -248,8 +251,8 @@ def test_a_plan_is_the_same_whatever_prices_it(tmp_path: Path, monkeypatch: pyte
 
 
 def test_invalid_pricing(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(InvalidPricing, match="0 threads"):
-        Pricing("vm", 0)
+    with pytest.raises(InvalidEvaluation, match="0 threads"):
+        EvaluationOptions("vm", 0)
     monkeypatch.setenv(population.VARIABLE, "gpu")
     assert solve.main(["time-2", "--json"]) == 2
     assert capsys.readouterr().err == "error: pricing backend 'gpu' is none of auto, vm, native\n"

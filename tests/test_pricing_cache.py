@@ -13,13 +13,13 @@ from pathlib import Path
 import pytest
 from pricing_helpers import needs_compiler, points, same_bits, small
 
-from problems.matrix import FloatArray
-from problems.pricing import PopulationFunction, Pricing, cache, native, population
-from problems.pricing.compiler import FLAGS, NativeUnavailable, find_compiler
-from problems.pricing.native import compiled, find_native
+from problems.base.matrix import FloatArray
+from problems.evaluation import EvaluationOptions, PopulationFunction, cache, native, population
+from problems.evaluation.compiler import FLAGS, NativeUnavailable, find_compiler
+from problems.evaluation.native import compiled, find_native
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
-ASIDE = [sys.executable, "-c", "from problems.pricing.native import fill_cache; fill_cache()"]
+ASIDE = [sys.executable, "-c", "from problems.evaluation.native import fill_cache; fill_cache()"]
 
 
 # Compilers
@@ -57,8 +57,8 @@ def test_without_a_compiler_that_works_the_virtual_machine_prices(
         monkeypatch.delenv("CXX", raising=False)
     else:
         monkeypatch.setenv("CXX", program(tmp_path, script))
-    price = PopulationFunction(small(), Pricing("native"))
-    assert same_bits(price(points()), PopulationFunction(small(), Pricing("vm"))(points()))
+    price = PopulationFunction(small(), EvaluationOptions("native"))
+    assert same_bits(price(points()), PopulationFunction(small(), EvaluationOptions("vm"))(points()))
     price(points())
     [line] = caplog.messages
     assert line.startswith("priced by CasADi's virtual machine")
@@ -104,7 +104,7 @@ def test_nothing_of_a_function_reaches_the_command_line(monkeypatch: pytest.Monk
         assert not options.get("shell")
         return run(command, **options)  # type: ignore[call-overload]
 
-    monkeypatch.setattr("problems.pricing.compiler.subprocess.run", recorded)
+    monkeypatch.setattr("problems.evaluation.compiler.subprocess.run", recorded)
     compiled(small())
     [asking, compiling] = commands
     assert asking[1:] == ["--version"]
@@ -126,7 +126,7 @@ def test_a_second_process_finds_what_the_first_compiled(cache_folder: Path, monk
     assert cache_folder.stat().st_mode & 0o777 == 0o700
     assert library_in(cache_folder).stat().st_mode & 0o777 == 0o600
     monkeypatch.setattr(population, "compiled", lambda *_: pytest.fail("compiled again"))
-    assert PopulationFunction(small(), Pricing("native"))(points()).size
+    assert PopulationFunction(small(), EvaluationOptions("native"))(points()).size
     assert find_native(small(2.0)) is None
     monkeypatch.setattr(native, "SOURCES", ("tape.py",))
     assert find_native(small()) is None
@@ -159,10 +159,10 @@ def damage(path: Path, how: str) -> None:
     ["truncated", "empty", "one bit", "another library", "others may write", "folder of others", "a folder"],
 )
 def test_a_damaged_library_is_never_loaded(how: str, cache_folder: Path) -> None:
-    expected = PopulationFunction(small(), Pricing("native"))(points())
+    expected = PopulationFunction(small(), EvaluationOptions("native"))(points())
     damage(library_in(cache_folder), how)
     assert find_native(small()) is None
-    assert same_bits(PopulationFunction(small(), Pricing("native"))(points()), expected)
+    assert same_bits(PopulationFunction(small(), EvaluationOptions("native"))(points()), expected)
     if how not in {"folder of others", "a folder"}:
         assert find_native(small()) is not None
 
@@ -172,7 +172,7 @@ def test_a_damaged_library_is_never_loaded(how: str, cache_folder: Path) -> None
 def test_a_read_only_cache(cache_folder: Path) -> None:
     cache_folder.mkdir(mode=0o500)
     assert not cache.writable()
-    price = PopulationFunction(small(), Pricing("native"))
+    price = PopulationFunction(small(), EvaluationOptions("native"))
     assert price(points()).size
     assert price.backend == "native"
     assert not list(cache_folder.iterdir())
@@ -181,7 +181,7 @@ def test_a_read_only_cache(cache_folder: Path) -> None:
 @needs_compiler
 def test_a_cache_that_is_a_file(cache_folder: Path) -> None:
     cache_folder.write_text("mine")
-    price = PopulationFunction(small(), Pricing("native"))
+    price = PopulationFunction(small(), EvaluationOptions("native"))
     assert price(points()).size
     assert price.backend == "native"
     assert cache_folder.read_text() == "mine"
@@ -203,7 +203,7 @@ def test_the_least_recently_used_libraries_go(cache_folder: Path, monkeypatch: p
 
 def costs_of(backend: str) -> FloatArray:
     """What another process computes."""
-    return PopulationFunction(small(3.0), Pricing(backend))(points())
+    return PopulationFunction(small(3.0), EvaluationOptions(backend))(points())
 
 
 @needs_compiler
@@ -217,13 +217,13 @@ def test_eight_processes_compile_the_same(cache_folder: Path) -> None:
 
 @needs_compiler
 def test_a_killed_compile_leaves_nothing(cache_folder: Path) -> None:
-    code = "import sys; from problems.pricing import native, cache; import os, signal\n"
+    code = "import sys; from problems.evaluation import native, cache; import os, signal\n"
     code += "cache._place = lambda key: os.kill(os.getpid(), signal.SIGKILL)\n"
     code += "import casadi as ca; native.compiled(ca.Function.deserialize(sys.stdin.read()))"
     done = subprocess.run([sys.executable, "-c", code], input=small().serialize(), text=True, check=False)
     assert done.returncode == -9
     assert find_native(small()) is None
-    assert PopulationFunction(small(), Pricing("native"))(points()).size
+    assert PopulationFunction(small(), EvaluationOptions("native"))(points()).size
     assert find_native(small()) is not None
 
 
@@ -242,9 +242,9 @@ def test_of_several_processes_aside_one_compiles(cache_folder: Path, monkeypatch
 
 @needs_compiler
 def test_one_process_aside_compiles_at_a_time(cache_folder: Path) -> None:
-    with cache.turn() as ours:
+    with cache.compile_lock() as ours:
         assert ours
-        with cache.turn() as theirs:
+        with cache.compile_lock() as theirs:
             assert not theirs
         subprocess.run(ASIDE, input=small().serialize(), text=True, check=True)
         assert find_native(small()) is None

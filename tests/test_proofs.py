@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import PPoly
 
-from problems.bernstein import bernstein, within
-from problems.interval import bounds
-from tpbso_casadi.builtin import TITLES, builtin
+from problems.certify.interval import bounds
+from problems.motions.bernstein import bernstein, within
+from tpbso_casadi.scenario.builtin import TITLES, builtin
 
 X = ca.SX.sym("x", 2)
 EXPRESSIONS = {

@@ -19,15 +19,15 @@ import numpy as np
 import pytest
 from csv_checker import check_run
 
-from problems.limits import link_clearances, reachable_pairs
+from problems.limits.motion_limits import link_clearances, reachable_pairs
 from solvers import IPOPT, Budget, DescentResult, StopReason
 from tpbso_casadi import Scenario, builtin, parse_scenario, plan
-from tpbso_casadi.builtin import TITLES
-from tpbso_casadi.motion import found_motion
-from tpbso_casadi.planning import Plan
-from tpbso_casadi.refinement import Polish, Refinement, distinct
-from tpbso_casadi.section import ScenarioError
-from tpbso_casadi.solve import main
+from tpbso_casadi.cli.solve import main
+from tpbso_casadi.planning.motion import found_motion
+from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.planning.refinement import Polish, Refinement, distinct
+from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.scenario.section import ScenarioError
 
 
 def asked(case: str, edit: Callable[[dict[str, Any]], object] = lambda content: None, **solver: object) -> Scenario:
@@ -49,7 +49,7 @@ def test_a_polish_is_feasible_and_never_worse(case: str) -> None:
     assert found.feasible
     assert found.objective <= polish.before.objective or not polish.before.feasible
     assert found.motion is (polish.after if polish.accepted else polish.before)
-    assert found.trajectory.least_stretch(found.problem.arm) <= 1.0
+    assert found.trajectory.minimum_time_scale(found.problem.arm) <= 1.0
     if polish.search.stop_reason is StopReason.CONVERGED:
         assert max(polish.search.solution.residuals.values()) < 1e-3
 
@@ -83,7 +83,7 @@ def polish_between(before: float, after: float, after_feasible: bool) -> Polish:
     """A polish of motions that take so many times the time of one that keeps its limits."""
     problem = replace(builtin("time-2").problem(), formulation="reduced")
     motion = found_motion(problem, np.zeros(5) + 0.5)
-    slow, fast = (replace(motion, trajectory=motion.trajectory.stretched(factor)) for factor in (before, after))
+    slow, fast = (replace(motion, trajectory=motion.trajectory.time_scaled(factor)) for factor in (before, after))
     assert fast.feasible is after_feasible
     refinement = Refinement(problem, IPOPT())
     search = refinement.multistart(Budget(iterations=1), 0, None)
@@ -202,7 +202,7 @@ def test_interruption_of_ipopt_keeps_the_best(how: list[str], reason: str) -> No
 
 def test_the_best_within_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = SimpleNamespace(perf_counter=count(1000.0, 1.0).__next__)  # a second every time somebody looks
-    monkeypatch.setattr("tpbso_casadi.planning.time", clock)
+    monkeypatch.setattr("tpbso_casadi.planning.plan.time", clock)
     found = plan(asked("time-3", name="abso", evaluations=2000, within=60.0))
     once = plan(asked("time-3", name="abso", evaluations=2000, polish_starts=3))
     assert 10 < found.rounds < 30

@@ -13,15 +13,25 @@ from browser import fetched, opened
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tpbso_casadi import reproduce
-from tpbso_casadi.builtin import TITLES
 from tpbso_casadi.campaign import Record
-from tpbso_casadi.reproduction import arms, growth
-from tpbso_casadi.reproduction.arms import BASES, EVALUATIONS, FULL, ITERATIONS, LOW, LOW_PRINTED, PRINTED, Size, label
+from tpbso_casadi.cli import reproduce
+from tpbso_casadi.reproduction import experiment, scaling
+from tpbso_casadi.reproduction.antenna_sign import signs
 from tpbso_casadi.reproduction.claims import CLAIMS, Finding, Verdict, least_p
 from tpbso_casadi.reproduction.evidence import Evidence, settled_after
+from tpbso_casadi.reproduction.experiment import (
+    BASES,
+    EVALUATIONS,
+    FULL,
+    ITERATIONS,
+    LOW,
+    LOW_PRINTED,
+    PRINTED,
+    Size,
+    label,
+)
 from tpbso_casadi.reproduction.paper import FIGURES, PATHS, SPACE_ORDERS, TABLE_1, TIME_ORDERS
-from tpbso_casadi.reproduction.sign import signs
+from tpbso_casadi.scenario.builtin import TITLES
 
 RUNS = 20
 PACE = {basis: {"bso": 1.0, "pso": 1.2, "ga": 1.5} for basis in BASES}
@@ -127,9 +137,9 @@ def test_the_sign_of_28() -> None:
 
 def test_when_a_search_has_settled() -> None:
     history = {"history": {"cost": [9.0, 2.0, 1.005, 1.0, 1.0]}}
-    assert settled_after(history, feasible_below=5.0) == (2, 4)
-    assert settled_after({"history": {"cost": [9.0, None]}}, feasible_below=5.0) is None
-    assert settled_after({"history": {"cost": [9.0, 8.0]}}, feasible_below=5.0) is None
+    assert settled_after(history, objective_upper_bound=5.0) == (2, 4)
+    assert settled_after({"history": {"cost": [9.0, None]}}, objective_upper_bound=5.0) is None
+    assert settled_after({"history": {"cost": [9.0, 8.0]}}, objective_upper_bound=5.0) is None
 
 
 def test_what_the_paper_prints() -> None:
@@ -141,7 +151,7 @@ def test_what_the_paper_prints() -> None:
 
 
 def test_the_runs_of_the_full_reproduction() -> None:
-    runs = arms.campaign(FULL)
+    runs = experiment.campaign(FULL)
     assert len(runs) == len({run.key for run in runs}) == 15 * 13 * 20
     budgets = {run.solver: run.scenario.solver for run in runs}
     for solver in ("bso", PRINTED, "pso", "ga"):
@@ -157,9 +167,9 @@ def test_the_runs_of_the_full_reproduction() -> None:
 def test_exponents_of_growth(power: float, fixed: float, scale: float) -> None:
     sizes = (10.0, 40.0, 160.0)
     values = [scale * size**power for size in sizes]
-    assert growth.exponent(sizes, values) == pytest.approx(power)
-    assert growth.exponent_above(sizes, [fixed + value for value in values]) == pytest.approx(power, abs=1e-6)
-    assert growth.exponent_above(sizes, [fixed] * 3) == 0.0
+    assert scaling.exponent(sizes, values) == pytest.approx(power)
+    assert scaling.exponent_above(sizes, [fixed + value for value in values]) == pytest.approx(power, abs=1e-6)
+    assert scaling.exponent_above(sizes, [fixed] * 3) == 0.0
 
 
 TINY = Size(runs=1, iterations=2, population=6, evaluations=40, beyond=False)
@@ -170,11 +180,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A whole reproduction, with the smallest runs there are."""
     folder = tmp_path_factory.mktemp("reproduction")
     sizes = {"n_i": (2, 4, 8), "n_p": (20, 40, 80), "n_d": (6, 10, 14), "n_o": (10, 20, 40)}
-    few = {experiment: {symbol: sizes[symbol] for symbol in row} for experiment, row in growth.TIME_SIZES.items()}
+    few = {experiment: {symbol: sizes[symbol] for symbol in row} for experiment, row in scaling.TIME_SIZES.items()}
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("TPBSO_CASADI_BACKEND", "vm")
         patch.setattr(reproduce, "QUICK", TINY)
-        patch.setattr(growth, "TIME_SIZES", few)
+        patch.setattr(scaling, "TIME_SIZES", few)
         assert reproduce.main(["--quick", "--quiet", "--out", str(folder), "--export", str(folder / "runs.csv")]) == 0
     return folder
 

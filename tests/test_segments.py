@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from problems import PlanarArm, Trajectory
-from problems.point_to_point import Quantities
-from problems.segments import QUARTIC, QUINTIC, middle_acceleration, sampling_matrix
+from problems.assembly.point_to_point import Quantities
+from problems.motions.segments import QUARTIC, QUINTIC, middle_acceleration, sampling_matrix
 
 angles = st.floats(-6.0, 6.0)
 times = st.floats(0.1, 4.0)
@@ -100,7 +100,7 @@ def test_times_hold_every_breakpoint_and_are_even_in_each_piece() -> None:
 def test_least_stretch_just_keeps_the_limits() -> None:
     arm, motion = PlanarArm((1.0, 1.0), (2.0, 3.0), (10.0, 30.0)), some_motion()
     for factor, broken in ((1.0 + 1e-9, False), (1.0 - 1e-6, True)):
-        slower = motion.stretched(motion.least_stretch(arm) * factor)
+        slower = motion.time_scaled(motion.minimum_time_scale(arm) * factor)
         t = np.linspace(0.0, slower.duration, 400_001)
         motion_at = slower.samples(t)
         too_fast = np.abs(np.asarray(motion_at.speed)) > arm.max_speed

@@ -17,8 +17,8 @@ from csv_checker import check_run
 
 from solvers import SOLVERS
 from tpbso_casadi import parse_scenario, plan
-from tpbso_casadi.builtin import TITLES
-from tpbso_casadi.solve import main
+from tpbso_casadi.cli.solve import main
+from tpbso_casadi.scenario.builtin import TITLES
 
 COMMAND = [sys.executable, "-m", "tpbso_casadi.solve"]
 SCENARIO = """

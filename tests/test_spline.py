@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
 
-from problems.spline import RestSpline
-from problems.trajectory import Trajectory
+from problems.motions.rest_spline import RestSpline
+from problems.motions.trajectory import Trajectory
 
 KNOTS = [
     np.array([0.0, 1.0]),

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from tpbso_casadi import builtin
-from tpbso_casadi.campaign import Outcome, Run, Store, StoreError, perform
-from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.campaign import Outcome, Run, Store, StoreError, run_one
+from tpbso_casadi.scenario.scenario import parse_scenario
 
 
 def run(seed: int = 1, **solver: object) -> Run:
@@ -26,7 +26,7 @@ def path(tmp_path: Path) -> Path:
 
 def test_what_is_added_is_there_again(path: Path) -> None:
     done, failed, undone = run(1), run(2), run(3)
-    outcome = perform(*done.task)
+    outcome = run_one(*done.task)
     with Store(path) as store:
         store.add(done, outcome)
         store.add(failed, Outcome(None, 0.5, "ValueError: no", "Traceback ..."))
@@ -51,10 +51,10 @@ def test_a_run_is_kept_once_and_a_failed_one_may_be_replaced(path: Path) -> None
     again = run()
     with Store(path) as store:
         store.add(again, Outcome(None, 0.1, "RuntimeError: first"))
-        store.add(again, perform(*again.task))
+        store.add(again, run_one(*again.task))
         assert store.records([again])[0].error == ""
         with pytest.raises(StoreError, match="UNIQUE"):
-            store.add(again, perform(*again.task))
+            store.add(again, run_one(*again.task))
         assert len(store.records([again])) == 1
 
 

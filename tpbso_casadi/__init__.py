@@ -14,13 +14,13 @@ from problems import (
     closed_curve,
     pentagram,
 )
-from problems.pricing import PopulationFunction, Pricing
+from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import BSO, GA, PSO, SOLVERS, Box, Budget, Result, Solver, StopReason, find_solver, minimize
-from tpbso_casadi.builtin import builtin
-from tpbso_casadi.planning import Plan, plan
-from tpbso_casadi.run_folder import result_of, write_run
-from tpbso_casadi.scenario import Scenario, parse_scenario, read_scenario
-from tpbso_casadi.section import ScenarioError
+from tpbso_casadi.planning.plan import Plan, plan
+from tpbso_casadi.scenario.builtin import builtin
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, read_scenario
+from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.storage.run_folder import result_of, write_run
 
 __all__ = [
     "BSO",
@@ -31,6 +31,7 @@ __all__ = [
     "Box",
     "Budget",
     "Ellipse",
+    "EvaluationOptions",
     "InvalidProblem",
     "Path",
     "PathFollowing",
@@ -38,7 +39,6 @@ __all__ = [
     "PlanarArm",
     "PointToPoint",
     "PopulationFunction",
-    "Pricing",
     "Problem",
     "Result",
     "Scenario",

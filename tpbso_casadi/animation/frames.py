@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from problems import PathFollowing, PointToPoint, Problem
-from problems.matrix import FloatArray, as_array
-from tpbso_casadi.motion import Motion
+from problems.base.matrix import FloatArray, as_array
+from tpbso_casadi.planning.motion import Motion
 
 FRAMES = 121
 

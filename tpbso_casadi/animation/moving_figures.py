@@ -12,7 +12,7 @@ from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.figure import Figure
 
 from tpbso_casadi.animation.frames import Frames
-from tpbso_casadi.figures import draw_task
+from tpbso_casadi.figures.run import draw_task
 
 SECONDS = 4.0  # that a film lasts, whatever the motion takes: most would be over in a blink
 LAST = 0.2  # of the frames: how long it stays at the end

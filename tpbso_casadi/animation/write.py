@@ -8,8 +8,8 @@ from shutil import which
 
 from tpbso_casadi.animation.frames import frames_of
 from tpbso_casadi.animation.player import page
-from tpbso_casadi.files import OutputError, check_writable, write_text, write_with, writing
-from tpbso_casadi.motion import Motion
+from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.storage.files import OutputError, check_writable, write_text, write_with, writing
 
 FILM = 81  # frames: each takes some 50 ms to draw
 SUFFIXES = (".gif", ".mp4", ".html")

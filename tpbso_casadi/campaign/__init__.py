@@ -1,14 +1,14 @@
 """Many runs: a grid of scenarios, solvers and seeds, done by any executor, each run kept the moment it ends."""
 
-from tpbso_casadi.campaign.conduct import LostExecutor, conduct
-from tpbso_casadi.campaign.crew import Crew, CrewError, cluster, processes
+from tpbso_casadi.campaign.executors import ExecutorError, ExecutorFactory, cluster, processes
 from tpbso_casadi.campaign.grid import SolverSpec, grid, parse_solvers
-from tpbso_casadi.campaign.run import Outcome, Run, perform
+from tpbso_casadi.campaign.run import Outcome, Run, run_one
+from tpbso_casadi.campaign.runner import LostExecutor, run_campaign
 from tpbso_casadi.campaign.store import Record, Store, StoreError
 
 __all__ = [
-    "Crew",
-    "CrewError",
+    "ExecutorError",
+    "ExecutorFactory",
     "LostExecutor",
     "Outcome",
     "Record",
@@ -17,9 +17,9 @@ __all__ = [
     "Store",
     "StoreError",
     "cluster",
-    "conduct",
     "grid",
     "parse_solvers",
-    "perform",
     "processes",
+    "run_campaign",
+    "run_one",
 ]

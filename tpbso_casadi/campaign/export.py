@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from tpbso_casadi.campaign.store import Record
-from tpbso_casadi.files import OutputError, check_writable, write_csv, write_with, writing
+from tpbso_casadi.storage.files import OutputError, check_writable, write_csv, write_with, writing
 
 SUFFIXES = (".csv", ".parquet")
 

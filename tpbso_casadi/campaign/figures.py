@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tpbso_casadi.campaign.statistics import Summary
-from tpbso_casadi.files import write_with
+from tpbso_casadi.storage.files import write_with
 
 COLUMNS = 3
 COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#e377c2", "#17becf")

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tpbso_casadi.campaign.run import Run
-from tpbso_casadi.scenario import Scenario, parse_scenario
-from tpbso_casadi.section import ScenarioError
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.section import ScenarioError
 
 SPEC = re.compile(r"(?P<name>[^()+\s]+)(?:\((?P<settings>[^()]*)\))?(?P<polish>\+polish(?P<starts>\d*))?")
 

@@ -12,11 +12,11 @@ from hashlib import sha256
 from typing import Any
 
 from problems import Problem
-from problems.pricing import Pricing
-from tpbso_casadi.planning import plan
-from tpbso_casadi.run_folder import as_json, result_of
-from tpbso_casadi.scenario import Scenario, SolverSection, parse_scenario
-from tpbso_casadi.versions import versions
+from problems.evaluation import EvaluationOptions
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario
+from tpbso_casadi.storage.run_folder import as_json, result_of
+from tpbso_casadi.storage.versions import versions
 
 KEPT = 64  # problems of a worker: some 10 MB each
 ONE_AT_A_TIME = threading.Lock()  # IPOPT's linear solver is not made for threads, and a cluster's worker may have many
@@ -50,7 +50,7 @@ class Run:
 
     @property
     def task(self) -> tuple[str, dict[str, str]]:
-        """What :func:`perform` takes; plain data, so that it can travel anywhere."""
+        """What :func:`run_one` takes; plain data, so that it can travel anywhere."""
         return self.scenario.model_dump_json(), versions()
 
 
@@ -75,7 +75,7 @@ class OtherVersions(RuntimeError):
     """Whoever does the run has other versions of what decides its result."""
 
 
-def perform(scenario: str, expected: dict[str, str], backend: str | None = None) -> Outcome:
+def run_one(scenario: str, expected: dict[str, str], backend: str | None = None) -> Outcome:
     """Do one run; whatever goes wrong in it is an outcome too.
 
     Args:
@@ -98,7 +98,7 @@ def _result(scenario: str, expected: dict[str, str], backend: str | None) -> str
         raise OtherVersions(f"{difference(ours, expected)} on this worker")
     asked = parse_scenario(json.loads(scenario))
     problem = _problem(asked.model_copy(update={"solver": SolverSection()}).model_dump_json())
-    found = plan(asked, pricing=None if backend is None else Pricing(backend), problem=problem)
+    found = plan(asked, pricing=None if backend is None else EvaluationOptions(backend), problem=problem)
     if found.interrupted:
         raise InterruptedError("the run was interrupted")
     content: dict[str, Any] = result_of(found)

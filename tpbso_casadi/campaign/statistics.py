@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import mannwhitneyu
 
-from problems.matrix import FloatArray
+from problems.base.matrix import FloatArray
 from tpbso_casadi.campaign.store import Record
 
 SAME = 1e-4  # relative: objectives that near to the best of a case are as good as it

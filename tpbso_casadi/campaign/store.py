@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from tpbso_casadi.campaign.run import Outcome, Run, difference
-from tpbso_casadi.versions import versions
+from tpbso_casadi.storage.versions import versions
 
 APPLICATION = 0x7450_4253  # SQLite's "application id": whose file this is
 FORMAT = 1

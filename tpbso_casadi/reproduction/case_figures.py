@@ -16,10 +16,10 @@ from matplotlib.figure import Figure
 
 from problems import PathFollowing
 from tpbso_casadi.animation import frames_of, player
-from tpbso_casadi.figures import convergence_figure, joints_figure, path_figure
-from tpbso_casadi.path_figures import PATH_FIGURES
-from tpbso_casadi.planning import Plan, plan
-from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.figures.path import PATH_FIGURES
+from tpbso_casadi.figures.run import convergence_figure, joints_figure, path_figure
+from tpbso_casadi.planning.plan import Plan, plan
+from tpbso_casadi.scenario.scenario import parse_scenario
 
 DPI = 110
 
@@ -87,7 +87,7 @@ def add_other_runs(figure: Figure, found: Plan, histories: Sequence[Sequence[flo
     axes = figure.axes[0]
     for history in histories:
         cost = np.array(history, dtype=np.float64)
-        cost[~(cost <= found.problem.feasible_below)] = np.nan
+        cost[~(cost <= found.problem.objective_upper_bound)] = np.nan
         axes.step(np.arange(cost.size), cost, where="post", color="0.75", linewidth=0.7, zorder=0)
 
 

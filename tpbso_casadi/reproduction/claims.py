@@ -11,8 +11,8 @@ import numpy as np
 from scipy.stats import levene
 
 from tpbso_casadi.campaign.statistics import LEVEL, Comparison, compared, holm
-from tpbso_casadi.reproduction.arms import BASES
 from tpbso_casadi.reproduction.evidence import Evidence
+from tpbso_casadi.reproduction.experiment import BASES
 from tpbso_casadi.reproduction.paper import (
     NAMES,
     OBSTACLES,

@@ -10,7 +10,7 @@ import numpy as np
 
 from tpbso_casadi.campaign import Record, Run
 from tpbso_casadi.campaign.statistics import Summary, summarise
-from tpbso_casadi.reproduction.arms import label
+from tpbso_casadi.reproduction.experiment import label
 
 SETTLED = 0.01  # a search has converged when it is within 1 % of where it ends
 
@@ -24,7 +24,7 @@ class Evidence:
         records: what is kept of those that were done.
         settled: by case and basis, after how many iterations each run of TPBSO had converged, and of how many.
         accuracy: by path case and basis, the largest distance in m from a given point that any run of TPBSO has.
-        growth: of time and memory, see :func:`tpbso_casadi.reproduction.growth.measured`.
+        growth: of time and memory, see :func:`tpbso_casadi.reproduction.scaling.measured`.
     """
 
     runs: list[Run]
@@ -52,9 +52,9 @@ class Evidence:
         return min(found, default=float("nan"))
 
 
-def settled_after(result: dict[str, Any], feasible_below: float) -> tuple[int, int] | None:
+def settled_after(result: dict[str, Any], objective_upper_bound: float) -> tuple[int, int] | None:
     """After how many iterations the cost was within 1 % of the last, and of how many; None without a feasible plan."""
     cost = np.array(result["history"]["cost"], dtype=np.float64)
-    if not cost[-1] <= feasible_below:
+    if not cost[-1] <= objective_upper_bound:
         return None
     return int(np.argmax(cost <= cost[-1] * (1.0 + SETTLED))), len(cost) - 1

@@ -6,12 +6,12 @@ from collections.abc import Iterable
 from concurrent.futures import Executor
 from typing import Any, TypeAlias
 
-from tpbso_casadi.builtin import TITLES, builtin
 from tpbso_casadi.campaign import Run, Store
-from tpbso_casadi.reproduction.arms import BASES, ITERATIONS, label
 from tpbso_casadi.reproduction.case_figures import Illustration, illustrate
 from tpbso_casadi.reproduction.evidence import Evidence, settled_after
+from tpbso_casadi.reproduction.experiment import BASES, ITERATIONS, label
 from tpbso_casadi.reproduction.paper import PATHS
+from tpbso_casadi.scenario.builtin import TITLES, builtin
 
 Found: TypeAlias = tuple[Run, dict[str, Any]]
 
@@ -20,10 +20,10 @@ def gather(runs: list[Run], store: Store, growth: dict[str, Any]) -> Evidence:
     """The evidence of what is kept."""
     settled, accuracy = {}, {}
     for case in TITLES:
-        feasible_below = builtin(case).problem().feasible_below
+        objective_upper_bound = builtin(case).problem().objective_upper_bound
         for basis in BASES:
             results = [result for _, result in results_of(runs, store, case, label("bso", basis))]
-            after = (settled_after(result, feasible_below) for result in results)
+            after = (settled_after(result, objective_upper_bound) for result in results)
             settled[case, basis] = [pair for pair in after if pair is not None]
             if case in PATHS:
                 accuracy[case, basis] = max((largest_distance(result) for result in results), default=float("nan"))

@@ -13,14 +13,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from tpbso_casadi.campaign.figures import draw_runs
-from tpbso_casadi.reproduction.arms import BASES
 from tpbso_casadi.reproduction.case_figures import Picture, webp
 from tpbso_casadi.reproduction.claims import ROTATION, TIME
 from tpbso_casadi.reproduction.evidence import Evidence
+from tpbso_casadi.reproduction.experiment import BASES
 from tpbso_casadi.reproduction.paper import NAMES, Order
 
 COLOURS = {"ga": "#2ca02c", "pso": "#d62728", "bso": "#1f77b4"}
-GAP = 0.26  # between the solvers of one case
+OFFSET = 0.26  # between the solvers of one case
 
 
 def figure_17(evidence: Evidence) -> Picture:
@@ -31,7 +31,9 @@ def figure_17(evidence: Evidence) -> Picture:
         for axes, cases, words in zip(row, (TIME, ROTATION), ("time [s]", "joint rotation [rad]"), strict=True):
             for place, case in enumerate(cases):
                 for offset, (solver, colour) in enumerate(COLOURS.items()):
-                    draw_runs(axes, place + GAP * (offset - 1), evidence.of(case, solver, basis), colour, GAP * 0.8)
+                    draw_runs(
+                        axes, place + OFFSET * (offset - 1), evidence.of(case, solver, basis), colour, OFFSET * 0.8
+                    )
             axes.set_xticks(range(len(cases)), [case.rsplit("-", 1)[1] for case in cases])
             axes.set(xlabel="links", ylabel=words, title=basis)
             axes.grid(axis="y", alpha=0.3)

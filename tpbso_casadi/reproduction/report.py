@@ -15,17 +15,17 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from tpbso_casadi.animation import SCRIPT, STYLE
-from tpbso_casadi.builtin import TITLES
 from tpbso_casadi.campaign import Record
 from tpbso_casadi.campaign.statistics import Summary
-from tpbso_casadi.reproduction.arms import BASES, BEYOND, EVALUATIONS, ITERATIONS, PRINTED, Size, label
+from tpbso_casadi.reproduction.antenna_sign import signs
 from tpbso_casadi.reproduction.case_figures import Illustration, Picture
 from tpbso_casadi.reproduction.claims import CLAIMS, Claim, Finding, Verdict, against
 from tpbso_casadi.reproduction.evidence import Evidence
+from tpbso_casadi.reproduction.experiment import BASES, BEYOND, EVALUATIONS, ITERATIONS, PRINTED, Size, label
 from tpbso_casadi.reproduction.overview_figures import figure_17, growth_figure
 from tpbso_casadi.reproduction.paper import FIGURES, NAMES, RIVALS, SPACE_ORDERS, TABLE_1, TIME_ORDERS, Order, Printed
-from tpbso_casadi.reproduction.sign import signs
-from tpbso_casadi.versions import versions
+from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.storage.versions import versions
 
 HERE = Path(__file__).parent
 ROUNDING = 1e-9  # what a standard deviation of equal numbers may be

@@ -1,0 +1,1 @@
+"""What is proven of a finished motion, for all t."""

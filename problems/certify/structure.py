@@ -1,0 +1,149 @@
+"""What a constraint is, before any number is put in: dependence, degree, sparsity, kinks, rows that say nothing."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base.matrix import FloatArray, Matrix
+from problems.certify.interval import bounds
+from problems.limits.constraint import Constraint
+
+KINKS = {
+    ca.OP_FABS: "abs",
+    ca.OP_FMIN: "min",
+    ca.OP_FMAX: "max",
+    ca.OP_LT: "<",
+    ca.OP_LE: "<=",
+    ca.OP_EQ: "==",
+    ca.OP_NE: "!=",
+    ca.OP_SIGN: "sign",
+    ca.OP_FLOOR: "floor",
+    ca.OP_CEIL: "ceil",
+    ca.OP_IF_ELSE_ZERO: "if",
+}  # not differentiable somewhere
+PROBES = 3  # random points at which rows are told apart
+SAME = 1e-12  # relative: rows no more different than that at every probe are the same
+
+
+@dataclass(frozen=True)
+class Structure:
+    """The structure of one constraint.
+
+    Attributes:
+        name: the constraint's.
+        equation: where the paper states it.
+        unit: of its expression.
+        formula: how it is built from the arm's quantities.
+        for_all_t: a limit on the whole motion, of which the rows are samples; else a single condition.
+        rows: how many scalar rows.
+        equality: whether its bounds are the same.
+        depends_on: names of the variables in it.
+        degree: ``constant``, ``linear``, ``quadratic`` or ``nonlinear`` in them.
+        nonzeros: of its Jacobian, rows x variables.
+        kinks: how often each operation occurs that is not differentiable everywhere.
+        constant_rows: rows without any variable.
+        duplicate_rows: rows that say what another row of the same constraint says.
+        never_met: rows whose bounds no point of the box can meet, by interval arithmetic.
+        always_met: rows that every point of the box meets, likewise.
+    """
+
+    name: str
+    equation: str
+    unit: str
+    formula: str
+    for_all_t: bool
+    rows: int
+    equality: bool
+    depends_on: tuple[str, ...]
+    degree: str
+    nonzeros: int
+    kinks: dict[str, int]
+    constant_rows: int
+    duplicate_rows: int
+    never_met: int
+    always_met: int
+
+
+def structure_of(
+    constraint: Constraint, x: ca.SX, names: Sequence[str], lower: FloatArray, upper: FloatArray
+) -> Structure:
+    """Look at a constraint.
+
+    Args:
+        constraint: whose expression is symbolic.
+        x: the variables, (n, 1).
+        names: of the variables, n.
+        lower: bounds of the variables, (n,), -inf where there is none.
+        upper: likewise.
+    """
+    rows = ca.densify(ca.vec(constraint.expression))
+    jacobian = jacobian_pattern(constraint, x)
+    function = ca.Function("rows", [x], [rows], {"cse": True})
+    low, high = (np.repeat(bound, constraint.expression.shape[0]) for bound in (constraint.lower, constraint.upper))
+    least, most = bounds(function, lower, upper)
+    kinks = kinks_of(function)
+    return Structure(
+        constraint.name,
+        constraint.equation,
+        constraint.unit,
+        constraint.formula,
+        constraint.for_all_t,
+        rows.shape[0],
+        bool((low == high).all()),
+        tuple(name for name, used in zip(names, np.any(jacobian, axis=0).tolist(), strict=True) if used),
+        "nonlinear" if kinks else degree_of(rows, x),
+        int(jacobian.sum()),
+        kinks,
+        int(np.sum(~np.any(jacobian, axis=1))),
+        duplicates_of(function, lower, upper, low, high),
+        int(((least > high) | (most < low)).sum()),
+        int(((least >= low) & (most <= high)).sum()),
+    )
+
+
+def jacobian_pattern(constraint: Constraint, x: ca.SX) -> NDArray[np.bool_]:
+    """Where the Jacobian of a constraint's rows can differ from zero: (rows, n), bool."""
+    pattern = ca.jacobian_sparsity(ca.densify(ca.vec(constraint.expression)), x)
+    return np.asarray(ca.DM(pattern, 1.0).full(), dtype=bool)
+
+
+def degree_of(rows: Matrix, x: ca.SX) -> str:
+    """The degree of smooth rows in the variables."""
+    if not any(ca.which_depends(rows, x, 1, False)):
+        return "constant"
+    if not any(ca.which_depends(rows, x, 2, False)):
+        return "linear"
+    slopes = ca.jacobian(rows, x)
+    return "nonlinear" if any(ca.which_depends(ca.vec(slopes), x, 2, False)) else "quadratic"
+
+
+def kinks_of(function: ca.Function) -> dict[str, int]:
+    """How often each non-smooth operation occurs in a function."""
+    found = Counter(function.instruction_id(k) for k in range(function.n_instructions()))
+    return {name: found[code] for code, name in KINKS.items() if found[code]}
+
+
+def duplicates_of(
+    function: ca.Function, lower: FloatArray, upper: FloatArray, low: FloatArray, high: FloatArray
+) -> int:
+    """How many rows, with their bounds, repeat another: the same values at a few random points of the box."""
+    rng = np.random.default_rng(0)
+    box = np.clip(lower, -3.0, 3.0), np.clip(upper, -3.0, 3.0)
+    values = [np.asarray(function(rng.uniform(*box))).ravel() for _ in range(PROBES)]
+    scale = np.maximum(1.0, np.abs(np.array(values)).max(axis=1, keepdims=True))
+    fingerprints = np.round(np.array(values) / scale / SAME).T
+    return int(low.size - len(np.unique(np.column_stack([fingerprints, low, high]), axis=0)))
+
+
+def freedom(constraints: Sequence[Constraint], x: ca.SX) -> int:
+    """Degrees of freedom that the equalities leave: variables less the structural rank of their Jacobian."""
+    equalities = [ca.densify(ca.vec(c.expression)) for c in constraints if np.array_equal(c.lower, c.upper)]
+    if not equalities:
+        return int(x.shape[0])
+    return int(x.shape[0] - ca.sprank(ca.jacobian(ca.vertcat(*equalities), x)))

@@ -1,0 +1,143 @@
+"""Read a compiled expression instruction by instruction, in any arithmetic.
+
+CasADi compiles an SX function into a tape: a list of scalar operations on numbered registers. :func:`interpret` runs
+that tape over whatever a :class:`Reading` computes with: symbols (to rewrite the expression), matrices (to evaluate
+many candidates at once) or text (to generate code). One tape, so that all of them compute the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol, TypeVar
+
+import casadi as ca
+
+from problems.base.matrix import Matrix
+
+V = TypeVar("V")
+
+UNARY = {
+    "neg": ca.OP_NEG,
+    "sq": ca.OP_SQ,
+    "twice": ca.OP_TWICE,
+    "inv": ca.OP_INV,
+    "sqrt": ca.OP_SQRT,
+    "fabs": ca.OP_FABS,
+    "sign": ca.OP_SIGN,
+    "floor": ca.OP_FLOOR,
+    "ceil": ca.OP_CEIL,
+    "not": ca.OP_NOT,
+    "sin": ca.OP_SIN,
+    "cos": ca.OP_COS,
+    "tan": ca.OP_TAN,
+    "asin": ca.OP_ASIN,
+    "acos": ca.OP_ACOS,
+    "atan": ca.OP_ATAN,
+    "exp": ca.OP_EXP,
+    "log": ca.OP_LOG,
+    "sinh": ca.OP_SINH,
+    "cosh": ca.OP_COSH,
+    "tanh": ca.OP_TANH,
+    "asinh": ca.OP_ASINH,
+    "acosh": ca.OP_ACOSH,
+    "atanh": ca.OP_ATANH,
+    "erf": ca.OP_ERF,
+    "log1p": ca.OP_LOG1P,
+    "expm1": ca.OP_EXPM1,
+}
+BINARY = {
+    "add": ca.OP_ADD,
+    "sub": ca.OP_SUB,
+    "mul": ca.OP_MUL,
+    "div": ca.OP_DIV,
+    "fmin": ca.OP_FMIN,
+    "fmax": ca.OP_FMAX,
+    "lt": ca.OP_LT,
+    "le": ca.OP_LE,
+    "eq": ca.OP_EQ,
+    "ne": ca.OP_NE,
+    "and": ca.OP_AND,
+    "or": ca.OP_OR,
+    "if_else_zero": ca.OP_IF_ELSE_ZERO,
+    "copysign": ca.OP_COPYSIGN,
+    "atan2": ca.OP_ATAN2,
+    "hypot": ca.OP_HYPOT,
+    "pow": ca.OP_POW,
+    "fmod": ca.OP_FMOD,
+}
+_UNARY_NAME = {code: name for name, code in UNARY.items()}
+_BINARY_NAME = {code: name for name, code in BINARY.items()} | {ca.OP_CONSTPOW: "pow"}
+
+
+class UnsupportedOperation(Exception):
+    """A function holds an operation that this package has no reading for."""
+
+
+class Interpreter(Protocol[V]):
+    """What an instruction does to values of one kind."""
+
+    def constant(self, value: float) -> V:
+        """A number written in the expression."""
+
+    def unary(self, name: str, a: V) -> V:
+        """The operation ``UNARY[name]``."""
+
+    def binary(self, name: str, a: V, b: V) -> V:
+        """The operation ``BINARY[name]``."""
+
+
+def interpret(function: ca.Function, arguments: Sequence[V], reading: Interpreter[V]) -> V:
+    """The value of a function of one vector and one scalar result.
+
+    Args:
+        function: SX function, input (d,), output scalar.
+        arguments: the d entries of its input.
+        reading: how to compute with them.
+
+    Raises:
+        UnsupportedOperation: an operation is in neither table, or the function is no SX function.
+    """
+    if not function.is_a("SXFunction"):
+        raise UnsupportedOperation(f"{function.name()} is not written out in scalars")
+    registers: dict[int, V] = {}
+    result = reading.constant(0.0)  # a structural zero has no instruction
+    for k in range(function.n_instructions()):
+        code, inputs = function.instruction_id(k), function.instruction_input(k)
+        if code == ca.OP_OUTPUT:
+            result = registers[inputs[0]]
+            continue
+        if code in _BINARY_NAME:
+            value = reading.binary(_BINARY_NAME[code], registers[inputs[0]], registers[inputs[1]])
+        elif code in _UNARY_NAME:
+            value = reading.unary(_UNARY_NAME[code], registers[inputs[0]])
+        elif code == ca.OP_CONST:
+            value = reading.constant(function.instruction_constant(k))
+        elif code == ca.OP_INPUT:
+            value = arguments[inputs[1]]
+        else:
+            raise UnsupportedOperation(f"{function.name()} holds operation {code} of CasADi, which has no reading")
+        registers[function.instruction_output(k)[0]] = value
+    return result
+
+
+class Symbolic:
+    """Reading in CasADi's own symbols, SX or MX.
+
+    Args:
+        kind: ``ca.SX`` or ``ca.MX``.
+    """
+
+    def __init__(self, kind: Matrix) -> None:
+        self.kind = kind
+
+    def constant(self, value: float) -> Matrix:
+        """A scalar constant."""
+        return self.kind(value)
+
+    def unary(self, name: str, a: Matrix) -> Matrix:
+        """One operation, entry by entry."""
+        return self.kind.unary(UNARY[name], a)
+
+    def binary(self, name: str, a: Matrix, b: Matrix) -> Matrix:
+        """One operation, entry by entry."""
+        return self.kind.binary(BINARY[name], a, b)

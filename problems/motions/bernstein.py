@@ -1,0 +1,56 @@
+"""Bounds of a piecewise polynomial for all t, by Bernstein coefficients.
+
+Over its interval a polynomial lies between the smallest and the largest of its Bernstein coefficients; halving the
+interval brings them closer, quadratically. So a bound is proven without looking for roots.
+"""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+
+from problems.base.matrix import FloatArray
+
+DEEPEST = 40  # halvings of a piece
+
+
+def bernstein(coefficients: FloatArray, durations: FloatArray) -> FloatArray:
+    """Bernstein coefficients (n + 1, p, k) of p pieces.
+
+    Args:
+        coefficients: (n + 1, p, k), highest power first, each piece in its own time from 0, as SciPy's PPoly.
+        durations: of the pieces, (p,).
+    """
+    n = coefficients.shape[0] - 1
+    powers = coefficients[::-1] * durations[None, :, None] ** np.arange(n + 1)[:, None, None]
+    matrix = np.array([[comb(i, j) / comb(n, j) if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
+    return np.tensordot(matrix, powers, axes=1)
+
+
+def within(curves: FloatArray, lower: FloatArray, upper: FloatArray) -> bool:
+    """Whether every curve is proven to stay between its bounds.
+
+    Args:
+        curves: Bernstein coefficients (n + 1, p, k).
+        lower: one for each of the last axis, (k,).
+        upper: likewise.
+
+    Returns:
+        False where a curve breaks a bound, and where ``DEEPEST`` halvings could not decide.
+    """
+    n = curves.shape[0] - 1
+    half = np.array([[comb(i, j) / 2**i if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
+    shape = curves.shape[1:]
+    flat = curves.reshape(n + 1, -1)
+    low, high = (np.broadcast_to(bound, shape).ravel() for bound in (lower, upper))
+    for _ in range(DEEPEST):
+        ends = flat[[0, n]]
+        if (ends < low).any() or (ends > high).any():
+            return False
+        unproven = (flat < low).any(axis=0) | (flat > high).any(axis=0)
+        if not unproven.any():
+            return True
+        flat, low, high = flat[:, unproven], np.tile(low[unproven], 2), np.tile(high[unproven], 2)
+        flat = np.concatenate([half @ flat, (half @ flat[::-1])[::-1]], axis=1)
+    return False

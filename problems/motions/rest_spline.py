@@ -1,0 +1,114 @@
+"""The interpolation in joint space: a cubic C2 spline through knots, at rest at both ends.
+
+At rest means zero speed and zero acceleration, two conditions more at each end than a cubic spline has room for. Two
+further nodes, in the middle of the first and the last interval and with no angle prescribed, make that room.
+Everything is linear in the knot angles: B-spline coefficients follow by one banded solve, and each sample takes four
+of them. Time is normalised, u in [0, 1].
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from scipy.interpolate import BSpline
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import splu
+
+from problems.base.matrix import FloatArray, Matrix, constant
+
+DEGREE = 3
+NEGLIGIBLE = 1e-12  # relative: what rounding leaves where a basis function is zero
+
+
+class RestSpline:
+    """Splines with given knots.
+
+    Args:
+        knots: M >= 2 increasing values of u, the first 0, the last 1.
+    """
+
+    def __init__(self, knots: FloatArray) -> None:
+        self.knots = knots
+        first, last = (knots[0] + knots[1]) / 2.0, (knots[-2] + knots[-1]) / 2.0
+        inner = np.unique(np.concatenate([[first], knots[1:-1], [last]]))
+        if inner.size < knots.size:  # two knots: both middles are the same node
+            inner = np.array([1.0, 2.0]) / 3.0
+        self.nodes = np.concatenate([[0.0], inner, [1.0]])
+        self._ends = np.repeat([0.0, 1.0], DEGREE)
+        padded = np.sort(np.concatenate([self._ends, self.nodes]))
+        self.basis = BSpline(padded, np.eye(padded.size - DEGREE - 1), DEGREE)
+
+    @cached_property
+    def conditions(self) -> FloatArray:
+        """The square matrix that the coefficients satisfy: rest, knots, rest; (M + 4, M + 4)."""
+        start, end = ([self.basis.derivative(n)(u) for n in (1, 2)] for u in (0.0, 1.0))
+        at_knots = self.basis(self.knots)
+        rows = np.vstack([at_knots[:1], *start, at_knots[1:-1], *reversed(end), at_knots[-1:]])
+        rows /= np.abs(rows).max(axis=1, keepdims=True)
+        return np.where(np.abs(rows) < NEGLIGIBLE, 0.0, rows)
+
+    def known(self, angles: Matrix) -> Matrix:
+        """Right-hand side (M + 4, k) of ``conditions`` for knot angles (M, k): rest, knots, rest."""
+        scaled = angles / ca.repmat(ca.DM(np.abs(self.basis(self.knots)).max(axis=1)), 1, angles.shape[1])
+        rest = ca.DM.zeros(2, angles.shape[1])
+        return ca.vertcat(scaled[0, :], rest, scaled[1:-1, :], rest, scaled[-1, :])
+
+    def coefficients(self, angles: Matrix) -> Matrix:
+        """B-spline coefficients (M + 4, k) of knot angles (M, k), by forward and backward substitution."""
+        factors = splu(csc_array(self.conditions), permc_spec="NATURAL", diag_pivot_thresh=0.0)
+        known = self.known(angles)
+        rows = [known[int(i), :] for i in np.argsort(factors.perm_r)]
+        forward = _substitute(factors.L.toarray(), rows, range(len(rows)))
+        return ca.vertcat(*_substitute(factors.U.toarray(), forward, range(len(rows) - 1, -1, -1)))
+
+    def sampling_matrix(self, u: FloatArray, derivative: int = 0) -> ca.DM:
+        """The constant sparse matrix (n, M + 4) from coefficients to derivatives with respect to u at times (n,)."""
+        rows = self.basis.derivative(derivative)(u) if derivative else self.basis(u)
+        return constant(np.where(np.abs(rows) < NEGLIGIBLE * np.abs(rows).max(), 0.0, rows))
+
+    def operator(self, u: FloatArray, derivative: int = 0) -> FloatArray:
+        """The dense matrix (n, M) straight from knot angles to samples; for bounds and tests."""
+        return np.asarray(ca.mtimes(self.sampling_matrix(u, derivative), self.coefficients(ca.DM.eye(self.knots.size))))
+
+    def extreme_speeds(self, coefficients: Matrix) -> Matrix:
+        """All values among which the extremes of the speed over all u are, exactly: (2 nodes - 1, k), rad per u.
+
+        The acceleration is linear between nodes; where it changes sign the speed turns, at
+        v_i + h m_i^2 / (2 (m_i - m_{i+1})).
+        """
+        speed = ca.mtimes(self.sampling_matrix(self.nodes, 1), coefficients)
+        m = self.accelerations(coefficients)
+        before, after = m[:-1, :], m[1:, :]
+        half_steps = ca.repmat(ca.DM(np.diff(self.nodes) / 2.0), 1, coefficients.shape[1])
+        turning = speed[:-1, :] + half_steps * before * before / (before - after)
+        inside = ca.if_else(before * after < 0.0, turning, speed[:-1, :])
+        return ca.vertcat(speed, inside)
+
+    def accelerations(self, coefficients: Matrix) -> Matrix:
+        """Second derivatives m at the nodes, (nodes, k), rad per u^2: the extremes over all u are among them."""
+        return ca.mtimes(self.sampling_matrix(self.nodes, 2), coefficients)
+
+    def pieces(self, coefficients: FloatArray) -> list[FloatArray]:
+        """Per piece between nodes the coefficients (4, k) in powers of its own time in [0, 1], lowest first."""
+        values = [
+            np.asarray(BSpline(self.basis.t, coefficients, DEGREE).derivative(n)(self.nodes)) for n in range(1, 3)
+        ]
+        angle = np.asarray(BSpline(self.basis.t, coefficients, DEGREE)(self.nodes))
+        speed, m = values
+        h = np.diff(self.nodes)[:, None]
+        cubic = (m[1:] - m[:-1]) * h**2 / 6.0
+        return list(np.stack([angle[:-1], speed[:-1] * h, m[:-1] * h**2 / 2.0, cubic], axis=1))
+
+
+def _substitute(triangle: FloatArray, known: list[Matrix], order: range) -> list[Matrix]:
+    """Solve a constant triangular system for symbolic right-hand sides, row by row in the given order."""
+    solved: list[Matrix] = list(known)
+    for i in order:
+        value = known[i]
+        for j in np.flatnonzero(triangle[i]).tolist():
+            if j != i:
+                value = value - triangle[i, j] * solved[j]
+        solved[i] = value * (1.0 / triangle[i, i])
+    return solved

@@ -1,0 +1,1 @@
+"""The smooth nonlinear programs: variables, rows, structured starts, optimality."""

@@ -1,0 +1,143 @@
+"""Whether a motion is a KKT point, which limits hold it back, and what one more unit of each would buy.
+
+At a point z of a nonlinear program with objective f, rows g and active rows A, multipliers lambda >= 0 are estimated by
+least squares, signs kept: the smallest |grad f + sum of lambda_i grad (row i)|. For the rows' bounds b they are the
+sensitivities d f* / d b.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from problems.assembly.problem import SAMPLING_MARGIN
+from problems.base.matrix import FloatArray, as_array
+from problems.limits.constraint import Constraint
+from problems.nlp.program import NonlinearProgram
+
+ACTIVE = 1e-3  # of the scaled rows: nearer than that to its bound, a row is active
+RANK = 1e-8  # relative size of a singular value that counts
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What moving one bound would change.
+
+    Attributes:
+        constraint: its name; ``bound`` for that of a variable.
+        column: the joint, link, obstacle or variable.
+        active: how many of its rows push back.
+        per_unit: change of the objective when the bound, or both bounds, are relaxed by one unit; at most 0.
+        unit: of that, objective over constraint.
+    """
+
+    constraint: str
+    column: str
+    active: int
+    per_unit: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Optimality:
+    """First-order conditions at a point.
+
+    Attributes:
+        stationarity: |grad f + J' lambda| over |grad f|, with the best multipliers; 0 at a KKT point.
+        complementarity: largest |multiplier x distance from the bound| of the scaled rows.
+        violation: largest violation of the scaled rows and bounds.
+        active: how many rows and bounds are active, equalities included.
+        rank: of their Jacobian.
+        sensitivities: of the active limits, the largest first.
+    """
+
+    stationarity: float
+    complementarity: float
+    violation: float
+    active: int
+    rank: int
+    sensitivities: tuple[Sensitivity, ...]
+
+    @property
+    def licq(self) -> bool:
+        """Whether the gradients of the active rows are independent."""
+        return self.rank == self.active
+
+
+def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str) -> Optimality:
+    """Judge a point (n,) of a program."""
+    values, jacobian, gradient = _evaluated(program, z)
+    lower, upper = _bounds(program, z)
+    gap_low, gap_high = values - lower, upper - values
+    equal = lower == upper
+    near = np.minimum(gap_low, gap_high)
+    active = equal | (near <= ACTIVE)
+    at_upper = gap_high <= gap_low
+    least = np.where(equal | ~at_upper, -np.inf, 0.0)[active]
+    most = np.where(equal | at_upper, np.inf, 0.0)[active]
+    rows = jacobian[active]
+    multipliers = np.zeros(values.size)
+    size = max(float(np.linalg.norm(gradient)), np.finfo(float).tiny)
+    if active.any():
+        multipliers[active] = lsq_linear(rows.T, -gradient, (least, most), method="bvls").x
+    inexact = active & ~equal
+    left = gradient + jacobian.T @ multipliers
+    independent = int(np.linalg.matrix_rank(rows, tol=RANK * max(1.0, np.abs(rows).max(initial=0.0))))
+    return Optimality(
+        float(np.linalg.norm(left)) / size,
+        float(np.abs(multipliers[inexact] * near[inexact]).max(initial=0.0)),
+        float(max(0.0, -near.min())),
+        int(active.sum()),
+        independent if active.any() else 0,
+        tuple(sensitivities(program, multipliers, objective_unit)),
+    )
+
+
+def _evaluated(program: NonlinearProgram, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Rows and variables (r + n,), their Jacobian (r + n, n), the objective's gradient (n,)."""
+    everything = ca.vertcat(program.g, program.x)
+    evaluate = ca.Function(
+        "at", [program.x], [everything, ca.jacobian(everything, program.x), ca.gradient(program.f, program.x)]
+    )
+    values, jacobian, gradient = (as_array(part) for part in evaluate(z))
+    return values.ravel(), jacobian, gradient.ravel()
+
+
+def _bounds(program: NonlinearProgram, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    pairs = zip(program.row_bounds(), program.bounds_near(z), strict=True)
+    lower, upper = (np.concatenate(pair) for pair in pairs)
+    return lower, upper
+
+
+def sensitivities(program: NonlinearProgram, multipliers: FloatArray, objective_unit: str) -> list[Sensitivity]:
+    """By constraint and column, from multipliers (r + n,): limits on the whole motion, and bounds of the variables."""
+    found, first = [], 0
+    for constraint in program.constraints(SAMPLING_MARGIN):
+        count, width = constraint.expression.shape
+        forces = multipliers[first : first + count * width].reshape(width, count)
+        first += count * width
+        for column in np.flatnonzero(forces.any(axis=1)) if constraint.for_all_t else ():
+            slope = _slope(constraint, int(column), upper=bool(forces[column].sum() > 0.0))
+            per_unit = -float(np.abs(forces[column]).sum()) * slope
+            unit = f"{objective_unit} / ({constraint.unit})"
+            rows = int(np.count_nonzero(forces[column]))
+            found.append(Sensitivity(constraint.name, constraint.columns[column], rows, per_unit, unit))
+    own = zip(program.names, multipliers[first:], strict=True)
+    bounds = [(name, force) for name, force in own if force != 0.0 and not name.startswith("slack")]
+    found += [Sensitivity("bound", name, 1, -abs(float(force)), f"{objective_unit} / unit") for name, force in bounds]
+    return sorted(found, key=lambda s: s.per_unit)
+
+
+def _slope(constraint: Constraint, column: int, upper: bool) -> float:
+    """d(bound of the scaled row) / d(bound in the constraint's unit)."""
+    if constraint.transform is None:
+        return 1.0 / float(constraint.scale[column])
+    bound = constraint.upper if upper else constraint.lower
+    bound = np.where(np.isfinite(bound), bound, 0.0)
+    step = 1e-6 * max(1.0, abs(float(bound[column])))
+    shifted = bound + step * (np.arange(bound.size) == column)
+    before, after = (as_array(constraint.transform(ca.DM(b).T)).ravel()[column] for b in (bound, shifted))
+    return float(after - before) / step

@@ -1,0 +1,1 @@
+"""What moves: robots by their kinematics and their limits."""

@@ -1,0 +1,1 @@
+"""What is asked for: start, goal, path, elbow."""

@@ -1,0 +1,60 @@
+"""CMA-ES by its authors' package ``cma``: the covariance of good steps is learned.
+
+Hansen and Ostermeier 2001; restarts with twice the population: Auger and Hansen, "A Restart CMA Evolution Strategy With
+Increasing Population Size", 2005.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import cma
+import numpy as np
+
+from solvers.box import Box
+from solvers.external.callback_to_generator import WORST
+from solvers.solver import Search, Solver, require
+
+
+@dataclass(frozen=True)
+class CMAES(Solver):
+    """Covariance matrix adaptation with restarts (IPOP)."""
+
+    minimum_population: ClassVar[int] = 4
+
+    population: int | None = None  # lambda >= 4; None: 4 + 3 ln d, as the package has it
+    sigma: float = 0.3  # > 0, first step size as a share of the box
+    growth: float = 2.0  # >= 1, of the population at a restart
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self.sigma > 0.0, f"sigma = {self.sigma} is not positive")
+        require(self.growth >= 1.0, f"growth = {self.growth} is less than 1")
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+        """Sample, rank, adapt; start again somewhere else when it has converged."""
+        size = float(self.population or 4 + int(3 * np.log(box.dimension)))
+        first = True
+        while True:
+            strategy = self.strategy(box.dimension, rng, int(size))
+            while not strategy.stop():
+                if not first and next(iterations, None) is None:
+                    return
+                first = False
+                asked = strategy.ask()
+                costs = yield box.from_unit(np.array(asked))
+                strategy.tell(asked, np.minimum(costs, WORST).tolist())
+            size *= self.growth
+
+    def strategy(self, dimension: int, rng: np.random.Generator, population: int) -> Any:
+        """A strategy of the package on the unit cube, with our random numbers and no output."""
+        options = {
+            "bounds": [0.0, 1.0],
+            "popsize": population,
+            "randn": lambda *shape: rng.standard_normal(shape),
+            "seed": np.nan,  # hands off NumPy's global generator
+            "verbose": -9,
+        }
+        return cma.CMAEvolutionStrategy(rng.random(dimension), self.sigma, options)

@@ -1,0 +1,50 @@
+"""Single-objective evolutionary algorithms of pymoo."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from pymoo.algorithms.soo.nonconvex.de import DE
+from pymoo.algorithms.soo.nonconvex.g3pcx import G3PCX
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.algorithms.soo.nonconvex.pso import PSO
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.problem import Problem
+from pymoo.core.termination import NoTermination
+from pymoo.problems.static import StaticProblem
+
+from solvers.box import Box
+from solvers.external.callback_to_generator import WORST
+from solvers.solver import Search, Solver, require
+
+ALGORITHMS = {"pso": PSO, "de": DE, "ga": GA, "g3pcx": G3PCX}
+
+
+@dataclass(frozen=True)
+class Pymoo(Solver):
+    """An algorithm of pymoo with pymoo's defaults, the population apart."""
+
+    minimum_population: ClassVar[int] = 6
+
+    population: int = 50  # m >= 6
+    algorithm: str = "pso"  # pso (adaptive), de, ga or g3pcx
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self.algorithm in ALGORITHMS, f"algorithm = {self.algorithm!r} is none of {', '.join(ALGORITHMS)}")
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+        """Ask and tell."""
+        problem = Problem(n_var=box.dimension, n_obj=1, xl=0.0, xu=1.0)
+        algorithm = ALGORITHMS[self.algorithm](pop_size=self.population)
+        algorithm.setup(problem, termination=NoTermination(), seed=int(rng.integers(2**31)))
+        while True:
+            asked = algorithm.ask()
+            costs = np.minimum((yield box.from_unit(asked.get("X").astype(np.float64))), WORST)
+            Evaluator().eval(StaticProblem(problem, F=costs[:, None]), asked)
+            algorithm.tell(infills=asked)
+            if next(iterations, None) is None:
+                return

@@ -1,0 +1,93 @@
+"""Global optimisers of SciPy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, get_args
+
+import numpy as np
+from scipy.optimize import Bounds, differential_evolution, dual_annealing
+
+from solvers.box import Box
+from solvers.external.callback_to_generator import Cost, callback_to_generator
+from solvers.solver import Search, Solver, require
+
+Strategy = Literal["best1bin", "rand1bin", "currenttobest1bin"]
+ENDLESS = 10**9  # iterations; the budget ends the search
+CALLS = 100  # of dual annealing's cost, one candidate each, that we count as one iteration
+
+
+@dataclass(frozen=True)
+class SciPyDE(Solver):
+    """``scipy.optimize.differential_evolution`` without its final polish; SciPy's defaults, the population apart."""
+
+    minimum_population: ClassVar[int] = 5
+
+    population: int = 50  # m >= 5; SciPy's own default is 15 d
+    strategy: Strategy = "best1bin"
+    recombination: float = 0.7  # in [0, 1]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self.strategy in get_args(Strategy), f"strategy = {self.strategy!r} is unknown")
+        require(0.0 <= self.recombination <= 1.0, f"recombination = {self.recombination} is not in [0, 1]")
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+        """One generation after the other; when it has converged, again from new random members."""
+
+        def run(cost: Cost) -> None:
+            def vectorised(shares: Any) -> Any:  # SciPy's types know scalar costs only
+                return cost(box.from_unit(shares.T))
+
+            while True:
+                differential_evolution(
+                    vectorised,
+                    Bounds(np.zeros(box.dimension), np.ones(box.dimension)),
+                    strategy=self.strategy,
+                    init=rng.random((self.population, box.dimension)),
+                    recombination=self.recombination,
+                    maxiter=ENDLESS,
+                    rng=rng,
+                    polish=False,
+                    updating="deferred",
+                    vectorized=True,
+                )
+
+        return callback_to_generator(run, iterations)
+
+
+@dataclass(frozen=True)
+class DualAnnealing(Solver):
+    """``scipy.optimize.dual_annealing``, without its local search: that would need thousands of differences."""
+
+    minimum_population: ClassVar[int] = 1
+
+    population: int = 1  # one candidate at a time
+    visit: float = 2.62  # in (1, 3], of the visiting distribution
+    restart_temp_ratio: float = 2e-5  # in (0, 1)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(1.0 < self.visit <= 3.0, f"visit = {self.visit} is not in (1, 3]")
+        require(0.0 < self.restart_temp_ratio < 1.0, f"restart_temp_ratio = {self.restart_temp_ratio} is not in (0, 1)")
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+        """One candidate after the other."""
+
+        def run(cost: Cost) -> None:
+            def one(shares: Any) -> float:
+                return float(cost(box.from_unit(shares[None]))[0])
+
+            dual_annealing(
+                one,
+                Bounds(np.zeros(box.dimension), np.ones(box.dimension)),
+                maxiter=ENDLESS,
+                maxfun=ENDLESS,
+                visit=self.visit,
+                restart_temp_ratio=self.restart_temp_ratio,
+                no_local_search=True,
+                rng=rng,
+            )
+
+        return callback_to_generator(run, iterations, CALLS)

@@ -1,0 +1,1 @@
+"""What holds, and why: of a scenario its structure, of a run its certificate."""

@@ -1,0 +1,10 @@
+"""``python -m tpbso_casadi.audit``: what holds, symbolically of a scenario, for all t of a run."""
+
+from __future__ import annotations
+
+import sys
+
+from tpbso_casadi.cli.audit import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,81 @@
+"""``python -m tpbso_casadi.audit``: say what holds, symbolically of a scenario, for all t of a run."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from problems import CertificateStatus
+from problems.evaluation import InvalidEvaluation
+from tpbso_casadi.audit.content import audit_run, audit_scenario, impossible
+from tpbso_casadi.audit.report import print_run_audit, print_scenario_audit
+from tpbso_casadi.cli.common import Exit, OneLineParser, print_error
+from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.scenario.loading import load
+from tpbso_casadi.scenario.scenario import Scenario
+from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.storage.files import OutputError, check_writable
+from tpbso_casadi.storage.run_folder import as_json
+from tpbso_casadi.storage.stored_run import InvalidRun, read_run
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    options = parser().parse_args(arguments)
+    try:
+        if options.what not in TITLES and Path(options.what).is_dir():
+            return of_run(Path(options.what), options)
+        return of_scenario(load(options.what), options)
+    except (ScenarioError, OutputError, InvalidRun, InvalidEvaluation) as error:
+        print_error(str(error))
+        return Exit.BAD_INPUT
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line's options."""
+    built = OneLineParser(
+        "python -m tpbso_casadi.audit",
+        description="Audit a run folder (exit 0 certified, 1 violated or undecided, 2 unreadable or tampered) "
+        "or a scenario (exit 1 when a constraint can never be met).",
+    )
+    built.add_argument("what", metavar="RUN_FOLDER|SCENARIO", help="a run folder, a TOML file or a built-in name")
+    built.add_argument("--json", action="store_true", help="print the audit as JSON")
+    built.add_argument("--plots", type=Path, metavar="DIR", help="draw the Jacobian's structure of a scenario there")
+    return built
+
+
+def of_run(folder: Path, options: argparse.Namespace) -> int:
+    """Read, recompute and judge a run; returns the exit status."""
+    audit = audit_run(read_run(folder))
+    if options.json:
+        sys.stdout.write(as_json(audit))
+    else:
+        print_run_audit(audit, Console())
+    return Exit.FEASIBLE if audit["certificate"]["verdict"] == CertificateStatus.CERTIFIED else Exit.INFEASIBLE
+
+
+def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
+    """Look at a scenario's structure; returns the exit status."""
+    if options.plots is not None:
+        check_writable(options.plots)
+    try:
+        audit = audit_scenario(scenario)
+    except ScenarioError as error:
+        raise ScenarioError(f"{options.what}: {error}") from error
+    if options.plots is not None:
+        from tpbso_casadi.figures.structure import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
+
+        options.plots.mkdir(parents=True, exist_ok=True)
+        draw_structure(options.plots, scenario)
+    if options.json:
+        sys.stdout.write(as_json(audit))
+    else:
+        print_scenario_audit(audit, Console())
+    if impossible(audit):
+        print_error(f"{options.what}: nothing in the search box meets {', '.join(impossible(audit))}")
+        return Exit.INFEASIBLE
+    return Exit.FEASIBLE

@@ -1,0 +1,182 @@
+"""``python -m tpbso_casadi.solve``: plan one motion and leave its files and pictures."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from problems.evaluation import BACKENDS, EvaluationOptions, InvalidEvaluation
+from tpbso_casadi.animation import animate, check_animation
+from tpbso_casadi.cli.common import Exit, OneLineParser, natural, positive_float, positive_int, print_error
+from tpbso_casadi.cli.display import print_plan, print_scenarios, search_progress
+from tpbso_casadi.planning.plan import Plan, plan
+from tpbso_casadi.scenario.builtin import DEFAULT
+from tpbso_casadi.scenario.loading import load
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.storage.exporting import EXPORTS, RATE, export_motion
+from tpbso_casadi.storage.files import OutputError, check_writable
+from tpbso_casadi.storage.run_folder import as_json, result_of, write_run
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    options = parser().parse_args(arguments)
+    try:
+        if options.list:
+            print_scenarios(Console())
+            return Exit.FEASIBLE
+        return solve(options)
+    except (ScenarioError, OutputError, InvalidEvaluation) as error:
+        print_error(str(error))
+        return Exit.BAD_INPUT
+    except KeyboardInterrupt:
+        print_error("interrupted before there was a plan")
+        return Exit.INTERRUPTED
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line's options."""
+    built = OneLineParser("python -m tpbso_casadi.solve", description="Plan the motion of a robot arm.")
+    built.add_argument("scenario", nargs="?", default=DEFAULT, help=f"TOML file or built-in name; {DEFAULT} if none")
+    built.add_argument("--list", action="store_true", help="list the built-in scenarios")
+    problem = built.add_argument_group("the problem, overriding the scenario")
+    problem.add_argument("--links", type=positive_int, metavar="K", help="the same reach with K equal links")
+    problem.add_argument("--objective", choices=("time", "rotation", "length"))
+    problem.add_argument("--elbow", choices=("up", "down", "free"), help="branch of inverse kinematics at both ends")
+    problem.add_argument("--formulation", choices=("paper", "reduced"), help="cost (15), or feasible by construction")
+    problem.add_argument("--knot-redundancy", choices=("free", "values"), help="of a path, where IPOPT follows it")
+    search = built.add_argument_group("the search, overriding the scenario")
+    search.add_argument(
+        "--solver",
+        metavar="NAME",
+        help="abso, bso, pso, ga, lshade, ipopt, an outside solver, a plug-in, or package.module:Class",
+    )
+    search.add_argument("--population", type=natural, metavar="M", help="members of the swarm")
+    search.add_argument(
+        "--iterations", type=positive_int, metavar="N", help="stop after N iterations; of ipopt, N starts"
+    )
+    search.add_argument("--evaluations", type=positive_int, metavar="N", help="stop after N evaluations")
+    search.add_argument("--time-limit", type=positive_float, metavar="S", help="stop after S seconds")
+    search.add_argument(
+        "--within", type=positive_float, metavar="S", help="the best plan in S seconds: search, polish, and again"
+    )
+    search.add_argument("--seed", type=natural, help="same seed, same result")
+    search.add_argument("--polish", action="store_true", help="refine the best candidate with IPOPT")
+    search.add_argument(
+        "--polish-starts", type=positive_int, metavar="N", help="refine N good candidates that lie apart, keep the best"
+    )
+    speed = built.add_argument_group("the machine; changes how long it takes, not what is found")
+    speed.add_argument("--backend", choices=BACKENDS, help="what prices a population; auto if none")
+    speed.add_argument("--threads", type=positive_int, default=1, metavar="N", help="for populations of thousands")
+    output = built.add_argument_group("the output")
+    output.add_argument("--out", type=Path, metavar="DIR", help="run folder; runs/SCENARIO-SOLVER-SEED if none")
+    output.add_argument("--json", action="store_true", help="print result.json, and no folder without --out")
+    output.add_argument("--no-plots", action="store_true", help="draw no figures")
+    output.add_argument("--animate", type=Path, metavar="FILE", help="the motion as .gif, .mp4 or .html")
+    output.add_argument(
+        "--export", action="append", choices=EXPORTS, default=[], help="for a robot, at equal steps of time; repeatable"
+    )
+    output.add_argument("--rate", type=positive_float, default=RATE, metavar="HZ", help=f"of these steps; {RATE:g}")
+    output.add_argument("--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds")
+    output.add_argument("--quiet", action="store_true", help="no progress, no table")
+    return built
+
+
+def solve(options: argparse.Namespace) -> int:
+    """Plan what the options say, show and write it; returns the exit status."""
+    scenario, pricing = overridden(load(options.scenario), options), evaluation_options(options)
+    folder = run_folder(options, scenario)
+    check_output(folder, options)
+    try:
+        found = search(scenario, pricing, quiet=options.quiet)
+    except ScenarioError as error:
+        raise ScenarioError(f"{options.scenario}: {error}") from error
+    if folder is not None:
+        write_run(folder, found, plots=not options.no_plots)
+        for kind in options.export:
+            export_motion(folder, found.motion, kind, options.rate)
+    if options.animate is not None:
+        animate(options.animate, Path(options.scenario).stem, found.motion)
+    if options.json:
+        sys.stdout.write(as_json(result_of(found)))
+    elif not options.quiet:
+        print_plan(found, Console())
+        Console().print(f"written to {folder}", highlight=False, soft_wrap=True)
+    return exit_status(found)
+
+
+def check_output(folder: Path | None, options: argparse.Namespace) -> None:
+    """Make sure before the work that what was asked for can be written.
+
+    Raises:
+        OutputError: it cannot.
+    """
+    if folder is not None:
+        check_writable(folder)
+    elif options.export:
+        raise OutputError("--export: needs a run folder; say --out DIR too")
+    if options.animate is not None:
+        check_animation(options.animate)
+
+
+def evaluation_options(options: argparse.Namespace) -> EvaluationOptions:
+    """How to price: the command line, then the environment."""
+    return (
+        EvaluationOptions(threads=options.threads)
+        if options.backend is None
+        else EvaluationOptions(options.backend, options.threads)
+    )
+
+
+def search(scenario: Scenario, pricing: EvaluationOptions, quiet: bool) -> Plan:
+    """Plan with a progress bar on standard error."""
+    with search_progress(scenario.problem(), Console(stderr=True, quiet=quiet)) as callback:
+        return plan(scenario, callback, pricing)
+
+
+def exit_status(found: Plan) -> int:
+    """0 feasible, 1 not, 130 interrupted."""
+    if found.interrupted:
+        return Exit.INTERRUPTED
+    if not found.feasible:
+        broken = ", ".join(
+            f"{verdict.name} is {verdict.worst:.4g} {verdict.unit} where {verdict.bound:.4g} is the limit"
+            for verdict in found.verdicts
+            if not verdict.satisfied
+        )
+        print_error(f"no feasible plan was found; the best attempt's {broken} (try more evaluations or another seed)")
+        return Exit.INFEASIBLE
+    return Exit.FEASIBLE
+
+
+def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
+    """The scenario with what the command line says instead; checked anew."""
+    content = scenario.model_dump()
+    if options.links is not None:
+        content["arm"] = scenario.arm.with_links(options.links).model_dump()
+    sections = {
+        "task": ("objective", "elbow"),
+        "model": ("formulation", "knot_redundancy"),
+        "solver": ("population", "iterations", "evaluations", "time_limit", "within", "seed", "polish_starts"),
+    }
+    if options.polish and not content["solver"]["polish_starts"]:
+        content["solver"]["polish_starts"] = 1
+    for section, keys in sections.items():
+        content[section] |= {key: getattr(options, key) for key in keys if getattr(options, key) is not None}
+    if options.solver is not None and options.solver != scenario.solver.name:
+        content["solver"] |= {"name": options.solver, "settings": {}}
+    return parse_scenario(content)
+
+
+def run_folder(options: argparse.Namespace, scenario: Scenario) -> Path | None:
+    """Where the files go; None when only JSON was asked for."""
+    if options.out is not None or options.json:
+        chosen: Path | None = options.out
+        return chosen
+    solver = scenario.solver.name.rsplit(":")[-1]
+    return Path("runs") / f"{Path(options.scenario).stem}-{solver}-{scenario.solver.seed}"

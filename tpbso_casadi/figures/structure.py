@@ -1,0 +1,53 @@
+"""The picture of a scenario's audit: where the Jacobian of each constraint can differ from zero.
+
+Imported only where a figure is drawn: matplotlib is slow to load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import casadi as ca
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.ticker import MaxNLocator
+
+from problems import Constraint
+from problems.assembly.problem import SAMPLING_MARGIN
+from problems.certify.structure import jacobian_pattern
+from tpbso_casadi.scenario.scenario import Scenario
+
+LEAST_SHARE = 0.07  # of the picture's height
+
+
+def draw_structure(folder: Path, scenario: Scenario) -> Path:
+    """Draw ``structure.png`` into a folder: the search model on the left, the nonlinear program on the right."""
+    problem = scenario.problem()
+    program = problem.nlp()
+    models = (
+        ("search model", problem.constraints, problem.model.x),
+        ("nonlinear program", program.constraints(SAMPLING_MARGIN), program.x),
+    )
+    figure = Figure(figsize=(12.0, 7.0), layout="constrained")
+    halves = figure.add_gridspec(1, len(models))
+    for side, (title, constraints, x) in enumerate(models):
+        draw_model(figure.add_subfigure(halves[0, side]), title, constraints, x)
+    path = folder / "structure.png"
+    figure.savefig(path, dpi=150)
+    return path
+
+
+def draw_model(figure: SubFigure, title: str, constraints: Sequence[Constraint], x: ca.SX) -> None:
+    """One panel a constraint, as high as it has rows, but high enough to be seen."""
+    patterns = [jacobian_pattern(constraint, x) for constraint in constraints]
+    rows, nonzeros = (sum(counts) for counts in ([len(p) for p in patterns], [int(p.sum()) for p in patterns]))
+    heights = [max(len(pattern), LEAST_SHARE * rows) for pattern in patterns]
+    panels = figure.subplots(len(patterns), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights})
+    for axes, pattern, constraint in zip(panels[:, 0], patterns, constraints, strict=True):
+        axes.imshow(pattern, aspect="auto", cmap="Blues", vmin=0, vmax=1.3, interpolation="nearest")
+        axes.set_yticks([])
+        label = f"{constraint.name}\n{len(pattern)} rows"
+        axes.set_ylabel(label, rotation=0, ha="right", va="center", fontsize=9)
+    panels[-1, 0].set_xlabel("variable")
+    panels[-1, 0].xaxis.set_major_locator(MaxNLocator(integer=True))
+    figure.suptitle(f"{title}: {rows} rows, {x.shape[0]} variables,\n{nonzeros} entries that can differ from zero")

@@ -1,0 +1,212 @@
+"""Tables 2 and 3, measured: how time and memory grow with everything that the paper's O() speak of."""
+
+from __future__ import annotations
+
+import multiprocessing
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from problems.base.matrix import FloatArray
+from problems.evaluation import EvaluationOptions, PopulationFunction
+from solvers import SOLVERS, Box, Budget, Solver, minimize
+from tpbso_casadi.reproduction.paper import NAMES
+from tpbso_casadi.scenario.builtin import builtin
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+
+Grown: TypeAlias = dict[str, dict[str, dict[str, dict[str, Any]]]]  # by experiment, symbol and solver
+REPEATS = 3  # the fastest counts
+WARM = 3_000  # candidates after which the virtual machine has made everything that it makes once
+
+
+@dataclass(frozen=True)
+class Point:
+    """One size of an experiment.
+
+    Attributes:
+        experiment: "algorithm", "point-to-point" or "path".
+        solver: a key of ``SOLVERS``.
+        n_i: iterations.
+        n_p: population.
+        n_d: dimension; of point-to-point 4 k - 2 with k links, of a path n + 1 with n redundancy values.
+        n_o: samples of the output trajectory, a segment.
+        n_in: points of the path.
+    """
+
+    experiment: str
+    solver: str
+    n_i: int = 20
+    n_p: int = 50
+    n_d: int = 10
+    n_o: int = 50
+    n_in: int = 50
+
+
+TIME_SIZES: dict[str, dict[str, tuple[int, ...]]] = {
+    "algorithm": {"n_p": (1_000, 3_000, 9_000, 27_000), "n_d": (16, 64, 256, 1_024)},
+    "point-to-point": {
+        "n_i": (20, 60, 180, 540),
+        "n_p": (50, 150, 450, 1_350),
+        "n_d": (10, 18, 34, 66),
+        "n_o": (50, 100, 200, 400),
+    },
+    "path": {
+        "n_i": (20, 60, 180, 540),
+        "n_p": (50, 150, 450, 1_350),
+        "n_d": (6, 11, 21, 41),
+        "n_o": (50, 100, 200, 400),
+    },
+}
+SPACE_SIZES: dict[str, dict[str, tuple[int, ...]]] = {
+    "algorithm": {"n_p": (5_000, 20_000, 80_000), "n_d": (20, 80, 320)},
+    "point-to-point": {"n_p": (4_000, 16_000, 64_000), "n_d": (18, 34, 66), "n_o": (200, 400, 800)},
+    "path": {"n_p": (2_000, 8_000, 32_000), "n_d": (26, 51, 101), "n_o": (200, 400, 800), "n_in": (50, 100, 200)},
+}
+TIME_BASE = {"algorithm": {"n_i": 5, "n_p": 1_000, "n_d": 16}}
+SPACE_BASE = {"algorithm": {"n_i": 1, "n_p": 5_000, "n_d": 20}, "point-to-point": {"n_i": 1}, "path": {"n_i": 1}}
+
+
+def measured(quick: bool, progress: Callable[[str], object] = lambda what: None) -> dict[str, Any]:
+    """Time and memory by experiment, symbol and solver: sizes, values and the exponent of their growth.
+
+    Args:
+        quick: the time of TPBSO alone, once, without the largest size.
+        progress: told what is measured next.
+
+    Returns:
+        ``{"time" | "space": {experiment: {symbol: {solver: {"sizes", "values", "exponent"}}}}, "pace": ...}``; s and
+        bytes. Space is empty where it is quick, or the system does not tell how much a process had at the most.
+    """
+    progress("time")
+    times = _grown(TIME_SIZES, TIME_BASE, quick, lambda points: [_seconds(point, quick) for point in points])
+    progress("memory")
+    space = {} if quick or sys.platform != "linux" else _grown(SPACE_SIZES, SPACE_BASE, False, _all_bytes)
+    return {
+        "time": with_exponents(times, exponent),
+        "space": with_exponents(space, exponent_above),
+        "pace": pace(quick),
+    }
+
+
+def _grown(
+    sizes: dict[str, dict[str, tuple[int, ...]]],
+    base: dict[str, dict[str, int]],
+    quick: bool,
+    measure: Callable[[list[Point]], list[float]],
+) -> Grown:
+    found: Grown = {}
+    for experiment, symbols in sizes.items():
+        for symbol, every in symbols.items():
+            chosen = every[:-1] if quick else every
+            for solver in ("bso",) if quick else NAMES:
+                fixed: dict[str, Any] = base.get(experiment, {})
+                points = [Point(experiment, solver, **(fixed | {symbol: size})) for size in chosen]
+                row = {"sizes": list(chosen), "values": measure(points)}
+                found.setdefault(experiment, {}).setdefault(symbol, {})[solver] = row
+    return found
+
+
+def with_exponents(grown: Grown, of: Callable[[Sequence[float], Sequence[float]], float]) -> Grown:
+    """What was measured, with the exponent of each row."""
+    return {
+        experiment: {
+            symbol: {solver: {**row, "exponent": of(row["sizes"], row["values"])} for solver, row in rows.items()}
+            for symbol, rows in symbols.items()
+        }
+        for experiment, symbols in grown.items()
+    }
+
+
+def exponent(sizes: Sequence[float], values: Sequence[float]) -> float:
+    """Of the line through the points of a log-log plot: 1 is linear growth."""
+    return float(np.polyfit(np.log(sizes), np.log(values), 1)[0])
+
+
+def exponent_above(sizes: Sequence[float], values: Sequence[float]) -> float:
+    """The power q of ``a + b size^q`` through three geometric sizes: what is there at any size does not count."""
+    slopes = np.diff(values) / np.diff(sizes)
+    middles = np.sqrt(np.array(sizes[1:], dtype=np.float64) * np.array(sizes[:-1]))
+    if not (slopes > 0.0).all():
+        return 0.0
+    return float(1.0 + np.log(slopes[-1] / slopes[0]) / np.log(middles[-1] / middles[0]))
+
+
+def pace(quick: bool) -> dict[str, dict[str, float]]:
+    """Seconds that each solver takes for 200 iterations of 50, and for 30,000 evaluations: least time, 3 links."""
+    budgets = {"equal iterations": Budget(iterations=200), "equal evaluations": Budget(30_000)}
+    found: dict[str, dict[str, float]] = {}
+    for basis, budget in budgets.items():
+        for solver in NAMES:
+            cost, box = _case(Point("point-to-point", solver))
+            taken = [_search(cost, box, _solver(solver, 50), budget) for _ in range(1 if quick else REPEATS)]
+            found.setdefault(basis, {})[solver] = min(taken)
+    return found
+
+
+def _seconds(point: Point, quick: bool) -> float:
+    cost, box = _case(point)
+    solver, budget = _solver(point.solver, point.n_p), Budget(iterations=point.n_i)
+    return min(_search(cost, box, solver, budget) for _ in range(1 if quick else REPEATS))
+
+
+def _solver(name: str, population: int) -> Solver:
+    kind: Any = SOLVERS[name]
+    solver: Solver = kind(population=population)
+    return solver
+
+
+def _search(cost: Callable[[FloatArray], FloatArray], box: Box, solver: Solver, budget: Budget) -> float:
+    began = time.perf_counter()
+    minimize(cost, box, solver, budget, 1)
+    return time.perf_counter() - began
+
+
+def _case(point: Point) -> tuple[Callable[[FloatArray], FloatArray], Box]:
+    """The cost of a size and its box; of the algorithm alone, a cost that takes no time."""
+    if point.experiment == "algorithm":
+        return lambda x: x[:, 0], Box(np.zeros(point.n_d), np.ones(point.n_d))
+    return _problem(replace(point, solver="", n_i=0, n_p=0))
+
+
+@lru_cache(maxsize=8)
+def _problem(point: Point) -> tuple[PopulationFunction, Box]:
+    problem = _scenario(point).problem()
+    price, box = problem.evaluator(EvaluationOptions("vm")), Box(*problem.bounds)
+    price(box.sample(np.random.default_rng(0), WARM))
+    return price, box
+
+
+def _scenario(point: Point) -> Scenario:
+    content = builtin("time-3" if point.experiment == "point-to-point" else "pentagram-time").model_dump()
+    content["model"]["samples"] = point.n_o
+    if point.experiment == "point-to-point":
+        links = (point.n_d + 2) // 4
+        content["arm"]["link_lengths"] = [2.0 / links] * links
+    else:
+        content["task"]["count"] = point.n_in
+        content["model"]["redundancy_values"] = max(point.n_d - 1, 2)
+    return parse_scenario(content)
+
+
+def _all_bytes(points: list[Point]) -> list[float]:
+    """What each size had in memory at the most, each measured in a process of its own that has done nothing else."""
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([__name__])
+    with ProcessPoolExecutor(1, context, max_tasks_per_child=1) as pool:
+        return list(pool.map(_bytes, points))
+
+
+def _bytes(point: Point) -> float:
+    import resource  # noqa: PLC0415 (not on every system)
+
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    cost, box = _case(point)
+    minimize(cost, box, _solver(point.solver, point.n_p), Budget(iterations=point.n_i), 1)
+    after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return 1024.0 * max(after - before, 1)

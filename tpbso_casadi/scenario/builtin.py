@@ -1,0 +1,62 @@
+"""The built-in scenarios: Section IV of the paper.
+
+Point to point, the paper gives the start, the goal and the numbers of links. Link lengths, limits and the obstacle
+are ours, the same for every case: a reach of 2 m in k equal links, 4 rad/s, 20 rad/s^2. The elbow is up at both
+ends, which is what the arccos of (1) means; ``--elbow free`` lifts that.
+
+For the paths it gives neither geometry nor limits. Ours are a calibration to its Table 1, see ``docs/paths.md``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+
+DEFAULT = "time-3"
+
+REACH = 2.0
+OVAL = {"center": [0.8, 0.8], "semi_axes": [0.15, 0.25]}
+
+THREE_METRES = {"link_lengths": [1.0, 1.0, 1.0], "max_speed": 100.0, "max_acceleration": 3000.0}
+SHAPES: dict[str, dict[str, Any]] = {
+    "pentagram": {"shape": "pentagram", "radius": 0.9},
+    "closed-curve": {"shape": "closed-curve", "radius": 1.45, "waves": 6, "depth": -0.35},
+}
+
+TITLES = {
+    **{f"time-{k}": f"Figs 2-5: least time, {k} links" for k in range(2, 6)},
+    **{f"rotation-{k}": f"Figs 6-9: least joint rotation, {k} links" for k in range(2, 6)},
+    **{f"obstacle-{k}": f"Figs 10-12: shortest way around an oval, {k} links" for k in range(3, 6)},
+    "pentagram-time": "Fig. 13: along a pentagram in least time",
+    "pentagram-rotation": "Fig. 14: along a pentagram with least joint rotation",
+    "closed-curve-time": "Fig. 15: along a closed curve in least time",
+    "closed-curve-rotation": "Fig. 16: along a closed curve with least joint rotation",
+}
+
+
+def builtin(name: str) -> Scenario:
+    """A built-in scenario.
+
+    Raises:
+        KeyError: no such name; ``TITLES`` has them all.
+    """
+    if name not in TITLES:
+        raise KeyError(name)
+    kind, detail = name.rsplit("-", 1)
+    if kind in SHAPES:
+        return _path(SHAPES[kind], objective=detail)
+    if kind == "obstacle":
+        return _point_to_point(int(detail), "length", [OVAL])
+    return _point_to_point(int(detail), kind, [])
+
+
+def _point_to_point(links: int, objective: str, obstacles: list[dict[str, Any]]) -> Scenario:
+    arm = {"link_lengths": [REACH / links] * links, "max_speed": 4.0, "max_acceleration": 20.0}
+    task = {"kind": "point-to-point", "start": [1.0, 0.0], "goal": [0.5, 1.5], "objective": objective, "elbow": "up"}
+    return parse_scenario({"arm": arm, "task": task, "obstacles": obstacles})
+
+
+def _path(shape: dict[str, Any], objective: str) -> Scenario:
+    task = {"kind": "path", "objective": objective, "elbow": "up", "accuracy": 0.1, **shape}
+    return parse_scenario({"arm": THREE_METRES, "task": task})
