@@ -11,7 +11,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
-from pricing_helpers import needs_compiler, points, same_bits, small
+from helpers.evaluation import needs_compiler, points, same_bits, small
 
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction, cache, native, population

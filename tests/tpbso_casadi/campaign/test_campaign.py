@@ -66,7 +66,7 @@ def test_what_is_done_is_not_done_again(tmp_path: Path) -> None:
 
 
 def test_a_run_that_raises_is_kept_as_failed_and_the_rest_goes_on(tmp_path: Path) -> None:
-    runs = runs_of("campaign_helpers:Raises,bso", range(1, 9))
+    runs = runs_of("helpers.campaign:Raises,bso", range(1, 9))
     with Store(tmp_path / "store") as store:
         run_campaign(runs, store, threads())
         records = store.records(runs)
@@ -82,7 +82,7 @@ def test_a_run_that_raises_is_kept_as_failed_and_the_rest_goes_on(tmp_path: Path
 
 
 def test_a_run_that_kills_its_worker_is_found_and_the_rest_goes_on(tmp_path: Path) -> None:
-    runs = runs_of("bso,campaign_helpers:Kills", (1, 2))
+    runs = runs_of("bso,helpers.campaign:Kills", (1, 2))
     with Store(tmp_path / "store") as store:
         run_campaign(runs, store, processes(2))
         records = store.records(runs)
@@ -92,7 +92,7 @@ def test_a_run_that_kills_its_worker_is_found_and_the_rest_goes_on(tmp_path: Pat
 
 def test_a_run_whose_worker_died_once_is_done_again(tmp_path: Path) -> None:
     mark = tmp_path / "mark"
-    runs = runs_of(f"bso,campaign_helpers:Kills(mark={mark})", (1, 2))
+    runs = runs_of(f"bso,helpers.campaign:Kills(mark={mark})", (1, 2))
     with Store(tmp_path / "store") as store:
         run_campaign(runs, store, processes(2))
         assert [record.error for record in store.records(runs)] == [""] * 4

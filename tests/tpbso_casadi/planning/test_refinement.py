@@ -17,7 +17,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from csv_checker import check_run
+from oracles.csv_checker import check_run
 
 from problems.limits.motion_limits import link_clearances, reachable_pairs
 from solvers import IPOPT, Budget, DescentResult, StopReason

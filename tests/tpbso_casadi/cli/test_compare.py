@@ -125,11 +125,11 @@ def test_bad_input_takes_one_line(arguments: list[str], expected: str, capsys: p
 
 
 def test_a_failed_run_is_said_and_tried_again_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ["time-2", "--solvers", "bso,campaign_helpers:Raises", "--runs", "8", "--evaluations", "100"]
+    arguments = ["time-2", "--solvers", "bso,helpers.campaign:Raises", "--runs", "8", "--evaluations", "100"]
     arguments += ["--no-plots", "--quiet"]
     assert run(*arguments) == 1
     said = capsys.readouterr().err
-    assert "of 16 runs failed, the first: time-2, campaign_helpers:Raises, seed" in said
+    assert "of 16 runs failed, the first: time-2, helpers.campaign:Raises, seed" in said
     assert "ArithmeticError: this one fails (--retry-failed tries them again)" in said
     assert run(*arguments, "--retry-failed") == 1
 

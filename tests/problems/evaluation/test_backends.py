@@ -12,9 +12,9 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.evaluation import needs_compiler, points, same_bits, small
 from hypothesis import given
 from hypothesis import strategies as st
-from pricing_helpers import needs_compiler, points, same_bits, small
 
 from problems.base.matrix import FloatArray
 from problems.evaluation import BACKENDS, EvaluationOptions, InvalidEvaluation, PopulationFunction, cache, population

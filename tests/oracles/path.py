@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from oracle import MARGIN, clearance, wrap_to
+from oracles.planar import MARGIN, clearance, wrap_to
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 from problems import PathFollowing

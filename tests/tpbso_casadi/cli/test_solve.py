@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from csv_checker import check_run
+from oracles.csv_checker import check_run
 
 from solvers import SOLVERS
 from tpbso_casadi import parse_scenario, plan

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from path_oracle import PathOracle
+from oracles.path import PathOracle
 
 from problems import Ellipse, InvalidProblem, PathFollowing, PlanarArm, closed_curve, pentagram
 from solvers import BSO, Box, Budget, minimize

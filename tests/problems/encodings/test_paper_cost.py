@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from oracle import PointToPointOracle
+from oracles.planar import PointToPointOracle
 
 from problems import Ellipse, PlanarArm, PointToPoint
 from solvers import PSO, Box, Budget, minimize

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import fetched, opened
+from helpers.browser import fetched, opened
 from hypothesis import given
 from hypothesis import strategies as st
 

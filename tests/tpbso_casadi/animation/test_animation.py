@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import fetched, opened
+from helpers.browser import fetched, opened
 from PIL import Image, ImageSequence
 
 from tpbso_casadi import builtin, plan
