@@ -13,39 +13,43 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from problems import PathFollowing, PointToPoint, Problem
-from problems.assembly.problem import SAMPLING_MARGIN
-from problems.encodings.penalty import limit_weight
-from problems.limits.motion_limits import reachable_pairs
+from problems import Ellipse, PathFollowingProblem, PlanarArm, PointToPointProblem, Problem
+from problems.limits.clearance import reachable_pairs
+from problems.limits.limit import SAMPLING_MARGIN
 from problems.motions.segments import QUARTIC, QUINTIC, sampling_matrix
+from problems.scene.obstacle import Obstacle
 
 Array = Any  # numpy.ndarray | jax.Array
 Cost = Callable[[Array], Array]
 
 
-def array_cost(problem: Problem, xp: ModuleType) -> Cost:
+def array_cost(problem: Problem[Any], xp: ModuleType) -> Cost:
     """The cost of candidates (..., d) -> (...).
 
     Args:
         problem: what is planned.
         xp: ``numpy`` or ``jax.numpy``.
     """
-    if isinstance(problem, PointToPoint):
+    if isinstance(problem, PointToPointProblem):
         return PointToPointCost(problem, xp)
-    assert isinstance(problem, PathFollowing)
+    assert isinstance(problem, PathFollowingProblem)
     return PathCost(problem, xp)
 
 
 class Kinematics:
     """Forward and inverse kinematics, limits and obstacles on arrays."""
 
-    def __init__(self, problem: PointToPoint | PathFollowing, xp: ModuleType) -> None:
-        self.problem, self.xp = problem, xp
-        self.lengths = np.array(problem.arm.link_lengths)
-        self.speed, self.acceleration = np.array(problem.arm.max_speed), np.array(problem.arm.max_acceleration)
-        self.elbow = -1.0 if problem.elbow == "down" else 1.0
+    def __init__(self, problem: PointToPointProblem | PathFollowingProblem, xp: ModuleType) -> None:
+        robot = problem.robot
+        assert isinstance(robot, PlanarArm)
+        self.robot, self.xp, self.measure = robot, xp, problem.objective.name
+        self.reduced, self.ceiling = problem.encoding.scales_time, problem.objective_upper_bound
+        self.weights = problem.weights
+        self.lengths = np.array(robot.link_lengths)
+        self.speed, self.acceleration = np.array(robot.max_speed), np.array(robot.max_acceleration)
+        self.elbow = -1.0 if problem.task.elbow == "down" else 1.0
         self.margin = SAMPLING_MARGIN * self.lengths.sum()
-        self.pairs = reachable_pairs(problem.arm, problem.obstacles, self.margin)
+        self.pairs = reachable_pairs(robot, problem.obstacles, self.margin)
 
     def inverse(self, x: Array, y: Array, phi: Array) -> tuple[Array, Array]:
         """Joint angles (..., k) and cos(theta_2) (...) of tip (...) and redundancy angles (..., k - 2)."""
@@ -65,7 +69,7 @@ class Kinematics:
         """Redundancy angles (7) of normalised ones (..., k - 2) for the tip (...)."""
         xp, phi = self.xp, []
         for link in range(self.lengths.size - 1, 1, -1):
-            inner, outer = self.problem.arm.reach(link)
+            inner, outer = self.robot.reach(link)
             length = self.lengths[link]
             rho = xp.sqrt(x * x + y * y)
             square, scale = rho * rho + length**2, xp.maximum(2.0 * length * rho, 1e-300)
@@ -88,9 +92,9 @@ class Kinematics:
 
     def objective(self, theta: Array, x: Array, y: Array, time: Array) -> Array:
         """Least time, rotation or length; postures (..., n, k), tips (..., n)."""
-        if self.problem.objective == "time":
+        if self.measure == "time":
             return time
-        if self.problem.objective == "rotation":
+        if self.measure == "rotation":
             return self.xp.abs(theta[..., 1:, :] - theta[..., :-1, :]).sum((-1, -2))
         dx, dy = x[..., 1:] - x[..., :-1], y[..., 1:] - y[..., :-1]
         return self.xp.sqrt(dx * dx + dy * dy).sum(-1)
@@ -101,7 +105,7 @@ class Kinematics:
         xs, ys = self.xp.concatenate([base, x], -1), self.xp.concatenate([base, y], -1)
         found = []
         for pair in self.pairs:
-            first, last = pair.link - 1, pair.link
+            first, last = pair.body.start, pair.body.end
             found.append(self._clearance(pair.obstacle, xs[..., first], ys[..., first], xs[..., last], ys[..., last]))
             x_end, y_end = xs[..., last], ys[..., last]
             found.append(
@@ -109,13 +113,19 @@ class Kinematics:
             )
         return found
 
-    def _clearance(self, obstacle: Any, *ends: Array) -> Array:
+    def _clearance(self, obstacle: Obstacle, *ends: Array) -> Array:
         xp = self.xp
-        (u0, v0), (u1, v1) = obstacle.to_unit_circle(*ends[:2]), obstacle.to_unit_circle(*ends[2:])
+        assert isinstance(obstacle, Ellipse)
+        (u0, v0), (u1, v1) = self._to_unit_circle(obstacle, *ends[:2]), self._to_unit_circle(obstacle, *ends[2:])
         du, dv = u1 - u0, v1 - v0
         along = xp.clip(-(u0 * du + v0 * dv) / xp.maximum(du * du + dv * dv, 1e-12), 0.0, 1.0)
         u, v = u0 + along * du, v0 + along * dv
         return (xp.sqrt(u * u + v * v) - 1.0) * min(obstacle.semi_axes)
+
+    def _to_unit_circle(self, ellipse: Ellipse, x: Array, y: Array) -> tuple[Array, Array]:
+        dx, dy = x - ellipse.center[0], y - ellipse.center[1]
+        cosine, sine = np.cos(ellipse.angle), np.sin(ellipse.angle)
+        return (cosine * dx + sine * dy) / ellipse.semi_axes[0], (cosine * dy - sine * dx) / ellipse.semi_axes[1]
 
     def penalty(self, speed: Array, acceleration: Array, clearances: list[Array]) -> Array:
         """h_1 g_1 + h_2 g_2 + h_3 g_3 of (16)-(18)."""
@@ -129,7 +139,7 @@ class Kinematics:
         """The graded penalty of obstacles."""
         return sum(self.xp.maximum(0.0, self.margin - values).sum(-1) for values in clearances)
 
-    def stretch(self, speed: Array, acceleration: Array) -> Array:
+    def time_scale(self, speed: Array, acceleration: Array) -> Array:
         """The least factor that time needs."""
         by_speed = (self.xp.abs(speed) / self.speed).max((-1, -2))
         return self.xp.maximum(by_speed, self.xp.sqrt((self.xp.abs(acceleration) / self.acceleration).max((-1, -2))))
@@ -138,17 +148,12 @@ class Kinematics:
 class PointToPointCost(Kinematics):
     """(15), or its reduced form."""
 
-    def __init__(self, problem: PointToPoint, xp: ModuleType) -> None:
+    def __init__(self, problem: PointToPointProblem, xp: ModuleType) -> None:
         super().__init__(problem, xp)
-        self.task = problem
-        tau = np.arange(1, problem.samples + 1) / problem.samples
+        self.task = problem.task
+        tau = np.arange(1, problem.motion.steps + 1) / problem.motion.steps
         self.early = [sampling_matrix(QUARTIC, np.append(0.0, tau), n).full() for n in range(3)]
         self.late = [sampling_matrix(QUINTIC, tau, n).full() for n in range(3)]
-        self.reduced = problem.formulation == "reduced"
-        self.lambda_1, self.lambda_2 = (
-            (0.0, 0.0) if self.reduced else (problem.penalty_weights.lambda_1, problem.penalty_weights.lambda_2)
-        )
-        self.ceiling = problem.objective_upper_bound
 
     def __call__(self, x: Array) -> Array:
         """Costs (...) of candidates (..., d)."""
@@ -159,8 +164,8 @@ class PointToPointCost(Kinematics):
             zero = xp.zeros_like(x[..., 0])
             phi_s = self.restore(zero + self.task.start[0], zero + self.task.start[1], phi_s)
             phi_f = self.restore(zero + self.task.goal[0], zero + self.task.goal[1], phi_f)
-        theta_s, k_s = self.inverse(*self.task.start, phi_s)
-        theta_f, k_f = self.inverse(*self.task.goal, phi_f)
+        theta_s, k_s = self.inverse(self.task.start[0], self.task.start[1], phi_s)
+        theta_f, k_f = self.inverse(self.task.goal[0], self.task.goal[1], phi_f)
         theta_s = self.turned(theta_s, 0.0)
         theta_f = self.turned(theta_f, theta_s)
         if self.reduced:
@@ -171,23 +176,23 @@ class PointToPointCost(Kinematics):
         clearances = self.clearances(x_joints, y_joints) if self.pairs else []
         objective = self._objective(theta, x_joints, y_joints, (t1 + t2)[..., 0])
         worst = xp.maximum(xp.abs(k_s), xp.abs(k_f))
-        priced = objective + self.lambda_1 * self.penalty(speed, acceleration, clearances)
-        return xp.where(worst <= 1.0, priced, self.lambda_2 * (xp.abs(k_s) + xp.abs(k_f)))
+        penalised = objective + self.weights.limit * self.penalty(speed, acceleration, clearances)
+        return xp.where(worst <= 1.0, penalised, self.weights.reach * (xp.abs(k_s) + xp.abs(k_f)))
 
     @property
     def _needs_joints(self) -> bool:
-        return bool(self.pairs) or self.task.objective == "length"
+        return bool(self.pairs) or self.measure == "length"
 
     def _objective(self, theta: Array, x: Array, y: Array, time: Array) -> Array:
-        tips = (x[..., -1], y[..., -1]) if self._needs_joints else (None, None)
-        return self.objective(theta, *tips, time)
+        x_tip, y_tip = (x[..., -1], y[..., -1]) if self._needs_joints else (None, None)
+        return self.objective(theta, x_tip, y_tip, time)
 
     def _reduced_cost(self, theta_s: Array, detour: Array, dtheta_m: Array, theta_f: Array, t1: Array) -> Array:
         xp = self.xp
         theta_m, t2 = (theta_s + theta_f) / 2.0 + detour, 1.0 - t1
         _, speed, acceleration = self._sampled(theta_s, theta_m, dtheta_m, theta_f, t1, t2)
         shortest = self.task.segment_time[0] / xp.minimum(t1, t2)[..., 0]
-        time = xp.maximum(shortest, self.stretch(speed, acceleration))[..., None]
+        time = xp.maximum(shortest, self.time_scale(speed, acceleration))[..., None]
         theta = self._positions(theta_s, theta_m, dtheta_m, theta_f, t1, t2)
         x_joints, y_joints = self.joints(theta) if self._needs_joints else (None, None)
         objective = self._objective(theta, x_joints, y_joints, time[..., 0])
@@ -212,7 +217,7 @@ class PointToPointCost(Kinematics):
         return [None, *blocks] if self.reduced else blocks
 
     def _positions(self, *quantities: Array) -> Array:
-        if self.task.objective == "time" and not self.pairs:
+        if self.measure == "time" and not self.pairs:
             return None
         first, second = self._data(*quantities)
         return self.xp.concatenate([self.early[0] @ first, self.late[0] @ second], -2)
@@ -221,19 +226,16 @@ class PointToPointCost(Kinematics):
 class PathCost(Kinematics):
     """(25), or its reduced form."""
 
-    def __init__(self, problem: PathFollowing, xp: ModuleType) -> None:
+    def __init__(self, problem: PathFollowingProblem, xp: ModuleType) -> None:
         super().__init__(problem, xp)
-        self.task, self.reduced = problem, problem.formulation == "reduced"
-        spline = problem.spline
-        decided = np.linspace(0.0, 1.0, problem.redundancy_values)
-        self.spread = CubicSpline(decided, np.eye(problem.redundancy_values))(spline.knots)
-        self.at_grid = [spline.operator(problem.grid, n) for n in range(3)]
+        self.task, self.steps, self.shortest = problem.task, problem.motion.steps, problem.encoding.time_box[0]
+        spline, values = problem.motion.spline, problem.encoding.redundancy_values
+        self.spread = CubicSpline(np.linspace(0.0, 1.0, values), np.eye(values))(spline.knots)
+        self.at_grid = [spline.operator(problem.motion.parameters_u, n) for n in range(3)]
         self.at_nodes = [spline.operator(spline.nodes, n) for n in (1, 2)]
         self.half_steps = np.diff(spline.nodes)[:, None] / 2.0
-        self.points = problem.path.array
-        self.at_knots = self.points[list(problem.knot_indices)]
-        self.ceiling = problem.objective_upper_bound
-        self.lambda_1 = 0.0 if self.reduced else limit_weight(problem.constraints, problem.objective_upper_bound)
+        self.points = problem.task.path.array
+        self.at_knots = self.points[list(problem.task.knot_indices)]
 
     def __call__(self, x: Array) -> Array:
         """Costs (...) of candidates (..., d)."""
@@ -248,9 +250,9 @@ class PathCost(Kinematics):
         steps = self.turned(angles[..., 1:, :] - angles[..., :-1, :], 0.0)
         knots = xp.concatenate([first, first + xp.cumsum(steps, -2)], -2)
         theta = self.at_grid[0] @ knots
-        at_points = theta[..., :: self.task.steps, :]
+        at_points = theta[..., :: self.steps, :]
         x_joints, y_joints = self.joints(theta if self._everywhere else at_points)
-        every = self.task.steps if self._everywhere else 1
+        every = self.steps if self._everywhere else 1
         dx = x_joints[..., ::every, -1] - self.points[:, 0]
         dy = y_joints[..., ::every, -1] - self.points[:, 1]
         miss = xp.sqrt(dx * dx + dy * dy)
@@ -263,11 +265,11 @@ class PathCost(Kinematics):
         duration = time[..., None, None]
         speed, acceleration = (self.at_grid[n] @ knots / duration**n for n in (1, 2))
         missed = (miss * (miss > self.task.accuracy)).sum(-1)
-        return objective + self.lambda_1 * (missed + self.penalty(speed, acceleration, clearances))
+        return objective + self.weights.limit * (missed + self.penalty(speed, acceleration, clearances))
 
     @property
     def _everywhere(self) -> bool:
-        return bool(self.pairs) or self.task.objective == "length"
+        return bool(self.pairs) or self.measure == "length"
 
     def _least_time(self, knots: Array) -> Array:
         xp = self.xp
@@ -276,4 +278,4 @@ class PathCost(Kinematics):
         turns = before * after < 0.0
         gap = xp.where(turns, before - after, 1.0)
         turning = xp.where(turns, speed[..., :-1, :] + self.half_steps * before * before / gap, 0.0)
-        return xp.maximum(self.task.time_box[0], self.stretch(xp.concatenate([speed, turning], -2), m))
+        return xp.maximum(self.shortest, self.time_scale(xp.concatenate([speed, turning], -2), m))

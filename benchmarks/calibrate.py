@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from solvers import BSO, Box, Budget, minimize
+from solvers import BSO, Box, minimize
 from tpbso_casadi.reproduction.paper import TABLE_1
 from tpbso_casadi.scenario.builtin import THREE_METRES
-from tpbso_casadi.scenario.scenario import DEFAULT_EVALUATIONS, parse_scenario
+from tpbso_casadi.scenario.scenario import parse_scenario
 
 REFERENCE = 3000.0  # rad/s^2, at which times are measured
 STARS = [{"shape": "pentagram", "radius": radius} for radius in (0.8, 0.9, 1.0, 1.1, 1.2)]
@@ -36,7 +36,7 @@ def mean(shape: dict[str, Any], objective: str, runs: int) -> float:
     arm = THREE_METRES | {"max_acceleration": REFERENCE}
     problem = parse_scenario({"arm": arm, "task": {**common, **shape}}).problem()
     box = Box(*problem.bounds)
-    costs = [minimize(problem.cost, box, BSO(), Budget(DEFAULT_EVALUATIONS), seed).cost for seed in range(1, runs + 1)]
+    costs = [minimize(problem.cost, box, BSO(), BSO.default_budget, seed).cost for seed in range(1, runs + 1)]
     held = [cost for cost in costs if cost <= problem.objective_upper_bound]
     return float(np.mean(held)) if held else float("nan")
 

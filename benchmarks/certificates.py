@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -29,9 +30,12 @@ from problems import (
     PointToPoint,
     Problem,
     Trajectory,
+    path_following,
+    point_to_point,
 )
 from problems.base.matrix import as_array
-from problems.limits.motion_limits import link_clearances, reachable_pairs
+from problems.limits.clearance import Clearance, reachable_pairs
+from problems.limits.time_scale import exact_time_scale
 from solvers import PSO, Box, Budget, minimize
 
 DENSE = 100_000
@@ -48,7 +52,7 @@ class Checked:
     milliseconds: float
 
 
-def random_problem(rng: np.random.Generator) -> Problem:
+def random_problem(rng: np.random.Generator) -> Problem[Any]:
     """An arm, a task it can do, obstacles away from its points."""
     while True:
         k = int(rng.integers(3, 6))
@@ -66,8 +70,8 @@ def random_problem(rng: np.random.Generator) -> Problem:
         try:
             if rng.random() < 0.3:
                 path = Path.through(points[:3]).resampled(20)
-                return PathFollowing(arm, path, 0.05, objective, formulation="reduced", obstacles=obstacles)
-            return PointToPoint(arm, points[0], points[1], objective, formulation="reduced", obstacles=obstacles)
+                return path_following(PathFollowing(arm, path, 0.05, obstacles=obstacles), objective, "reduced")
+            return point_to_point(PointToPoint(arm, points[0], points[1], obstacles=obstacles), objective, "reduced")
         except InvalidProblem:
             continue
 
@@ -82,7 +86,7 @@ def check(seed: int) -> Checked:
     trajectory = problem.trajectory(x)
     if rng.random() < 0.3:  # a little too fast, and only between the samples
         trajectory = trajectory.time_scaled(
-            trajectory.minimum_time_scale(problem.arm) * (1.0 - 10.0 ** rng.uniform(-7.0, -3.0))
+            exact_time_scale(problem.limits, trajectory) * (1.0 - 10.0 ** rng.uniform(-7.0, -3.0))
         )
     began = time.perf_counter()
     verdicts = problem.verify(trajectory)
@@ -92,12 +96,13 @@ def check(seed: int) -> Checked:
     return Checked(statuses, frozenset(broken_limits(problem, trajectory)), milliseconds)
 
 
-def broken_limits(problem: Problem, trajectory: Trajectory) -> Iterator[str]:
+def broken_limits(problem: Problem[Any], trajectory: Trajectory) -> Iterator[str]:
     """Which limits break at one of the dense samples."""
-    arm = problem.arm
-    pairs = reachable_pairs(arm, problem.obstacles)
+    arm = problem.robot
+    assert isinstance(arm, PlanarArm)
+    clearance = Clearance(arm, reachable_pairs(arm, problem.obstacles))
     for times in np.array_split(np.linspace(0.0, trajectory.duration, DENSE), DENSE // PART):
-        at = trajectory.samples(times)
+        at = trajectory.samples(times, arm)
         theta, speed, acceleration = (as_array(part) for part in (at.theta, at.speed, at.acceleration))
         if (np.abs(speed) > np.array(arm.max_speed) * (1.0 + TOLERANCE)).any():
             yield "speed"
@@ -107,7 +112,7 @@ def broken_limits(problem: Problem, trajectory: Trajectory) -> Iterator[str]:
             low, high = np.array(arm.joint_limits).T
             if ((theta < low - TOLERANCE) | (theta > high + TOLERANCE)).any():
                 yield "joint range"
-        if pairs and float(ca.mmin(link_clearances(pairs, *arm.joint_positions(at.theta)))) < 0.0:
+        if clearance.pairs and float(ca.mmin(clearance.at(at)[0].expression)) < 0.0:
             yield "clearance"
 
 

@@ -1,7 +1,7 @@
-"""What a solver adds to the price of an evaluation, and ways to evaluate a path's spline.
+"""What a solver adds to an evaluation, and ways to evaluate a path's spline.
 
-Medians within one run on one core; compare ratios, not seconds, between machines. What the price itself is:
-``benchmarks.population``.
+Medians within one run on one core; compare ratios, not seconds, between machines. What an evaluation itself
+takes: ``benchmarks.population``.
 
     python -m benchmarks.evaluation
 """
@@ -16,9 +16,10 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.stopwatch import medians
-from problems import PathFollowing
+from problems import PathFollowingProblem
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from solvers import OUTSIDE, SOLVERS, Box, Budget, find_solver, minimize
+from solvers import EXTERNAL, SOLVERS, Box, Budget, minimize
+from tpbso_casadi import find_solver
 from tpbso_casadi.scenario.builtin import builtin
 
 EVALUATIONS = 20_000
@@ -30,7 +31,7 @@ def overheads(console: Console) -> None:
     box = Box(np.zeros(10), np.ones(10))
     jobs = {
         name: partial(minimize, lambda x: x[:, 0], box, find_solver(name)(), Budget(EVALUATIONS), 1)  # type: ignore[arg-type]
-        for name in (*SOLVERS, *OUTSIDE)
+        for name in (*SOLVERS, *EXTERNAL)
     }
     for name, seconds in medians(jobs).items():
         table.add_row(name, f"{seconds / EVALUATIONS * 1e6:.2f}")
@@ -40,8 +41,8 @@ def overheads(console: Console) -> None:
 def spline_structure(console: Console) -> None:
     """Three ways from knot angles to the angles at the samples, and what each costs a candidate."""
     problem = builtin("pentagram-rotation").problem()
-    assert isinstance(problem, PathFollowing)
-    spline, grid = problem.spline, problem.grid
+    assert isinstance(problem, PathFollowingProblem)
+    spline, grid = problem.motion.spline, problem.motion.parameters_u
     count = 3 * spline.knots.size
     angles = ca.SX.sym("angles", count)
     knots = ca.reshape(angles, spline.knots.size, 3)
@@ -60,12 +61,12 @@ def spline_structure(console: Console) -> None:
         name: ca.Function("way", [angles], [ca.sum1(ca.sum2(expression))]) for name, expression in ways.items()
     }
     for backend in ("vm", "native"):
-        prices = {
+        evaluators = {
             name: PopulationFunction(function, EvaluationOptions(backend)) for name, function in functions.items()
         }
-        for price in prices.values():
-            price(np.tile(points, (60, 1)))  # warms up
-        taken = medians({name: partial(price, points) for name, price in prices.items()})
+        for evaluate in evaluators.values():
+            evaluate(np.tile(points, (60, 1)))  # warms up
+        taken = medians({name: partial(evaluate, points) for name, evaluate in evaluators.items()})
         for name, seconds in taken.items():
             table.add_row(name, str(functions[name].n_instructions()), backend, f"{seconds / 50 * 1e6:.2f}")
     console.print(table)

@@ -1,10 +1,11 @@
-"""What it costs to price a population: every way to do it, on every built-in problem, in one run.
+"""What it takes to evaluate a population: every way to do it, on every built-in problem, in one run.
 
 Medians; compare ratios, not microseconds, between machines. The columns: CasADi's ``Function.map`` of the model as it
 is; our virtual machine and our compiled code; the same cost written by hand for NumPy; and the same lines under JAX's
 ``jit(vmap)``, if JAX is installed.
 
     python -m benchmarks.population              the table
+    python -m benchmarks.population --compile    what has to be compiled, for a first scene and for a second one
     python -m benchmarks.population --growth     how costs and memory grow: the paper's Tables 2 and 3
     python -m benchmarks.population --solve      the default command, end to end, with a cold and with a warm cache
 """
@@ -13,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -23,6 +25,8 @@ from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
+from unittest.mock import patch
 
 import casadi as ca
 import numpy as np
@@ -34,7 +38,7 @@ from benchmarks.stopwatch import medians, slope
 from problems import Problem
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from problems.evaluation.cache import VARIABLE
+from problems.evaluation.native.cache import VARIABLE
 from problems.evaluation.portable_math import portable
 from solvers import SOLVERS, Box, Budget, minimize
 from tpbso_casadi.scenario.builtin import TITLES, builtin
@@ -44,7 +48,7 @@ FORMULATIONS = ("paper", "reduced")
 AGREES = 1e-8  # what postures near a singularity make of rounding in the hand-written versions
 MOVES = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT)
 
-Price = Callable[[FloatArray], FloatArray]
+Evaluator = Callable[[FloatArray], FloatArray]
 
 
 def changed(scenario: Scenario, **model: object) -> Scenario:
@@ -54,21 +58,21 @@ def changed(scenario: Scenario, **model: object) -> Scenario:
     return parse_scenario(content)
 
 
-def mapped(function: ca.Function, size: int) -> Price:
+def mapped(function: ca.Function, size: int) -> Evaluator:
     """CasADi's own way to evaluate a function many times."""
-    buffer, evaluate = function.map(size).buffer()
+    buffer, call = function.map(size).buffer()
     costs = np.empty(size)
     buffer.set_res(0, costs.data)
 
-    def price(points: FloatArray) -> FloatArray:
+    def evaluate(points: FloatArray) -> FloatArray:
         buffer.set_arg(0, points.data)
-        evaluate()
+        call()
         return costs
 
-    return price
+    return evaluate
 
 
-def jax_cost(problem: Problem) -> Price:
+def jax_cost(problem: Problem[Any]) -> Evaluator:
     """The hand-written cost of one candidate, vectorised and compiled by JAX."""
     import jax  # noqa: PLC0415
 
@@ -77,9 +81,9 @@ def jax_cost(problem: Problem) -> Price:
     return lambda points: np.asarray(compiled(points))
 
 
-def ways(problem: Problem, population: int) -> dict[str, Price]:
-    """All ways to price the populations of a problem."""
-    found: dict[str, Price] = {
+def ways(problem: Problem[Any], population: int) -> dict[str, Evaluator]:
+    """All ways to evaluate the populations of a problem."""
+    found: dict[str, Evaluator] = {
         "map": mapped(problem.cost_function, population),
         "vm": problem.evaluator(EvaluationOptions("vm")),
         "native": problem.evaluator(EvaluationOptions("native")),
@@ -107,10 +111,11 @@ def attainable() -> float:
         for _ in range(8):
             chain = chain * 0.999 + 0.5
         total += chain
-    price = PopulationFunction(ca.Function("chains", [x], [total]), EvaluationOptions("native"))
+    function = ca.Function("chains", [x], [total])
+    evaluate = PopulationFunction(function, EvaluationOptions("native"))
     points = np.random.default_rng(0).random((4000, 8))
-    seconds = medians({"chains": lambda: price(points)})["chains"]
-    return operations(price.function) * len(points) / seconds / 1e6
+    seconds = medians({"chains": lambda: evaluate(points)})["chains"]
+    return operations(function) * len(points) / seconds / 1e6
 
 
 def table(console: Console, population: int, names: list[str]) -> None:
@@ -132,25 +137,72 @@ def table(console: Console, population: int, names: list[str]) -> None:
     console.print(f"the limit: {limit:.0f} operations a microsecond")
 
 
-def microseconds(problem: Problem, population: int) -> dict[str, float]:
+def microseconds(problem: Problem[Any], population: int) -> dict[str, float]:
     """Time a candidate of every way, after checking that all agree."""
     points = Box(*problem.bounds).sample(np.random.default_rng(1), population)
-    prices = ways(problem, population)
-    expected = prices["map"](points).copy()
-    for way, price in prices.items():
+    evaluators = ways(problem, population)
+    expected = evaluators["map"](points).copy()
+    for way, evaluate in evaluators.items():
         for _ in range(3000 // population):  # until everything that warms up has
-            found = price(points)
+            found = evaluate(points)
         if not np.allclose(found, expected, rtol=AGREES, atol=0.0):
             raise SystemExit(f"{way} does not agree: {np.abs(found / expected - 1.0).max():.1e}")
     batches = max(1, 2000 // population)
-    jobs = {way: partial(repeat, price, points, batches) for way, price in prices.items()}
+    jobs = {way: partial(repeat, evaluate, points, batches) for way, evaluate in evaluators.items()}
     return {way: seconds / batches / population * 1e6 for way, seconds in medians(jobs).items()}
 
 
-def repeat(price: Price, points: FloatArray, times: int) -> None:
-    """Price the same points several times."""
+def repeat(evaluate: Evaluator, points: FloatArray, times: int) -> None:
+    """Evaluate the same points several times."""
     for _ in range(times):
-        price(points)
+        evaluate(points)
+
+
+def compiling(console: Console, names: list[str]) -> None:
+    """What a first scene has to compile, and a second one of the same make, each case with an empty cache."""
+    shown = Table(title="compiled before the first candidate is evaluated, natively")
+    for column in ("case", "form", "steps", "operations", "unrolled", "CPU [s]", "files", "second CPU [s]", "files"):
+        shown.add_column(column, justify="left" if column in ("case", "form") else "right")
+    for name in names:
+        for formulation in FORMULATIONS:
+            first = changed(builtin(name), formulation=formulation)
+            problem = first.problem()
+            written = sum(operations(portable(step.function)) for step in problem.program.steps)
+            unrolled = operations(portable(problem.cost_function))
+            with TemporaryDirectory() as folder, patch.dict(os.environ, {VARIABLE: folder}):
+                cells = []
+                for scenario in (first, moved(first)):
+                    seconds, files = compiled(scenario.problem(), Path(folder))
+                    cells += [f"{seconds:.2f}", str(files)]
+            shown.add_row(name, formulation, str(len(problem.program.steps)), str(written), str(unrolled), *cells)
+    console.print(shown)
+
+
+def moved(scenario: Scenario) -> Scenario:
+    """Another scene of the same make: other places, limits and sizes."""
+    content = scenario.model_dump()
+    task, arm = content["task"], content["arm"]
+    elsewhere = {"start": [0.95, -0.1], "goal": [0.4, 1.45], "center": [0.03, -0.02]}
+    task |= {key: value for key, value in elsewhere.items() if key in task}
+    arm["max_speed"] = [1.1 * speed for speed in arm["max_speed"]]
+    for obstacle in content["obstacles"]:
+        x, y = obstacle["center"]
+        obstacle |= {"center": [x + 0.03, y - 0.02], "semi_axes": [0.9 * axis for axis in obstacle["semi_axes"]]}
+    return parse_scenario(content)
+
+
+def compiled(problem: Problem[Any], cache: Path) -> tuple[float, int]:
+    """Processor seconds of compilers, and new files in the cache, until the first candidate is evaluated."""
+    files, before = libraries(cache), resource.getrusage(resource.RUSAGE_CHILDREN)
+    PopulationFunction(problem.program, EvaluationOptions("native"))(np.mean(problem.bounds, axis=0)[None])
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return seconds, len(libraries(cache) - files)
+
+
+def libraries(cache: Path) -> set[Path]:
+    """Files in a cache."""
+    return {path for path in cache.rglob("*") if path.is_file()}
 
 
 def growth(console: Console) -> None:
@@ -173,18 +225,17 @@ def growth(console: Console) -> None:
 def growing() -> list[tuple[str, str, list[int], list[Callable[[str], Callable[[], object]]]]]:
     """What the cost of a search depends on: name, unit, sizes, and for each size a job of a backend."""
 
-    def pricing(scenario: Scenario, population: int, backend: str) -> Callable[[], object]:
-        price, box = scenario.problem().evaluator(EvaluationOptions(backend)), Box(*scenario.problem().bounds)
-        points = box.sample(np.random.default_rng(1), population)
-        repeat(price, points, 1 + 3000 // population)
-        return lambda: price(points)
+    def evaluating(scenario: Scenario, population: int, backend: str) -> Callable[[], object]:
+        problem = scenario.problem()
+        evaluate = problem.evaluator(EvaluationOptions(backend))
+        points = Box(*problem.bounds).sample(np.random.default_rng(1), population)
+        repeat(evaluate, points, 1 + 3000 // population)
+        return lambda: evaluate(points)
 
     def search(iterations: int, backend: str) -> Callable[[], object]:
-        price, box = (
-            builtin("time-3").problem().evaluator(EvaluationOptions(backend)),
-            Box(*builtin("time-3").problem().bounds),
-        )
-        return lambda: minimize(price, box, SOLVERS["bso"](population=50), Budget(iterations=iterations), 1)
+        problem = builtin("time-3").problem()
+        evaluate, box = problem.evaluator(EvaluationOptions(backend)), Box(*problem.bounds)
+        return lambda: minimize(evaluate, box, SOLVERS["bso"](population=50), Budget(iterations=iterations), 1)
 
     links, samples, population, iterations = (
         [2, 4, 8, 16],
@@ -194,9 +245,9 @@ def growing() -> list[tuple[str, str, list[int], list[Callable[[str], Callable[[
     )
     by_samples = [changed(builtin("time-3"), samples=n) for n in samples]
     return [
-        ("population", "ms a population", population, [partial(pricing, builtin("time-3"), n) for n in population]),
-        ("links", "ms for 1,000", links, [partial(pricing, with_links(k), 1000) for k in links]),
-        ("samples", "ms for 1,000", samples, [partial(pricing, scenario, 1000) for scenario in by_samples]),
+        ("population", "ms a population", population, [partial(evaluating, builtin("time-3"), n) for n in population]),
+        ("links", "ms for 1,000", links, [partial(evaluating, with_links(k), 1000) for k in links]),
+        ("samples", "ms for 1,000", samples, [partial(evaluating, scenario, 1000) for scenario in by_samples]),
         ("iterations", "ms a search of 50 beetles", iterations, [partial(search, n) for n in iterations]),
     ]
 
@@ -212,9 +263,9 @@ def remembering() -> list[tuple[str, list[int], Callable[[int], float]]]:
 
     def search(population: int, iterations: int) -> float:
         problem = builtin("time-3").problem()
-        price = problem.evaluator(EvaluationOptions("native"))
-        price(np.zeros((1, len(problem.variables))))
-        run = partial(minimize, price, Box(*problem.bounds), SOLVERS["bso"](population=population))
+        evaluate = problem.evaluator(EvaluationOptions("native"))
+        evaluate(np.zeros((1, len(problem.variables))))
+        run = partial(minimize, evaluate, Box(*problem.bounds), SOLVERS["bso"](population=population))
         return peak(partial(run, Budget(iterations=iterations), 1))
 
     def output(rows: int) -> float:
@@ -279,11 +330,14 @@ def main() -> None:
     parser = argparse.ArgumentParser("python -m benchmarks.population", description=__doc__)
     parser.add_argument("cases", nargs="*", help="built-in scenarios; all if none")
     parser.add_argument("--population", type=int, default=50)
+    parser.add_argument("--compile", action="store_true")
     parser.add_argument("--growth", action="store_true")
     parser.add_argument("--solve", action="store_true")
     options = parser.parse_args()
     console, names = Console(), options.cases or list(TITLES)
-    if options.growth:
+    if options.compile:
+        compiling(console, names)
+    elif options.growth:
         growth(console)
     elif options.solve:
         end_to_end(console, names)

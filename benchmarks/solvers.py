@@ -20,6 +20,7 @@ from dataclasses import astuple, dataclass, fields
 from functools import cache
 from itertools import groupby, product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.stats import rankdata, wilcoxon
@@ -27,7 +28,8 @@ from scipy.stats import rankdata, wilcoxon
 from problems import Problem
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from solvers import OUTSIDE, SOLVERS, Box, Budget, Solver, find_solver, minimize
+from solvers import EXTERNAL, SOLVERS, Box, Budget, Solver, minimize
+from tpbso_casadi import find_solver
 from tpbso_casadi.campaign.statistics import holm
 from tpbso_casadi.scenario.builtin import TITLES, builtin
 from tpbso_casadi.scenario.generator import random_scenarios
@@ -63,7 +65,7 @@ class Run(Job):
 
 
 @cache
-def problem(case: str) -> Problem:
+def problem(case: str) -> Problem[Any]:
     """A built-in case, or the n-th generated one."""
     if case in TITLES:
         return builtin(case).problem()
@@ -72,13 +74,13 @@ def problem(case: str) -> Problem:
 
 
 @cache
-def price(case: str) -> PopulationFunction:
+def evaluator(case: str) -> PopulationFunction:
     return problem(case).evaluator(EvaluationOptions("native"))
 
 
 def compiled(case: str) -> str:
     """Fill the cache before anything is timed."""
-    price(case)(problem(case).bounds[0][None])
+    evaluator(case)(problem(case).bounds[0][None])
     return case
 
 
@@ -88,7 +90,7 @@ def solve(job: Job) -> Run:
     equal_iterations = job.budget == 0
     solver = kind(population=50) if equal_iterations else kind()
     budget = Budget(iterations=EQUAL_ITERATIONS) if equal_iterations else Budget(job.budget)
-    found = minimize(price(job.case), Box(*planned.bounds), solver, budget, job.seed)
+    found = minimize(evaluator(job.case), Box(*planned.bounds), solver, budget, job.seed)
     assert job.budget in (0, found.evaluations)
     at = np.searchsorted(found.history.evaluations, MOMENTS, side="right") - 1
     so_far = np.where(at >= 0, found.history.cost[at], np.inf)
@@ -127,7 +129,7 @@ def report(runs: Sequence[Run]) -> None:
 
 def summary(title: str, runs: Sequence[Run], behind: dict[Job, float]) -> None:
     """One budget."""
-    solvers = sorted({run.solver for run in runs}, key=list({**SOLVERS, **OUTSIDE}).index)
+    solvers = sorted({run.solver for run in runs}, key=list({**SOLVERS, **EXTERNAL}).index)
     cases = sorted({run.case for run in runs})
     values = {(case, solver): [behind[job_of(run)] for run in group] for (case, solver), group in grouped(runs).items()}
     means = np.array([[np.mean(values[case, solver]) for solver in solvers] for case in cases])
@@ -247,11 +249,11 @@ def functions(solvers: Sequence[str], workers: int) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--solvers", default=",".join([*SOLVERS, *OUTSIDE]))
+    parser.add_argument("--solvers", default=",".join([*SOLVERS, *EXTERNAL]))
     parser.add_argument("--budgets", default="1500,5000,15000,50000", help="evaluations; 0 is equal iterations")
     parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--outside-seeds", type=int, default=8, help="of outside solvers, which are slow")
-    parser.add_argument("--outside-up-to", type=int, default=15_000, help="evaluations")
+    parser.add_argument("--external-seeds", type=int, default=8, help="of external solvers, which are slow")
+    parser.add_argument("--external-up-to", type=int, default=15_000, help="evaluations")
     parser.add_argument("--generated", type=int, default=30)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("runs/solvers"))
@@ -269,7 +271,7 @@ def main() -> None:
         jobs = [
             Job(*job)
             for job in product(cases, solvers, budgets, range(1, options.seeds + 1))
-            if job[1] in SOLVERS or (0 < job[2] <= options.outside_up_to and job[3] <= options.outside_seeds)
+            if job[1] in SOLVERS or (0 < job[2] <= options.external_up_to and job[3] <= options.external_seeds)
         ]
         runs = list(pool.map(solve, jobs, chunksize=options.seeds))
     with (options.out / "runs.csv").open("w", newline="", encoding="utf-8") as file:

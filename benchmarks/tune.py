@@ -44,21 +44,21 @@ def draw(solver: str, rng: np.random.Generator) -> dict[str, Any]:
     if solver == "abso":
         return {
             "effort": effort,
-            "arm": round(rng.uniform(0.35, 0.7), 2),
+            "antenna": round(rng.uniform(0.35, 0.7), 2),
             "momentum": round(rng.uniform(0.0, 0.8), 2),
             "leaders_first": round(rng.uniform(0.1, 0.6), 2),
             "leaders_last": round(rng.uniform(0.03, 0.2), 2),
             "directions_first": round(rng.uniform(0.4, 1.0), 2),
             "directions_last": round(rng.uniform(0.7, 1.0), 2),
             "principal": round(rng.uniform(0.0, 1.0), 2),
-            "memory": round(rng.uniform(0.0, 2.0), 2),
+            "archive_rate": round(rng.uniform(0.0, 2.0), 2),
         }
     if solver == "lshade":
         return {
             "effort": effort,
-            "history": int(rng.integers(3, 12)),
+            "memory_size": int(rng.integers(3, 12)),
             "best": round(rng.uniform(0.05, 0.3), 2),
-            "memory": round(rng.uniform(0.0, 3.0), 2),
+            "archive_rate": round(rng.uniform(0.0, 3.0), 2),
         }
     swarm = {
         "population": population,
@@ -79,12 +79,12 @@ def draw(solver: str, rng: np.random.Generator) -> dict[str, Any]:
 
 
 @cache
-def problem(case: int) -> Problem:
+def problem(case: int) -> Problem[Any]:
     return random_scenarios(TRAINING_SEED, case + 1)[case].problem()
 
 
 @cache
-def price(case: int) -> PopulationFunction:
+def evaluator(case: int) -> PopulationFunction:
     return problem(case).evaluator(EvaluationOptions("native"))
 
 
@@ -95,7 +95,7 @@ def run(solver: str, settings: dict[str, Any], evaluations: int, seeds: range) -
         planned = problem(case)
         for column, seed in enumerate(seeds):
             search, budget = SOLVERS[solver](**settings), Budget(evaluations)
-            found = minimize(price(case), Box(*planned.bounds), search, budget, seed)
+            found = minimize(evaluator(case), Box(*planned.bounds), search, budget, seed)
             if found.cost <= planned.objective_upper_bound:
                 costs[case, column] = found.cost
     return costs
@@ -131,7 +131,7 @@ def main() -> None:
     solvers = options.solvers.split(",")
     drawn = {s: [{}, *(draw(s, np.random.default_rng(k)) for k in range(1, options.trials))] for s in solvers}
     with ProcessPoolExecutor(options.workers) as pool:
-        list(pool.map(price, range(TRAINING_CASES)))
+        list(pool.map(evaluator, range(TRAINING_CASES)))
         first = tried(pool, drawn, options.evaluations, range(1000, 1000 + options.seeds))
         best = best_known([first])
         chosen = {s: finalists(trials, best) for s, trials in first.items()}

@@ -1,33 +1,49 @@
-"""What is planned: arms, tasks and limits as symbolic CasADi models. Knows nothing of how they are searched."""
+"""What is planned: robots, tasks and limits as symbolic CasADi models. Knows nothing of how they are searched."""
 
-from problems.assembly.path_following import PathFollowing
-from problems.assembly.point_to_point import PointToPoint
-from problems.assembly.problem import Model, Problem, Variable
+from problems.assembly.path_following import PathFollowingProblem, path_following
+from problems.assembly.point_to_point import PointToPointProblem, point_to_point
+from problems.assembly.problem import Model, Problem
 from problems.base.errors import InvalidProblem
-from problems.limits.constraint import CertificateStatus, Constraint, PenaltyKind, Verdict
+from problems.certify.verdict import CertificateStatus, Verdict
+from problems.encodings.encoding import Variable
+from problems.limits import LIMITS
+from problems.limits.constraint import Constraint, PenaltyKind
+from problems.limits.limit import Limit
 from problems.motions.trajectory import Trajectory
-from problems.objectives.objective import OBJECTIVES, Objective
+from problems.objectives import OBJECTIVES, Objective
+from problems.robots import ROBOTS
 from problems.robots.planar import PlanarArm
+from problems.robots.robot import Robot
 from problems.scene.ellipse import Ellipse
 from problems.tasks.path import Path, closed_curve, pentagram
+from problems.tasks.path_following import PathFollowing
+from problems.tasks.point_to_point import PointToPoint
 
 __all__ = [
+    "LIMITS",
     "OBJECTIVES",
+    "ROBOTS",
     "CertificateStatus",
     "Constraint",
     "Ellipse",
     "InvalidProblem",
+    "Limit",
     "Model",
     "Objective",
     "Path",
     "PathFollowing",
+    "PathFollowingProblem",
     "PenaltyKind",
     "PlanarArm",
     "PointToPoint",
+    "PointToPointProblem",
     "Problem",
+    "Robot",
     "Trajectory",
     "Variable",
     "Verdict",
     "closed_curve",
+    "path_following",
     "pentagram",
+    "point_to_point",
 ]

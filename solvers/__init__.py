@@ -1,42 +1,51 @@
-"""How it is searched: metaheuristics over a box of numbers, IPOPT on a program. Knows no robot."""
+"""Solvers: metaheuristics that search a box of numbers, IPOPT that descends on a smooth program. Knows no robot."""
 
 from solvers.abso import AdaptiveBeetleSwarm
-from solvers.archive import Archive
 from solvers.box import Box
 from solvers.bso import BSO
-from solvers.budget import Budget, StopReason
+from solvers.driver.archive import Archive
+from solvers.driver.budget import Budget, StopReason, Usage
+from solvers.driver.iterations import Iterations
+from solvers.driver.minimize import minimize
+from solvers.driver.result import History, Result, Status
 from solvers.ga import GA
-from solvers.ipopt import IPOPT, Descent, DescentResult, Program, Solution, descend
+from solvers.gradients.ipopt import IPOPT, Descent, Program, Solution
+from solvers.gradients.multistart import DescentResult, descend
 from solvers.lshade import LSHADE
-from solvers.minimize import History, Result, Status, minimize
 from solvers.pso import PSO
-from solvers.registry import OUTSIDE, SOLVERS, UnknownSolver, find_solver
+from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS, AnySolver, External
 from solvers.solver import Search, Solver
+from solvers.traits import SolverTraits, Steps
 
 __all__ = [
     "BSO",
+    "EXTERNAL",
     "GA",
+    "GRADIENT_SOLVERS",
     "IPOPT",
     "LSHADE",
-    "OUTSIDE",
     "PSO",
     "SOLVERS",
     "AdaptiveBeetleSwarm",
+    "AnySolver",
     "Archive",
     "Box",
     "Budget",
     "Descent",
     "DescentResult",
+    "External",
     "History",
+    "Iterations",
     "Program",
     "Result",
     "Search",
     "Solution",
     "Solver",
+    "SolverTraits",
     "Status",
+    "Steps",
     "StopReason",
-    "UnknownSolver",
+    "Usage",
     "descend",
-    "find_solver",
     "minimize",
 ]

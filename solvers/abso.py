@@ -1,21 +1,21 @@
-"""ABSO: an adaptive beetle swarm. Ours: what becomes of the paper's BSO once it has to compete.
+"""ABSO: an adaptive beetle swarm, developed in this project from the paper's BSO.
 
-A beetle of the paper has a velocity, smells at two antennae on both sides of it and steps towards the better one; so
-does this one. What differs, and what it is worth (``docs/solvers.md`` has the ablation):
+A beetle of the paper has a velocity, evaluates its two antennae on both sides of it and steps towards the better one;
+so does this one. What differs, and what it is worth (``docs/solvers.md`` has the ablation):
 
-* **Arms from the swarm.** (29)-(31) stretch the antennae along the velocity, by a length that decays on its own. Here
-  the arm is a difference of two other beetles: as long as the swarm is still uncertain, and in those directions.
-* **A beetle moves only where it improves**, to the better antenna. (26) moves it anyway, on the mean of both rules.
+* **Antennae from the swarm.** (29)-(31) place the antennae along the velocity, at a length that decays by a fixed rate.
+  Here an antenna is a difference of two other beetles: as long, and in those directions, as the swarm is still spread.
+* **A beetle moves only where it improves**, to the better antenna. (26) always moves it, by the mean of both rules.
 * **The second antenna only when the first finds nothing better**: one or two evaluations a step, not three.
-* **Many leaders**: (27) pulls every beetle towards the one best; here each picks one of the best, fewer and fewer.
-* **Momentum**: a velocity remembers the last step only if that step was a success.
-* **Only some directions at a time**: axes of the box, or the swarm's own principal axes; a coin decides.
-* **A shrinking swarm**: many beetles to look around, few to finish.
+* **Many leaders**: (27) pulls every beetle towards the one best; here each picks one of the best, of which there are
+  fewer and fewer.
+* **Momentum**: the velocity includes the last step only if that step was a success.
+* **A random subset of directions in each step**: of the axes of the box, or of the swarm's principal axes, at random.
+* **A shrinking swarm**: many beetles to explore, few to converge.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -23,13 +23,14 @@ import numpy as np
 
 from solvers.box import Box, FloatArray
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
+from solvers.driver.iterations import Iterations
 from solvers.solver import Search, Solver, require
-from solvers.swarm import scheduled
+from solvers.swarm import linear_schedule
 
 
 @dataclass(frozen=True)
 class AdaptiveBeetleSwarm(Solver):
-    """Beetles with difference arms, momentum and a shrinking swarm.
+    """Beetles whose antennae are differences, with momentum and a shrinking swarm.
 
     How the defaults were chosen: ``docs/solvers.md`` and ``benchmarks/tune.py``.
 
@@ -42,49 +43,50 @@ class AdaptiveBeetleSwarm(Solver):
     population: int | None = None  # m >= 4, beetles at the start; None: one for ``effort`` evaluations
     effort: int = 170  # >= 1, evaluations of the budget for each beetle, at least 20 and at most 25 d beetles
     last_population: int = 4  # >= 4, beetles at the end
-    arm: float = 0.5  # > 0, length of the arm and of the pull, as a share of a difference
-    momentum: float = 0.4  # >= 0, of the last step, if it was a success
+    antenna: float = 0.5  # > 0, length of the antenna and of the pull to a leader, as a share of a difference
+    momentum: float = 0.4  # >= 0, share of the last step that is repeated if it was a success
     leaders_first: float = 0.4  # in (0, 1], share of the swarm that leads, at the start
     leaders_last: float = 0.05  # in (0, 1], at the end
-    directions_first: float = 0.7  # in [0, 1], share of the directions in which a step goes, at the start
+    directions_first: float = 0.7  # in [0, 1], share of the directions in which a step moves, at the start
     directions_last: float = 1.0  # in [0, 1], at the end
     principal: float = 0.5  # in [0, 1], how often the directions are the principal axes of the better half
-    memory: float = 1.0  # >= 0, how many replaced positions are remembered for arms, as a share of the swarm
+    archive_rate: float = 1.0  # >= 0, size of the archive of replaced positions as a share of the swarm
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self.effort >= 1, f"effort = {self.effort} is less than 1")
         require(self.last_population >= 4, f"last_population = {self.last_population} is less than 4")
-        require(self.arm > 0.0, f"arm = {self.arm} is not positive")
-        require(self.momentum >= 0.0 and self.memory >= 0.0, "momentum and memory are not negative")
+        require(self.antenna > 0.0, f"antenna = {self.antenna} is not positive")
+        for name in ("momentum", "archive_rate"):
+            require(getattr(self, name) >= 0.0, f"{name} = {getattr(self, name)} is negative")
         for name in ("leaders_first", "leaders_last"):
             require(0.0 < getattr(self, name) <= 1.0, f"{name} = {getattr(self, name)} is not in (0, 1]")
         for name in ("directions_first", "directions_last", "principal"):
             require(0.0 <= getattr(self, name) <= 1.0, f"{name} = {getattr(self, name)} is not in [0, 1]")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
-        """Pull, smell to the right, smell to the left if need be, move where it is better."""
-        x, cost = yield from initial_population(box, rng, self.population, self.effort, iterations)
-        swarm, size, moved = Population.of(x, cost), len(x), np.zeros_like(x)
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+        """Evaluate the right antenna, the left one where that failed, and move to what is better."""
+        x = initial_population(box, rng, self.population, self.effort, iterations.evaluations)
+        swarm, last_step = Population.of(x, (yield x)), np.zeros_like(x)
         for progress in iterations:
-            moved = moved[swarm.ranked(linear_size(size, self.last_population, progress))]
-            leaders = swarm.leaders(rng, scheduled(self.leaders_first, self.leaders_last, progress))
-            velocity = self.arm * (leaders - swarm.x) + self.momentum * moved
-            arm = self.arm * swarm.differences(rng)
-            share = scheduled(self.directions_first, self.directions_last, progress)
-            axes, chosen = self.axes(rng, swarm), binomial_mask(rng, share, swarm.x.shape)
-            antennae = ((chosen * ((velocity + side * arm) @ axes)) @ axes.T for side in (1.0, -1.0))
-            right, left = (midpoint_repair(box, swarm.x + antenna, swarm.x) for antenna in antennae)
-            found = yield right
-            disappointed = np.flatnonzero(found >= swarm.cost)
-            if disappointed.size:
-                other = yield left[disappointed]
-                rescued = other < found[disappointed]
-                right[disappointed[rescued]] = left[disappointed[rescued]]
-                found[disappointed[rescued]] = other[rescued]
-            better = found < swarm.cost
-            moved = np.where(better[:, None], right - swarm.x, 0.0)
-            swarm.replace(rng, better, right, found, round(self.memory * swarm.size))
+            last_step = last_step[swarm.keep_best(linear_size(len(x), self.last_population, progress))]
+            leaders = swarm.leaders(rng, linear_schedule(self.leaders_first, self.leaders_last, progress))
+            velocity = self.antenna * (leaders - swarm.x) + self.momentum * last_step
+            antenna = self.antenna * swarm.differences(rng)
+            share = linear_schedule(self.directions_first, self.directions_last, progress)
+            axes, mask = self.axes(rng, swarm), binomial_mask(rng, share, swarm.x.shape)
+            steps = ((mask * ((velocity + side * antenna) @ axes)) @ axes.T for side in (1.0, -1.0))
+            right, left = (midpoint_repair(box, swarm.x + step, swarm.x) for step in steps)
+            cost = yield right
+            failed = np.flatnonzero(cost >= swarm.cost)
+            if failed.size:
+                cost_left = yield left[failed]
+                improved = cost_left < cost[failed]
+                right[failed[improved]] = left[failed[improved]]
+                cost[failed[improved]] = cost_left[improved]
+            better = cost < swarm.cost
+            last_step = np.where(better[:, None], right - swarm.x, 0.0)
+            swarm.replace(rng, better, right, cost, round(self.archive_rate * swarm.size))
 
     def axes(self, rng: np.random.Generator, swarm: Population) -> FloatArray:
         """Orthogonal directions, the columns of (d, d): those of the box, or the principal ones of the better half."""

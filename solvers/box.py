@@ -53,5 +53,5 @@ class Box:
         return np.clip(points, self.lower, self.upper)
 
     def from_unit(self, shares: FloatArray) -> FloatArray:
-        """Points of the unit cube (m, d), or just outside of it, as points of the box; flat coordinates stay flat."""
+        """Map points (m, d) of the unit cube to the box; those outside the cube by rounding are clipped."""
         return self.clip(self.lower + shares * self.span)

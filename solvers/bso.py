@@ -1,33 +1,34 @@
 """BSO: beetle swarm optimisation, Algorithm 1 and (26)-(32) of the TPBSO paper.
 
 Wang and Yang, "Beetle Swarm Optimization Algorithm: Theory and Application", 2018 [49 of the paper]: particles
-that are beetles. Each one smells on both sides with its antennae and adds a step towards the better side to the
+that are beetles. Each one evaluates the cost at its two antennae and adds a step towards the better side to the
 velocity of a particle.
 
 Deviations from the paper, each with a parameter that undoes it:
     * the inertia weight of [49], from 0.9 down to 0.4; (27) prints none (``inertia_first = inertia_last = 1``);
     * the sign of (28): as printed it steps towards the worse antenna (``antenna_sign="printed"``).
-Read into the paper: (28)-(30) mix up their indices, so the antennae are x ± V d / 2; (28) uses the new V of (27).
+Interpretation: the paper's indices in (28)-(30) are inconsistent; here the antennae are x ± V d / 2, and (28) uses the
+new V of (27).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from solvers.box import Box, FloatArray
+from solvers.driver.iterations import Iterations
 from solvers.solver import Search, Solver, require
-from solvers.swarm import Swarm, scheduled
+from solvers.swarm import Swarm, linear_schedule
 
 
 @dataclass(frozen=True)
 class BSO(Solver):
     """Beetle swarm optimisation.
 
-    Each iteration costs three evaluations a beetle: two antennae and the new position.
+    Each iteration takes three evaluations a beetle: two antennae and the new position.
 
     The defaults are the best found on the paper's eight point-to-point cases, with the same effort for each solver: see
     ``docs/defaults.md`` and ``benchmarks/tune.py``.
@@ -61,29 +62,29 @@ class BSO(Solver):
         require(self.c > 0.0, f"c = {self.c} is not positive")
         require(self.antenna_sign in ("descend", "printed"), f"antenna_sign = {self.antenna_sign!r} is unknown")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
         """Algorithm 1."""
         v_max = self.velocity_range * box.span
         swarm = Swarm.start(box, rng, self.population, v_max)  # line 1
-        swarm.remember((yield swarm.x))  # lines 2-3
+        swarm.update_best((yield swarm.x))  # lines 2-3
         delta = self.delta_0
         for progress in iterations:  # line 4
-            inertia = scheduled(self.inertia_first, self.inertia_last, progress)
+            inertia = linear_schedule(self.inertia_first, self.inertia_last, progress)
             swarm.accelerate(rng, inertia, self.c1, self.c2, v_max)  # line 6, (27)
             right, left = self.antennae(box, swarm, delta)
             cost = yield np.concatenate([right, left])  # line 7
             step = self.beetle_step(swarm.v, delta, *np.split(cost, 2))  # line 8
             swarm.x = box.clip(swarm.x + self.lambda_ * swarm.v + (1.0 - self.lambda_) * step)  # line 9, (26)
-            swarm.remember((yield swarm.x))  # lines 11-20
+            swarm.update_best((yield swarm.x))  # lines 11-20
             delta *= self.eta  # line 21, (32)
 
     def antennae(self, box: Box, swarm: Swarm, delta: float) -> tuple[FloatArray, FloatArray]:
         """(29)-(31): x_right, x_left = x ± V d / 2 with d = delta / c; kept in the box. Both (m, d)."""
-        arm = swarm.v * (delta / self.c / 2.0)
-        return box.clip(swarm.x + arm), box.clip(swarm.x - arm)
+        antenna = swarm.v * (delta / self.c / 2.0)
+        return box.clip(swarm.x + antenna), box.clip(swarm.x - antenna)
 
     def beetle_step(self, v: FloatArray, delta: float, cost_right: FloatArray, cost_left: FloatArray) -> FloatArray:
-        """(28): xi = ± delta V sign(F(x_right) - F(x_left)), (m, d); 0 where both antennae smell the same."""
+        """(28): xi = ± delta V sign(F(x_right) - F(x_left)), (m, d); 0 where both antennae cost the same."""
         sign = (cost_right > cost_left).astype(np.float64) - (cost_right < cost_left)
         if self.antenna_sign == "descend":
             sign = -sign

@@ -1,75 +1,67 @@
-"""What searches by differences share: initial_population, difference vectors, the way back into the box.
+"""What searches by differences share: the initial population, difference vectors, the repair of candidates.
 
 A difference of two members is a step whose size and direction fit the population as it is: large while it is spread
-over the box, small when it has gathered (Storn and Price, "Differential Evolution", 1997).
+over the box, small when it has contracted (Storn and Price, "Differential Evolution", 1997).
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.box import Box, FloatArray
+from solvers.solver import DEFAULT_EVALUATIONS
 
-SCOUTS = 20  # priced before anything else: they tell how large a part of the budget one evaluation is
-UNKNOWN_BUDGET = 30_000  # evaluations assumed where the budget is not stated in evaluations
-MEMBERS_A_DIMENSION = 25  # initial_population at the most
+SMALLEST_POPULATION = 20
+LARGEST_POPULATION_PER_DIMENSION = 25
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
-Founding = Generator[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]
 
 
 def initial_population(
-    box: Box, rng: np.random.Generator, size: int | None, effort: int, iterations: Iterator[float]
-) -> Founding:
-    """Random members x (m, d) and their costs (m,).
+    box: Box, rng: np.random.Generator, size: int | None, effort: int, evaluations: int | None
+) -> FloatArray:
+    """Random members x (m, d).
 
     Args:
         box: where to search.
         rng: the search's own.
         size: m; if None, one member for ``effort`` evaluations of the budget, from 20 up to 25 for each dimension.
         effort: evaluations a member.
-        iterations: of the search; the first one is taken up here if m has to be found out.
+        evaluations: the budget; if None, as many as a solver has by default.
     """
-    x = box.sample(rng, SCOUTS if size is None else size)
-    cost = yield x
-    if size is not None:
-        return x, cost
-    progress = next(iterations, 1.0)
-    budget = SCOUTS / progress if progress > 0.0 else UNKNOWN_BUDGET
-    more = box.sample(rng, int(np.clip(budget / effort, SCOUTS, MEMBERS_A_DIMENSION * box.dimension)) - SCOUTS)
-    if len(more) == 0:
-        return x, cost
-    return np.concatenate([x, more]), np.concatenate([cost, (yield more)])
+    if size is None:
+        members = (DEFAULT_EVALUATIONS if evaluations is None else evaluations) // effort
+        size = int(np.clip(members, SMALLEST_POPULATION, LARGEST_POPULATION_PER_DIMENSION * box.dimension))
+    return box.sample(rng, size)
 
 
 @dataclass
 class Population:
-    """m members, the best first; and some of those that better ones have replaced.
+    """m members, the best first, and an archive of some that better ones have replaced.
 
     Attributes:
         x: positions, (m, d).
         cost: of them, (m,), ascending.
-        replaced: positions, (n, d).
+        archive: positions of replaced members, (n, d).
     """
 
     x: FloatArray
     cost: FloatArray
-    replaced: FloatArray
+    archive: FloatArray
 
     @classmethod
     def of(cls, x: FloatArray, cost: FloatArray) -> Population:
-        """A population that has replaced nobody yet."""
+        """A population with an empty archive."""
         order = np.argsort(cost, kind="stable")
         return cls(x[order], cost[order], np.empty((0, x.shape[1])))
 
     @property
     def size(self) -> int:
-        """How many, m."""
+        """Number of members, m."""
         return len(self.x)
 
     def leaders(self, rng: np.random.Generator, share: float) -> FloatArray:
@@ -79,27 +71,30 @@ class Population:
         return leaders
 
     def differences(self, rng: np.random.Generator) -> FloatArray:
-        """For each member the difference of two others, of which the second may have been replaced; (m, d)."""
-        m, everyone = self.size, np.concatenate([self.x, self.replaced])
+        """For each member the difference of two others, of which the second may be from the archive; (m, d)."""
+        m, pool = self.size, np.concatenate([self.x, self.archive])
         own = np.arange(m)
         first = (own + rng.integers(1, m, size=m)) % m
-        second = rng.integers(len(everyone), size=m)
+        second = rng.integers(len(pool), size=m)
         clash = (second == own) | (second == first)
         while clash.any():
-            second[clash] = rng.integers(len(everyone), size=int(clash.sum()))
+            second[clash] = rng.integers(len(pool), size=int(clash.sum()))
             clash = (second == own) | (second == first)
-        difference: FloatArray = self.x[first] - everyone[second]
+        difference: FloatArray = self.x[first] - pool[second]
         return difference
 
-    def replace(self, rng: np.random.Generator, better: BoolArray, x: FloatArray, cost: FloatArray, keep: int) -> None:
-        """Put better candidates in the place of members; of the replaced ones ``keep`` at most are remembered."""
-        replaced = np.concatenate([self.replaced, self.x[better]])
-        self.replaced = replaced[rng.permutation(len(replaced))[:keep]] if len(replaced) > keep else replaced
+    def replace(
+        self, rng: np.random.Generator, better: BoolArray, x: FloatArray, cost: FloatArray, archive_size: int
+    ) -> None:
+        """Replace members by better candidates x (m, d) of costs (m,); the archive keeps ``archive_size`` at most."""
+        archive = np.concatenate([self.archive, self.x[better]])
+        full = len(archive) > archive_size
+        self.archive = archive[rng.permutation(len(archive))[:archive_size]] if full else archive
         self.x = np.where(better[:, None], x, self.x)
         self.cost = np.where(better, cost, self.cost)
 
-    def ranked(self, size: int) -> IndexArray:
-        """Sort by cost and keep the best ``size``; returns which members those were."""
+    def keep_best(self, size: int) -> IndexArray:
+        """Sort by cost and keep the best ``size``; returns their former indices."""
         order = np.argsort(self.cost, kind="stable")[:size]
         self.x, self.cost = self.x[order], self.cost[order]
         return order
@@ -113,11 +108,11 @@ def binomial_mask(rng: np.random.Generator, rate: FloatArray | float, shape: tup
 
 
 def midpoint_repair(box: Box, candidates: FloatArray, parents: FloatArray) -> FloatArray:
-    """Components out of the box go halfway from the parent's to the bound. (m, d)."""
-    inside = np.where(candidates < box.lower, (parents + box.lower) / 2.0, candidates)
-    return np.where(inside > box.upper, (parents + box.upper) / 2.0, inside)
+    """Components out of the box are set to the midpoint of the parent's and the bound. (m, d)."""
+    repaired = np.where(candidates < box.lower, (parents + box.lower) / 2.0, candidates)
+    return np.where(repaired > box.upper, (parents + box.upper) / 2.0, repaired)
 
 
 def linear_size(first: int, last: int, progress: float) -> int:
-    """Members left when so much of the budget is used: linear from first to last."""
+    """Size of a population that shrinks linearly from first to last as progress goes from 0 to 1."""
     return max(last, round(first + (last - first) * progress))

@@ -6,7 +6,6 @@ Genetic Adaptive Search (GeneAS) for Engineering Design", 1996 (polynomial mutat
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, TypeAlias
 
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.box import Box, FloatArray
+from solvers.driver.iterations import Iterations
 from solvers.solver import Search, Solver, require
 
 IndexArray: TypeAlias = NDArray[np.int64]
@@ -34,7 +34,7 @@ class GA(Solver):
 
     population: int = 30  # m >= 2, individuals
     tournament: int = 2  # >= 1, how many compete to become a parent
-    crossover_rate: float = 0.9  # in [0, 1], share of pairs that cross [1]
+    crossover_rate: float = 0.9  # in [0, 1], share of pairs that cross over [1]
     crossover_eta: float = 10.0  # >= 0, distribution index of the crossover: larger stays nearer the parents [1]
     mutation_rate: float = 0.2  # in [0, 1], share of genes that mutate
     mutation_eta: float = 20.0  # >= 0, distribution index of the mutation [2]
@@ -47,16 +47,16 @@ class GA(Solver):
         for name in ("crossover_eta", "mutation_eta"):
             require(getattr(self, name) >= 0.0, f"{name} = {getattr(self, name)} is negative")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
-        """Select, cross, mutate, keep the best."""
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+        """Select, cross over, mutate, keep the best."""
         x = box.sample(rng, self.population)
         cost = yield x
         for _ in iterations:
-            children = self.mutate(rng, box, self.cross(rng, box, x[self.select(rng, cost)]))
-            everyone = np.concatenate([x, children])
+            children = self.mutate(rng, box, self.crossover(rng, box, x[self.select(rng, cost)]))
+            pool = np.concatenate([x, children])
             costs = np.concatenate([cost, (yield children)])
             survivors = np.argsort(costs, kind="stable")[: self.population]
-            x, cost = everyone[survivors], costs[survivors]
+            x, cost = pool[survivors], costs[survivors]
 
     def select(self, rng: np.random.Generator, cost: FloatArray) -> IndexArray:
         """Tournaments: for each child the index of the best of a few random individuals, (m,)."""
@@ -64,16 +64,16 @@ class GA(Solver):
         winners: IndexArray = rivals[np.arange(self.population), np.argmin(cost[rivals], axis=1)]
         return winners
 
-    def cross(self, rng: np.random.Generator, box: Box, parents: FloatArray) -> FloatArray:
+    def crossover(self, rng: np.random.Generator, box: Box, parents: FloatArray) -> FloatArray:
         """Simulated binary crossover [1] of the first half of the parents with the second half, (m, d)."""
         pairs = self.population // 2
         first, second = parents[:pairs], parents[pairs : 2 * pairs]
         u = rng.random(first.shape)
         power = 1.0 / (self.crossover_eta + 1.0)
         spread = np.where(u <= 0.5, (2.0 * u) ** power, (1.0 / (2.0 * (1.0 - u))) ** power)
-        crossing = rng.random((pairs, 1)) < self.crossover_rate
-        swapped = rng.random(first.shape) < 0.5
-        spread = np.where(crossing, np.where(swapped, -spread, spread), 1.0)
+        pair_mask = rng.random((pairs, 1)) < self.crossover_rate
+        swap_mask = rng.random(first.shape) < 0.5
+        spread = np.where(pair_mask, np.where(swap_mask, -spread, spread), 1.0)
         middle, half = (first + second) / 2.0, (first - second) / 2.0
         return box.clip(np.concatenate([middle + spread * half, middle - spread * half, parents[2 * pairs :]]))
 
@@ -82,5 +82,5 @@ class GA(Solver):
         u = rng.random(children.shape)
         power = 1.0 / (self.mutation_eta + 1.0)
         shift = np.where(u < 0.5, (2.0 * u) ** power - 1.0, 1.0 - (2.0 * (1.0 - u)) ** power)
-        mutating = rng.random(children.shape) < self.mutation_rate
-        return box.clip(children + np.where(mutating, shift, 0.0) * box.span)
+        gene_mask = rng.random(children.shape) < self.mutation_rate
+        return box.clip(children + np.where(gene_mask, shift, 0.0) * box.span)

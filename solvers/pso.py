@@ -6,15 +6,15 @@ Optimizer", 1998 (inertia, from 0.9 to 0.4); [3] Clerc and Kennedy, 2002 (c1 = c
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from solvers.box import Box
+from solvers.driver.iterations import Iterations
 from solvers.solver import Search, Solver, require
-from solvers.swarm import Swarm, scheduled
+from solvers.swarm import Swarm, linear_schedule
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,13 @@ class PSO(Solver):
         require(self.inertia_first >= 0.0 and self.inertia_last >= 0.0, "the inertia is not negative")
         require(self.velocity_range > 0.0, f"velocity_range = {self.velocity_range} is not positive")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
-        """Fly, look, remember."""
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+        """Move, evaluate, update the personal bests."""
         v_max = self.velocity_range * box.span
         swarm = Swarm.start(box, rng, self.population, v_max)
-        swarm.remember((yield swarm.x))
+        swarm.update_best((yield swarm.x))
         for progress in iterations:
-            inertia = scheduled(self.inertia_first, self.inertia_last, progress)
+            inertia = linear_schedule(self.inertia_first, self.inertia_last, progress)
             swarm.accelerate(rng, inertia, self.c1, self.c2, v_max)
             swarm.x = box.clip(swarm.x + swarm.v)
-            swarm.remember((yield swarm.x))
+            swarm.update_best((yield swarm.x))

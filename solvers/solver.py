@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Generator, Iterator
-from typing import ClassVar, TypeAlias
+from collections.abc import Generator
+from typing import ClassVar, Literal, TypeAlias
 
 import numpy as np
 
 from solvers.box import Box, FloatArray
+from solvers.driver.budget import Budget
+from solvers.driver.iterations import Iterations
+from solvers.traits import ITERATIONS, SolverTraits, Steps
 
 Search: TypeAlias = Generator[FloatArray, FloatArray, None]
 
+DEFAULT_EVALUATIONS = 30_000  # the paper's swarm: 50 beetles, 200 iterations, 3 evaluations each
 
-class Solver(ABC):
+
+class Solver(SolverTraits, ABC):
     """A population-based search, written as the paper writes Algorithm 1: one loop over iterations.
 
     A subclass is a frozen dataclass whose fields are its hyper-parameters. It holds only the algorithm; budget,
@@ -21,8 +26,13 @@ class Solver(ABC):
 
     Attributes:
         minimum_population: the fewest members the algorithm works with.
-        population: m, the number of members; None for what suits the budget.
+        population: m, the number of members; None for a number that fits the budget.
     """
+
+    default_budget: ClassVar[Budget] = Budget(evaluations=DEFAULT_EVALUATIONS)
+    has_population: ClassVar[bool] = True
+    solves_program: ClassVar[Literal[False]] = False
+    steps: ClassVar[Steps] = ITERATIONS
 
     minimum_population: ClassVar[int] = 2
     population: int | None
@@ -33,17 +43,18 @@ class Solver(ABC):
             raise ValueError(f"{name} needs a population of at least {self.minimum_population}, not {self.population}")
 
     @abstractmethod
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
         """Yield candidates and receive their costs: ``costs = yield candidates``.
 
         Args:
             box: where to search; every candidate (m, d) lies inside.
             rng: the only source of randomness.
             iterations: loop over it; each turn starts an iteration and gives the share of the budget already used,
-                from 0 to 1, for schedules. The search is closed from outside when the budget is spent.
+                from 0 to 1, for schedules; its ``evaluations`` is the budget. The driver closes the search when the
+                budget is spent.
 
         Receives:
-            costs (m,), finite or inf (for points that cannot be priced), lower is better.
+            costs (m,), finite, or inf for points without a cost; lower is better.
         """
 
 

@@ -34,11 +34,11 @@ class Swarm:
 
     @property
     def leader(self) -> FloatArray:
-        """P_gs, the best position that any member has met, (d,)."""
+        """P_gs, the best position that any member has visited, (d,)."""
         leader: FloatArray = self.best[np.argmin(self.best_cost)]
         return leader
 
-    def remember(self, cost: FloatArray) -> None:
+    def update_best(self, cost: FloatArray) -> None:
         """Update personal bests with the costs (m,) of the present positions."""
         better = cost < self.best_cost
         self.best[better] = self.x[better]
@@ -51,6 +51,6 @@ class Swarm:
         self.v = np.clip(inertia * self.v + pull, -v_max, v_max)
 
 
-def scheduled(first: float, last: float, progress: float) -> float:
+def linear_schedule(first: float, last: float, progress: float) -> float:
     """A parameter that goes linearly from first to last as progress goes from 0 to 1."""
     return first + (last - first) * progress

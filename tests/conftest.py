@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from problems.evaluation import cache, population
+from problems.evaluation import population
+from problems.evaluation.native import cache
 
 
 @pytest.fixture(autouse=True)

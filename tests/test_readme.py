@@ -21,11 +21,11 @@ def blocks(language: str) -> list[str]:
 def test_scenarios_are_scenarios() -> None:
     whole, task = blocks("toml")
     scenario = parse_scenario(tomllib.loads(whole))
-    assert scenario.problem().arm.links == 4
+    assert scenario.problem().robot.dof == 4
     assert scenario.solver.budget().evaluations == 30_000
     path = tomllib.loads(task) | {"arm": tomllib.loads(whole)["arm"]}
     path["task"]["points"] = [[1.0, 0.0], [1.0, 0.5], [0.5, 1.0]]
-    assert parse_scenario(path).problem().arm.links == 4
+    assert parse_scenario(path).problem().robot.dof == 4
 
 
 def test_the_example_from_python_runs(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,16 +1,16 @@
-"""``python -m tpbso_casadi``: what there is."""
+"""``python -m tpbso_casadi``: an overview of the commands."""
 
 from __future__ import annotations
 
 from importlib.metadata import version
 
 COMMANDS = """\
-  python -m tpbso_casadi.solve [SCENARIO] [--solver bso|pso|ga|ipopt]   plan one motion
+  python -m tpbso_casadi.solve [SCENARIO] [--solver NAME]               plan one motion
   python -m tpbso_casadi.solve [SCENARIO] --polish                      and refine it with IPOPT
-  python -m tpbso_casadi.solve [SCENARIO] --animate FILE.gif            and make a film of it
-  python -m tpbso_casadi.compare SCENARIO... --solvers bso,pso,ipopt    many runs, and what they say
-  python -m tpbso_casadi.reproduce --out DIR                            the paper's Section IV, again
-  python -m tpbso_casadi.audit RUN_FOLDER|SCENARIO                      what holds, for all t; what it is made of
+  python -m tpbso_casadi.solve [SCENARIO] --animate FILE.gif            and make a film of the motion
+  python -m tpbso_casadi.compare SCENARIO... --solvers bso,pso,ipopt    many runs, and their statistics
+  python -m tpbso_casadi.reproduce --out DIR                            the paper's Section IV, reproduced
+  python -m tpbso_casadi.audit RUN_FOLDER|SCENARIO                      certificate of a run; structure of a scenario
   python -m tpbso_casadi.solve --list                                   the built-in scenarios
   python -m tpbso_casadi.solve --help                                   every option"""
 

@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.compare``: many scenarios, solvers and seeds, and what the runs say."""
+"""``python -m tpbso_casadi.compare``: many runs of solvers on scenarios, and their statistics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.reproduce``: Section IV of the paper, again, with one command."""
+"""``python -m tpbso_casadi.reproduce``: the paper's Section IV, reproduced with one command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.solve``: plan one motion and leave its files and pictures."""
+"""``python -m tpbso_casadi.solve``: plan one motion and write its files and figures."""
 
 from __future__ import annotations
 

@@ -1,112 +1,123 @@
-"""What every planning problem offers, whatever it plans."""
+"""A problem: a statement, a motion, an encoding, limits and an objective put together."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Generic, TypeVar
 
 import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix
+from problems.certify.verdict import Verdict, verdict
 from problems.certify.verification import limit_verdicts
-from problems.evaluation import EvaluationOptions, PopulationFunction
-from problems.limits.constraint import Constraint, Verdict
+from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
+from problems.evaluation import EvaluationOptions, PopulationFunction, Program
+from problems.limits.constraint import Constraint
+from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.time_scale import exact_time_scale, safe_time_scale
+from problems.motions.motion import Motion
 from problems.motions.trajectory import Trajectory
-from problems.objectives.objective import Objective
-from problems.robots.planar import PlanarArm
-from problems.scene.ellipse import Ellipse
+from problems.nlp.program import NonlinearProgram
+from problems.objectives import Objective
+from problems.robots.robot import Robot
+from problems.scene.obstacle import Obstacle
+from problems.tasks.drawing import BoundedCurve, Marker, Milestone, ProgressMeasure
+from problems.tasks.task import Task
 
-if TYPE_CHECKING:
-    from problems.nlp.program import NonlinearProgram
-
-SAMPLING_MARGIN = 1e-3  # kept at the samples for what lies between them, of the arm's reach or a joint's range
-
-
-@dataclass(frozen=True)
-class Variable:
-    """One decision variable: name, box and unit."""
-
-    name: str
-    lower: float
-    upper: float
-    unit: str
+P = TypeVar("P")
 
 
 @dataclass(frozen=True)
 class Model:
-    """A problem written out over symbols of its decision variables.
+    """A problem written out over symbols of its decision variables, all samples at once.
 
     Attributes:
         x: the decision variables, (d, 1).
         objective: scalar expression.
         constraints: everything the plan must keep, those included that hold by construction.
-        cost: scalar expression that a metaheuristic minimises.
     """
 
     x: ca.SX
     objective: Matrix
     constraints: tuple[Constraint, ...]
-    cost: Matrix
 
 
-class Problem(ABC):
-    """A frozen statement of what is planned, with one symbolic model behind everything it answers."""
+@dataclass(frozen=True, kw_only=True)
+class Problem(ABC, Generic[P]):
+    """What is planned, with one set of formulas behind everything it answers.
 
-    arm: PlanarArm
-    obstacles: tuple[Ellipse, ...]
+    Attributes:
+        task: what is asked for.
+        motion: the family of motions in which an answer is sought.
+        encoding: what a search vector means, and what it costs.
+        objective: what is minimised.
+        limits: what the motion must keep.
+    """
+
+    task: Task
+    motion: Motion[P]
+    encoding: Encoding[P]
+    objective: Objective
+    limits: tuple[Limit, ...]
 
     @property
-    @abstractmethod
+    def robot(self) -> Robot:
+        """The robot that moves."""
+        return self.task.robot
+
+    @property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """What it has to keep clear of."""
+        return self.task.obstacles
+
+    @property
     def variables(self) -> tuple[Variable, ...]:
         """The decision variables, in order."""
+        return self.encoding.variables
 
     @property
-    @abstractmethod
-    def measured_by(self) -> Objective:
-        """The objective."""
-
-    @cached_property
-    @abstractmethod
-    def model(self) -> Model:
-        """The symbolic model over the search variables."""
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper corner of the search box, both (d,)."""
+        return self.encoding.bounds
 
     @abstractmethod
-    def trajectory(self, x: FloatArray) -> Trajectory:
-        """The exact trajectory of one candidate (d,)."""
+    def decoded(self, x: Matrix) -> Decoded[P]:
+        """The motion of a search vector (d, 1), with its final time; symbolic or numeric."""
 
     @abstractmethod
-    def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
-        """The arm's own quantities (the paper's symbols) of one candidate (d,)."""
+    def point_constraints(self, parameters: P) -> list[Constraint]:
+        """What the task demands of single points of a motion while it is searched."""
+
+    @abstractmethod
+    def cost_program(self) -> Program:
+        """The cost, in steps over samples."""
 
     @abstractmethod
     def nlp(self) -> NonlinearProgram:
         """The same problem for solvers that follow gradients."""
 
     @abstractmethod
-    def task_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
-        """Judge what the task itself demands of a finished trajectory: its ends, its path."""
+    def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
+        """The robot's own quantities (the paper's symbols) of one candidate (d,)."""
 
     @abstractmethod
-    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        """Times in s at which to tabulate a trajectory, those of the search's samples among them."""
+    def objective_bound(self) -> float:
+        """What the objective cannot exceed in the search box, in its unit."""
 
-    def verify(self, trajectory: Trajectory) -> list[Verdict]:
-        """Judge a finished trajectory against every constraint, far more densely than the search does."""
-        return [*limit_verdicts(self.arm, self.obstacles, trajectory), *self.task_verdicts(trajectory)]
-
-    @property
-    @abstractmethod
-    def objective_upper_bound(self) -> float:
-        """No feasible candidate costs more, every infeasible one does."""
-
-    @property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper corner of the search box, both (d,)."""
-        lower, upper = zip(*((v.lower, v.upper) for v in self.variables), strict=True)
-        return np.array(lower), np.array(upper)
+    @cached_property
+    def model(self) -> Model:
+        """All constraints and the objective as expressions of the search vector."""
+        x = ca.SX.sym("x", len(self.variables))
+        decoded = self.decoded(x)
+        samples = self.motion.samples(decoded.parameters)
+        constraints = [c for limit in self.limits for c in limit.constraints(samples, SAMPLING_MARGIN)]
+        constraints += self.point_constraints(decoded.parameters)
+        if decoded.reach is not None:
+            constraints.append(decoded.reach)
+        return Model(x, self.objective.value(samples), tuple(constraints))
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
@@ -114,16 +125,40 @@ class Problem(ABC):
         return self.model.constraints
 
     @cached_property
-    def cost_function(self) -> ca.Function:
-        """The compiled cost of one candidate."""
-        return ca.Function("cost", [self.model.x], [self.model.cost], ["x"], ["cost"], {"cse": True})
+    def weights(self) -> CostWeights:
+        """The numbers of the cost."""
+        samples = self.motion.samples(self._middle.parameters)
+        penalised = self.encoding.penalised(self.limits)
+        constraints = [c for limit in penalised for c in limit.constraints(samples, SAMPLING_MARGIN)]
+        constraints += self.point_constraints(self._middle.parameters)
+        return self.encoding.weights(self.objective_bound(), constraints)
 
-    def evaluator(self, pricing: EvaluationOptions | None = None) -> PopulationFunction:
-        """The cost of whole populations, computed as told: costs (m,) of candidates (m, d). Made once for each way."""
-        asked = EvaluationOptions() if pricing is None else pricing
-        if asked not in self._evaluators:
-            self._evaluators[asked] = PopulationFunction(self.cost_function, asked)
-        return self._evaluators[asked]
+    @cached_property
+    def _middle(self) -> Decoded[P]:
+        """The motion in the middle of the search box: any one, of which only the constraints' shapes matter."""
+        return self.decoded(ca.DM(np.mean(self.bounds, axis=0)))
+
+    @property
+    def objective_upper_bound(self) -> float:
+        """No feasible candidate costs more, every infeasible one does."""
+        return self.weights.objective_upper_bound
+
+    @cached_property
+    def program(self) -> Program:
+        """The cost of one candidate, in steps over samples."""
+        return self.cost_program()
+
+    @cached_property
+    def cost_function(self) -> ca.Function:
+        """The cost of one candidate, written out for all samples."""
+        return self.program.inlined()
+
+    def evaluator(self, options: EvaluationOptions | None = None) -> PopulationFunction:
+        """The cost of whole populations: costs (m,) of candidates (m, d). Made once for each set of options."""
+        chosen = EvaluationOptions() if options is None else options
+        if chosen not in self._evaluators:
+            self._evaluators[chosen] = PopulationFunction(self.program, chosen)
+        return self._evaluators[chosen]
 
     @cached_property
     def _evaluators(self) -> dict[EvaluationOptions, PopulationFunction]:
@@ -133,6 +168,53 @@ class Problem(ABC):
         """Costs (m,) of candidates (m, d); below every infeasible cost exactly when feasible at the samples."""
         return self.evaluator()(candidates)
 
+    @cached_property
+    def _decoder(self) -> ca.Function:
+        x = ca.SX.sym("x", len(self.variables))
+        return ca.Function("decode", [x], self.motion.as_matrices(self.decoded(x).parameters))
+
+    def parameters_of(self, x: FloatArray) -> P:
+        """Numeric parameters of the motion of one candidate (d,)."""
+        return self.motion.from_matrices(self._decoder.call([ca.DM(x)]))
+
+    def trajectory(self, x: FloatArray) -> Trajectory:
+        """The exact trajectory of one candidate (d,)."""
+        return self.motion.trajectory(self.parameters_of(x))
+
+    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
+        """Times in s at which to tabulate a trajectory, those of the search's samples among them."""
+        return self.motion.row_times(trajectory, at_least)
+
+    def exact_time_scale(self, trajectory: Trajectory) -> float:
+        """How much slower, or faster, a trajectory has to be run so that its limits just hold for all t."""
+        return exact_time_scale(self.limits, trajectory)
+
+    def safe_time_scale(self, trajectory: Trajectory) -> float:
+        """The same and a little more, so that rounding breaks no limit."""
+        return safe_time_scale(self.limits, trajectory)
+
+    def verify(self, trajectory: Trajectory) -> list[Verdict]:
+        """Judge a finished trajectory against every constraint, far more densely than the search does."""
+        judged = limit_verdicts(self.limits, trajectory)
+        return [*judged, *(verdict(constraint, times) for constraint, times in self.task.conditions(trajectory))]
+
     def objective_value(self, trajectory: Trajectory, times: FloatArray) -> float:
         """The objective of a trajectory, measured at times (n,) in s."""
-        return float(self.measured_by.of(self.arm, trajectory.samples(times)))
+        samples = trajectory.samples(times, self.robot)
+        return float(self.objective.value(samples))
+
+    def markers(self) -> tuple[Marker, ...]:
+        """What the tool has to reach, for drawing."""
+        return self.task.markers()
+
+    def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
+        """Times that mean something in a motion; none by default."""
+        return ()
+
+    def bounded_curves(self, trajectory: Trajectory) -> tuple[BoundedCurve, ...]:
+        """What changes along a motion between bounds; nothing by default."""
+        return ()
+
+    def progress_measures(self) -> tuple[ProgressMeasure, ...]:
+        """What is worth following while a search goes on; nothing by default."""
+        return ()

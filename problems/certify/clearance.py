@@ -10,18 +10,17 @@ clearance(m) - r_i is large enough; the others are halved. The proof holds up to
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, as_array
-from problems.limits.constraint import CertificateStatus
-from problems.limits.motion_limits import Pair, link_clearances, reachable_pairs
+from problems.certify.verdict import CertificateStatus
+from problems.limits.clearance import Clearance, CollisionPair
 from problems.motions.trajectory import Trajectory
-from problems.robots.planar import PlanarArm
-from problems.scene.ellipse import Ellipse
+from problems.robots.robot import Robot
 
 FIRST_CELLS = 400
 PROOF_GAP = 0.1  # share of the smallest clearance met that the proof gives away, so that few cells are needed
@@ -53,56 +52,57 @@ class ClearanceProof:
         return CertificateStatus.VIOLATED if self.smallest < 0.0 else CertificateStatus.UNDECIDED
 
 
-def prove_clearance(arm: PlanarArm, obstacles: Sequence[Ellipse], trajectory: Trajectory) -> ClearanceProof | None:
-    """Bound the clearance of a motion for all t; None when no link can reach any obstacle."""
-    pairs = reachable_pairs(arm, obstacles)
+def prove_clearance(limit: Clearance, trajectory: Trajectory) -> ClearanceProof | None:
+    """Bound the clearance of a motion for all t; None when no body can reach any obstacle."""
+    robot = limit.robot
+    pairs = [pair for pair in limit.pairs if robot.reach(pair.body.end)[1] >= pair.obstacle.distance_to(robot.base)]
     if not pairs:
         return None
-    motion = _Motion(arm, pairs, trajectory)
+    motion = _MovingPairs(robot, pairs, trajectory)
     edges = trajectory.times(FIRST_CELLS)
     cells = np.column_stack([edges[:-1], edges[1:]])
     met: list[tuple[float, float, str]] = []
-    looked_at = 0
+    cell_count = 0
     while True:
         clearance, fall = motion.around_middles(cells)
         cell, column = np.unravel_index(np.argmin(clearance), clearance.shape)
         met.append((float(clearance[cell, column]), float(cells[cell].mean()), str(pairs[column])))
-        smallest, looked_at = min(met), looked_at + len(cells)
-        wanted = smallest[0] * (1.0 - PROOF_GAP)
-        cells = _halves(cells[(clearance - fall).min(axis=1) < wanted])
+        smallest, cell_count = min(met), cell_count + len(cells)
+        proven = smallest[0] * (1.0 - PROOF_GAP)
+        cells = _halves(cells[(clearance - fall).min(axis=1) < proven])
         if not len(cells) and smallest[0] >= 0.0:
-            return ClearanceProof(wanted, *smallest)
-        if smallest[0] < 0.0 or looked_at + len(cells) > MOST_CELLS:
+            return ClearanceProof(proven, *smallest)
+        if smallest[0] < 0.0 or cell_count + len(cells) > MOST_CELLS:
             return ClearanceProof(-np.inf, *smallest)
 
 
 @dataclass(frozen=True)
-class _Motion:
-    """A trajectory seen by the links and obstacles that may meet."""
+class _MovingPairs:
+    """A trajectory seen by the bodies and obstacles that may meet."""
 
-    arm: PlanarArm
-    pairs: list[Pair]
+    robot: Robot
+    pairs: list[CollisionPair]
     trajectory: Trajectory
 
     @cached_property
-    def orientations(self) -> Trajectory:
-        """Link orientations psi over time."""
-        return Trajectory(self.trajectory.breakpoints, np.cumsum(self.trajectory.coefficients, axis=2))
+    def turning(self) -> Trajectory:
+        """What turns the bodies over time: for a planar arm the orientations of its links."""
+        coefficients = np.einsum("mj,ipj->ipm", self.robot.turns, self.trajectory.coefficients)
+        return Trajectory(self.trajectory.breakpoints, coefficients)
 
     @cached_property
     def sharpest(self) -> FloatArray:
-        """Largest |d2psi_j| over all t, (k,), rad/s^2."""
-        times = self.orientations.extreme_times(2)
-        return np.asarray(np.abs(as_array(self.orientations.samples(times).acceleration)).max(axis=0))
+        """Its largest second derivatives over all t, (m,), rad/s^2."""
+        return np.asarray(np.abs(self.turning.at(self.turning.extreme_times(2), 2)).max(axis=0))
 
     def around_middles(self, cells: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Clearance of each pair in the middle of cells (n, 2), and how far it can fall in the cell: (n, pairs), m."""
         middles, h = cells.mean(axis=1), np.diff(cells, axis=1)
-        x, y = self.arm.joint_positions(self.trajectory.samples(middles).theta)
-        turning = np.abs(as_array(self.orientations.samples(middles).speed))
-        moves = np.cumsum(self.arm.link_lengths * (turning * h / 2.0 + self.sharpest * h**2 / 8.0), axis=1)
-        links = [pair.link - 1 for pair in self.pairs]
-        return as_array(link_clearances(self.pairs, x, y)), moves[:, links]
+        positions = self.robot.positions(ca.DM(self.trajectory.at(middles)))
+        speeds = np.abs(self.turning.at(middles, 1))
+        moves = (speeds * h / 2.0 + self.sharpest * h**2 / 8.0) @ self.robot.levers.T
+        bodies = [self.robot.bodies.index(pair.body) for pair in self.pairs]
+        return np.column_stack([as_array(pair.clearance(positions)) for pair in self.pairs]), moves[:, bodies]
 
 
 def _halves(cells: FloatArray) -> FloatArray:

@@ -85,7 +85,7 @@ def structure_of(
     rows = ca.densify(ca.vec(constraint.expression))
     jacobian = jacobian_pattern(constraint, x)
     function = ca.Function("rows", [x], [rows], {"cse": True})
-    low, high = (np.repeat(bound, constraint.expression.shape[0]) for bound in (constraint.lower, constraint.upper))
+    low, high = (np.repeat(bound, constraint.rows) for bound in constraint.bounds)
     least, most = bounds(function, lower, upper)
     kinks = kinks_of(function)
     return Structure(
@@ -143,7 +143,7 @@ def duplicates_of(
 
 def freedom(constraints: Sequence[Constraint], x: ca.SX) -> int:
     """Degrees of freedom that the equalities leave: variables less the structural rank of their Jacobian."""
-    equalities = [ca.densify(ca.vec(c.expression)) for c in constraints if np.array_equal(c.lower, c.upper)]
+    equalities = [ca.densify(ca.vec(c.expression)) for c in constraints if np.array_equal(*c.bounds)]
     if not equalities:
         return int(x.shape[0])
     return int(x.shape[0] - ca.sprank(ca.jacobian(ca.vertcat(*equalities), x)))

@@ -1,63 +1,60 @@
-"""Judging a finished trajectory for all t: polynomials at their exact extremes, clearance by a proven bound."""
+"""Judging a finished trajectory for all t, limit by limit.
+
+How a limit is proven depends on its kind; a kind without a proof of its own is proven by interval arithmetic.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import replace
+from functools import singledispatch
 
-import casadi as ca
-import numpy as np
-
-from problems.base.matrix import Matrix
+from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import prove_clearance
-from problems.limits.constraint import TOLERANCE, CertificateStatus, Constraint, Verdict, verdict
-from problems.limits.motion_limits import acceleration_limit, joint_range, speed_limit
+from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
+from problems.limits.clearance import Clearance
+from problems.limits.limit import Limit
 from problems.motions.trajectory import Trajectory
-from problems.robots.planar import PlanarArm
-from problems.scene.ellipse import Ellipse
 
 
-def limit_verdicts(arm: PlanarArm, obstacles: Sequence[Ellipse], trajectory: Trajectory) -> list[Verdict]:
-    """Speed, acceleration, joint range and clearance, for all t.
+def limit_verdicts(limits: Iterable[Limit], trajectory: Trajectory) -> list[Verdict]:
+    """How a motion stands to each of its limits, for all t."""
+    return [judged for limit in limits for judged in _judged(limit, trajectory)]
 
-    The worst values of the first three are found at the roots of derivatives; that they hold is proven without
-    these, by Bernstein coefficients. Of the clearance a lower bound is proven.
+
+def _judged(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
+    return polynomial_verdicts(limit, limit.order, trajectory) if limit.order is not None else prove(limit, trajectory)
+
+
+def polynomial_verdicts(limit: Limit, order: int, trajectory: Trajectory) -> list[Verdict]:
+    """Of a limit on a derivative of the joint angles.
+
+    The worst values are found at the roots of derivatives; that they hold is proven without these, by Bernstein
+    coefficients.
     """
-    exact = [(speed_limit, 1), (acceleration_limit, 2)]
-    if arm.joint_limits is not None:
-        exact.append((joint_range, 0))
+    times = trajectory.extreme_times(order)
     verdicts = []
-    for limit, derivative in exact:
-        times = trajectory.extreme_times(derivative)
-        constraint = limit(arm, trajectory.samples(times))
+    for constraint in limit.at(trajectory.samples(times)):
         judged = verdict(constraint, times)
-        slack = TOLERANCE * constraint.scale
-        proven = trajectory.stays_within(derivative, constraint.lower - slack, constraint.upper + slack)
-        if judged.satisfied and not proven:
+        (lower, upper), slack = constraint.bounds, TOLERANCE * constraint.scales
+        if judged.satisfied and not trajectory.stays_within(order, lower - slack, upper + slack):
             judged = replace(judged, status=CertificateStatus.UNDECIDED)
         verdicts.append(judged)
-    proof = prove_clearance(arm, obstacles, trajectory)
-    if proof is not None:
-        where = f"{proof.where}, t = {proof.time:.4g} s"
-        worst = proof.proven if proof.status is CertificateStatus.CERTIFIED else proof.smallest
-        verdicts.append(Verdict("clearance", worst, 0.0, "m", proof.status, where))
     return verdicts
 
 
-def end_verdicts(
-    arm: PlanarArm, trajectory: Trajectory, start: tuple[float, float], goal: tuple[float, float]
-) -> list[Verdict]:
-    """Whether the tip starts at ``start`` and ends at ``goal`` (m)."""
-    ends = trajectory.breakpoints[[0, -1]]
-    tip = arm.tip(trajectory.samples(ends).theta)
-    return [
-        verdict(endpoint(name, ca.norm_2(tip[i, :] - ca.DM(list(point)).T)), ends[i : i + 1])
-        for i, (name, point) in enumerate((("start", start), ("goal", goal)))
-    ]
+@singledispatch
+def prove(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
+    """Of any other limit; register a proof for a kind of limit that has a sharper one than interval arithmetic."""
+    return prove_by_cells(limit, trajectory)
 
 
-def endpoint(name: str, miss: Matrix) -> Constraint:
-    """The tip is where the task wants it: a distance in m, up to rounding."""
-    bound = np.array([1e-9])
-    formula = f"|tip at the {name} - {name}| <= 1e-9 m"
-    return Constraint(name, "-", "m", miss, -bound, bound, ("tip",), bound, for_all_t=False, formula=formula)
+@prove.register
+def _(limit: Clearance, trajectory: Trajectory) -> list[Verdict]:
+    """Of the clearance, of which a lower bound is proven."""
+    proof = prove_clearance(limit, trajectory)
+    if proof is None:
+        return []
+    worst = proof.proven if proof.status is CertificateStatus.CERTIFIED else proof.smallest
+    where = f"{proof.where}, t = {proof.time:.4g} s"
+    return [Verdict(name=limit.name, worst=worst, bound=0.0, unit="m", status=proof.status, where=where)]

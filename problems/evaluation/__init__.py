@@ -1,9 +1,12 @@
-"""What a population costs: one expression, evaluated for thousands of candidates by whatever the machine offers.
+"""Batch evaluation: the costs of thousands of candidates, by whatever the machine offers.
 
-The expression becomes a tape (``tape``) of operations that every processor rounds alike (``elementary``). CasADi's
-virtual machine runs it anywhere (``virtual_machine``); where there is a C++ compiler it is written out (``emission``),
-compiled (``compiler``), kept (``cache``) and loaded (``native``). All give the same bits, so that ``population`` may
-change from one to the other in the middle of a search.
+A cost is a :class:`Program`: small functions (``step``), of which some run once for each sample of a motion
+(``program``). Each becomes a tape of operations (``tape``) that every processor rounds alike (``portable_math``),
+without those that depend on the scene alone (``kernel``). CasADi's virtual machine runs it anywhere
+(``virtual_machine``, built by ``assembly`` and ``columns``); where there is a C++ compiler it is written as loops
+(``statements``, ``codegen``), compiled (``compiler``, ``background``), kept (``cache``) and loaded (``native``).
+The numbers of a scene are arguments of compiled code: another scene of the same make compiles nothing. All backends
+give the same bits, so that ``population`` may change from one to the other during a search.
 """
 
 from problems.evaluation.population import (
@@ -13,5 +16,17 @@ from problems.evaluation.population import (
     PopulationFunction,
     processors,
 )
+from problems.evaluation.program import Program
+from problems.evaluation.step import InvalidProgram, Loop, Step
 
-__all__ = ["BACKENDS", "EvaluationOptions", "InvalidEvaluation", "PopulationFunction", "processors"]
+__all__ = [
+    "BACKENDS",
+    "EvaluationOptions",
+    "InvalidEvaluation",
+    "InvalidProgram",
+    "Loop",
+    "PopulationFunction",
+    "Program",
+    "Step",
+    "processors",
+]

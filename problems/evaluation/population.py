@@ -1,4 +1,4 @@
-"""Price a whole population, by the fastest means that this machine and this much work allow."""
+"""Evaluate a whole population, by the fastest means that this machine and this much work allow."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, get_args
 from weakref import finalize
 
@@ -15,21 +16,25 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray
-from problems.evaluation import cache
-from problems.evaluation.compiler import NativeUnavailable
-from problems.evaluation.native import BackgroundCompiler, Native, compiled, find_native
+from problems.evaluation.kernel import Kernel, KernelData, data, kernels
+from problems.evaluation.native import cache
+from problems.evaluation.native.background import BackgroundCompiler
+from problems.evaluation.native.codegen import cpp
+from problems.evaluation.native.compiler import NativeUnavailable
+from problems.evaluation.native.native import Evaluate, Native, compile_library, find_library
+from problems.evaluation.program import Program
 from problems.evaluation.virtual_machine import VirtualMachine
 
 Backend = Literal["auto", "vm", "native"]
 BACKENDS: tuple[str, ...] = get_args(Backend)
 VARIABLE = "TPBSO_CASADI_BACKEND"
 COMPILE_AFTER_SECONDS = 2.0  # seconds in the virtual machine after which compiling would have paid: about what it takes
-WORTH_SECONDS = 0.1  # seconds in the virtual machine that the next search of the same function may well be spared
+WORTH_SECONDS = 0.1  # seconds in the virtual machine that the next search of the same program may well be spared
 log = logging.getLogger(__name__)
 
 
 class InvalidEvaluation(ValueError):
-    """A way to price that does not exist; the message names it."""
+    """A way to evaluate that does not exist; the message names it."""
 
 
 def _default() -> str:
@@ -42,7 +47,7 @@ class EvaluationOptions:
 
     Attributes:
         backend: ``vm``, CasADi's virtual machine; ``native``, compiled code, made if it is not in the cache; ``auto``,
-            native from the cache, else the virtual machine, while or after which a process aside fills the cache
+            native from the cache, else the virtual machine, while or after which a background process fills the cache
             should the work turn out to be worth it. Default: ``$TPBSO_CASADI_BACKEND`` or ``auto``.
         threads: that compiled code may use for large populations.
 
@@ -55,41 +60,43 @@ class EvaluationOptions:
 
     def __post_init__(self) -> None:
         if self.backend not in BACKENDS:
-            raise InvalidEvaluation(f"pricing backend {self.backend!r} is none of {', '.join(BACKENDS)}")
+            raise InvalidEvaluation(f"evaluation backend {self.backend!r} is none of {', '.join(BACKENDS)}")
         if self.threads < 1:
-            raise InvalidEvaluation(f"{self.threads} threads cannot price anything")
+            raise InvalidEvaluation(f"{self.threads} threads cannot evaluate anything")
 
 
 class PopulationFunction:
-    """A scalar CasADi function of one vector, evaluated for every row of an array.
+    """A program, evaluated for every row of an array.
 
     Args:
-        function: SX function of one input (d,) and one scalar output.
-        pricing: how to evaluate it.
+        program: steps from a candidate to its cost; or an SX function of one input (d,) and one scalar output.
+        options: how to evaluate it.
+
+    Raises:
+        UnsupportedOperation: a function is not written out in scalars (SX).
     """
 
-    def __init__(self, function: ca.Function, pricing: EvaluationOptions | None = None) -> None:
-        self.function = function
-        self.pricing = EvaluationOptions() if pricing is None else pricing
-        self._dimension = function.size1_in(0)
+    def __init__(self, program: Program | ca.Function, options: EvaluationOptions | None = None) -> None:
+        self.program = program if isinstance(program, Program) else Program.of(program)
+        self.options = EvaluationOptions() if options is None else options
         self._evaluate: Callable[[FloatArray, FloatArray], None] | None = None
         self._seconds = 0.0
-        self._may_compile = self.pricing.backend == "auto"
-        self._afterwards: finalize[[ca.Function], PopulationFunction] | None = None
-        self._aside: BackgroundCompiler | None = None
+        self._may_compile = self.options.backend == "auto"
+        self._afterwards: finalize[[str], PopulationFunction] | None = None
+        self._background: BackgroundCompiler | None = None
 
-    def __reduce__(self) -> tuple[type[PopulationFunction], tuple[ca.Function, EvaluationOptions]]:
-        return PopulationFunction, (self.function, self.pricing)
+    def __reduce__(self) -> tuple[type[PopulationFunction], tuple[Program, EvaluationOptions]]:
+        return PopulationFunction, (self.program, self.options)
 
     def __call__(self, candidates: FloatArray) -> FloatArray:
         """Costs (m,) of candidates (m, d), m of any size, zero included.
 
         Raises:
             ValueError: the candidates are not (m, d).
-            UnsupportedOperation: the function holds an operation that :mod:`problems.evaluation.tape` does not know.
+            UnsupportedOperation: a step holds an operation that :mod:`problems.evaluation.tape` does not know.
         """
-        if candidates.ndim != 2 or candidates.shape[1] != self._dimension:
-            raise ValueError(f"candidates of shape {candidates.shape} where (m, {self._dimension}) is needed")
+        if candidates.ndim != 2 or candidates.shape[1] != self.program.dimension:
+            raise ValueError(f"candidates of shape {candidates.shape} where (m, {self.program.dimension}) is needed")
         points = np.ascontiguousarray(candidates, dtype=np.float64)
         if not points.flags.writeable:  # nothing is written, but its memory could not be borrowed
             points = points.copy()
@@ -105,46 +112,65 @@ class PopulationFunction:
 
     @property
     def backend(self) -> str:
-        """What prices now: ``vm`` or ``native``."""
+        """What evaluates now: ``vm`` or ``native``."""
         return "native" if isinstance(self._evaluate, Native) else "vm"
+
+    @cached_property
+    def _kernels(self) -> tuple[Kernel, ...]:
+        return kernels(self.program)
+
+    @cached_property
+    def _data(self) -> tuple[KernelData, ...]:
+        return data(self.program, self._kernels)
+
+    @cached_property
+    def _source(self) -> str:
+        return cpp(self._kernels, self.program.sizes)
+
+    def _virtual_machine(self) -> VirtualMachine:
+        return VirtualMachine(self._kernels, self._data, self.program.dimension)
+
+    def _native(self, library: Evaluate) -> Native:
+        return Native(library, self._data, self.options.threads)
 
     def _first(self) -> Callable[[FloatArray, FloatArray], None]:
         """What to begin with."""
-        if self.pricing.backend == "vm":
-            return VirtualMachine(self.function)
+        if self.options.backend == "vm":
+            return self._virtual_machine()
         try:
-            native = find_native(self.function, self.pricing.threads)
-            if native is None and self.pricing.backend == "native":
-                native = compiled(self.function, self.pricing.threads)
+            library = find_library(self._source)
+            if library is None and self.options.backend == "native":
+                library = compile_library(self._source)
         except NativeUnavailable as reason:
-            level = logging.WARNING if self.pricing.backend == "native" else logging.INFO
-            log.log(level, "priced by CasADi's virtual machine, not natively: %s", reason)
-            native, self._may_compile = None, False
-        if native is None:
-            return VirtualMachine(self.function)
+            level = logging.WARNING if self.options.backend == "native" else logging.INFO
+            log.log(level, "evaluated by CasADi's virtual machine, not natively: %s", reason)
+            library, self._may_compile = None, False
+        if library is None:
+            return self._virtual_machine()
         self._may_compile = False
-        return native
+        return self._native(library)
 
     def _consider_compiling(self) -> None:
-        """Compile aside: at once in a long search, to change over when that is done; else after it, for the next."""
+        """Compile in the background: at once in a long search, to change over then; else after it, for the next."""
         if self._afterwards is None:
-            self._afterwards = finalize(self, compile_in_background, self.function)
-        if self._aside is not None and self._aside.finished():
+            self._afterwards = finalize(self, compile_in_background, self._source)
+        if self._background is not None and self._background.finished():
             self._may_compile = False
             with suppress(NativeUnavailable):
-                self._evaluate = find_native(self.function, self.pricing.threads) or self._evaluate
-        elif self._aside is None and self._seconds > COMPILE_AFTER_SECONDS:
+                library = find_library(self._source)
+                self._evaluate = self._evaluate if library is None else self._native(library)
+        elif self._background is None and self._seconds > COMPILE_AFTER_SECONDS:
             self._afterwards.detach()
-            self._aside = compile_in_background(self.function)
-            self._may_compile = self._aside is not None
+            self._background = compile_in_background(self._source)
+            self._may_compile = self._background is not None
 
 
-def compile_in_background(function: ca.Function) -> BackgroundCompiler | None:
+def compile_in_background(source: str) -> BackgroundCompiler | None:
     """Start to compile, where there is a processor to spare and a place to keep the result."""
     if processors() < 2 or not cache.writable():
         return None
     with suppress(OSError):
-        return BackgroundCompiler(function)
+        return BackgroundCompiler(source)
     return None
 
 

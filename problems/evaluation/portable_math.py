@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 import casadi as ca
 
-from problems.evaluation.tape import Symbolic, interpret
+from problems.evaluation.tape import Symbolic, rebuilt
 
 Scalar: TypeAlias = Any  # ca.SX | float; CasADi's operators do not type over the union
 
@@ -39,14 +39,12 @@ def portable(function: ca.Function) -> ca.Function:
     """The same function with its angles written out.
 
     Args:
-        function: SX function of one vector (d,) and one scalar result.
+        function: SX function of dense columns.
 
     Raises:
         UnsupportedOperation: it holds an operation that :mod:`problems.evaluation.tape` does not know.
     """
-    x = ca.SX.sym("x", function.size1_in(0))
-    result = interpret(function, ca.vertsplit(x), Portable())
-    return ca.Function(function.name(), [x], [result], ["x"], ["cost"])
+    return rebuilt(function, Portable())
 
 
 class Portable(Symbolic):

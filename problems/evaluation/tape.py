@@ -1,8 +1,8 @@
 """Read a compiled expression instruction by instruction, in any arithmetic.
 
 CasADi compiles an SX function into a tape: a list of scalar operations on numbered registers. :func:`interpret` runs
-that tape over whatever a :class:`Reading` computes with: symbols (to rewrite the expression), matrices (to evaluate
-many candidates at once) or text (to generate code). One tape, so that all of them compute the same.
+that tape over whatever an :class:`Interpreter` computes with: symbols (to rewrite the expression), matrices (to
+evaluate many candidates at once) or text (to generate code). One tape, so that all of them compute the same.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import casadi as ca
 from problems.base.matrix import Matrix
 
 V = TypeVar("V")
+SAME_NAMES = {"allow_duplicate_io_names": True}  # CasADi's option for functions with an output that replaces an input
 
 UNARY = {
     "neg": ca.OP_NEG,
@@ -70,7 +71,7 @@ _BINARY_NAME = {code: name for name, code in BINARY.items()} | {ca.OP_CONSTPOW: 
 
 
 class UnsupportedOperation(Exception):
-    """A function holds an operation that this package has no reading for."""
+    """A function holds an operation that this package does not know."""
 
 
 class Interpreter(Protocol[V]):
@@ -86,13 +87,16 @@ class Interpreter(Protocol[V]):
         """The operation ``BINARY[name]``."""
 
 
-def interpret(function: ca.Function, arguments: Sequence[V], reading: Interpreter[V]) -> V:
-    """The value of a function of one vector and one scalar result.
+def interpret(function: ca.Function, arguments: Sequence[Sequence[V]], interpreter: Interpreter[V]) -> list[list[V]]:
+    """The values of a function's outputs.
 
     Args:
-        function: SX function, input (d,), output scalar.
-        arguments: the d entries of its input.
-        reading: how to compute with them.
+        function: SX function of dense columns.
+        arguments: the entries of each input.
+        interpreter: how to compute with them.
+
+    Returns:
+        The entries of each output, structural zeros included.
 
     Raises:
         UnsupportedOperation: an operation is in neither table, or the function is no SX function.
@@ -100,28 +104,52 @@ def interpret(function: ca.Function, arguments: Sequence[V], reading: Interprete
     if not function.is_a("SXFunction"):
         raise UnsupportedOperation(f"{function.name()} is not written out in scalars")
     registers: dict[int, V] = {}
-    result = reading.constant(0.0)  # a structural zero has no instruction
+    zero = interpreter.constant(0.0)  # a structural zero has no instruction
+    results = [[zero] * function.size1_out(i) for i in range(function.n_out())]
+    entries = [function.sparsity_out(i).row() for i in range(function.n_out())]
     for k in range(function.n_instructions()):
-        code, inputs = function.instruction_id(k), function.instruction_input(k)
+        code, inputs, outputs = (
+            function.instruction_id(k),
+            function.instruction_input(k),
+            function.instruction_output(k),
+        )
         if code == ca.OP_OUTPUT:
-            result = registers[inputs[0]]
+            results[outputs[0]][entries[outputs[0]][outputs[1]]] = registers[inputs[0]]
             continue
         if code in _BINARY_NAME:
-            value = reading.binary(_BINARY_NAME[code], registers[inputs[0]], registers[inputs[1]])
+            value = interpreter.binary(_BINARY_NAME[code], registers[inputs[0]], registers[inputs[1]])
         elif code in _UNARY_NAME:
-            value = reading.unary(_UNARY_NAME[code], registers[inputs[0]])
+            value = interpreter.unary(_UNARY_NAME[code], registers[inputs[0]])
         elif code == ca.OP_CONST:
-            value = reading.constant(function.instruction_constant(k))
+            value = interpreter.constant(function.instruction_constant(k))
         elif code == ca.OP_INPUT:
-            value = arguments[inputs[1]]
+            value = arguments[inputs[0]][inputs[1]]
         else:
-            raise UnsupportedOperation(f"{function.name()} holds operation {code} of CasADi, which has no reading")
-        registers[function.instruction_output(k)[0]] = value
-    return result
+            raise UnsupportedOperation(f"{function.name()} holds operation {code} of CasADi, which is in no table")
+        registers[outputs[0]] = value
+    return results
+
+
+def rebuilt(function: ca.Function, interpreter: Interpreter[ca.SX]) -> ca.Function:
+    """The SX function that an interpreter of symbols makes of another one, with the same names and dense outputs."""
+    arguments = [ca.SX.sym(function.name_in(i), function.size1_in(i)) for i in range(function.n_in())]
+    results = interpret(function, [entries(argument) for argument in arguments], interpreter)
+    columns = [column(result) for result in results]
+    return ca.Function(function.name(), arguments, columns, function.name_in(), function.name_out(), SAME_NAMES)
+
+
+def entries(vector: Matrix) -> list[Matrix]:
+    """The entries of a column."""
+    return list(ca.vertsplit(vector)) if vector.numel() else []
+
+
+def column(values: Sequence[Matrix]) -> Matrix:
+    """A dense column of scalars (SX), which may be none."""
+    return ca.densify(ca.vertcat(*values)) if values else ca.SX(0, 1)
 
 
 class Symbolic:
-    """Reading in CasADi's own symbols, SX or MX.
+    """Interpreter in CasADi's own symbols, SX or MX.
 
     Args:
         kind: ``ca.SX`` or ``ca.MX``.

@@ -1,4 +1,4 @@
-"""Price candidates with CasADi's virtual machine: no compiler needed.
+"""Evaluate candidates with CasADi's virtual machine: no compiler needed.
 
 An SX function interprets one scalar operation after the other, about a nanosecond each. The same tape over MX
 columns spends that nanosecond on a whole column: one operation for all candidates of a batch. The first is built in
@@ -7,76 +7,80 @@ no time and best for few candidates; the second is for searches.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
 
-from problems.base.matrix import FloatArray, Matrix
-from problems.evaluation.portable_math import portable
-from problems.evaluation.tape import Symbolic, interpret
+from problems.base.matrix import FloatArray
+from problems.evaluation.kernel import Kernel, KernelData
+from problems.evaluation.native.assembly import batch_of_calls, batch_of_unrolled, numbers_of, operations, unrolled
 
 BATCH = 64  # candidates a batch at the most: the columns of a large model still fit the processor's cache
 FEW = 16  # so many cost as much one by one as a whole batch, of which most would be padding
 WARM = 2000  # candidates after which building the batch has paid
-
-Buffer = tuple[ca.FunctionBuffer, Callable[[], None]]
+UNROLLED_OPERATIONS = 50_000  # of a candidate: above, functions are called for each row and not written out for it
 
 
 class VirtualMachine:
-    """A scalar CasADi function of one vector, interpreted for every row of an array.
+    """A program, interpreted for every row of an array.
 
     Args:
-        function: SX function of one input (d,) and one scalar output.
-
-    Raises:
-        UnsupportedOperation: it holds an operation that :mod:`problems.evaluation.tape` does not know.
+        kernels: of its steps.
+        data: what they work on.
+        dimension: entries d of a candidate.
     """
 
-    def __init__(self, function: ca.Function) -> None:
-        self._function = portable(function)
-        self._single: Buffer = self._function.buffer()
+    def __init__(self, kernels: Sequence[Kernel], data: Sequence[KernelData], dimension: int) -> None:
+        self._numbers = numbers_of(data)
+        self._program = kernels, data, dimension
+        self._unrolled = unrolled(*self._program) if operations(kernels, data) <= UNROLLED_OPERATIONS else None
+        self._single = self._batch_of(1)
         self._batch: Batch | None = None
-        self._evaluators = 0
+        self._evaluations = 0
 
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:
         """Write the costs (m,) of contiguous points (m, d)."""
-        self._evaluators += len(points)
-        if self._batch is None and len(points) > FEW and self._evaluators > WARM:
-            self._batch = Batch(self._function, min(len(points), BATCH))
+        self._evaluations += len(points)
+        if self._batch is None and len(points) > FEW and self._evaluations > WARM:
+            self._batch = self._batch_of(min(len(points), BATCH))
         width = self._batch.width if self._batch is not None else BATCH
         for start in range(0, len(points), width):
             part, into = points[start : start + width], costs[start : start + width]
             if self._batch is not None and len(part) > FEW:
                 self._batch(part, into)
             else:
-                self._price_singly(part, into)
+                for k in range(len(part)):
+                    self._single(part[k : k + 1], into[k : k + 1])
 
-    def _price_singly(self, points: FloatArray, costs: FloatArray) -> None:
-        buffer, evaluate = self._single
-        for k, point in enumerate(points):
-            buffer.set_arg(0, point.data)  # type: ignore[call-arg]
-            buffer.set_res(0, costs[k : k + 1].data)  # type: ignore[call-arg]
-            evaluate()
+    def _batch_of(self, width: int) -> Batch:
+        constants = np.empty(0)
+        if self._unrolled is None:
+            function, constants = batch_of_calls(*self._program, width)
+        elif width == 1:
+            function = self._unrolled
+        else:
+            function, constants = batch_of_unrolled(self._unrolled, width)
+        return Batch(function, np.append(self._numbers, constants), self._program[2], width)
 
 
 class Batch:
     """Up to ``width`` candidates at once.
 
     Args:
-        function: SX function of one input (d,) and one scalar output.
+        function: of their coordinates, (width * d,), one coordinate after the other, and of the numbers.
+        numbers: of the scene.
+        dimension: entries d of a candidate.
         width: how many; fewer cost as much.
     """
 
-    def __init__(self, function: ca.Function, width: int) -> None:
+    def __init__(self, function: ca.Function, numbers: FloatArray, dimension: int, width: int) -> None:
         self.width = width
-        dimension = function.size1_in(0)
-        points: Matrix = ca.MX.sym("points", width, dimension)
-        costs = interpret(function, ca.horzsplit(points), Symbolic(ca.MX))
-        column = ca.repmat(costs, width // costs.numel())  # a constant cost is one number
-        self._buffer, self._evaluate = ca.Function("batch", [points], [column]).buffer()
+        self._buffer, self._evaluate = function.buffer()
         self._columns, self._results = np.ones((dimension, width)), np.empty(width)
+        self._numbers = numbers
         self._buffer.set_arg(0, self._columns.data)  # type: ignore[call-arg]
+        self._buffer.set_arg(1, self._numbers.data)  # type: ignore[call-arg]
         self._buffer.set_res(0, self._results.data)  # type: ignore[call-arg]
 
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
@@ -68,23 +69,22 @@ class RestSpline:
         rows = self.basis.derivative(derivative)(u) if derivative else self.basis(u)
         return constant(np.where(np.abs(rows) < NEGLIGIBLE * np.abs(rows).max(), 0.0, rows))
 
+    def local_basis(self, u: FloatArray, derivative: int = 0) -> tuple[FloatArray, NDArray[np.intp]]:
+        """The four basis functions that can differ from zero at times (n,): values (n, 4), and which is the first."""
+        rows = np.asarray(self.sampling_matrix(u, derivative))
+        piece = np.clip(np.searchsorted(self.nodes, u, side="right") - 1, 0, self.nodes.size - 2)
+        return np.take_along_axis(rows, piece[:, None] + np.arange(DEGREE + 1), axis=1), piece.astype(np.intp)
+
     def operator(self, u: FloatArray, derivative: int = 0) -> FloatArray:
         """The dense matrix (n, M) straight from knot angles to samples; for bounds and tests."""
         return np.asarray(ca.mtimes(self.sampling_matrix(u, derivative), self.coefficients(ca.DM.eye(self.knots.size))))
 
     def extreme_speeds(self, coefficients: Matrix) -> Matrix:
-        """All values among which the extremes of the speed over all u are, exactly: (2 nodes - 1, k), rad per u.
-
-        The acceleration is linear between nodes; where it changes sign the speed turns, at
-        v_i + h m_i^2 / (2 (m_i - m_{i+1})).
-        """
+        """All values among which the extremes of the speed over all u are, exactly: (2 nodes - 1, k), rad per u."""
         speed = ca.mtimes(self.sampling_matrix(self.nodes, 1), coefficients)
         m = self.accelerations(coefficients)
-        before, after = m[:-1, :], m[1:, :]
         half_steps = ca.repmat(ca.DM(np.diff(self.nodes) / 2.0), 1, coefficients.shape[1])
-        turning = speed[:-1, :] + half_steps * before * before / (before - after)
-        inside = ca.if_else(before * after < 0.0, turning, speed[:-1, :])
-        return ca.vertcat(speed, inside)
+        return ca.vertcat(speed, turning_speed(speed[:-1, :], m[:-1, :], m[1:, :], half_steps))
 
     def accelerations(self, coefficients: Matrix) -> Matrix:
         """Second derivatives m at the nodes, (nodes, k), rad per u^2: the extremes over all u are among them."""
@@ -100,6 +100,22 @@ class RestSpline:
         h = np.diff(self.nodes)[:, None]
         cubic = (m[1:] - m[:-1]) * h**2 / 6.0
         return list(np.stack([angle[:-1], speed[:-1] * h, m[:-1] * h**2 / 2.0, cubic], axis=1))
+
+
+def turning_speed(speed: Matrix, before: Matrix, after: Matrix, half_step: Matrix) -> Matrix:
+    """The speed where it turns between two nodes; that at the first node where it does not.
+
+    The acceleration is linear between nodes; where it changes sign the speed turns, at
+    v_i + h m_i^2 / (2 (m_i - m_{i+1})).
+
+    Args:
+        speed: at the first node, any shape.
+        before: acceleration m_i there.
+        after: acceleration m_{i+1} at the second node.
+        half_step: h / 2.
+    """
+    turning = speed + half_step * before * before / (before - after)
+    return ca.if_else(before * after < 0.0, turning, speed)
 
 
 def _substitute(triangle: FloatArray, known: list[Matrix], order: range) -> list[Matrix]:

@@ -3,26 +3,89 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from problems.base.matrix import Matrix
+from problems.robots.robot import Robot
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Samples:
-    """Joint motion at n times; symbolic in a model, numeric when a trajectory is verified.
+    """The motion of a robot at n times; symbolic in a model, numeric when a trajectory is verified.
+
+    One row or many: an evaluated candidate is written with one row at a time, a nonlinear program with all of them.
 
     Attributes:
-        theta: joint angles, (n, k), rad.
-        speed: dtheta/dt, (n, k), rad/s.
-        acceleration: d2theta/dt2, (n, k), rad/s^2.
+        robot: that moves; None where only joints are looked at.
+        derivatives: joint angles and their derivatives with respect to time, each (n, dof); rad, rad/s, rad/s^2, ...
         duration: of the whole motion, scalar, s.
+        times: of the rows, (n, 1), s.
+        weights: of a quadrature rule over time, (n, 1), s: an integral is the sum of weights times values.
+        known_positions: those of the robot's frames where they are known already; computed where None.
     """
 
-    theta: Matrix
-    speed: Matrix
-    acceleration: Matrix
+    robot: Robot | None
+    derivatives: tuple[Matrix, ...]
     duration: Matrix
+    times: Matrix = None
+    weights: Matrix = None
+    known_positions: tuple[Matrix, ...] | None = None
 
-    def time_scaled(self, factor: Matrix) -> Samples:
-        """The same shape run ``factor`` times slower."""
-        return Samples(self.theta, self.speed / factor, self.acceleration / factor**2, self.duration * factor)
+    @property
+    def theta(self) -> Matrix:
+        """Joint angles, (n, dof), rad."""
+        return self.derivatives[0]
+
+    @property
+    def speed(self) -> Matrix:
+        """Joint speeds, (n, dof), rad/s."""
+        return self.derivatives[1]
+
+    @property
+    def acceleration(self) -> Matrix:
+        """Joint accelerations, (n, dof), rad/s^2."""
+        return self.derivatives[2]
+
+    @property
+    def moving(self) -> Robot:
+        """The robot.
+
+        Raises:
+            ValueError: these samples have none.
+        """
+        if self.robot is None:
+            raise ValueError("these samples are of joints alone, without a robot")
+        return self.robot
+
+    @cached_property
+    def positions(self) -> tuple[Matrix, ...]:
+        """Where the robot's frames are, base first and tool last, each (n, dim), m."""
+        if self.known_positions is not None:
+            return self.known_positions
+        return self.moving.positions(self.theta)
+
+    @property
+    def tool(self) -> Matrix:
+        """Where the tool is, (n, dim), m."""
+        return self.positions[-1]
+
+    @property
+    def count(self) -> int:
+        """How many samples, n."""
+        return int(self.theta.shape[0])
+
+    def rows(self, chosen: slice) -> Samples:
+        """Some of the samples."""
+        return Samples(
+            robot=self.robot,
+            derivatives=tuple(matrix[chosen, :] for matrix in self.derivatives),
+            duration=self.duration,
+            times=None if self.times is None else self.times[chosen, :],
+            weights=None if self.weights is None else self.weights[chosen, :],
+            known_positions=None if self.robot is None else tuple(matrix[chosen, :] for matrix in self.positions),
+        )
+
+    @cached_property
+    def steps(self) -> tuple[Samples, Samples]:
+        """The samples before and after each step: all but the last, all but the first."""
+        return self.rows(slice(None, -1)), self.rows(slice(1, None))

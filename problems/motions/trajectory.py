@@ -10,12 +10,12 @@ import numpy as np
 from scipy.interpolate import PPoly
 
 from problems.base.matrix import FloatArray
-from problems.limits import motion_limits as limits
 from problems.motions.bernstein import bernstein, within
 from problems.motions.samples import Samples
-from problems.robots.planar import PlanarArm
+from problems.robots.robot import Robot
 
-ROUNDING = 1e-12  # relative: keeps a time_scaled motion under its limits in floating point
+SAMPLED_ORDERS = 4  # angles, speeds, accelerations, jerks
+SMOOTH_ORDERS = 3  # of which all but the jerks have to be continuous
 
 
 @dataclass(frozen=True)
@@ -52,14 +52,29 @@ class Trajectory:
         return float(self.breakpoints[-1])
 
     @cached_property
-    def _derivatives(self) -> tuple[PPoly, PPoly, PPoly, PPoly]:
+    def _derivatives(self) -> tuple[PPoly, ...]:
         theta = PPoly(self.coefficients, self.breakpoints)
-        return theta, theta.derivative(1), theta.derivative(2), theta.derivative(3)
+        return theta, *(theta.derivative(order) for order in range(1, SAMPLED_ORDERS + 1))
 
-    def samples(self, times: FloatArray) -> Samples:
-        """Angles, speeds and accelerations at times (n,) in s, as numeric matrices (n, k)."""
-        theta, speed, acceleration = (np.asarray(p(times)) for p in self._derivatives[:3])
-        return Samples(ca.DM(theta), ca.DM(speed), ca.DM(acceleration), ca.DM(self.duration))
+    def derivative(self, order: int) -> PPoly:
+        """The joint angles (0), or a derivative of them, as a piecewise polynomial."""
+        return self._derivatives[order]
+
+    def at(self, times: FloatArray, derivative: int = 0) -> FloatArray:
+        """Joint angles or a derivative of them, (n, k), at times (n,) in s; rad / s^derivative."""
+        return np.asarray(self._derivatives[derivative](times))
+
+    def samples(self, times: FloatArray, robot: Robot | None = None) -> Samples:
+        """Angles, speeds, accelerations and jerks at times (n,) in s, increasing; numeric matrices (n, k)."""
+        derivatives = tuple(ca.DM(self.at(times, n)) for n in range(SAMPLED_ORDERS))
+        weights = np.convolve(np.pad(np.diff(times), 1), [0.5, 0.5], mode="valid")
+        return Samples(
+            robot=robot,
+            derivatives=derivatives,
+            duration=ca.DM(self.duration),
+            times=ca.DM(np.asarray(times)),
+            weights=ca.DM(weights),
+        )
 
     def times(self, at_least: int) -> FloatArray:
         """At least so many times in s, equally spaced in each piece, every breakpoint among them."""
@@ -70,12 +85,15 @@ class Trajectory:
         return np.append(inner.ravel(), self.duration)
 
     def extreme_times(self, derivative: int) -> FloatArray:
-        """All times in s at which any joint's angle (0), speed (1) or acceleration (2) can be extreme, exactly.
+        """All times in s at which any joint's angle (0), speed (1), acceleration (2) or jerk (3) can be extreme.
 
         These are the breakpoints and the roots of the next derivative; the extremes over all t are at some of them.
+        What jumps at a breakpoint is looked at just before it too.
         """
         curve = self._derivatives[derivative + 1]
         found = [self.breakpoints]
+        if derivative >= SMOOTH_ORDERS:
+            found.append(np.nextafter(self.breakpoints[1:-1], 0.0))
         for joint in range(self.coefficients.shape[2]):
             roots = PPoly(curve.c[:, :, joint], curve.x).roots(discontinuity=False, extrapolate=False)
             found.append(roots[np.isfinite(roots)])
@@ -85,13 +103,14 @@ class Trajectory:
         """Largest jump of angle, speed or acceleration, ends not at rest included, relative to their largest values."""
         worst = 0.0
         h = np.diff(self.breakpoints)
-        for derivative, curve in enumerate(self._derivatives[:3]):
+        for derivative, curve in enumerate(self._derivatives[:SMOOTH_ORDERS]):
             powers = h[:, None] ** np.arange(curve.c.shape[0] - 1, -1, -1)
             starts, ends = np.asarray(curve.c[-1]), np.einsum("ipk,pi->pk", np.asarray(curve.c), powers)
             jumps = np.abs(starts[1:] - ends[:-1])
             if derivative > 0:
                 jumps = np.concatenate([jumps, np.abs(starts[:1]), np.abs(ends[-1:])])
-            scale = max(float(np.abs(starts).max()), float(np.abs(ends).max()), np.finfo(float).tiny)
+            extreme = np.abs(self.at(self.extreme_times(derivative), derivative)).max()
+            scale = max(float(extreme), np.finfo(float).tiny)
             worst = max(worst, float(jumps.max(initial=0.0)) / scale)
         return worst
 
@@ -105,13 +124,3 @@ class Trajectory:
         powers = np.arange(self.coefficients.shape[0] - 1, -1, -1)
         slower = self.coefficients / (factor**powers)[:, None, None]
         return Trajectory(self.breakpoints * factor, slower)
-
-    def minimum_time_scale(self, arm: PlanarArm) -> float:
-        """The smallest time stretch with which the speed and acceleration limits hold for all t."""
-        speed = self.samples(self.extreme_times(1)).speed
-        acceleration = self.samples(self.extreme_times(2)).acceleration
-        return float(limits.minimum_time_scale(arm, speed, acceleration))
-
-    def safe_time_scale(self, arm: PlanarArm) -> float:
-        """:meth:`minimum_time_scale` and a little more, so that rounding breaks no limit."""
-        return self.minimum_time_scale(arm) * (1.0 + ROUNDING)

@@ -13,9 +13,9 @@ import casadi as ca
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from problems.assembly.problem import SAMPLING_MARGIN
 from problems.base.matrix import FloatArray, as_array
 from problems.limits.constraint import Constraint
+from problems.limits.limit import SAMPLING_MARGIN
 from problems.nlp.program import NonlinearProgram
 
 ACTIVE = 1e-3  # of the scaled rows: nearer than that to its bound, a row is active
@@ -134,8 +134,8 @@ def sensitivities(program: NonlinearProgram, multipliers: FloatArray, objective_
 def _slope(constraint: Constraint, column: int, upper: bool) -> float:
     """d(bound of the scaled row) / d(bound in the constraint's unit)."""
     if constraint.transform is None:
-        return 1.0 / float(constraint.scale[column])
-    bound = constraint.upper if upper else constraint.lower
+        return 1.0 / float(constraint.scales[column])
+    bound = constraint.bounds[1 if upper else 0]
     bound = np.where(np.isfinite(bound), bound, 0.0)
     step = 1e-6 * max(1.0, abs(float(bound[column])))
     shifted = bound + step * (np.arange(bound.size) == column)

@@ -14,81 +14,36 @@ way, which no search vector can.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
-from problems.assembly.path_following import PathFollowing
-from problems.base.matrix import FloatArray, Matrix, as_array, constant, total
+from problems.base.matrix import FloatArray, Matrix
+from problems.encodings import KnotsEncoding
+from problems.limits.accuracy import Accuracy
+from problems.limits.clearance import StepLimit
 from problems.limits.constraint import Constraint
-from problems.limits.motion_limits import acceleration_limit, motion_constraints, speed_limit, step_limit
-from problems.motions.rest_spline import RestSpline
+from problems.limits.limit import Limit
+from problems.limits.time_scale import minimum_time_scale, peaks_of, safe_time_scale
+from problems.motions.knot_spline import KnotSpline, SplineShape
+from problems.motions.node_form import NodeForm, knot_operators
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
-from problems.nlp.point_to_point import TIMELESS
-from problems.nlp.program import NonlinearProgram, equality, rotation_rows, smooth_length
-from problems.robots.redundancy import restore
-from problems.tasks.checks import narrow_elbow
+from problems.nlp.point_to_point import AXES
+from problems.nlp.program import WINDOW, NonlinearProgram, equality, slack_constraints
+from problems.nlp.redundancy_rows import redundancy_rows
+from problems.nlp.starts.path_following import PathStarts
+from problems.objectives import Objective
+from problems.robots.robot import Robot
+from problems.tasks.elbow import narrow_elbow
+from problems.tasks.path_following import PathFollowing
 
-SPEED_SAMPLES = 4  # between two nodes; what they miss of a speed, up to 2 %, the time scaling makes up
-INSIDE = 1e-3  # how far interpolated x_phi keep from the ends of [0, 1], where (7) has infinite slope
+SPEED_SAMPLES = 1  # an interval between nodes; what they miss of a speed the time scaling makes up
 JOINS = "speed before = speed after at the nodes, 0 at both ends; in angles and second derivatives"
 ON_PATH = "tip(theta) = P* at every knot"
-
-
-class NodeForm:
-    """A cubic C2 spline written in angles and second derivatives at its nodes.
-
-    Args:
-        spline: whose nodes.
-    """
-
-    def __init__(self, spline: RestSpline) -> None:
-        self.nodes = spline.nodes
-        self.steps = np.diff(spline.nodes)
-        self.unit = float(self.steps.mean()) ** 2  # scales second derivatives to rad
-        self.knots = [int(np.argmin(np.abs(spline.nodes - u))) for u in spline.knots]
-
-    def samples(self, angles: Matrix, bends: Matrix, u: FloatArray) -> tuple[Matrix, Matrix, Matrix]:
-        """Angles, speeds and accelerations (n, k) at u (n,), from angles and scaled second derivatives (nodes, k)."""
-        i = np.clip(np.searchsorted(self.nodes, u, side="right") - 1, 0, self.steps.size - 1)
-        h = self.steps[i]
-        b = (u - self.nodes[i]) / h
-        a = 1.0 - b
-        of_angles = ((a, b), (-1.0 / h, 1.0 / h), (0.0 * a, 0.0 * b))
-        of_bends = (
-            ((a**3 - a) * h**2 / 6.0, (b**3 - b) * h**2 / 6.0),
-            (-(3.0 * a**2 - 1.0) * h / 6.0, (3.0 * b**2 - 1.0) * h / 6.0),
-            (a, b),
-        )
-        first, second, third = (
-            ca.mtimes(self._between(i, *pair), angles) + ca.mtimes(self._between(i, *bend), bends) / self.unit
-            for pair, bend in zip(of_angles, of_bends, strict=True)
-        )
-        return first, second, third
-
-    def _between(self, i: np.ndarray, left: FloatArray, right: FloatArray) -> ca.DM:
-        matrix = np.zeros((i.size, self.nodes.size))
-        rows = np.arange(i.size)
-        matrix[rows, i], matrix[rows, i + 1] = left, right
-        return constant(matrix)
-
-    def joins(self, angles: Matrix, bends: Matrix) -> Matrix:
-        """Zero (nodes, k) when speeds are continuous at the inner nodes and zero at both ends; rad."""
-        h, n = self.steps, self.nodes.size
-        slopes, curvature = np.zeros((n, n)), np.zeros((n, n))
-        for i in range(n):
-            if i > 0:  # the speed at the end of the piece before
-                slopes[i, i - 1 : i + 1] += np.array([-1.0, 1.0]) / h[i - 1]
-                curvature[i, i - 1 : i + 1] += np.array([1.0, 2.0]) * h[i - 1] / 6.0
-            if i < n - 1:  # less the speed at the start of the piece after
-                slopes[i, i : i + 2] -= np.array([-1.0, 1.0]) / h[i]
-                curvature[i, i : i + 2] += np.array([2.0, 1.0]) * h[i] / 6.0
-        scale = float(np.sqrt(self.unit))
-        return ca.mtimes(constant(slopes * scale), angles) + ca.mtimes(constant(curvature * scale / self.unit), bends)
 
 
 @dataclass(frozen=True)
@@ -96,28 +51,48 @@ class PathNlp(NonlinearProgram):
     """Lead the tip along a path.
 
     Args:
-        problem: whose path, limits and obstacles hold.
+        task: what is asked for.
+        motion: that is sought.
+        encoding: of a search vector, whose redundancy values may be kept to.
+        objective: what is minimised.
+        limits: what holds.
+        decode: the trajectory of a search vector (d,).
     """
 
-    problem: PathFollowing
+    task: PathFollowing
+    motion: KnotSpline
+    encoding: KnotsEncoding
+    objective: Objective
+    limits: tuple[Limit, ...]
+    decode: Callable[[FloatArray], Trajectory]
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that moves."""
+        return self.task.robot
 
     @property
     def timed(self) -> bool:
         """Whether t_T is a variable."""
-        return self.problem.objective == "time"
+        return self.objective.timed
 
     @cached_property
     def form(self) -> NodeForm:
         """The spline's nodes."""
-        return NodeForm(self.problem.spline)
+        return NodeForm(self.motion.spline)
 
     @property
     def sizes(self) -> list[int]:
         """How many variables: angles, second derivatives at inner nodes, t_T, x_phi, slacks."""
-        nodes, k = self.form.nodes.size, self.problem.arm.links
-        values = self.problem.extra * self.problem.redundancy_values if self.problem.knot_redundancy == "values" else 0
-        slacks = k * (self.problem.grid.size - 1) if self.problem.objective == "rotation" else 0
+        nodes, k = self.form.nodes.size, self.robot.dof
+        values = self.value_count if self.task.knot_redundancy == "values" else 0
+        slacks = self.objective.slack_count(self.robot, self.motion.parameters_u.size - 1)
         return [nodes * k, (nodes - 2) * k, int(self.timed), values, slacks]
+
+    @property
+    def value_count(self) -> int:
+        """Redundancy values of a search vector."""
+        return self.robot.redundancy * self.encoding.redundancy_values
 
     @cached_property
     def x(self) -> ca.SX:
@@ -127,7 +102,7 @@ class PathNlp(NonlinearProgram):
     @property
     def names(self) -> tuple[str, ...]:
         """Angles and second derivatives by joint and node, t_T, x_phi, slacks."""
-        nodes, joints = range(self.form.nodes.size), range(1, self.problem.arm.links + 1)
+        nodes, joints = range(self.form.nodes.size), range(1, self.robot.dof + 1)
         angles = [f"theta_{joint}[{node}]" for joint in joints for node in nodes]
         bends = [f"d2theta_{joint}[{node}]" for joint in joints for node in nodes[1:-1]]
         time, values, slacks = self.sizes[2:]
@@ -136,7 +111,7 @@ class PathNlp(NonlinearProgram):
 
     def split(self, x: Matrix) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix]:
         """Angles (nodes, k), second derivatives (nodes, k), t_T (1 where it is no variable), x_phi, slacks."""
-        k = self.problem.arm.links
+        k = self.robot.dof
         angles, bends, time, values, slack = ca.vertsplit(x, np.cumsum([0, *self.sizes]).tolist())
         rest = ca.DM.zeros(1, k)
         bends = ca.vertcat(rest, ca.reshape(bends, -1, k), rest)
@@ -145,139 +120,147 @@ class PathNlp(NonlinearProgram):
     @cached_property
     def _motion(self) -> Samples:
         angles, bends, time, _, _ = self.split(self.x)
-        theta, speed, acceleration = self.form.samples(angles, bends, self.problem.grid)
-        return Samples(theta, speed / time, acceleration / time**2, time)
+        theta, speed, acceleration = self.form.samples(angles, bends, self.motion.parameters_u)
+        return Samples(
+            robot=self.robot,
+            derivatives=(theta, speed / time, acceleration / time**2),
+            duration=time,
+            times=ca.DM(self.motion.parameters_u) * time,
+            weights=ca.DM(self.motion.weights_u) * time,
+        )
 
     @cached_property
     def f(self) -> Matrix:
-        """The objective: t_T, the sum of the slacks, or the smoothed length."""
-        if self.problem.objective == "length":
-            return smooth_length(self.problem.arm, self._motion)
-        return self._motion.duration if self.timed else total(self.split(self.x)[-1])
+        """The objective without kinks."""
+        return self.objective.smooth(self._motion, self.split(self.x)[-1])
 
     def constraints(self, margin: float) -> tuple[Constraint, ...]:
         """Joints of the pieces, knots on the path, accuracy, the limits that time scaling does not restore."""
-        arm, task = self.problem.arm, self.problem
         angles, bends, _, _, slack = self.split(self.x)
-        joints = [f"joint {joint}" for joint in range(1, arm.links + 1)]
-        knots = ca.DM(task.path.array[list(task.knot_indices)])
+        points = ca.DM(self.encoding.knot_points)
+        on_path = self.robot.tool(angles[self.form.knots, :]) - points
         rows = [
-            equality("spline", self.form.joins(angles, bends), "rad", joints, JOINS),
-            equality("tip at the knots", arm.tip(angles[self.form.knots, :]) - knots, "m", ("x", "y"), ON_PATH),
+            equality("spline", self.form.joins(angles, bends), "rad", self.robot.joint_names, JOINS),
+            equality("tip at the knots", on_path, "m", AXES[: self.robot.dim], ON_PATH),
         ]
-        if self.problem.knot_redundancy == "values":
-            rows += self._redundancy_rows()
-        others = [index for index in range(len(task.path.points)) if index not in task.knot_indices]
-        if others:
-            theta, _, _ = self.form.samples(angles, bends, task.parameters[others])
-            rows.append(task.accuracy_limit(arm.tip(theta), others))
-        if self.timed:
-            rows += self._time_rows()
-        limits = motion_constraints(arm, task.obstacles, self._motion, margin)
-        rows += [limit for limit in limits if limit.name not in TIMELESS]
-        if task.obstacles:
-            rows.append(step_limit(arm, task.obstacles, self._motion))
-        if task.objective == "rotation":
-            rows += rotation_rows(arm, self._motion, slack)
-        return tuple(rows)
+        if self.task.knot_redundancy == "values":
+            at_knots = angles[self.form.knots, :]
+            rows += redundancy_rows(self.encoding, at_knots, self.split(self.x)[3])
+        rows += self._accuracy_rows()
+        exact = self._exact_rows()
+        rows += [row for limit in exact for row in exact[limit]] if self.timed else []
+        for limit in self.limits:
+            if limit not in exact and (self.timed or not limit.scales_with_time):
+                rows += limit.constraints(self._motion, margin)
+        step = StepLimit.holding(self.robot, self.task.obstacles)
+        rows += [] if step is None else step.constraints(self._motion)
+        return (*rows, *slack_constraints(self.objective, self._motion, slack))
 
-    def _time_rows(self) -> list[Constraint]:
-        """Acceleration at the nodes, which is exact; speed at the nodes and between."""
+    def _accuracy_rows(self) -> list[Constraint]:
+        """(24) at the points that are no knots."""
+        angles, bends, _, _, _ = self.split(self.x)
+        others = [index for index in range(len(self.task.path.points)) if index not in self.task.knot_indices]
+        if not others:
+            return []
+        theta, _, _ = self.form.samples(angles, bends, self.motion.point_parameters[others])
+        return [Accuracy(self.task.accuracy).at(self.robot.tool(theta), ca.DM(self.task.path.array[others]))]
+
+    def _exact_rows(self) -> dict[Limit, list[Constraint]]:
+        """Limits that need other samples: acceleration at the nodes, which is exact; speed at nodes and between."""
         angles, bends, time, _, _ = self.split(self.x)
         _, _, at_nodes = self.form.samples(angles, bends, self.form.nodes[1:-1])
         shares = np.arange(1, SPEED_SAMPLES + 1) / SPEED_SAMPLES
         inner = (self.form.nodes[:-1, None] + self.form.steps[:, None] * shares).ravel()[:-1]
         _, speed, _ = self.form.samples(angles, bends, inner)
-        arm, nothing = self.problem.arm, ca.DM()
-        return [
-            acceleration_limit(arm, Samples(nothing, nothing, at_nodes / time**2, time)),
-            speed_limit(arm, Samples(nothing, speed / time, nothing, time)),
-        ]
-
-    def _redundancy_rows(self) -> list[Constraint]:
-        """The orientations of links 3..k at the knots are those of (7), up to whole turns; x_phi stays inside."""
-        angles, _, _, values, _ = self.split(self.x)
-        task = self.problem
-        share = task.interpolated_redundancy(values)
-        psi = ca.cumsum(angles[self.form.knots, :], 1)[:, 2:]
-        phi = [
-            restore(task.arm, ca.DM(task.path.points[i]), share[row, :].T).T for row, i in enumerate(task.knot_indices)
-        ]
-        links = tuple(f"link {link}" for link in range(3, task.arm.links + 1))
-        low, high = np.full(task.extra, INSIDE), np.full(task.extra, 1.0 - INSIDE)
-        half = (psi - ca.vertcat(*phi)) / 2.0
-        return [
-            equality("redundancy", ca.sin(half), "1", links, "psi_j = phi_j of (7) at every knot, up to whole turns"),
-            Constraint(
-                "x_phi",
-                "(7)",
-                "1",
-                share,
-                low,
-                high,
-                links,
-                np.ones(task.extra),
-                for_all_t=False,
-                formula="0 < x_phi interpolated at the knots < 1",
-            ),
-        ]
+        moments = Samples(robot=self.robot, derivatives=(angles, speed / time, at_nodes / time**2), duration=time)
+        chosen = sorted(
+            (limit for limit in self.limits if limit.order in (1, 2)), key=lambda limit: -(limit.order or 0)
+        )
+        return {limit: limit.at(moments) for limit in chosen}
 
     def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Elbow and joint limits on the angles, the least time, [0, 1]; the rest is free."""
-        task, nodes = self.problem, self.form.nodes.size
+        """Elbow and joint limits on the angles, the least time, [0, 1]; the rest is free.
+
+        Without joint limits an angle stays within ``WINDOW`` of where it starts.
+        """
+        task, nodes = self.task, self.form.nodes.size
         lower, upper = np.full(x.size, -np.inf), np.full(x.size, np.inf)
-        if task.arm.joint_limits is not None:
-            ranges = np.repeat(np.array(task.arm.joint_limits), nodes, axis=0)
+        angles = slice(0, nodes * self.robot.dof)
+        lower[angles], upper[angles] = x[angles] - WINDOW, x[angles] + WINDOW
+        if self.robot.limits.position is not None:
+            ranges = np.repeat(np.array(self.robot.limits.position), nodes, axis=0)
             lower[: len(ranges)], upper[: len(ranges)] = ranges.T
         for knot in self.form.knots:
             narrow_elbow(task.elbow, x, nodes + knot, lower, upper)  # theta_2 is the second column
         time, values, slacks = (int(first) for first in np.cumsum(self.sizes)[1:4])
-        lower[time:values] = task.time_box[0]
+        lower[time:values] = self.encoding.time_box[0]
         lower[values:slacks], upper[values:slacks] = 0.0, 1.0
         lower[slacks:] = 0.0
         return lower, upper
 
     def from_search(self, x: FloatArray) -> FloatArray:
         """The spline of a search vector, and its x_phi."""
-        return self._variables(self.problem.trajectory(x), x[: self.problem.extra * self.problem.redundancy_values])
+        return self._variables(self.decode(x), x[: self.value_count])
 
     def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
         """The spline itself; x_phi, which it does not tell, in the middle."""
-        return self._variables(trajectory, np.full(self.problem.extra * self.problem.redundancy_values, 0.5))
+        return self._variables(trajectory, np.full(self.value_count, 0.5))
 
     def _variables(self, trajectory: Trajectory, values: FloatArray) -> FloatArray:
-        at_nodes = trajectory.samples(self.form.nodes * trajectory.duration)
-        theta, bend = (
-            as_array(at_nodes.theta),
-            as_array(at_nodes.acceleration) * trajectory.duration**2 * self.form.unit,
-        )
-        grid = as_array(trajectory.samples(self.problem.grid * trajectory.duration).theta)
-        slack = np.abs(np.diff(grid, axis=0))
-        parts = [theta, bend[1:-1], np.array([trajectory.duration]), values, slack]
+        at_nodes = self.form.nodes * trajectory.duration
+        bends = trajectory.at(at_nodes, 2) * trajectory.duration**2
+        grid = trajectory.at(self.motion.parameters_u * trajectory.duration)
+        return self._joined(trajectory.at(at_nodes), bends, trajectory.duration, values, grid)
+
+    def _joined(
+        self, angles: FloatArray, bends: FloatArray, duration: float, values: FloatArray, grid: FloatArray
+    ) -> FloatArray:
+        """The variables (n,) of angles and second derivatives at the nodes, t_T, x_phi and the angles on the grid."""
+        slack = self.objective.slack_values(grid)
+        parts = [angles, bends[1:-1] * self.form.unit, np.array([duration]), values, slack]
         return np.concatenate([part.ravel(order="F")[:size] for part, size in zip(parts, self.sizes, strict=True)])
 
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
-        """Random x_phi and, where it is free, elbow; postures follow by inverse kinematics."""
-        reduced = replace(self.problem, formulation="reduced")
-        lower, upper = reduced.bounds
-        while True:
-            yield replace(self, problem=reduced).from_search(rng.uniform(lower, upper))
+        """The cheapest ways over a grid of the redundancy, constant redundancy, random redundancy, by turns."""
+        limits = self.encoding.exact_limits(self.limits)
+        for knots, x_phi in self._starts.drawn(rng):
+            angles, bends, speeds, grid = (operator @ knots for operator in self._operators)
+            extremes = Samples(robot=self.robot, derivatives=(ca.DM(), ca.DM(speeds), ca.DM(bends)), duration=ca.DM(1))
+            peaks = [peaks_of(limit, extremes) for limit in limits]
+            time = float(minimum_time_scale(limits, peaks)) if limits else 0.0
+            yield self._joined(angles, bends, max(self.encoding.time_box[0], time), x_phi, grid)
+
+    @cached_property
+    def _operators(self) -> tuple[FloatArray, ...]:
+        """From angles at the knots to those at the nodes, second derivatives there, speeds and angles on the grid."""
+        nodes, grid = self.form.nodes, self.motion.parameters_u
+        return knot_operators(self.motion.spline, (nodes, 0), (nodes, 2), (grid, 1), (grid, 0))
+
+    @cached_property
+    def _starts(self) -> PathStarts:
+        return PathStarts(self.encoding, self.objective)
 
     def _knot_angles(self, x: FloatArray) -> FloatArray:
         """Joint angles at the knots (M, k), each posture exactly on its point."""
-        angles = self.split(ca.DM(x))[0]
-        points = self.problem.path.points
-        knots = zip(self.form.knots, self.problem.knot_indices, strict=True)
-        projected = [self.problem.arm.project_to_point(angles[node, :], ca.DM(points[index])) for node, index in knots]
-        return as_array(ca.vertcat(*projected))
+        nodes = self.form.nodes.size
+        angles = x[: nodes * self.robot.dof].reshape(-1, nodes).T
+        return self._starts.postures.nearest(angles[self.form.knots])
+
+    @cached_property
+    def _shape(self) -> ca.Function:
+        """Spline coefficients of the angles at the knots."""
+        angles = ca.SX.sym("theta", len(self.form.knots), self.robot.dof)
+        return ca.Function("shape", [angles], [self.motion.spline.coefficients(angles)])
 
     def trajectory(self, x: FloatArray) -> Trajectory:
-        """The spline through a solution's knots, as fast as the limits allow for all t."""
-        shape = self.problem.spline.coefficients(ca.DM(self._knot_angles(x)))
-        unit = self.problem.spline_trajectory(shape, 1.0)
-        return unit.time_scaled(max(self.problem.time_box[0], unit.safe_time_scale(self.problem.arm)))
+        """The spline through a solution's knots, as fast as the limits allow for all t where sooner is better."""
+        unit = self.motion.trajectory(SplineShape(self._shape(self._knot_angles(x)), ca.DM(1.0)))
+        least = safe_time_scale(self.limits, unit)
+        if not self.objective.sooner_is_better:
+            least = max(least, float(self.split(ca.DM(x))[2]))
+        return unit.time_scaled(max(self.encoding.time_box[0], least))
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """Redundancy angles phi at the knots and t_T of a solution, after time scaling."""
-        phi = np.cumsum(self._knot_angles(x), axis=1)[:, 2:]
-        return self.problem.named_quantities(phi, self.trajectory(x).duration)
+        phi = self.robot.redundant_values(self._knot_angles(x))
+        return self.motion.quantities(phi, self.trajectory(x).duration)

@@ -10,28 +10,34 @@ A search vector's box does not apply here: theta_m and dtheta_m may leave it, an
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
-from problems.assembly.point_to_point import SHARE, PointToPoint, Quantities
-from problems.base.matrix import FloatArray, Matrix, as_array, split, total
+from problems.base.matrix import FloatArray, Matrix, as_array, split
+from problems.encodings.segments import SHARE
+from problems.limits.clearance import StepLimit
 from problems.limits.constraint import Constraint
-from problems.limits.motion_limits import motion_constraints, step_limit
+from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.time_scale import safe_time_scale
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
-from problems.nlp.program import NonlinearProgram, equality, rotation_rows, smooth_length
-from problems.robots.redundancy import restore
-from problems.tasks.checks import narrow_elbow
+from problems.motions.two_segments import Quantities, TwoSegments
+from problems.nlp.composition import composed_hessian
+from problems.nlp.program import WINDOW, NonlinearProgram, equality, slack_constraints
+from problems.nlp.starts.point_to_point import PointToPointStarts
+from problems.objectives import Objective
+from problems.robots.robot import Robot
+from problems.tasks.elbow import narrow_elbow
+from problems.tasks.point_to_point import PointToPoint
 
-ROTATION_SAMPLES = 12  # time steps a segment: the sum of increments is exact up to a turn between two samples
-LENGTH_SAMPLES = 16
-GOAL_DRAWS = 8  # a start takes the goal posture nearest to its start posture among so many
-SPREAD = 0.3  # rad, of theta_m around the middle of a start's ends
-TIMELESS = ("speed", "acceleration")
+TIMED_ROWS = 132  # time steps a segment times joints, about, where limits scale with time: with exact scaling enough
+TIMED_STEPS = 25  # but no fewer time steps
+CLEARANCE_STEPS = 12  # time steps a segment at the least where there are obstacles
+AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
@@ -39,30 +45,49 @@ class PointToPointNlp(NonlinearProgram):
     """Move the tip from rest at the start to rest at the goal.
 
     Args:
-        problem: whose task, limits and obstacles hold.
+        task: what is asked for.
+        motion: that is sought.
+        objective: what is minimised.
+        limits: what holds.
+        decode: the quantities of a search vector (d,).
     """
 
-    problem: PointToPoint
+    task: PointToPoint
+    motion: TwoSegments
+    objective: Objective
+    limits: tuple[Limit, ...]
+    decode: Callable[[FloatArray], Quantities]
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that moves."""
+        return self.task.robot
 
     @property
     def timed(self) -> bool:
         """Whether t1 and t2 are variables."""
-        return self.problem.objective == "time"
+        return self.objective.timed
 
     @property
     def samples(self) -> int:
         """Time steps a segment."""
-        steps = {"time": self.problem.samples, "rotation": ROTATION_SAMPLES, "length": LENGTH_SAMPLES}
-        least = LENGTH_SAMPLES if self.problem.obstacles else 0
-        return max(steps[self.problem.objective], least)
+        timed = min(self.motion.steps, max(TIMED_STEPS, TIMED_ROWS // self.robot.dof))
+        steps = self.objective.program_steps or timed
+        return max(steps, CLEARANCE_STEPS) if self.task.obstacles else steps
+
+    @cached_property
+    def sampled_motion(self) -> TwoSegments:
+        """The motion, sampled as coarsely as the program needs it."""
+        return replace(self.motion, steps=self.samples)
 
     @cached_property
     def _symbols(self) -> tuple[ca.SX, Quantities, Samples, ca.SX]:
         """Variables of the motion, the same as quantities, its samples, slacks of the rotation."""
-        x = ca.SX.sym("x", 4 * self.problem.arm.links + (2 if self.timed else 1))
+        x = ca.SX.sym("x", 4 * self.robot.dof + (2 if self.timed else 1))
         quantities = self._quantities(x)
-        rows = 2 * self.samples if self.problem.objective == "rotation" else 0
-        return x, quantities, quantities.sampled(self.samples), ca.SX.sym("slack", rows, self.problem.arm.links)
+        steps = 2 * self.samples
+        rows = self.objective.slack_count(self.robot, steps) // self.robot.dof
+        return x, quantities, self.sampled_motion.samples(quantities), ca.SX.sym("slack", rows, self.robot.dof)
 
     @property
     def x(self) -> ca.SX:
@@ -73,65 +98,86 @@ class PointToPointNlp(NonlinearProgram):
     @property
     def names(self) -> tuple[str, ...]:
         """As in the paper; ``t1/T`` where the duration is 1."""
-        joints = range(1, self.problem.arm.links + 1)
+        joints = range(1, self.robot.dof + 1)
         own = [f"{symbol}[{i}]" for symbol in ("theta_s", "theta_m", "dtheta_m", "theta_f") for i in joints]
         slacks = self.x.shape[0] - self._symbols[0].shape[0]
         return (*own, *(("t1", "t2") if self.timed else ("t1/T",)), *(f"slack[{i}]" for i in range(1, slacks + 1)))
 
     @cached_property
     def f(self) -> Matrix:
-        """The objective: time, the sum of the slacks, or the smoothed length."""
-        _, _, samples, slack = self._symbols
-        if self.problem.objective == "length":
-            return smooth_length(self.problem.arm, samples)
-        return samples.duration if self.timed else total(slack)
+        """The objective without kinks."""
+        return self.objective.smooth(self._symbols[2], self._symbols[3])
 
     def constraints(self, margin: float) -> tuple[Constraint, ...]:
         """Both ends, the limits that time scaling does not restore, obstacles, slacks."""
-        _, quantities, samples, slack = self._symbols
-        arm, task = self.problem.arm, self.problem
+        return self._constraints(self._symbols[2], margin)
+
+    def _constraints(self, samples: Samples, margin: float) -> tuple[Constraint, ...]:
+        """On samples of the motion, or on symbols in their place."""
+        _, quantities, _, slack = self._symbols
         ends = [
-            ("start", "theta_s", quantities.theta_s, task.start),
-            ("goal", "theta_f", quantities.theta_f, task.goal),
+            ("start", "theta_s", quantities.theta_s, self.task.start),
+            ("goal", "theta_f", quantities.theta_f, self.task.goal),
         ]
         rows = [
             equality(
-                f"tip at the {name}", arm.tip(theta) - ca.DM(list(point)).T, "m", ("x", "y"), f"tip({symbol}) = {name}"
+                f"tip at the {name}",
+                self.robot.tool(theta) - ca.horzcat(*point),
+                "m",
+                AXES[: self.robot.dim],
+                f"tip({symbol}) = {name}",
             )
             for name, symbol, theta, point in ends
         ]
-        limits = motion_constraints(arm, task.obstacles, samples, margin)
-        rows += [limit for limit in limits if self.timed or limit.name not in TIMELESS]
-        if task.obstacles:
-            rows.append(step_limit(arm, task.obstacles, samples))
-        if self.problem.objective == "rotation":
-            rows += rotation_rows(arm, samples, slack)
-        return tuple(rows)
+        for limit in self.limits:
+            if self.timed or not limit.scales_with_time:
+                rows += limit.constraints(samples, margin)
+        step = StepLimit.holding(self.robot, self.task.obstacles)
+        rows += [] if step is None else step.constraints(samples)
+        return (*rows, *slack_constraints(self.objective, samples, slack))
+
+    @cached_property
+    def hessian(self) -> ca.Function | None:
+        """With obstacles: in two steps, over the samples."""
+        if not self.task.obstacles:
+            return None
+        motion, slack = self._symbols[2:]
+        parts = [*motion.derivatives, motion.duration, motion.times, motion.weights]
+        symbols = [ca.SX.sym("y", *part.shape) for part in parts]
+        *derivatives, duration, times, weights = symbols
+        samples = replace(motion, derivatives=tuple(derivatives), duration=duration, times=times, weights=weights)
+        g = ca.vertcat(*(row.row_values() for row in self._constraints(samples, SAMPLING_MARGIN)))
+        y, inner = (ca.densify(ca.veccat(*each)) for each in (symbols, parts))
+        return composed_hessian(self.x, y, inner, self.objective.smooth(samples, slack), g)
 
     def _quantities(self, x: Matrix) -> Quantities:
-        k = self.problem.arm.links
+        k = self.robot.dof
         theta_s, theta_m, dtheta_m, theta_f, times = split(x, [k, k, k, k, 2 if self.timed else 1])
         t1, t2 = (times[0], times[1]) if self.timed else (times[0], 1.0 - times[0])
         return Quantities(theta_s.T, theta_m.T, dtheta_m.T, theta_f.T, t1, t2)
 
     def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Elbow and joint limits on the angles, the least times; the rest is free."""
-        k, size = self.problem.arm.links, self.x.shape[0]
+        """Elbow and joint limits on the angles, the least times; the rest is free.
+
+        Without joint limits an angle stays within ``WINDOW`` of where it starts.
+        """
+        k, size, ranges = self.robot.dof, self.x.shape[0], self.robot.limits.position
         lower, upper = np.full(size, -np.inf), np.full(size, np.inf)
-        blocks = {"theta_s": 0, "theta_m": k, "theta_f": 3 * k}
-        for name, first in blocks.items():
-            if self.problem.arm.joint_limits is not None:
-                lower[first : first + k], upper[first : first + k] = np.array(self.problem.arm.joint_limits).T
+        for name, first in {"theta_s": 0, "theta_m": k, "theta_f": 3 * k}.items():
+            block = slice(first, first + k)
+            lower[block], upper[block] = (
+                (x[block] - WINDOW, x[block] + WINDOW) if ranges is None else np.array(ranges).T
+            )
             if name != "theta_m":
-                narrow_elbow(self.problem.elbow, x, first + 1, lower, upper)
+                narrow_elbow(self.task.elbow, x, first + 1, lower, upper)
         times = slice(4 * k, 4 * k + (2 if self.timed else 1))
-        lower[times], upper[times] = (self.problem.segment_time[0], np.inf) if self.timed else SHARE
+        lower[times], upper[times] = (self.task.segment_time[0], np.inf) if self.timed else SHARE
         lower[times.stop :] = 0.0
         return lower, upper
 
     def from_search(self, x: FloatArray) -> FloatArray:
         """The arm's own quantities of a search vector."""
-        return self._variables(self.problem.quantities_of(x))
+        return self._variables(self.decode(x))
 
     def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
         """Postures at the breakpoints, the speed in the middle, t1 and t2."""
@@ -144,26 +190,32 @@ class PointToPointNlp(NonlinearProgram):
             quantities = quantities.time_scaled(1.0 / (quantities.t1 + quantities.t2))
         parts = [getattr(quantities, field.name) for field in fields(Quantities)]
         x = np.concatenate([as_array(part).ravel() for part in (parts if self.timed else parts[:-1])])
-        if self.problem.objective != "rotation":
-            return x
-        theta = as_array(quantities.sampled(self.samples).theta)
-        return np.append(x, np.abs(np.diff(theta, axis=0)).ravel(order="F"))
+        return np.append(x, self.objective.slack_values(as_array(self._angles(x))))
+
+    @cached_property
+    def _angles(self) -> ca.Function:
+        """The angles at the samples, of the variables of the motion."""
+        x, _, samples, _ = self._symbols
+        return ca.Function("angles", [x], [samples.theta])
 
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
-        """Postures by inverse kinematics at both ends, theta_m near their middle, t1 = t2 = 1 s."""
-        fixed = {"up": 1.0, "down": -1.0}.get(self.problem.elbow)
-        while True:
-            elbow = fixed if fixed is not None else float(rng.choice([-1.0, 1.0]))
-            theta_s = self.problem.arm.wrap(self._posture(rng, self.problem.start, elbow))
-            drawn = [self._posture(rng, self.problem.goal, elbow) for _ in range(GOAL_DRAWS)]
-            goals = [self.problem.arm.wrap_near(theta, theta_s) for theta in drawn]
-            theta_f = min(goals, key=lambda goal: float(ca.norm_2(goal - theta_s)))
-            theta_m = (theta_s + theta_f) / 2.0 + ca.DM(rng.normal(0.0, SPREAD, theta_s.shape))
-            yield self._variables(Quantities(theta_s, theta_m, 0.75 * (theta_f - theta_s), theta_f, ca.DM(1), ca.DM(1)))
+        """Least displacements between end postures, by turns with random postures at both ends."""
+        for quantities in self._starts.drawn(rng, self._violation):
+            yield self._variables(quantities)
 
-    def _posture(self, rng: np.random.Generator, point: tuple[float, float], elbow: float) -> Matrix:
-        arm, target = self.problem.arm, ca.DM(list(point))
-        return arm.inverse(target, restore(arm, target, ca.DM(rng.random(arm.links - 2))), elbow)[0]
+    def _violation(self, quantities: Quantities) -> float:
+        """The largest violation of a row, dimensionless."""
+        lower, upper = self.row_bounds()
+        g = as_array(self._row_values(self._variables(quantities))).ravel()
+        return float(np.maximum(lower - g, g - upper).max())
+
+    @cached_property
+    def _row_values(self) -> ca.Function:
+        return ca.Function("g", [self.x], [self.g])
+
+    @cached_property
+    def _starts(self) -> PointToPointStarts:
+        return PointToPointStarts(self.task, self.objective)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """theta_s, theta_m, dtheta_m, theta_f, t1, t2 of a solution, after time scaling."""
@@ -176,11 +228,15 @@ class PointToPointNlp(NonlinearProgram):
     def _scaled(self, x: FloatArray) -> Quantities:
         """With the ends exactly at their points and the limits kept exactly."""
         quantities = self._exact_ends(self._quantities(ca.DM(x[: self._symbols[0].shape[0]])))
-        shortest = self.problem.segment_time[0] / float(ca.fmin(quantities.t1, quantities.t2))
-        return quantities.time_scaled(max(shortest, quantities.trajectory().safe_time_scale(self.problem.arm)))
+        shortest = self.task.segment_time[0] / float(ca.fmin(quantities.t1, quantities.t2))
+        return quantities.time_scaled(max(shortest, self._time_scale(quantities.trajectory())))
+
+    def _time_scale(self, trajectory: Trajectory) -> float:
+        """How a solution is run: as fast as its limits allow, or, where that may be worse, no faster than it is."""
+        scale = safe_time_scale(self.limits, trajectory)
+        return scale if self.objective.sooner_is_better else max(1.0, scale)
 
     def _exact_ends(self, quantities: Quantities) -> Quantities:
-        arm, task = self.problem.arm, self.problem
-        theta_s = arm.project_to_point(quantities.theta_s, ca.DM(list(task.start)))
-        theta_f = arm.project_to_point(quantities.theta_f, ca.DM(list(task.goal)))
+        ends = [as_array(theta).ravel() for theta in (quantities.theta_s, quantities.theta_f)]
+        theta_s, theta_f = (ca.DM(theta).T for theta in self._starts.ends.postures.nearest(np.array(ends)))
         return replace(quantities, theta_s=theta_s, theta_f=theta_f)

@@ -9,18 +9,19 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
 
-from problems.assembly.problem import SAMPLING_MARGIN
-from problems.base.matrix import FloatArray, Matrix, differences
+from problems.base.matrix import FloatArray, Matrix
 from problems.limits.constraint import Constraint
+from problems.limits.limit import SAMPLING_MARGIN
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
-from problems.robots.planar import PlanarArm
+from problems.objectives import Objective
 
-SMOOTHING = 1e-3  # m: rounds the corner of a tip that stands still; costs 1e-4 of a length
+WINDOW = 3.5  # rad: how far an angle may go from a start; without bounds some drift by thousands of turns
 
 
 class NonlinearProgram(ABC):
@@ -47,7 +48,7 @@ class NonlinearProgram(ABC):
 
     @abstractmethod
     def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper bounds of the variables, (n,), in the turn of the angles of a start (n,)."""
+        """Lower and upper bounds of the variables, (n,): around the angles of a start (n,), in their turn."""
 
     @abstractmethod
     def from_search(self, x: FloatArray) -> FloatArray:
@@ -59,7 +60,7 @@ class NonlinearProgram(ABC):
 
     @abstractmethod
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
-        """Endless random starts (n,) that meet the task's points by inverse kinematics."""
+        """Endless starts (n,) that meet the task's points: those that know its structure, and random ones."""
 
     @abstractmethod
     def trajectory(self, x: FloatArray) -> Trajectory:
@@ -69,10 +70,20 @@ class NonlinearProgram(ABC):
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """The arm's own quantities (the paper's symbols) of a solution."""
 
-    @property
+    @cached_property
+    def rows(self) -> tuple[Constraint, ...]:
+        """The constraints at the usual margin."""
+        return self.constraints(SAMPLING_MARGIN)
+
+    @cached_property
     def g(self) -> Matrix:
         """All rows of all constraints, (r, 1), each divided by its scale."""
-        return ca.densify(ca.vertcat(*(constraint.row_values() for constraint in self.constraints(SAMPLING_MARGIN))))
+        return ca.densify(ca.vertcat(*(constraint.row_values() for constraint in self.rows)))
+
+    @property
+    def hessian(self) -> ca.Function | None:
+        """The Hessian of the Lagrangian where there is a faster one than CasADi's own."""
+        return None
 
     def row_bounds(self, margin: float | None = None) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds of the rows, both (r,).
@@ -81,43 +92,48 @@ class NonlinearProgram(ABC):
             margin: to keep at the samples for what lies between them, as a share of the reach and of the joints'
                 ranges; ``SAMPLING_MARGIN`` if None.
         """
-        pairs = [constraint.row_bounds() for constraint in self.constraints(margin or SAMPLING_MARGIN)]
-        lower, upper = (np.concatenate(side) for side in zip(*pairs, strict=True))
-        return lower, upper
+        kept = SAMPLING_MARGIN if margin is None else margin
+        if kept not in self._row_bounds:
+            rows = self.rows if kept == SAMPLING_MARGIN else self.constraints(kept)
+            lower, upper = zip(*(constraint.row_bounds() for constraint in rows), strict=True)
+            self._row_bounds[kept] = np.concatenate(lower), np.concatenate(upper)
+        return self._row_bounds[kept]
+
+    @cached_property
+    def _row_bounds(self) -> dict[float, tuple[FloatArray, FloatArray]]:
+        """By margin: writing the rows takes long, and every descent needs their bounds."""
+        return {}
 
 
 def equality(name: str, expression: Matrix, unit: str, column_names: Sequence[str], formula: str) -> Constraint:
     """``expression == 0``, one column a name."""
-    zero, one = np.zeros(len(column_names)), np.ones(len(column_names))
+    zero = ca.DM.zeros(1, len(column_names))
     return Constraint(
-        name, "-", unit, expression, zero, zero, tuple(column_names), one, for_all_t=False, formula=formula
+        name=name,
+        unit=unit,
+        expression=expression,
+        lower=zero,
+        upper=zero,
+        columns=tuple(column_names),
+        for_all_t=False,
+        formula=formula,
     )
 
 
-def smooth_length(arm: PlanarArm, samples: Samples) -> Matrix:
-    """(10) with corners rounded off by ``SMOOTHING``; m."""
-    steps = differences(arm.tip(samples.theta))
-    squares = ca.sum2(steps * steps)
-    return ca.sum1(ca.sqrt(squares + SMOOTHING**2) - SMOOTHING)
-
-
-def rotation_rows(arm: PlanarArm, samples: Samples, slack: ca.SX) -> list[Constraint]:
-    """(9) without its kink: slacks (n - 1, k) no smaller than the increments of both signs; rad."""
-    increments = differences(samples.theta)
-    zero, endless, one = np.zeros(arm.links), np.full(arm.links, np.inf), np.ones(arm.links)
-    joints = tuple(f"joint {joint}" for joint in range(1, arm.links + 1))
+def slack_constraints(objective: Objective, samples: Samples, slack: Matrix) -> list[Constraint]:
+    """What the slacks of an objective's smooth form must keep, none below zero."""
+    joints = samples.moving.joint_names
     return [
         Constraint(
-            f"rotation {name}",
-            "(9)",
-            "rad",
-            slack - step,
-            zero,
-            endless,
-            joints,
-            one,
+            name=name,
+            equation=objective.equation,
+            unit=objective.unit,
+            expression=expression,
+            lower=ca.DM.zeros(1, expression.shape[1]),
+            upper=None,
+            columns=joints,
             for_all_t=False,
-            formula=f"slack_ij >= {sign}(theta_i(t_j+1) - theta_i(t_j))",
+            formula=formula,
         )
-        for name, sign, step in (("forward", "+", increments), ("backward", "-", -increments))
+        for name, formula, expression in objective.slack_rows(samples, slack)
     ]

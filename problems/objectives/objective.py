@@ -1,57 +1,103 @@
-"""The three objectives: execution time (8), (19); joint rotation (9), (20); travel length of the tip (10)."""
+"""What every objective offers: its value over samples, and a smooth form of it for nonlinear programs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from abc import ABC
 from dataclasses import dataclass
+from typing import ClassVar
 
 import casadi as ca
+import numpy as np
 
-from problems.base.matrix import Matrix, columns, differences, total
+from problems.base.matrix import FloatArray, Matrix, total
 from problems.motions.samples import Samples
-from problems.robots.planar import PlanarArm
+from problems.robots.robot import Robot
+
+ENDLESS = 1e12  # an upper bound for objectives that know none: whatever the unit, no motion comes near it
 
 
-@dataclass(frozen=True)
-class Objective:
-    """What is minimised.
+@dataclass(frozen=True, kw_only=True)
+class MotionBounds:
+    """What no motion of a search can exceed.
+
+    Attributes:
+        duration: s.
+        rotation: sum over the joints of how far each turns in all, rad.
+        radius: the farthest that the tool can be from the base, m.
+    """
+
+    duration: float
+    rotation: float
+    radius: float
+
+
+class Objective(ABC):
+    """What is minimised: ``terminal(T) + sum over samples of at + sum over steps of between``.
+
+    A subclass says what a single sample and a single step contribute, and at least one of the three. From these the
+    same number comes out whether samples are looked at one by one, as compiled code does, or all at once.
 
     Attributes:
         name: as in a scenario file.
         symbol: as in the paper.
-        equation: where the paper states it.
+        equation: where the paper states it; a dash where it does not.
         unit: of its value.
-        of: the formula: arm and samples of a motion -> scalar.
+        timed: whether it depends on how long a motion takes; if not, a nonlinear program leaves time out.
+        sooner_is_better: whether less time is never worse: a finished motion is then run as fast as its limits allow.
+        norm: how joints that turn far weigh against joints that turn little, where structured starts choose postures:
+            the p of a p-norm, infinite where the farthest alone counts.
+        program_steps: time steps a segment with which a nonlinear program gets by; None for those of the search.
     """
 
-    name: str
-    symbol: str
-    equation: str
-    unit: str
-    of: Callable[[PlanarArm, Samples], Matrix]
+    name: ClassVar[str]
+    symbol: ClassVar[str]
+    equation: ClassVar[str] = "-"
+    unit: ClassVar[str]
+    timed: ClassVar[bool] = True
+    sooner_is_better: ClassVar[bool] = False
+    norm: ClassVar[float] = np.inf
+    program_steps: ClassVar[int | None] = None
+
+    def terminal(self, duration: Matrix) -> Matrix:
+        """What depends on the duration alone, s; scalar."""
+        return 0.0
+
+    def at(self, samples: Samples) -> Matrix | None:
+        """What each sample contributes, (n, m); integrals multiply by ``samples.weights``."""
+        return None
+
+    def between(self, before: Samples, after: Samples) -> Matrix | None:
+        """What each step from one sample to the next contributes, (n - 1, m); 0 where nothing moves."""
+        return None
+
+    def value(self, samples: Samples) -> Matrix:
+        """The objective of a motion, scalar, in ``unit``."""
+        value = self.terminal(samples.duration)
+        for part in (self.at(samples), self.between(*samples.steps) if samples.count > 1 else None):
+            value = value if part is None else value + total(part)
+        return value
+
+    def upper_bound(self, bounds: MotionBounds) -> float:
+        """What no motion within the bounds exceeds; a huge number where nothing better is known."""
+        return ENDLESS
+
+    def slack_count(self, robot: Robot, steps: int) -> int:
+        """How many slack variables its smooth form takes over so many steps."""
+        return 0
+
+    def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
+        """The objective without kinks, for a nonlinear program; slack (steps, dof) or empty."""
+        return self.value(samples)
+
+    def slack_values(self, theta: FloatArray) -> FloatArray:
+        """The slacks of a motion with angles (n, dof), in the order of the columns of ``slack``."""
+        return np.empty(0)
+
+    def slack_rows(self, samples: Samples, slack: Matrix) -> list[tuple[str, str, Matrix]]:
+        """What must not be negative for the slacks to mean what they say: name, formula, (steps, dof)."""
+        return []
 
 
-def execution_time(arm: PlanarArm, samples: Samples) -> Matrix:
-    """(8) T = t_1 + t_2, (19) T = t_T; s."""
-    return samples.duration
-
-
-def joint_rotation(arm: PlanarArm, samples: Samples) -> Matrix:
-    """(9), (20): sum over joints and time steps of the absolute angular displacement; rad."""
-    return total(ca.fabs(differences(samples.theta)))
-
-
-def tip_travel(arm: PlanarArm, samples: Samples) -> Matrix:
-    """(10): length of the line through the tip's positions at the samples; m."""
-    dx, dy = columns(differences(arm.tip(samples.theta)))
-    return total(ca.sqrt(dx * dx + dy * dy))
-
-
-OBJECTIVES = {
-    objective.name: objective
-    for objective in (
-        Objective("time", "T", "(8)", "s", execution_time),
-        Objective("rotation", "F_q", "(9)", "rad", joint_rotation),
-        Objective("length", "F_d", "(10)", "m", tip_travel),
-    )
-}
+def no_slack() -> Matrix:
+    """The slacks of an objective that has none."""
+    return ca.SX(0, 1)

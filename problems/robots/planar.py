@@ -10,17 +10,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
 from problems.base.errors import InvalidProblem
-from problems.base.matrix import Matrix, columns
+from problems.base.matrix import FloatArray, Matrix, columns
+from problems.robots.redundancy import angular_range, annulus, restore
+from problems.robots.robot import JointLimits, Robot
+from problems.robots.turns import wrap_to
 
 
 @dataclass(frozen=True)
-class PlanarArm:
-    """Geometry and limits of an arm.
+class PlanarArm(Robot):
+    """A chain of links that turn in one plane; the base is the origin.
 
     Args:
         link_lengths: k >= 2 lengths in m, from the base to the tip.
@@ -31,6 +35,8 @@ class PlanarArm:
     Raises:
         InvalidProblem: a length or limit is not positive and finite, or a list is not k long.
     """
+
+    numbers: ClassVar[tuple[str, ...]] = ("link_lengths", "max_speed", "max_acceleration", "joint_limits")
 
     link_lengths: tuple[float, ...]
     max_speed: tuple[float, ...]
@@ -62,32 +68,75 @@ class PlanarArm:
         """The number of links k."""
         return len(self.link_lengths)
 
+    @property
+    def dof(self) -> int:
+        """The number of joints, k."""
+        return self.links
+
+    @property
+    def limits(self) -> JointLimits:
+        """What the joints can do."""
+        return JointLimits(speed=self.max_speed, acceleration=self.max_acceleration, position=self.joint_limits)
+
+    @property
+    def redundancy(self) -> int:
+        """How many links are redundant, k - 2."""
+        return self.links - 2
+
     def reach(self, links: int | None = None) -> tuple[float, float]:
         """Inner and outer radius in m of the annulus that the first ``links`` links (default: all) can reach."""
-        lengths = self.link_lengths[:links]
-        return max(0.0, 2.0 * max(lengths) - sum(lengths)), sum(lengths)
+        inner, outer = annulus(self.link_lengths[:links])
+        return float(inner), float(outer)
 
-    def joint_positions(self, theta: Matrix) -> tuple[Matrix, Matrix]:
-        """Forward kinematics of n postures.
-
-        Args:
-            theta: joint angles, (n, k), rad.
-
-        Returns:
-            x and y in m of the base, each joint and the tip, both (n, k + 1).
-        """
+    def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
+        """Forward kinematics of n postures (n, k) in rad: base, joints and tip, k + 1 matrices (n, 2), m."""
         psi: Matrix = 0
-        xs, ys = [ca.DM.zeros(theta.shape[0], 1)], [ca.DM.zeros(theta.shape[0], 1)]
+        positions = [ca.DM.zeros(theta.shape[0], 2)]
         for length, angle in zip(self.link_lengths, columns(theta), strict=True):
             psi = psi + angle
-            xs.append(xs[-1] + length * ca.cos(psi))
-            ys.append(ys[-1] + length * ca.sin(psi))
-        return ca.horzcat(*xs), ca.horzcat(*ys)
+            x, y = columns(positions[-1])
+            positions.append(ca.horzcat(x + length * ca.cos(psi), y + length * ca.sin(psi)))
+        return tuple(positions)
 
-    def tip(self, theta: Matrix) -> Matrix:
-        """Tip positions in m, (n, 2), of n postures (n, k)."""
-        x, y = self.joint_positions(theta)
-        return ca.horzcat(x[:, -1], y[:, -1])
+    @property
+    def radius(self) -> Matrix:
+        """All links stretched out, m."""
+        return sum(self.link_lengths)
+
+    @property
+    def turns(self) -> FloatArray:
+        """Link orientations psi are sums of joint angles."""
+        return np.tri(self.links)
+
+    @property
+    def levers(self) -> FloatArray:
+        """A point of link i is carried along by the turning of the links j <= i, each as long as it is."""
+        return np.asarray(np.tri(self.links) * np.array(self.link_lengths))
+
+    def restore_redundancy(self, point: Matrix, normalised: Matrix) -> Matrix:
+        """Orientations phi of links 3..k by (7), generalised; (k - 2, 1), rad."""
+        return restore(self.link_lengths, point, normalised)
+
+    def redundant_values(self, theta: FloatArray) -> FloatArray:
+        """Orientations phi of links 3..k, (n, k - 2), rad."""
+        return np.asarray(np.cumsum(theta, axis=1)[:, 2:])
+
+    def redundancy_ranges(self, theta: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Bounds (23) of the orientations phi of links 3..k, both (n, k - 2), rad.
+
+        A link beyond the third has its bounds given where the links after it stand; of two intervals the one that phi
+        is in, or nearest to, is returned.
+        """
+        phi = self.redundant_values(theta)
+        lower, upper = np.empty_like(phi), np.empty_like(phi)
+        for row, point in enumerate(points):
+            target = ca.DM(point)
+            for link in range(self.links, 2, -1):
+                angle = float(phi[row, link - 3])
+                ends = (float(value) for value in angular_range(self.link_lengths, link, target))
+                lower[row, link - 3], upper[row, link - 3] = _interval_around(angle, *ends)
+                target = target - self.link_lengths[link - 1] * ca.DM([np.cos(angle), np.sin(angle)])
+        return lower, upper
 
     def inverse(self, point: Matrix, phi: Matrix, elbow: Matrix) -> tuple[Matrix, Matrix]:
         """Inverse kinematics (1)-(2), with atan2 where the paper's arccos loses the sign.
@@ -100,7 +149,7 @@ class PlanarArm:
         Returns:
             The joint angles (1, k) in rad, neither wrapped nor limited, and cos(theta_2) of (1): the paper's k_s or
             k_f. The point is reached exactly when its absolute value is at most 1; beyond, the angles are those
-            of the time_scaled or folded arm, so that no NaN appears.
+            of the stretched or folded arm, so that no NaN appears.
         """
         l1, l2 = self.link_lengths[:2]
         wrist = self.wrist(point, phi)
@@ -114,12 +163,12 @@ class PlanarArm:
         return ca.horzcat(theta_1, theta_2, *rest), cosine
 
     def project_to_point(self, theta: Matrix, point: Matrix) -> Matrix:
-        """The posture nearest ``theta`` (1, k) whose tip is at ``point`` (2, 1) exactly, m; numeric.
+        """The posture nearest ``theta`` (1, k) whose tip is at ``point`` (2, 1) exactly, m.
 
         Links 3..k keep their orientation, links 1 and 2 close what is left of the way with the same elbow.
         """
         psi = ca.cumsum(theta, 1)
-        elbow = -1.0 if float(ca.sin(theta[1])) < 0.0 else 1.0
+        elbow = ca.if_else(ca.sin(theta[1]) < 0.0, -1.0, 1.0)
         angles, _ = self.inverse(point, psi[2:].T, elbow)
         return wrap_to(angles, theta)
 
@@ -135,21 +184,28 @@ class PlanarArm:
 
         That is (-pi, pi], or, with joint limits, the turn around the middle of the joint's range. (1, k) -> (1, k).
         """
-        middle = [0.0] * self.links
-        if self.joint_limits is not None:
-            middle = [(lowest + highest) / 2.0 for lowest, highest in self.joint_limits]
-        return wrap_to(theta, ca.DM(middle).T)
+        return wrap_to(theta, self.middle)
+
+    @property
+    def middle(self) -> Matrix:
+        """The middle of each joint's range, zero without limits; (1, k), rad."""
+        if self.joint_limits is None:
+            return ca.DM.zeros(1, self.links)
+        return ca.horzcat(*((lowest + highest) / 2.0 for lowest, highest in self.joint_limits))
 
     def wrap_near(self, theta: Matrix, start: Matrix) -> Matrix:
         """The same posture with each angle in the turn nearest ``start``; joint limits, if any, decide first."""
         near = wrap_to(theta, start)
         if self.joint_limits is None:
             return near
-        lowest, highest = (ca.DM(list(bound)).T for bound in zip(*self.joint_limits, strict=True))
+        lowest, highest = (ca.horzcat(*bound) for bound in zip(*self.joint_limits, strict=True))
         near = ca.if_else(near > highest, near - 2.0 * pi, near)
         return ca.if_else(near < lowest, near + 2.0 * pi, near)
 
 
-def wrap_to(angle: Matrix, reference: Matrix) -> Matrix:
-    """``angle`` plus whole turns, within (reference - pi, reference + pi]; elementwise, rad."""
-    return angle - 2.0 * pi * ca.ceil((angle - reference - pi) / (2.0 * pi))
+def _interval_around(angle: float, alpha: float, beta_in: float, beta_out: float) -> tuple[float, float]:
+    """The interval of alpha ± [beta_in, beta_out], in the turn nearest ``angle``, on the angle's side of alpha."""
+    alpha = float(wrap_to(ca.DM(alpha), ca.DM(angle)))
+    if beta_in == 0.0:
+        return alpha - beta_out, alpha + beta_out
+    return (alpha + beta_in, alpha + beta_out) if angle >= alpha else (alpha - beta_out, alpha - beta_in)

@@ -12,38 +12,45 @@ one interval when beta_in = 0 and two otherwise. Choosing from link k down to li
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import casadi as ca
 
-from problems.base.matrix import Matrix
-from problems.robots.planar import PlanarArm
+from problems.base.matrix import Matrix, largest
 
 TINY = 1e-300  # a target on the base has no direction: every angle is as good, none may become NaN
 
 
-def angular_range(arm: PlanarArm, link: int, target: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+def annulus(lengths: Sequence[Matrix]) -> tuple[Matrix, Matrix]:
+    """Inner and outer radius in m of what the end of a chain of links can reach."""
+    outer = sum(lengths)
+    return ca.fmax(0.0, 2.0 * largest(ca.vertcat(*lengths)) - outer), outer
+
+
+def angular_range(lengths: Sequence[Matrix], link: int, target: Matrix) -> tuple[Matrix, Matrix, Matrix]:
     """The angles at which ``link`` (3..k) can stand when its end is at ``target``.
 
     Args:
-        arm: the arm.
+        lengths: of all links, m.
         link: the link's number j, counted from 1.
         target: where the end of link j is, (2, 1), m, within reach of links 1..j.
 
     Returns:
         alpha, beta_in, beta_out in rad: the allowed angles are alpha ± [beta_in, beta_out].
     """
-    length = arm.link_lengths[link - 1]
-    inner, outer = arm.reach(link - 1)
+    length = lengths[link - 1]
+    inner, outer = annulus(lengths[: link - 1])
     square = ca.sumsqr(target) + length**2
     scale = ca.fmax(2.0 * length * ca.sqrt(ca.sumsqr(target)), TINY)
     beta_in, beta_out = (_arccos((square - radius**2) / scale) for radius in (inner, outer))
     return ca.atan2(target[1], target[0]), beta_in, beta_out
 
 
-def restore(arm: PlanarArm, target: Matrix, normalised: Matrix) -> Matrix:
+def restore(lengths: Sequence[Matrix], target: Matrix, normalised: Matrix) -> Matrix:
     """Redundancy angles of normalised values, (7) for each of the links k..3.
 
     Args:
-        arm: the arm.
+        lengths: of all k links, m.
         target: the tip position, (2, 1), m, within reach.
         normalised: values in [0, 1] for the links 3..k, (k - 2, 1).
 
@@ -52,12 +59,12 @@ def restore(arm: PlanarArm, target: Matrix, normalised: Matrix) -> Matrix:
         [0, 1/2) runs through the interval on one side and [1/2, 1] through the other.
     """
     phi: list[Matrix] = []
-    for link in range(arm.links, 2, -1):
-        alpha, beta_in, beta_out = angular_range(arm, link, target)
+    for link in range(len(lengths), 2, -1):
+        alpha, beta_in, beta_out = angular_range(lengths, link, target)
         share = 2.0 * normalised[link - 3] - 1.0
         side = ca.if_else(share < 0.0, -1.0, 1.0)
         phi.insert(0, alpha + side * beta_in + share * (beta_out - beta_in))
-        target = target - arm.link_lengths[link - 1] * ca.vertcat(ca.cos(phi[0]), ca.sin(phi[0]))
+        target = target - lengths[link - 1] * ca.vertcat(ca.cos(phi[0]), ca.sin(phi[0]))
     return ca.vertcat(*phi) if phi else ca.DM(0, 1)
 
 

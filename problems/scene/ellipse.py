@@ -8,12 +8,14 @@ lies between them, and it costs less.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
 from problems.base.errors import InvalidProblem
-from problems.base.matrix import Matrix, columns
+from problems.base.matrix import FloatArray, Matrix, columns
+from problems.scene.obstacle import Obstacle
 
 SHORTEST = 1e-12  # squared dimensionless length below which a segment is a point; keeps 0 / 0 and its gradient away
 CORE = 1e-3  # squared dimensionless radius of the core in which the logarithm levels off
@@ -21,8 +23,8 @@ CENTRAL = 1e-30  # squared dimensionless distance from the centre that keeps the
 
 
 @dataclass(frozen=True)
-class Ellipse:
-    """An obstacle: a filled ellipse.
+class Ellipse(Obstacle):
+    """A filled ellipse in the plane.
 
     Args:
         center: (x, y), m.
@@ -32,6 +34,9 @@ class Ellipse:
     Raises:
         InvalidProblem: a number is not finite or a semi-axis not positive.
     """
+
+    numbers: ClassVar[tuple[str, ...]] = ("center", "semi_axes", "angle")
+    zero_is_structure: ClassVar[tuple[str, ...]] = ("angle",)
 
     center: tuple[float, float]
     semi_axes: tuple[float, float]
@@ -43,46 +48,73 @@ class Ellipse:
         if not (np.isfinite(self.semi_axes).all() and min(self.semi_axes) > 0.0):
             raise InvalidProblem("semi_axes", f"{self.semi_axes} are not positive numbers")
 
-    def to_unit_circle(self, x: Matrix, y: Matrix) -> tuple[Matrix, Matrix]:
-        """Map points of the plane (m) so that this ellipse becomes the unit circle (dimensionless)."""
+    @property
+    def place(self) -> tuple[float, ...]:
+        """Its centre, m."""
+        return self.center
+
+    @property
+    def smaller_axis(self) -> Matrix:
+        """The smaller semi-axis, m."""
+        return ca.fmin(*self.semi_axes)
+
+    @property
+    def width(self) -> float:
+        """The least distance in m between two parallel lines that hold it."""
+        return 2.0 * min(self.semi_axes)
+
+    def to_unit_circle(self, points: Matrix) -> tuple[Matrix, Matrix]:
+        """Map points (n, 2) in m so that this ellipse becomes the unit circle; both (n, 1), dimensionless."""
+        x, y = columns(points)
         dx, dy = x - self.center[0], y - self.center[1]
-        if self.angle != 0.0:
-            cosine, sine = float(np.cos(self.angle)), float(np.sin(self.angle))
+        if not (isinstance(self.angle, float) and self.angle == 0.0):
+            cosine, sine = ca.cos(self.angle), ca.sin(self.angle)
             dx, dy = cosine * dx + sine * dy, cosine * dy - sine * dx
         return dx * (1.0 / self.semi_axes[0]), dy * (1.0 / self.semi_axes[1])
 
-    def contains(self, point: tuple[float, float]) -> bool:
+    def contains(self, point: tuple[float, ...]) -> bool:
         """Whether a point (m) lies in or on the ellipse."""
-        u, v = self.to_unit_circle(*point)
+        u, v = self.to_unit_circle(ca.DM([point]))
         return bool(u * u + v * v <= 1.0)
 
-    def segment_clearance(self, x: Matrix, y: Matrix) -> Matrix:
-        """Clearance of straight segments.
-
-        Args:
-            x: of the two ends of n segments, (n, 2), m.
-            y: likewise.
+    def segment_clearance(self, start: Matrix, end: Matrix) -> Matrix:
+        """Clearance of straight segments: exact in sign.
 
         Returns:
             (n, 1), m: negative when the segment enters the ellipse, 0 when it touches, else a lower bound of the
             distance between them (the dimensionless distance times the smaller semi-axis).
         """
-        u, v = self.to_unit_circle(x, y)
-        (u0, u1), (v0, v1) = columns(u), columns(v)
+        (u0, v0), (u1, v1) = self.to_unit_circle(start), self.to_unit_circle(end)
         du, dv = u1 - u0, v1 - v0
         length = ca.fmax(du * du + dv * dv, SHORTEST)
         along = ca.fmin(1.0, ca.fmax(0.0, -(u0 * du + v0 * dv) / length))
         nearest_u, nearest_v = u0 + along * du, v0 + along * dv
         distance = ca.sqrt(nearest_u * nearest_u + nearest_v * nearest_v + CENTRAL)
-        return (distance - 1.0) * min(self.semi_axes)
+        return (distance - 1.0) * self.smaller_axis
 
-    def log_distance(self, clearance: Matrix) -> Matrix:
+    def smooth(self, clearance: Matrix) -> Matrix:
         """The logarithm of the dimensionless distance from the centre that a clearance in m stands for.
 
         Its gradient does not fade inside the ellipse, where an optimiser has to find its way out.
         """
-        return 0.5 * ca.log((clearance / min(self.semi_axes) + 1.0) ** 2 + CORE)
+        return 0.5 * ca.log((clearance / self.smaller_axis + 1.0) ** 2 + CORE)
 
-    def distance_to_base(self) -> float:
-        """A lower bound in m of the distance from the base; links that reach less can never touch."""
-        return float(max(0.0, np.hypot(*self.center) - max(self.semi_axes)))
+    def distance_to(self, point: tuple[float, ...]) -> float:
+        """A lower bound in m of the distance from a point: that of the circle around the ellipse."""
+        away = np.hypot(self.center[0] - point[0], self.center[1] - point[1])
+        return float(max(0.0, away - max(self.semi_axes)))
+
+    def outline(self, count: int = 96) -> FloatArray:
+        """Points on the boundary, in order and counter-clockwise, (count, 2), m."""
+        phase = 2.0 * np.pi * np.arange(count) / count
+        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        turned = np.array([[cosine, sine], [-sine, cosine]])
+        local = np.column_stack([self.semi_axes[0] * np.cos(phase), self.semi_axes[1] * np.sin(phase)])
+        return np.asarray(self.center + local @ turned)
+
+    def bounding_box(self) -> FloatArray:
+        """The smallest box around it with sides along the axes: lower and upper corner, (2, 2), m."""
+        a, b = self.semi_axes
+        cosine, sine = np.cos(self.angle), np.sin(self.angle)
+        half = np.array([np.hypot(a * cosine, b * sine), np.hypot(a * sine, b * cosine)])
+        return np.asarray(self.center + np.array([-half, half]))

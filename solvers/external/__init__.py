@@ -1,1 +1,1 @@
-"""Solvers of other packages behind our interface: loaded only when asked for, some need an extra to be installed."""
+"""Solvers of other packages behind our interface: imported only when used, some need an extra to be installed."""

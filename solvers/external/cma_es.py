@@ -6,7 +6,6 @@ Increasing Population Size", 2005.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -14,7 +13,8 @@ import cma
 import numpy as np
 
 from solvers.box import Box
-from solvers.external.callback_to_generator import WORST
+from solvers.driver.iterations import Iterations
+from solvers.external.callback_to_generator import LARGEST_COST
 from solvers.solver import Search, Solver, require
 
 
@@ -24,7 +24,7 @@ class CMAES(Solver):
 
     minimum_population: ClassVar[int] = 4
 
-    population: int | None = None  # lambda >= 4; None: 4 + 3 ln d, as the package has it
+    population: int | None = None  # lambda >= 4; None: 4 + 3 ln d, the default of the package
     sigma: float = 0.3  # > 0, first step size as a share of the box
     growth: float = 2.0  # >= 1, of the population at a restart
 
@@ -33,8 +33,8 @@ class CMAES(Solver):
         require(self.sigma > 0.0, f"sigma = {self.sigma} is not positive")
         require(self.growth >= 1.0, f"growth = {self.growth} is less than 1")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
-        """Sample, rank, adapt; start again somewhere else when it has converged."""
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+        """Sample, rank, adapt; restart with a larger population when it has converged."""
         size = float(self.population or 4 + int(3 * np.log(box.dimension)))
         first = True
         while True:
@@ -43,9 +43,9 @@ class CMAES(Solver):
                 if not first and next(iterations, None) is None:
                     return
                 first = False
-                asked = strategy.ask()
-                costs = yield box.from_unit(np.array(asked))
-                strategy.tell(asked, np.minimum(costs, WORST).tolist())
+                points = strategy.ask()
+                costs = yield box.from_unit(np.array(points))
+                strategy.tell(points, np.minimum(costs, LARGEST_COST).tolist())
             size *= self.growth
 
     def strategy(self, dimension: int, rng: np.random.Generator, population: int) -> Any:
@@ -54,7 +54,7 @@ class CMAES(Solver):
             "bounds": [0.0, 1.0],
             "popsize": population,
             "randn": lambda *shape: rng.standard_normal(shape),
-            "seed": np.nan,  # hands off NumPy's global generator
+            "seed": np.nan,  # leaves NumPy's global generator alone
             "verbose": -9,
         }
         return cma.CMAEvolutionStrategy(rng.random(dimension), self.sigma, options)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -17,7 +16,8 @@ from pymoo.core.termination import NoTermination
 from pymoo.problems.static import StaticProblem
 
 from solvers.box import Box
-from solvers.external.callback_to_generator import WORST
+from solvers.driver.iterations import Iterations
+from solvers.external.callback_to_generator import LARGEST_COST
 from solvers.solver import Search, Solver, require
 
 ALGORITHMS = {"pso": PSO, "de": DE, "ga": GA, "g3pcx": G3PCX}
@@ -25,7 +25,7 @@ ALGORITHMS = {"pso": PSO, "de": DE, "ga": GA, "g3pcx": G3PCX}
 
 @dataclass(frozen=True)
 class Pymoo(Solver):
-    """An algorithm of pymoo with pymoo's defaults, the population apart."""
+    """An algorithm of pymoo with pymoo's defaults, except for the population."""
 
     minimum_population: ClassVar[int] = 6
 
@@ -36,15 +36,15 @@ class Pymoo(Solver):
         super().__post_init__()
         require(self.algorithm in ALGORITHMS, f"algorithm = {self.algorithm!r} is none of {', '.join(ALGORITHMS)}")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
         """Ask and tell."""
         problem = Problem(n_var=box.dimension, n_obj=1, xl=0.0, xu=1.0)
         algorithm = ALGORITHMS[self.algorithm](pop_size=self.population)
         algorithm.setup(problem, termination=NoTermination(), seed=int(rng.integers(2**31)))
         while True:
-            asked = algorithm.ask()
-            costs = np.minimum((yield box.from_unit(asked.get("X").astype(np.float64))), WORST)
-            Evaluator().eval(StaticProblem(problem, F=costs[:, None]), asked)
-            algorithm.tell(infills=asked)
+            population = algorithm.ask()
+            costs = np.minimum((yield box.from_unit(population.get("X").astype(np.float64))), LARGEST_COST)
+            Evaluator().eval(StaticProblem(problem, F=costs[:, None]), population)
+            algorithm.tell(infills=population)
             if next(iterations, None) is None:
                 return

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, get_args
 
@@ -10,17 +9,18 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution, dual_annealing
 
 from solvers.box import Box
+from solvers.driver.iterations import Iterations
 from solvers.external.callback_to_generator import Cost, callback_to_generator
 from solvers.solver import Search, Solver, require
 
 Strategy = Literal["best1bin", "rand1bin", "currenttobest1bin"]
-ENDLESS = 10**9  # iterations; the budget ends the search
-CALLS = 100  # of dual annealing's cost, one candidate each, that we count as one iteration
+UNLIMITED = 10**9  # iterations; the budget ends the search
+CALLS_PER_ITERATION = 100  # of dual annealing's cost, one candidate each, counted as one iteration
 
 
 @dataclass(frozen=True)
 class SciPyDE(Solver):
-    """``scipy.optimize.differential_evolution`` without its final polish; SciPy's defaults, the population apart."""
+    """``scipy.optimize.differential_evolution`` without its final polish; all but the population as SciPy has it."""
 
     minimum_population: ClassVar[int] = 5
 
@@ -33,8 +33,8 @@ class SciPyDE(Solver):
         require(self.strategy in get_args(Strategy), f"strategy = {self.strategy!r} is unknown")
         require(0.0 <= self.recombination <= 1.0, f"recombination = {self.recombination} is not in [0, 1]")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
-        """One generation after the other; when it has converged, again from new random members."""
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+        """One generation after the other; restarts from new random members when it has converged."""
 
         def run(cost: Cost) -> None:
             def vectorised(shares: Any) -> Any:  # SciPy's types know scalar costs only
@@ -47,7 +47,7 @@ class SciPyDE(Solver):
                     strategy=self.strategy,
                     init=rng.random((self.population, box.dimension)),
                     recombination=self.recombination,
-                    maxiter=ENDLESS,
+                    maxiter=UNLIMITED,
                     rng=rng,
                     polish=False,
                     updating="deferred",
@@ -59,7 +59,7 @@ class SciPyDE(Solver):
 
 @dataclass(frozen=True)
 class DualAnnealing(Solver):
-    """``scipy.optimize.dual_annealing``, without its local search: that would need thousands of differences."""
+    """``scipy.optimize.dual_annealing``, without its local search, which would need thousands of finite differences."""
 
     minimum_population: ClassVar[int] = 1
 
@@ -72,7 +72,7 @@ class DualAnnealing(Solver):
         require(1.0 < self.visit <= 3.0, f"visit = {self.visit} is not in (1, 3]")
         require(0.0 < self.restart_temp_ratio < 1.0, f"restart_temp_ratio = {self.restart_temp_ratio} is not in (0, 1)")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
         """One candidate after the other."""
 
         def run(cost: Cost) -> None:
@@ -82,12 +82,12 @@ class DualAnnealing(Solver):
             dual_annealing(
                 one,
                 Bounds(np.zeros(box.dimension), np.ones(box.dimension)),
-                maxiter=ENDLESS,
-                maxfun=ENDLESS,
+                maxiter=UNLIMITED,
+                maxfun=UNLIMITED,
                 visit=self.visit,
                 restart_temp_ratio=self.restart_temp_ratio,
                 no_local_search=True,
                 rng=rng,
             )
 
-        return callback_to_generator(run, iterations, CALLS)
+        return callback_to_generator(run, iterations, CALLS_PER_ITERATION)

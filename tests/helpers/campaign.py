@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from solvers import Box, Search, Solver
+from solvers import Box, Iterations, Search, Solver
 
 
 @dataclass(frozen=True)
@@ -18,7 +17,7 @@ class Random(Solver):
 
     population: int = 10
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
         yield box.sample(rng, self.population)
         for _ in iterations:
             yield box.sample(rng, self.population)
@@ -28,7 +27,7 @@ class Random(Solver):
 class Raises(Random):
     """Raises in some of its runs."""
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
         if rng.random() < 0.5:
             raise ArithmeticError("this one\nfails")
         yield from super().search(box, rng, iterations)
@@ -40,7 +39,7 @@ class Kills(Random):
 
     mark: str = ""
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
         if not self.mark or not Path(self.mark).exists():
             if self.mark:
                 Path(self.mark).touch()

@@ -1,4 +1,4 @@
-"""What the tests of pricing share: a small cost, candidates, equality of bits."""
+"""What the tests of evaluation share: a small cost, candidates, equality of bits."""
 
 from __future__ import annotations
 
@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 
 from problems.base.matrix import FloatArray
-from problems.evaluation.compiler import NativeUnavailable, find_compiler
+from problems.evaluation.kernel import data, kernels
+from problems.evaluation.native.codegen import cpp
+from problems.evaluation.native.compiler import NativeUnavailable, find_compiler
+from problems.evaluation.program import Program
+from problems.evaluation.virtual_machine import VirtualMachine
 
 
 def has_compiler() -> bool:
@@ -37,3 +41,14 @@ def same_bits(first: FloatArray, second: FloatArray) -> bool:
         np.array_equal(first, second, equal_nan=True)
         and (np.signbit(first) == np.signbit(second))[~np.isnan(first)].all()
     )
+
+
+def source_of(function: ca.Function) -> str:
+    """The C++ of a plain function."""
+    program = Program.of(function)
+    return cpp(kernels(program), program.sizes)
+
+
+def virtual_machine(program: Program) -> VirtualMachine:
+    parts = kernels(program)
+    return VirtualMachine(parts, data(program, parts), program.dimension)

@@ -81,7 +81,7 @@ def check_task(scenario: dict[str, Any], t: np.ndarray, tip: np.ndarray) -> None
     if task["kind"] == "point-to-point":
         points, allowed = np.array([task["start"], task["goal"]]), 1e-6
     else:
-        path = parse_scenario(scenario).problem().path
+        path = parse_scenario(scenario).problem().task.path
         points, allowed = path.array, task["accuracy"] * (1.0 + 1e-9)
         corners = tip_at(np.array(path.corners) / (len(points) - 1), t, tip)
         assert np.linalg.norm(corners - points[list(path.corners)], axis=1).max(initial=0.0) < 1e-3

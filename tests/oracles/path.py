@@ -11,19 +11,20 @@ import numpy as np
 from oracles.planar import MARGIN, clearance, wrap_to
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from problems import PathFollowing
+from problems import PathFollowingProblem
 
 
 class PathOracle:
-    """Prices candidates (m, d) of a problem from its fields alone."""
+    """Evaluates candidates (m, d) of a problem from its fields alone."""
 
-    def __init__(self, problem: PathFollowing) -> None:
-        self.problem = problem
-        self.lengths = np.array(problem.arm.link_lengths)
-        n = len(problem.path.points)
+    def __init__(self, problem: PathFollowingProblem) -> None:
+        self.problem, self.task, self.arm = problem, problem.task, problem.robot
+        self.formulation = problem.encoding.name
+        self.lengths = np.array(self.arm.link_lengths)
+        n = len(self.task.path.points)
         self.u_points = np.arange(n) / (n - 1)
-        self.u_grid = np.linspace(0.0, 1.0, problem.steps * (n - 1) + 1)
-        self.indices = list(problem.knot_indices)
+        self.u_grid = np.linspace(0.0, 1.0, problem.motion.steps * (n - 1) + 1)
+        self.indices = list(self.task.knot_indices)
 
     def breaks_a_limit(self, candidates: np.ndarray) -> np.ndarray:
         broken = [np.any(v > 0.0, axis=0) for v in self._violations(*self._motion(candidates)).values()]
@@ -37,28 +38,29 @@ class PathOracle:
             "time": time,
             "rotation": np.abs(np.diff(theta, axis=0)).sum(axis=(0, 2)),
             "length": np.abs(np.diff(self._joints(theta)[..., -1], axis=0)).sum(axis=0),
-        }[p.objective]
+        }[p.objective.name]
         violations = self._violations(spline, time)
-        if p.formulation == "reduced":
+        if self.formulation == "reduced":
             miss = violations.pop("accuracy")
-            excess = np.where(miss > 0.0, miss / p.accuracy - 1.0, 0.0).sum(axis=0)
+            excess = np.where(miss > 0.0, miss / self.task.accuracy - 1.0, 0.0).sum(axis=0)
             excess = excess + sum(v.sum(axis=0) for v in violations.values())
             return np.where(excess > 0.0, p.objective_upper_bound + excess, objective)
         summed = sum(violations.pop(name).sum(axis=0) for name in ("accuracy", "speed", "acceleration"))
         counted = sum((v > 0.0).sum(axis=0) for v in violations.values())
-        return np.asarray(objective + p.lambda_1 * (summed + counted))
+        return np.asarray(objective + p.weights.limit * (summed + counted))
 
     def _motion(self, candidates: np.ndarray) -> tuple[Any, np.ndarray]:
         """Spline over u of the joint angles (m, k), and t_T (m,)."""
-        p, k, m = self.problem, self.lengths.size, len(candidates)
-        decided = candidates[:, : p.redundancy_values * (k - 2)].reshape(m, k - 2, p.redundancy_values)
+        p, k, m = self.task, self.lengths.size, len(candidates)
+        values = self.problem.encoding.redundancy_values
+        decided = candidates[:, : values * (k - 2)].reshape(m, k - 2, values)
         elbow = np.full(m, -1.0 if p.elbow == "down" else 1.0)
         if p.elbow == "free":
-            elbow = np.where(candidates[:, p.redundancy_values * (k - 2)] >= 0.0, 1.0, -1.0)
+            elbow = np.where(candidates[:, values * (k - 2)] >= 0.0, 1.0, -1.0)
         u_knots = self.u_points[self.indices]
-        x_phi = CubicSpline(np.linspace(0.0, 1.0, p.redundancy_values), decided, axis=2)(u_knots).clip(0.0, 1.0)
+        x_phi = CubicSpline(np.linspace(0.0, 1.0, values), decided, axis=2)(u_knots).clip(0.0, 1.0)
         theta = np.array([self._angles(p.path.array[i], x_phi[:, :, row], elbow) for row, i in enumerate(self.indices)])
-        middle = np.zeros(k) if p.arm.joint_limits is None else np.mean(p.arm.joint_limits, axis=1)
+        middle = np.zeros(k) if self.arm.joint_limits is None else np.mean(self.arm.joint_limits, axis=1)
         theta[0] = wrap_to(theta[0], middle)
         for row in range(1, len(theta)):
             theta[row] = wrap_to(theta[row], theta[row - 1])
@@ -66,13 +68,13 @@ class PathOracle:
         knots = np.concatenate([np.zeros(4), inner, np.ones(4)])
         rest = [(1, np.zeros((m, k))), (2, np.zeros((m, k)))]
         spline = make_interp_spline(u_knots, theta, k=3, t=knots, bc_type=(rest, rest))
-        if p.formulation == "paper":
+        if self.formulation == "paper":
             return spline, candidates[:, -1]
         return spline, self._least_time(spline, np.unique(knots))
 
     def _least_time(self, spline: Any, nodes: np.ndarray) -> np.ndarray:
         """Speeds at the nodes and wherever the piecewise linear acceleration is zero; accelerations at the nodes."""
-        arm = self.problem.arm
+        arm = self.arm
         m, v = spline.derivative(2)(nodes), spline.derivative(1)(nodes)
         h = np.diff(nodes)[:, None, None]
         turns = m[:-1] * m[1:] < 0.0
@@ -80,7 +82,7 @@ class PathOracle:
         turning = np.where(turns, v[:-1] + h * m[:-1] ** 2 / (2.0 * gap), 0.0)
         fastest = np.maximum(np.abs(v).max(axis=0), np.abs(turning).max(axis=0)) / arm.max_speed
         sharpest = np.abs(m).max(axis=0) / arm.max_acceleration
-        return np.maximum(self.problem.time_box[0], np.maximum(fastest, np.sqrt(sharpest)).max(axis=1))
+        return np.maximum(self.problem.encoding.time_box[0], np.maximum(fastest, np.sqrt(sharpest)).max(axis=1))
 
     def _angles(self, point: np.ndarray, x_phi: np.ndarray, elbow: np.ndarray) -> np.ndarray:
         """Joint angles (m, k) with the tip at a point, from normalised redundancy (m, k - 2)."""
@@ -111,17 +113,17 @@ class PathOracle:
 
     def _violations(self, spline: Any, time: np.ndarray) -> dict[str, np.ndarray]:
         """By limit (rows, m): the value or excess wherever it is broken, 0 elsewhere; speeds in the paper form only."""
-        p = self.problem
+        p, arm = self.task, self.arm
         theta = spline(self.u_grid)
         joints = self._joints(theta)
         miss = np.abs(self._joints(spline(self.u_points))[..., -1] - (p.path.array @ [1.0, 1j])[:, None])
         found = {"accuracy": np.where(miss > p.accuracy, miss, 0.0)}
-        if p.formulation == "paper":
-            for name, order, bound in (("speed", 1, p.arm.max_speed), ("acceleration", 2, p.arm.max_acceleration)):
+        if self.formulation == "paper":
+            for name, order, bound in (("speed", 1, arm.max_speed), ("acceleration", 2, arm.max_acceleration)):
                 value = np.abs(spline.derivative(order)(self.u_grid)) / time[:, None] ** order
                 found[name] = _rows(np.where(value > bound, value, 0.0))
-        if p.arm.joint_limits is not None:
-            low, high = np.array(p.arm.joint_limits).T
+        if arm.joint_limits is not None:
+            low, high = np.array(arm.joint_limits).T
             low, high = low + MARGIN * (high - low), high - MARGIN * (high - low)
             found["range"] = _rows(np.maximum(0.0, np.maximum(low - theta, theta - high)))
         for number, obstacle in enumerate(p.obstacles):

@@ -7,32 +7,32 @@ from __future__ import annotations
 
 import numpy as np
 
-from problems import Ellipse, PointToPoint
+from problems import Ellipse, PointToPointProblem
 
 MARGIN = 1e-3  # kept at the samples, of the reach or of a joint's range
 
 
 class PointToPointOracle:
-    """Prices candidates (m, d) of a problem in the paper's formulation from its fields alone."""
+    """Evaluates candidates (m, d) of a problem in the paper's formulation from its fields alone."""
 
-    def __init__(self, problem: PointToPoint) -> None:
-        self.problem = problem
-        self.lengths = np.array(problem.arm.link_lengths)
+    def __init__(self, problem: PointToPointProblem) -> None:
+        self.problem, self.task, self.arm = problem, problem.task, problem.robot
+        self.lengths = np.array(self.arm.link_lengths)
 
     def cost(self, candidates: np.ndarray) -> np.ndarray:
         p = self.problem
-        weights = p.penalty_weights
+        weights = p.weights
         k_s, k_f, theta, speed, acceleration, duration = self._motion(candidates)
         tip = self._joints(theta)[..., -1]
         objective = {
             "time": duration,
             "rotation": np.abs(np.diff(theta, axis=0)).sum(axis=(0, 2)),
             "length": np.abs(np.diff(tip, axis=0)).sum(axis=0),
-        }[p.objective]
+        }[p.objective.name]
         penalty = self._penalty(theta, speed, acceleration)
-        unreachable = weights.lambda_2 * (np.abs(k_s) + np.abs(k_f))
+        unreachable = weights.reach * (np.abs(k_s) + np.abs(k_f))
         reachable = (np.abs(k_s) <= 1.0) & (np.abs(k_f) <= 1.0)
-        return np.where(reachable, objective + weights.lambda_1 * penalty, unreachable)
+        return np.where(reachable, objective + weights.limit * penalty, unreachable)
 
     def kinds(self, candidates: np.ndarray) -> np.ndarray:
         """0 feasible, 1 breaks a limit, 2 unreachable; (m,)."""
@@ -41,7 +41,7 @@ class PointToPointOracle:
         return np.where(unreachable, 2, np.where(self._penalty(*motion) > 0.0, 1, 0))
 
     def _motion(self, x: np.ndarray) -> tuple[np.ndarray, ...]:
-        p, k = self.problem, self.lengths.size
+        p, k = self.task, self.lengths.size
         theta_m, dtheta_m, phi_s, phi_f = np.split(x, np.cumsum([k, k, k - 2, k - 2]), axis=1)[:4]
         free = p.elbow == "free"
         fixed = np.full((len(x), 2), -1.0 if p.elbow == "down" else 1.0)
@@ -49,11 +49,11 @@ class PointToPointOracle:
         t1, t2 = x[:, -2:-1], x[:, -1:]
         theta_s, k_s = self._inverse(complex(*p.start), phi_s, elbow[:, 0])
         theta_f, k_f = self._inverse(complex(*p.goal), phi_f, elbow[:, 1])
-        middle = np.zeros(k) if p.arm.joint_limits is None else np.mean(p.arm.joint_limits, axis=1)
+        middle = np.zeros(k) if self.arm.joint_limits is None else np.mean(self.arm.joint_limits, axis=1)
         theta_s = wrap_to(theta_s, middle)
         theta_f = wrap_to(theta_f, theta_s)
-        if p.arm.joint_limits is not None:
-            low, high = np.array(p.arm.joint_limits).T
+        if self.arm.joint_limits is not None:
+            low, high = np.array(self.arm.joint_limits).T
             theta_f = theta_f - 2.0 * np.pi * (theta_f > high)
             theta_f = theta_f + 2.0 * np.pi * (theta_f < low)
         first = solve_polynomial([(0, 0, theta_s), (0, 1, 0), (0, 2, 0), (1, 0, theta_m), (1, 1, dtheta_m * t1)])
@@ -61,7 +61,7 @@ class PointToPointOracle:
         second = solve_polynomial(
             [(0, 0, theta_m), (0, 1, dtheta_m * t2), (0, 2, bend * t2**2), (1, 0, theta_f), (1, 1, 0), (1, 2, 0)]
         )
-        tau = np.linspace(0.0, 1.0, p.samples + 1)
+        tau = np.linspace(0.0, 1.0, self.problem.motion.steps + 1)
         blocks = []
         for n in range(3):
             early, late = (sampled(c, tau, n) / t**n for c, t in ((first, t1), (second, t2)))
@@ -83,16 +83,15 @@ class PointToPointOracle:
 
     def _penalty(self, theta: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         """h_1 g_1 + h_2 g_2 + h_3 g_3 of (16)-(18), and the joint limits counted likewise."""
-        p = self.problem
         total = np.zeros(theta.shape[1])
-        for values, limit in ((speed, p.arm.max_speed), (acceleration, p.arm.max_acceleration)):
+        for values, limit in ((speed, self.arm.max_speed), (acceleration, self.arm.max_acceleration)):
             total += np.where(np.abs(values) > limit, np.abs(values), 0.0).sum(axis=(0, 2))
-        if p.arm.joint_limits is not None:
-            low, high = np.array(p.arm.joint_limits).T
+        if self.arm.joint_limits is not None:
+            low, high = np.array(self.arm.joint_limits).T
             spare = MARGIN * (high - low)
             total += ((theta < low + spare) | (theta > high - spare)).sum(axis=(0, 2))
         joints, margin = self._joints(theta), MARGIN * self.lengths.sum()
-        for obstacle in p.obstacles:
+        for obstacle in self.task.obstacles:
             total += (clearance(obstacle, joints[..., :-1], joints[..., 1:]) < margin).sum(axis=(0, 2))
             total += (clearance(obstacle, joints[:-1, :, 1:], joints[1:, :, 1:]) < margin).sum(axis=(0, 2))
         return total

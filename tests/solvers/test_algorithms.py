@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers import BSO, GA, LSHADE, PSO, AdaptiveBeetleSwarm, Box, Solver
-from solvers.archive import Archive
+from solvers import BSO, GA, LSHADE, PSO, AdaptiveBeetleSwarm, Box, Iterations, Solver
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
-from solvers.lshade import History
-from solvers.swarm import scheduled
+from solvers.driver.archive import Archive
+from solvers.lshade import SuccessMemory
+from solvers.swarm import linear_schedule
 
 BOX = Box(np.zeros(2), np.array([10.0, 20.0]))
 SEED = 5
@@ -32,7 +32,7 @@ class Drawn:
 
 def drive(solver: Solver, *costs: list[float], progress: float = 0.0) -> list[np.ndarray]:
     """What the solver yields while it receives the given costs."""
-    search = solver.search(BOX, np.random.default_rng(SEED), iter([progress] * 9))
+    search = solver.search(BOX, np.random.default_rng(SEED), Iterations([progress] * 9))
     yielded = [next(search).copy()]
     yielded += [search.send(np.array(cost)).copy() for cost in costs]
     return yielded
@@ -47,7 +47,7 @@ def test_particle_step() -> None:
     assert second == pytest.approx(BOX.clip(drawn.x + v))
 
 
-def test_particle_remembers_its_own_best() -> None:
+def test_particle_keeps_its_own_best() -> None:
     solver = PSO(population=3, c1=1.0, c2=0.0, inertia_first=0.0, inertia_last=0.0, velocity_range=1.0)
     first, second, third = drive(solver, [3.0, 1.0, 2.0], [9.0, 9.0, 0.5])
     assert (second == first).all()  # no inertia, and each stands on its own best
@@ -61,23 +61,23 @@ def test_beetle_step(sign: str, towards: float) -> None:
     first, antennae, second, again = drive(solver, [1.0, 3.0, 2.0], [5.0, 1.0, 2.0, 4.0, 3.0, 2.0], [0.0, 9.0, 9.0])
     assert (first == drawn.x).all()
     v = drawn.velocity(0.9, 1.7, 1.3, best=drawn.x[0])
-    arm = v * (2.0 / 4.0) / 2.0  # (29)-(31): d = delta / c
-    assert antennae == pytest.approx(np.concatenate([BOX.clip(drawn.x + arm), BOX.clip(drawn.x - arm)]))
-    smells = np.sign([5.0 - 4.0, 1.0 - 3.0, 2.0 - 2.0])[:, None]  # F(x_right) - F(x_left)
-    step = towards * 2.0 * v * smells  # (28)
+    antenna = v * (2.0 / 4.0) / 2.0  # (29)-(31): d = delta / c
+    assert antennae == pytest.approx(np.concatenate([BOX.clip(drawn.x + antenna), BOX.clip(drawn.x - antenna)]))
+    signs = np.sign([5.0 - 4.0, 1.0 - 3.0, 2.0 - 2.0])[:, None]  # F(x_right) - F(x_left)
+    step = towards * 2.0 * v * signs  # (28)
     assert second == pytest.approx(BOX.clip(drawn.x + 0.6 * v + 0.4 * step))  # (26)
     assert step[2] == pytest.approx(0.0)
     spread = np.abs(again[:3] - again[3:])
     assert (spread <= drawn.v_max * (1.0 / 4.0) + 1e-12).all()  # (32): delta has halved
 
 
-def test_beetle_prices_three_candidates_an_iteration() -> None:
+def test_beetle_evaluates_three_candidates_an_iteration() -> None:
     sizes = [len(part) for part in drive(BSO(population=4), [1.0] * 4, [1.0] * 8, [1.0] * 4, [1.0] * 8)]
     assert sizes == [4, 8, 4, 8, 4]
 
 
-def test_inertia_is_scheduled() -> None:
-    assert [scheduled(0.9, 0.4, progress) for progress in (0.0, 0.5, 1.0)] == pytest.approx([0.9, 0.65, 0.4])
+def test_inertia_is_linear_schedule() -> None:
+    assert [linear_schedule(0.9, 0.4, progress) for progress in (0.0, 0.5, 1.0)] == pytest.approx([0.9, 0.65, 0.4])
 
 
 def test_tournament_is_won_by_the_best() -> None:
@@ -88,7 +88,7 @@ def test_tournament_is_won_by_the_best() -> None:
 def test_crossover_keeps_the_middle_of_the_parents() -> None:
     wide = Box(np.full(3, -100.0), np.full(3, 100.0))
     parents = np.random.default_rng(1).normal(size=(7, 3))
-    children = GA(population=7, crossover_rate=1.0).cross(np.random.default_rng(0), wide, parents)
+    children = GA(population=7, crossover_rate=1.0).crossover(np.random.default_rng(0), wide, parents)
     assert children[:3] + children[3:6] == pytest.approx(parents[:3] + parents[3:6])
     assert (children[:3] != parents[:3]).any()
     assert (children[6] == parents[6]).all()
@@ -96,7 +96,7 @@ def test_crossover_keeps_the_middle_of_the_parents() -> None:
 
 def test_without_crossover_and_mutation_children_are_copies() -> None:
     ga, parents = GA(population=6, crossover_rate=0.0, mutation_rate=0.0), BOX.sample(np.random.default_rng(2), 6)
-    children = ga.mutate(np.random.default_rng(0), BOX, ga.cross(np.random.default_rng(0), BOX, parents))
+    children = ga.mutate(np.random.default_rng(0), BOX, ga.crossover(np.random.default_rng(0), BOX, parents))
     assert children == pytest.approx(parents)
 
 
@@ -131,7 +131,7 @@ def adaptive(**settings: float) -> AdaptiveBeetleSwarm:
 
 
 class DrawnBeetles:
-    """The numbers that :func:`adaptive` draws: positions, and of the first step leaders and arms."""
+    """The numbers that :func:`adaptive` draws: positions, and of the first step leaders and differences."""
 
     def __init__(self, costs: list[float]) -> None:
         rng = np.random.default_rng(SEED)
@@ -143,25 +143,25 @@ class DrawnBeetles:
             second[clash] = rng.integers(4, size=int(clash.sum()))
         self.difference = self.x[first] - self.x[second]
 
-    def antennae(self, arm: float) -> list[np.ndarray]:
-        """Both sides; a component out of the box goes halfway to the bound."""
-        found = []
+    def antennae(self, length: float) -> list[np.ndarray]:
+        """Both sides; a component out of the box is set to the midpoint of the beetle's and the bound."""
+        antennae = []
         for side in (1.0, -1.0):
-            x = self.x + arm * (self.leaders - self.x) + side * arm * self.difference
+            x = self.x + length * (self.leaders - self.x) + side * length * self.difference
             x = np.where(x < BOX.lower, (self.x + BOX.lower) / 2.0, x)
-            found.append(np.where(x > BOX.upper, (self.x + BOX.upper) / 2.0, x))
-        return found
+            antennae.append(np.where(x > BOX.upper, (self.x + BOX.upper) / 2.0, x))
+        return antennae
 
 
-def test_adaptive_beetle_smells_right_then_left_and_moves_where_it_is_better() -> None:
+def test_adaptive_beetle_evaluates_right_then_left_and_moves_where_it_is_better() -> None:
     costs = [3.0, 1.0, 4.0, 2.0]
     drawn = DrawnBeetles(costs)
     right, left = drawn.antennae(0.5)
-    # of beetles that cost 1, 2, 3, 4 the first finds better on the right, the second on the left, the others nowhere
+    # of beetles that cost 1, 2, 3, 4 the first improves on the right, the second on the left, the others do not
     yielded = drive(adaptive(momentum=1.0), costs, [0.5, 2.0, 3.5, 4.5], [1.5, 3.0, 5.0])
     assert yielded[1] == pytest.approx(right)
     assert yielded[2] == pytest.approx(left[1:])
-    search = adaptive(momentum=0.0, arm=1e-12).search(BOX, np.random.default_rng(SEED), iter([0.0] * 9))
+    search = adaptive(momentum=0.0, antenna=1e-12).search(BOX, np.random.default_rng(SEED), Iterations([0.0] * 9))
     next(search)
     search.send(np.array(costs))
     search.send(np.array([0.5, 2.0, 3.5, 4.5]))
@@ -169,7 +169,7 @@ def test_adaptive_beetle_smells_right_then_left_and_moves_where_it_is_better() -
     assert still == pytest.approx(drawn.x, abs=1e-6)
 
 
-def test_adaptive_beetle_remembers_only_a_success() -> None:
+def test_momentum_repeats_successful_steps_only() -> None:
     costs = [1.0, 2.0, 3.0, 4.0]
     drawn = DrawnBeetles(costs)
     right, _ = drawn.antennae(0.5)
@@ -177,7 +177,7 @@ def test_adaptive_beetle_remembers_only_a_success() -> None:
         drive(adaptive(momentum=momentum), costs, [0.5, 1.5, 9.0, 9.0], [9.0, 9.0])[-1] for momentum in (1.0, 0.0)
     )
     moved, success = (with_momentum - without)[:2], (right - drawn.x)[:2]
-    free = moved != 0.0  # the others left the box both times, and went halfway to the bound
+    free = moved != 0.0  # the other components left the box both times, and were repaired
     assert free.sum() >= 3
     assert moved[free] == pytest.approx(success[free])
     assert with_momentum[2:] == pytest.approx(without[2:])
@@ -191,76 +191,78 @@ def test_principal_axes_are_those_of_the_better_half() -> None:
     assert np.abs(axes.T @ along) == pytest.approx([0.0, 1.0])
 
 
-@pytest.mark.parametrize(("budget", "beetles"), [(600, 20), (2400, 20), (6000, 50), (10**6, 50)])
-def test_founders_fit_the_budget(budget: int, beetles: int) -> None:
-    founding = initial_population(BOX, np.random.default_rng(0), None, 120, iter([20 / budget]))
-    asked = [next(founding)]
-    with pytest.raises(StopIteration) as end:
-        while True:
-            asked.append(founding.send(np.arange(float(len(asked[-1])))))
-    x, cost = end.value.value
-    assert len(x) == len(cost) == beetles == sum(map(len, asked))
+@pytest.mark.parametrize(("evaluations", "members"), [(600, 20), (2400, 20), (6000, 50), (10**6, 50), (None, 50)])
+def test_initial_population_fits_the_budget(evaluations: int | None, members: int) -> None:
+    x = initial_population(BOX, np.random.default_rng(0), None, 120, evaluations)
+    assert (x == BOX.sample(np.random.default_rng(0), members)).all()
+    assert len(initial_population(BOX, np.random.default_rng(0), 7, 120, evaluations)) == 7
+
+
+def test_initial_population_is_evaluated_at_once() -> None:
+    for solver in (LSHADE(effort=100), AdaptiveBeetleSwarm(effort=100)):
+        search = solver.search(BOX, np.random.default_rng(SEED), Iterations([0.0], evaluations=3000))
+        assert len(next(search)) == 30
 
 
 def test_a_shrinking_swarm() -> None:
     assert [linear_size(100, 4, progress) for progress in (0.0, 0.5, 1.0)] == [100, 52, 4]
     swarm = Population.of(np.arange(6.0)[:, None], np.array([3.0, 1.0, 2.0, 9.0, 5.0, 4.0]))
     assert swarm.x.ravel().tolist() == [1.0, 2.0, 0.0, 5.0, 4.0, 3.0]
-    swarm.ranked(3)
+    swarm.keep_best(3)
     assert swarm.cost.tolist() == [1.0, 2.0, 3.0]
 
 
-def test_replaced_members_are_remembered_up_to_a_number() -> None:
+def test_the_archive_of_replaced_members_has_a_size() -> None:
     swarm = Population.of(np.arange(4.0)[:, None], np.arange(4.0))
-    rng, everyone = np.random.default_rng(0), np.ones(4, dtype=bool)
+    rng, everywhere = np.random.default_rng(0), np.ones(4, dtype=bool)
     swarm.replace(rng, np.array([False, True, False, True]), np.full((4, 1), -1.0), np.full(4, -1.0), 4)
     assert swarm.x.ravel().tolist() == [0.0, -1.0, 2.0, -1.0]
-    assert swarm.replaced.ravel().tolist() == [1.0, 3.0]
-    swarm.replace(rng, everyone, np.zeros((4, 1)), np.zeros(4), 3)
-    assert len(swarm.replaced) == 3
+    assert swarm.archive.ravel().tolist() == [1.0, 3.0]
+    swarm.replace(rng, everywhere, np.zeros((4, 1)), np.zeros(4), 3)
+    assert len(swarm.archive) == 3
 
 
 def test_differences_are_of_two_others() -> None:
     swarm = Population.of(2.0 ** np.arange(4)[:, None], np.arange(4.0))
     for seed in range(50):
-        found = swarm.differences(np.random.default_rng(seed)).ravel()
-        for own, difference in zip(swarm.x.ravel(), found, strict=True):
+        differences = swarm.differences(np.random.default_rng(seed)).ravel()
+        for own, difference in zip(swarm.x.ravel(), differences, strict=True):
             others = [x for x in swarm.x.ravel() if x != own]
             assert any(difference == a - b for a in others for b in others if a != b)
 
 
-def test_crossing_changes_one_component_at_least() -> None:
+def test_binomial_mask_has_one_component_at_least() -> None:
     assert binomial_mask(np.random.default_rng(0), 0.0, (200, 5)).sum(axis=1).tolist() == [1] * 200
     assert binomial_mask(np.random.default_rng(0), 1.0, (3, 5)).all()
 
 
-def test_back_into_the_box() -> None:
+def test_midpoint_repair() -> None:
     parents, candidates = np.array([[2.0, 10.0]]), np.array([[-1.0, 30.0]])
     assert midpoint_repair(BOX, candidates, parents).tolist() == [[1.0, 15.0]]
 
 
-def test_success_history_learns_lehmer_means() -> None:
-    history = History(np.full(2, 0.5), np.full(2, 0.5))
-    history.learn(np.array([0.2, 0.8]), np.array([1.0, 0.5]), np.array([1.0, 3.0]))
-    assert history.f.tolist() == pytest.approx([(0.04 + 3 * 0.64) / (0.2 + 3 * 0.8), 0.5])
-    assert history.cr.tolist() == pytest.approx([(1.0 + 3 * 0.25) / (1.0 + 3 * 0.5), 0.5])
-    history.learn(np.empty(0), np.empty(0), np.empty(0))
-    assert history.turn == 1
-    history.learn(np.array([0.4]), np.array([0.0]), np.array([np.inf]))
-    assert (history.f[1], history.cr[1], history.turn) == (pytest.approx(0.4), -1.0, 0)
-    f, cr = history.draw(np.random.default_rng(0), 500)
+def test_success_memory_learns_lehmer_means() -> None:
+    memory = SuccessMemory(np.full(2, 0.5), np.full(2, 0.5))
+    memory.learn(np.array([0.2, 0.8]), np.array([1.0, 0.5]), np.array([1.0, 3.0]))
+    assert memory.f.tolist() == pytest.approx([(0.04 + 3 * 0.64) / (0.2 + 3 * 0.8), 0.5])
+    assert memory.cr.tolist() == pytest.approx([(1.0 + 3 * 0.25) / (1.0 + 3 * 0.5), 0.5])
+    memory.learn(np.empty(0), np.empty(0), np.empty(0))
+    assert memory.position == 1
+    memory.learn(np.array([0.4]), np.array([0.0]), np.array([np.inf]))
+    assert (memory.f[1], memory.cr[1], memory.position) == (pytest.approx(0.4), -1.0, 0)
+    f, cr = memory.draw(np.random.default_rng(0), 500)
     assert ((f > 0.0) & (f <= 1.0)).all()
     assert ((cr >= 0.0) & (cr <= 1.0)).all()
     assert (cr == 0.0).mean() == pytest.approx(0.5, abs=0.1)
 
 
 def test_differential_step() -> None:
-    solver = LSHADE(population=4, best=0.5, history=1)
+    solver = LSHADE(population=4, best=0.5, memory_size=1)
     first, second = drive(solver, [1.0, 2.0, 3.0, 4.0])
     rng = np.random.default_rng(SEED)
     x = rng.uniform(BOX.lower, BOX.upper, (4, 2))
     assert (first == x).all()
-    f, cr = History(np.array([0.5]), np.array([0.5])).draw(rng, 4)
+    f, cr = SuccessMemory(np.array([0.5]), np.array([0.5])).draw(rng, 4)
     swarm = Population.of(x, np.arange(4.0))
     step = f[:, None] * (swarm.leaders(rng, 0.5) - x + swarm.differences(rng))
     changed = binomial_mask(rng, cr[:, None], (4, 2))

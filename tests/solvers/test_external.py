@@ -1,4 +1,4 @@
-"""Libraries that call a cost function, as searches that ask for costs; and what outside solvers leave behind."""
+"""Libraries that call a cost function, as generators that receive costs; and what external solvers leave behind."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from helpers.named_solvers import named_solver
 
-from solvers import OUTSIDE, Box, Budget, find_solver, minimize
-from solvers.external.callback_to_generator import WORST, Cost, callback_to_generator
+from solvers import EXTERNAL, Box, Budget, minimize
+from solvers.external.callback_to_generator import LARGEST_COST, Cost, callback_to_generator
 
 
 def three_calls(cost: Cost) -> None:
@@ -28,12 +29,12 @@ def test_calls_become_requests_in_order() -> None:
 
 
 def test_infinite_costs_are_made_finite() -> None:
-    seen = []
-    search = callback_to_generator(lambda cost: seen.append(cost(np.zeros((1, 1)))), iter([]))
+    costs = []
+    search = callback_to_generator(lambda cost: costs.append(cost(np.zeros((1, 1)))), iter([]))
     next(search)
     with pytest.raises(StopIteration):
         search.send(np.array([np.inf]))
-    assert seen[0].tolist() == [WORST]
+    assert costs[0].tolist() == [LARGEST_COST]
 
 
 def test_errors_of_the_library_come_through() -> None:
@@ -78,12 +79,11 @@ def test_a_closed_search_leaves_no_thread() -> None:
     assert threading.active_count() == before
 
 
-@pytest.mark.parametrize("name", OUTSIDE)
+@pytest.mark.parametrize("name", EXTERNAL)
 def test_the_global_generator_is_left_alone(name: str) -> None:
-    if OUTSIDE[name][1]:
-        pytest.importorskip(OUTSIDE[name][1])
+    solver = named_solver(name)()
     box = Box(np.zeros(4), np.ones(4))
     np.random.seed(7)  # noqa: NPY002 (this is about it)
     expected = np.random.RandomState(7).random()
-    minimize(lambda x: (x**2).sum(axis=1), box, find_solver(name)(), Budget(2000), 1)  # type: ignore[arg-type]
+    minimize(lambda x: (x**2).sum(axis=1), box, solver, Budget(2000), 1)
     assert np.random.random() == expected  # noqa: NPY002

@@ -58,22 +58,22 @@ def starts() -> Iterator[np.ndarray]:
 
 
 def test_equality_and_its_multiplier() -> None:
-    found = Descent(toy("line"), IPOPT())(np.array([5.0, 5.0]))
-    assert found.x == pytest.approx([1.0, 0.0], abs=1e-6)
-    assert found.objective == pytest.approx(2.0)
-    assert found.stop_reason is StopReason.CONVERGED
-    assert found.row_multipliers == pytest.approx([2.0], abs=1e-6)  # grad f + lambda = 0 at (1, 0)
-    assert all(value < 1e-6 for value in found.residuals.values())
-    assert found.iterations > 0
-    assert found.evaluations > 0
+    result = Descent(toy("line"), IPOPT())(np.array([5.0, 5.0]))
+    assert result.x == pytest.approx([1.0, 0.0], abs=1e-6)
+    assert result.objective == pytest.approx(2.0)
+    assert result.stop_reason is StopReason.CONVERGED
+    assert result.row_multipliers == pytest.approx([2.0], abs=1e-6)  # grad f + lambda = 0 at (1, 0)
+    assert all(value < 1e-6 for value in result.residuals.values())
+    assert result.iterations > 0
+    assert result.evaluations > 0
 
 
 def test_signs_of_multipliers_at_bounds() -> None:
-    found = Descent(toy("corner"), IPOPT())(np.array([0.0, 3.0]))
-    assert found.x == pytest.approx([1.0, 1.5], abs=1e-5)
-    assert found.bound_multipliers[0] == pytest.approx(2.0, abs=1e-4)  # at an upper bound: positive
-    assert found.row_multipliers[0] == pytest.approx(-1.0, abs=1e-4)  # at a lower bound: negative
-    assert found.residuals["stationarity"] < 1e-5
+    result = Descent(toy("corner"), IPOPT())(np.array([0.0, 3.0]))
+    assert result.x == pytest.approx([1.0, 1.5], abs=1e-5)
+    assert result.bound_multipliers[0] == pytest.approx(2.0, abs=1e-4)  # at an upper bound: positive
+    assert result.row_multipliers[0] == pytest.approx(-1.0, abs=1e-4)  # at a lower bound: negative
+    assert result.residuals["stationarity"] < 1e-5
 
 
 def test_margin_moves_the_rows() -> None:
@@ -98,12 +98,12 @@ def test_says_nothing_unless_asked(capfd: pytest.CaptureFixture[str]) -> None:
 
 def test_many_starts_find_the_deeper_valley() -> None:
     descent = Descent(toy("two valleys"), IPOPT())
-    found = descend(descent, descent.stop, starts(), valley, Budget(iterations=12), 0)
-    assert found.x[0] < 0.0
-    assert (found.iterations, found.stop_reason, found.seed) == (12, StopReason.ITERATIONS, 0)
-    assert (np.diff(found.history.cost) <= 0.0).all()
-    assert (found.history.best[-1] == found.x).all()
-    assert found.solution.objective == found.cost
+    result = descend(descent, descent.stop, starts(), valley, Budget(iterations=12), 0)
+    assert result.x[0] < 0.0
+    assert (result.iterations, result.stop_reason, result.seed) == (12, StopReason.ITERATIONS, 0)
+    assert (np.diff(result.history.cost) <= 0.0).all()
+    assert (result.history.best[-1] == result.x).all()
+    assert result.solution.objective == result.cost
 
 
 @pytest.mark.parametrize(
@@ -117,34 +117,34 @@ def test_many_starts_find_the_deeper_valley() -> None:
 )
 def test_every_budget_ends_the_starts(budget: Budget, reason: StopReason) -> None:
     descent = Descent(toy("two valleys"), IPOPT())
-    seen = []
-    found = descend(descent, descent.stop, starts(), valley, budget, callback=seen.append)
-    assert found.stop_reason is reason
-    assert [status.iterations for status in seen] == list(range(1, found.iterations + 1))
+    statuses = []
+    result = descend(descent, descent.stop, starts(), valley, budget, callback=statuses.append)
+    assert result.stop_reason is reason
+    assert [status.iterations for status in statuses] == list(range(1, result.iterations + 1))
 
 
 def test_starts_may_run_out() -> None:
     descent = Descent(toy("line"), IPOPT())
     few = [np.zeros(2), np.ones(2)]
-    found = descend(descent, descent.stop, few, valley, Budget(iterations=5))
-    assert (found.stop_reason, found.iterations) == (StopReason.EXHAUSTED, 2)
+    result = descend(descent, descent.stop, few, valley, Budget(iterations=5))
+    assert (result.stop_reason, result.iterations) == (StopReason.EXHAUSTED, 2)
     with pytest.raises(ValueError, match="no start"):
         descend(descent, descent.stop, [], valley, Budget(iterations=5))
 
 
 def test_interruption_keeps_the_best() -> None:
     before = signal.getsignal(signal.SIGINT)
-    descent, priced = Descent(toy("two valleys"), IPOPT()), []
+    descent, solutions = Descent(toy("two valleys"), IPOPT()), []
 
-    def price(solution: Solution) -> float:
-        priced.append(solution)
-        if len(priced) == 3:
+    def merit(solution: Solution) -> float:
+        solutions.append(solution)
+        if len(solutions) == 3:
             os.kill(os.getpid(), signal.SIGINT)
         return solution.objective
 
-    found = descend(descent, descent.stop, starts(), price, Budget(iterations=100))
-    assert found.stop_reason is StopReason.INTERRUPTED
-    assert found.iterations == 3
+    result = descend(descent, descent.stop, starts(), merit, Budget(iterations=100))
+    assert result.stop_reason is StopReason.INTERRUPTED
+    assert result.iterations == 3
     assert signal.getsignal(signal.SIGINT) is before
 
 

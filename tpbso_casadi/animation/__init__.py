@@ -1,4 +1,4 @@
-"""A motion to look at: a moving picture as GIF or MP4, or an HTML player."""
+"""Animations of a motion: a film as GIF or MP4, or an HTML player."""
 
 from tpbso_casadi.animation.frames import Frames, frames_of
 from tpbso_casadi.animation.player import SCRIPT, STYLE, page, player

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from problems import PathFollowing, PointToPoint, Problem
-from problems.base.matrix import FloatArray, as_array
+from problems import Problem
+from problems.base.matrix import FloatArray
 from tpbso_casadi.planning.motion import Motion
 
-FRAMES = 121
+FRAME_COUNT = 121
+PADDING = 0.06  # around everything drawn, of its larger side
 
 
 @dataclass(frozen=True)
 class Frames:
-    """What every moving picture shows.
+    """The postures of a motion and its surroundings, for any animation.
 
     Attributes:
         problem: whose arm, obstacles and task are drawn.
@@ -23,7 +25,7 @@ class Frames:
         joints: where base, joints and tip are, (n, k + 1, 2), m.
     """
 
-    problem: Problem
+    problem: Problem[Any]
     times: FloatArray
     joints: FloatArray
 
@@ -34,27 +36,20 @@ class Frames:
 
     @property
     def task_points(self) -> FloatArray:
-        """The points that the tip has to reach, (p, 2), m."""
-        problem = self.problem
-        if isinstance(problem, PathFollowing):
-            return np.asarray(problem.path.array)
-        assert isinstance(problem, PointToPoint)
-        return np.array([problem.start, problem.goal])
+        """The points that the tip has to reach, (p, 2), m; none where the task has none."""
+        return np.vstack([np.empty((0, 2)), *(marker.points for marker in self.problem.markers())])
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """Left, right, bottom and top of everything drawn, with a little room, m."""
-        shown = [self.joints.reshape(-1, 2), self.task_points]
-        for obstacle in self.problem.obstacles:
-            largest = max(obstacle.semi_axes)
-            shown += [np.array([obstacle.center]) - largest, np.array([obstacle.center]) + largest]
-        lower, upper = np.vstack(shown).min(axis=0), np.vstack(shown).max(axis=0)
-        room = 0.06 * float((upper - lower).max())
-        return lower[0] - room, upper[0] + room, lower[1] - room, upper[1] + room
+        """Left, right, bottom and top of everything drawn, with some padding, m."""
+        boxes = [obstacle.bounding_box() for obstacle in self.problem.obstacles]
+        points = np.vstack([self.joints.reshape(-1, 2), self.task_points, *boxes])
+        lower, upper = points.min(axis=0), points.max(axis=0)
+        padding = PADDING * float((upper - lower).max())
+        return lower[0] - padding, upper[0] + padding, lower[1] - padding, upper[1] + padding
 
 
-def frames_of(motion: Motion, count: int = FRAMES) -> Frames:
-    """Look at a motion at so many times."""
+def frames_of(motion: Motion, count: int = FRAME_COUNT) -> Frames:
+    """The postures of a motion at ``count`` equally spaced times."""
     times = np.linspace(0.0, motion.trajectory.duration, count)
-    x, y = motion.problem.arm.joint_positions(motion.trajectory.samples(times).theta)
-    return Frames(motion.problem, times, np.stack([as_array(x), as_array(y)], axis=2))
+    return Frames(motion.problem, times, motion.joint_positions(times))

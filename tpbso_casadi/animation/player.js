@@ -39,9 +39,10 @@
         if (stroke) { pen.lineWidth = 1.5 * scale; pen.strokeStyle = stroke; pen.stroke(); }
       }
 
-      for (const [cx, cy, a, b, angle] of motion.obstacles) {
+      for (const outline of motion.obstacles) {
         pen.beginPath();
-        pen.ellipse(x(cx), y(cy), a * unit, b * unit, -angle, 0, 2 * Math.PI);
+        outline.forEach((point, index) => pen[index ? "lineTo" : "moveTo"](x(point[0]), y(point[1])));
+        pen.closePath();
         pen.fillStyle = colour("--obstacle");
         pen.fill();
       }

@@ -1,4 +1,4 @@
-"""A motion as a player in a web page: a canvas, a button and a slider; nothing is fetched."""
+"""A motion as a player in a web page: a canvas, a button and a slider, all in one file."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from markupsafe import Markup
 
 from tpbso_casadi.animation.frames import Frames
 
-HERE = Path(__file__).parent
-SCRIPT = Markup((HERE / "player.js").read_text(encoding="utf-8"))
-STYLE = Markup((HERE / "player.css").read_text(encoding="utf-8"))
+FOLDER = Path(__file__).parent
+SCRIPT = Markup((FOLDER / "player.js").read_text(encoding="utf-8"))
+STYLE = Markup((FOLDER / "player.css").read_text(encoding="utf-8"))
 DIGITS = 4  # of metres and seconds
 PLAYER = Markup("""\
 <figure class="player">
@@ -33,18 +33,18 @@ PAGE = Markup("""\
 
 
 def player(title: str, frames: Frames) -> Markup:
-    """The element that shows a motion; its page must hold ``STYLE`` and, behind it, ``SCRIPT``."""
+    """The HTML element that shows a motion; its page must contain ``STYLE`` and, after the element, ``SCRIPT``."""
     data = {
         "times": frames.times.round(DIGITS + 2).tolist(),
         "joints": frames.joints.round(DIGITS).tolist(),
         "extent": [round(edge, DIGITS) for edge in frames.extent],
         "points": frames.task_points.round(DIGITS).tolist(),
-        "obstacles": [[*o.center, *o.semi_axes, o.angle] for o in frames.problem.obstacles],
+        "obstacles": [obstacle.outline().round(DIGITS).tolist() for obstacle in frames.problem.obstacles],
     }
-    text = Markup(json.dumps(data, separators=(",", ":")))
-    return PLAYER.format(title=title, last=len(frames.times) - 1, data=text)
+    content = Markup(json.dumps(data, separators=(",", ":")))
+    return PLAYER.format(title=title, last=len(frames.times) - 1, data=content)
 
 
 def page(title: str, frames: Frames) -> str:
-    """A page that holds one player and needs nothing else."""
+    """A self-contained page with one player."""
     return str(PAGE.format(title=title, style=STYLE, script=SCRIPT, player=player(title, frames)))

@@ -1,4 +1,4 @@
-"""Write a motion as a moving picture; the suffix of the file says which kind."""
+"""Write a motion as an animation, in the format of the file's suffix."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from tpbso_casadi.animation.player import page
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.storage.files import OutputError, check_writable, write_text, write_with, writing
 
-FILM = 81  # frames: each takes some 50 ms to draw
+FILM_FRAMES = 81  # each takes some 50 ms to draw
 SUFFIXES = (".gif", ".mp4", ".html")
 
 
 def check_animation(path: Path) -> None:
-    """Make sure before the work that the animation can be written.
+    """Make sure before the search that the animation can be written.
 
     Raises:
         OutputError: an unknown suffix, no ffmpeg for an MP4, or a folder that cannot be written.
@@ -29,7 +29,7 @@ def check_animation(path: Path) -> None:
 
 
 def ffmpeg() -> str | None:
-    """Where ffmpeg is: the system's, or that of the package imageio-ffmpeg; None where there is none."""
+    """The path of ffmpeg: the system's, else that of the package imageio-ffmpeg; None where there is neither."""
     if which("ffmpeg") is not None or find_spec("imageio_ffmpeg") is None:
         return which("ffmpeg")
     from imageio_ffmpeg import get_ffmpeg_exe  # noqa: PLC0415 (optional)
@@ -49,4 +49,4 @@ def animate(path: Path, title: str, motion: Motion) -> None:
             return
         from tpbso_casadi.animation.moving_figures import save_film  # noqa: PLC0415 (matplotlib is slow to load)
 
-        write_with(path, lambda aside: save_film(aside, title, frames_of(motion, FILM), ffmpeg()))
+        write_with(path, lambda temporary: save_film(temporary, title, frames_of(motion, FILM_FRAMES), ffmpeg()))

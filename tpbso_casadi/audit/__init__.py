@@ -1,1 +1,1 @@
-"""What holds, and why: of a scenario its structure, of a run its certificate."""
+"""Audits: the structure of a scenario's constraints, the certificate and optimality of a run."""

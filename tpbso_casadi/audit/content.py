@@ -1,6 +1,6 @@
-"""What an audit finds out, as plain data: of a scenario its structure, of a run whether and why it holds.
+"""The results of an audit, as plain data: of a scenario its structure, of a run its certificate and optimality.
 
-The content of ``python -m tpbso_casadi.audit --json``; :mod:`tpbso_casadi.audit.report` shows it to a person.
+The content of ``python -m tpbso_casadi.audit --json``; :mod:`tpbso_casadi.cli.audit_tables` prints it.
 """
 
 from __future__ import annotations
@@ -14,15 +14,16 @@ import casadi as ca
 import numpy as np
 
 from problems import CertificateStatus, Constraint, Problem, Verdict
-from problems.assembly.problem import SAMPLING_MARGIN
 from problems.base.matrix import FloatArray
 from problems.certify.structure import freedom, structure_of
+from problems.limits.limit import SAMPLING_MARGIN
 from problems.nlp.optimality import Optimality, optimality
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.storage.stored_run import StoredRun
 
-NEAR = 1e-3  # of its bound, or of the reach where the bound is 0: nearer than that a constraint counts as active
+ACTIVE_MARGIN = 1e-3  # below which a constraint is active, of its bound, or of the reach where the bound is 0
+POLISH_KEYS = {"accepted", "status", "residuals", "multipliers"}
 
 
 def audit_scenario(scenario: Scenario) -> dict[str, Any]:
@@ -47,48 +48,51 @@ def audit_scenario(scenario: Scenario) -> dict[str, Any]:
 def _model(
     constraints: Sequence[Constraint], x: ca.SX, names: Sequence[str], bounds: tuple[FloatArray, FloatArray]
 ) -> dict[str, Any]:
-    found = [structure_of(constraint, x, names, *bounds) for constraint in constraints]
+    structures = [structure_of(constraint, x, names, *bounds) for constraint in constraints]
     return {
         "variables": len(names),
-        "rows": sum(structure.rows for structure in found),
+        "rows": sum(structure.rows for structure in structures),
         "degrees_of_freedom": freedom(constraints, x),
-        "constraints": [asdict(structure) for structure in found],
+        "constraints": [asdict(structure) for structure in structures],
     }
 
 
 def impossible(audit: dict[str, Any]) -> list[str]:
-    """Names of constraints of an audited scenario with rows that nothing in the search box can meet."""
+    """The names of the constraints of an audited scenario that no point of the search box can meet."""
     return [c["name"] for c in audit["search"]["constraints"] if c["never_met"]]
 
 
 def audit_run(run: StoredRun) -> dict[str, Any]:
     """The numeric audit and the certificate of a stored run that has been read and recomputed."""
     began = time.perf_counter()
-    motion = run.motion
+    motion, polish = run.motion, run.result.polish
     verdicts = motion.problem.verify(motion.trajectory)
     certified = time.perf_counter()
     kkt = optimality_of(motion)
     return {
         "kind": "run",
-        "objective": run.result["objective"],
+        "objective": run.result.objective.model_dump(),
         "certificate": {"verdict": str(motion.status), "seconds": certified - began},
-        "constraints": [_judged(verdict, motion.problem) for verdict in verdicts],
+        "constraints": [_constraint(verdict, motion.problem) for verdict in verdicts],
         "optimality": {**asdict(kkt), "licq": kkt.licq, "seconds": time.perf_counter() - certified},
-        "polish": {key: run.result["polish"][key] for key in ("accepted", "status", "residuals", "multipliers")}
-        if "polish" in run.result
-        else None,
+        "polish": None if polish is None else polish.model_dump(include=POLISH_KEYS),
     }
 
 
 def optimality_of(motion: Motion) -> Optimality:
     """First-order conditions of a motion in the program of its problem, multipliers by least squares."""
     program = motion.problem.nlp()
-    return optimality(program, program.from_trajectory(motion.trajectory), motion.problem.measured_by.unit)
+    return optimality(program, program.from_trajectory(motion.trajectory), motion.problem.objective.unit)
 
 
-def _judged(verdict: Verdict, problem: Problem) -> dict[str, Any]:
+def _constraint(verdict: Verdict, problem: Problem[Any]) -> dict[str, Any]:
     """A verdict with its margin: how far inside the bound the worst value is, negative outside."""
     distance = abs(verdict.worst - verdict.bound)
     margin = distance if verdict.status is not CertificateStatus.VIOLATED else -distance
-    scale = abs(verdict.bound) or problem.arm.reach()[1]
-    return {**asdict(verdict), "status": str(verdict.status), "margin": margin, "active": margin <= NEAR * scale}
+    scale = abs(verdict.bound) or problem.robot.reach()[1]
+    return {
+        **asdict(verdict),
+        "status": str(verdict.status),
+        "margin": margin,
+        "active": margin <= ACTIVE_MARGIN * scale,
+    }

@@ -1,4 +1,4 @@
-"""Many runs: a grid of scenarios, solvers and seeds, done by any executor, each run kept the moment it ends."""
+"""Many runs: a grid of scenarios, solvers and seeds, on any executor, each run stored the moment it ends."""
 
 from tpbso_casadi.campaign.executors import ExecutorError, ExecutorFactory, cluster, processes
 from tpbso_casadi.campaign.grid import SolverSpec, grid, parse_solvers

@@ -1,4 +1,4 @@
-"""Who does the runs: processes of this machine, a Dask cluster, or any ``concurrent.futures.Executor``."""
+"""Executors of runs: processes of this machine, a Dask cluster, or any ``concurrent.futures.Executor``."""
 
 from __future__ import annotations
 
@@ -7,35 +7,36 @@ import os
 import re
 import signal
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import connection, get_context, parent_process
+from multiprocessing import connection, get_context, parent_process, resource_tracker
 from threading import Thread
+from typing import Any
 
 from tpbso_casadi.campaign.run import difference
 from tpbso_casadi.storage.versions import versions
 
 ADDRESS = re.compile(r"(\w+://)?(\[[^]]+\]|[^:/\s]+):\d+")
-CHATTER = ("distributed", "tornado")
-EVERYTHING = 100_000  # runs: the scheduler shares them out
-PATIENCE = 10.0  # seconds for a scheduler to answer
+DASK_LOGGERS = ("distributed", "tornado")
+DASK_QUEUE_LENGTH = 100_000  # runs: the scheduler distributes them itself
+CONNECT_TIMEOUT = 10.0  # s, for a scheduler to answer
 
 
 class ExecutorError(ValueError):
-    """Workers that cannot be had; the message is one line."""
+    """Workers that are not available; the message is one line."""
 
 
 @dataclass(frozen=True)
 class ExecutorFactory:
-    """How to get executors.
+    """Makes executors.
 
     Attributes:
-        start: an executor for everything; again when one is broken.
-        alone: an executor for a single run that is suspected of having broken another.
-        width: how many runs are handed out at a time, those included that wait for a worker.
-        backend: what prices a population there; None for what a worker's environment says. It changes no result.
+        start: makes an executor for all runs, and another when one is broken.
+        alone: makes an executor for a single run that may have broken another.
+        width: runs submitted at a time, including those that wait for a worker.
+        backend: evaluates populations there; None for that of a worker's environment. It changes no result.
     """
 
     start: Callable[[], Executor]
@@ -50,11 +51,34 @@ def processes(workers: int, backend: str | None = None) -> ExecutorFactory:
 
 
 def _pool(workers: int) -> Executor:
-    return ProcessPoolExecutor(workers, get_context("spawn"), _stay_with_parent)
+    return _Pool(workers, get_context("spawn"), _stay_with_parent)
+
+
+class _Pool(ProcessPoolExecutor):
+    """A process pool whose workers never see Ctrl-C, not even while they start."""
+
+    def submit(self, *arguments: Any, **options: Any) -> Future[Any]:
+        """Submit a call; worker processes that start here inherit the blocked signal."""
+        with _sigint_blocked():
+            return super().submit(*arguments, **options)
+
+
+@contextmanager
+def _sigint_blocked() -> Iterator[None]:
+    """Block SIGINT in this thread; one that arrives is delivered at the end. Has no effect on Windows."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # it would unblock the signal when it starts
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _stay_with_parent() -> None:
-    """In a worker: leave Ctrl-C to the parent, and end when the parent has, however it ended."""
+    """In a worker: leave Ctrl-C to the parent process, and end when that has ended, for whatever reason."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     assert parent is not None
@@ -68,14 +92,14 @@ def _stay_with_parent() -> None:
 
 @contextmanager
 def cluster(address: str, backend: str | None = None) -> Iterator[ExecutorFactory]:
-    """The workers of a Dask scheduler, those included that come later.
+    """The workers of a Dask scheduler, including those that join later.
 
     Args:
         address: as ``tcp://host:port``.
-        backend: what prices a population there.
+        backend: evaluates populations there.
 
     Raises:
-        ExecutorError: Dask is not installed, nobody answers, or a worker has other versions than this process.
+        ExecutorError: Dask is not installed, no scheduler answers, or a worker has other versions than this process.
     """
     try:
         from distributed import Client  # noqa: PLC0415 (optional, and slow to load)
@@ -83,28 +107,28 @@ def cluster(address: str, backend: str | None = None) -> Iterator[ExecutorFactor
         raise ExecutorError("--dask needs the package distributed: pip install 'tpbso-casadi[dask]'") from error
     if not ADDRESS.fullmatch(address):
         raise ExecutorError(f"--dask {address}: is not an address like tcp://host:port")
-    for name in [name for name in logging.root.manager.loggerDict if name.split(".")[0] in CHATTER]:
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters of it is said in one line
+    for name in [name for name in logging.root.manager.loggerDict if name.split(".")[0] in DASK_LOGGERS]:
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # errors are reported in one line
     try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
+        client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except OSError as error:
         raise ExecutorError(f"--dask {address}: no scheduler answers there ({type(error).__name__})") from error
     with client:
         check_versions(address, client.run(versions, on_error="return"))
         start = partial(client.get_executor, pure=False)
-        yield ExecutorFactory(start, start, EVERYTHING, backend)
+        yield ExecutorFactory(start, start, DASK_QUEUE_LENGTH, backend)
 
 
-def check_versions(address: str, found: Mapping[str, dict[str, str] | Exception]) -> None:
-    """Hold the versions of each worker against those of this process; a worker that has just gone does not matter.
+def check_versions(address: str, by_worker: Mapping[str, dict[str, str] | Exception]) -> None:
+    """Compare the versions of each worker with those of this process; a worker that has just left does not matter.
 
     Raises:
         ExecutorError: naming the first that differs.
     """
-    for worker, theirs in found.items():
-        if isinstance(theirs, OSError):
+    for worker, installed in by_worker.items():
+        if isinstance(installed, OSError):
             continue
-        if isinstance(theirs, Exception):
-            raise ExecutorError(f"--dask {address}: {worker} cannot do it: {type(theirs).__name__}: {theirs}")
-        if theirs != versions():
-            raise ExecutorError(f"--dask {address}: {difference(theirs, versions())} on {worker}")
+        if isinstance(installed, Exception):
+            raise ExecutorError(f"--dask {address}: {worker} cannot do it: {type(installed).__name__}: {installed}")
+        if installed != versions():
+            raise ExecutorError(f"--dask {address}: {difference(installed, versions())} on {worker}")

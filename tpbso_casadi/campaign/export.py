@@ -1,4 +1,4 @@
-"""The runs of a campaign as a table for other programs: CSV or Parquet."""
+"""The files of a campaign: its runs as CSV or Parquet, the summary table and its figure."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from dataclasses import asdict, astuple, fields
 from importlib.util import find_spec
 from pathlib import Path
 
+from tpbso_casadi.campaign.statistics import Summary
 from tpbso_casadi.campaign.store import Record
+from tpbso_casadi.campaign.table import HEADER, rows
 from tpbso_casadi.storage.files import OutputError, check_writable, write_csv, write_with, writing
 
 SUFFIXES = (".csv", ".parquet")
@@ -44,4 +46,18 @@ def _write_parquet(path: Path, records: Sequence[Record]) -> None:
     from pyarrow import parquet  # noqa: PLC0415
 
     table = pyarrow.Table.from_pylist([asdict(record) for record in records])
-    write_with(path, lambda aside: parquet.write_table(table, aside))
+    write_with(path, lambda temporary: parquet.write_table(table, temporary))
+
+
+def write_summary(folder: Path, summaries: Sequence[Summary], plots: bool) -> None:
+    """Write ``summary.csv`` and, with plots, ``comparison.png``.
+
+    Raises:
+        OutputError: they cannot be written.
+    """
+    with writing(folder):
+        write_csv(folder / "summary.csv", HEADER, rows(summaries))
+        if plots:
+            from tpbso_casadi.campaign.figures import draw_comparison  # noqa: PLC0415 (matplotlib is slow to load)
+
+            draw_comparison(folder / "comparison.png", summaries)

@@ -27,16 +27,16 @@ def draw_comparison(path: Path, summaries: Sequence[Summary]) -> None:
         OSError: it cannot be written.
     """
     figure = comparison_figure(summaries)
-    write_with(path, lambda aside: figure.savefig(aside, dpi=130))
+    write_with(path, lambda temporary: figure.savefig(temporary, dpi=130))
 
 
 def comparison_figure(summaries: Sequence[Summary]) -> Figure:
     """The same as a figure."""
     cases = list(dict.fromkeys(summary.case for summary in summaries))
     columns = min(COLUMNS, len(cases))
-    lines = ceil(len(cases) / columns)
-    figure = Figure(figsize=(4.4 * columns, 3.4 * lines), layout="constrained")
-    panels = figure.subplots(lines, columns, squeeze=False).ravel()
+    rows = ceil(len(cases) / columns)
+    figure = Figure(figsize=(4.4 * columns, 3.4 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, case in zip(panels, cases, strict=False):
         draw_case(axes, case, [summary for summary in summaries if summary.case == case])
     for axes in panels[len(cases) :]:
@@ -62,13 +62,13 @@ def wrapped(label: str) -> str:
 
 def draw_runs(axes: Axes, place: float, summary: Summary, colour: str, width: float = 0.5) -> None:
     """The runs of one solver at a place of the x axis."""
-    held = summary.held
-    spread = place + width * (np.arange(held.size) % 5 - 2) / 8.0
-    axes.plot(spread, held, "o", color=colour, alpha=0.45, markersize=4, markeredgewidth=0.0)
-    if held.size:
+    objectives = summary.feasible_objectives
+    spread = place + width * (np.arange(objectives.size) % 5 - 2) / 8.0
+    axes.plot(spread, objectives, "o", color=colour, alpha=0.45, markersize=4, markeredgewidth=0.0)
+    if objectives.size:
         axes.hlines(summary.mean, place - width / 2.0, place + width / 2.0, color=colour, linewidth=2.2)
     if summary.infeasible:
-        words = f"{summary.infeasible} of {summary.objectives.size}\ninfeasible"
+        note = f"{summary.infeasible} of {summary.objectives.size}\ninfeasible"
         axes.annotate(
-            words, (place, 0.98), xycoords=axes.get_xaxis_transform(), ha="center", va="top", fontsize=7, color=colour
+            note, (place, 0.98), xycoords=axes.get_xaxis_transform(), ha="center", va="top", fontsize=7, color=colour
         )

@@ -1,4 +1,4 @@
-"""Which runs a campaign has: scenarios times solvers times seeds."""
+"""The runs of a campaign: scenarios times solvers times seeds."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tpbso_casadi.campaign.run import Run
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario
 from tpbso_casadi.scenario.section import ScenarioError
 
 SPEC = re.compile(r"(?P<name>[^()+\s]+)(?:\((?P<settings>[^()]*)\))?(?P<polish>\+polish(?P<starts>\d*))?")
@@ -16,12 +16,12 @@ SPEC = re.compile(r"(?P<name>[^()+\s]+)(?:\((?P<settings>[^()]*)\))?(?P<polish>\
 
 @dataclass(frozen=True)
 class SolverSpec:
-    """A solver as a command line names it.
+    """A solver as stated on a command line.
 
     Attributes:
-        label: as written; its name in tables.
+        label: as stated; for tables.
         name: of the solver.
-        settings: that differ from its defaults.
+        settings: those that differ from the solver's defaults.
         polish_starts: candidates that IPOPT refines afterwards.
         table: further keys of the scenario's [solver] table.
     """
@@ -33,7 +33,7 @@ class SolverSpec:
     table: Mapping[str, Any] = field(default_factory=dict)
 
     def applied(self, scenario: Scenario, seed: int) -> Scenario:
-        """The scenario with this solver; of its own [solver] table the budget counts, the rest for that solver only.
+        """The scenario with this solver. Of its own [solver] table only the budget is kept if the solver is another.
 
         Raises:
             ScenarioError: an unknown solver or setting.
@@ -42,10 +42,10 @@ class SolverSpec:
         table = content["solver"]
         if self.name != scenario.solver.name:
             table |= {"population": None, "settings": {}}
-        if self.name == "ipopt":
-            table["population"] = None
         table |= {"name": self.name, "polish_starts": self.polish_starts, "seed": seed, **self.table}
         table["settings"] |= dict(self.settings)
+        if not SolverSection(name=self.name).kind().has_population:
+            table["population"] = None
         applied = parse_scenario(content)
         applied.solver.build()
         return applied
@@ -55,13 +55,13 @@ def parse_solvers(text: str) -> list[SolverSpec]:
     """Read a list of solvers: ``bso,bso(lambda_=0.4,antenna_sign=printed),pso+polish,abso+polish3,ipopt``.
 
     Raises:
-        ScenarioError: what cannot be read, or is there twice.
+        ScenarioError: a solver cannot be read, or is stated twice.
     """
     specs = [parse_solver(part.strip()) for part in re.split(r",(?![^()]*\))", text)]
     labels = [spec.label for spec in specs]
-    twice = next((label for label in labels if labels.count(label) > 1), None)
-    if twice is not None:
-        raise ScenarioError(f"solvers: {twice} is there twice")
+    duplicate = next((label for label in labels if labels.count(label) > 1), None)
+    if duplicate is not None:
+        raise ScenarioError(f"solvers: {duplicate} is there twice")
     return specs
 
 
@@ -71,13 +71,13 @@ def parse_solver(text: str) -> SolverSpec:
     Raises:
         ScenarioError: it cannot be read.
     """
-    found = SPEC.fullmatch(text)
-    if found is None:
+    match = SPEC.fullmatch(text)
+    if match is None:
         raise ScenarioError(f"solvers: {text!r} is not NAME, NAME(setting=value) or NAME+polish")
-    pairs = (found["settings"] or "").split(",") if found["settings"] else []
+    pairs = match["settings"].split(",") if match["settings"] else []
     settings = dict(_setting(text, pair) for pair in pairs)
-    starts = 0 if found["polish"] is None else int(found["starts"] or 1)
-    return SolverSpec(text, found["name"], settings, starts)
+    starts = 0 if match["polish"] is None else int(match["starts"] or 1)
+    return SolverSpec(text, match["name"], settings, starts)
 
 
 def _setting(text: str, pair: str) -> tuple[str, int | float | str]:
@@ -93,10 +93,10 @@ def _setting(text: str, pair: str) -> tuple[str, int | float | str]:
 
 
 def grid(scenarios: Mapping[str, Scenario], specs: Sequence[SolverSpec], seeds: Sequence[int]) -> list[Run]:
-    """Every scenario with every solver and seed; all of one seed before the next, so that a part is a fair sample.
+    """Every scenario with every solver and seed; all of one seed before the next, so that any part is a fair sample.
 
     Raises:
-        ScenarioError: naming the case: its task cannot be done, or it does not go with a solver.
+        ScenarioError: naming the case: its task cannot be done, or a solver does not fit it.
     """
     runs = []
     for case, scenario in scenarios.items():

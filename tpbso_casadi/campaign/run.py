@@ -1,4 +1,4 @@
-"""One run of a campaign: what identifies it, and how it is done, wherever that is."""
+"""One run of a campaign: its key, and the function that any worker calls to do it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from problems import Problem
 from problems.evaluation import EvaluationOptions
 from tpbso_casadi.planning.plan import plan
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario
-from tpbso_casadi.storage.run_folder import as_json, result_of
+from tpbso_casadi.storage.plain import settings_of
+from tpbso_casadi.storage.run_folder import result_of
 from tpbso_casadi.storage.versions import versions
 
-KEPT = 64  # problems of a worker: some 10 MB each
-ONE_AT_A_TIME = threading.Lock()  # IPOPT's linear solver is not made for threads, and a cluster's worker may have many
+CACHED_PROBLEMS = 64  # of a worker: some 10 MB each
+RUN_LOCK = threading.Lock()  # IPOPT's linear solver is not thread-safe, and a cluster's worker may have many threads
 
 
 @dataclass(frozen=True)
@@ -27,9 +28,9 @@ class Run:
     """One search of one scenario.
 
     Attributes:
-        case: what the scenario is called in tables.
-        solver: what the solver and its settings are called there.
-        scenario: everything else: arm, task, limits, solver, budget and seed.
+        case: name of the scenario, for tables.
+        solver: label of the solver and its settings, likewise.
+        scenario: everything else: robot, task, limits, solver, budget and seed.
     """
 
     case: str
@@ -43,14 +44,14 @@ class Run:
 
     @cached_property
     def key(self) -> str:
-        """A digest of everything that decides what comes out, defaults filled in; labels do not count."""
-        content, asked = self.scenario.model_dump(mode="json"), self.scenario.solver
-        content["solver"] |= {"settings": asdict(asked.build()), "budget": asdict(asked.budget())}  # type: ignore[arg-type]
+        """A digest of everything that decides the result, defaults filled in; labels do not count."""
+        content, solver = self.scenario.model_dump(mode="json"), self.scenario.solver
+        content["solver"] |= {"settings": settings_of(solver.build()), "budget": asdict(solver.budget())}
         return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
 
     @property
     def task(self) -> tuple[str, dict[str, str]]:
-        """What :func:`run_one` takes; plain data, so that it can travel anywhere."""
+        """The arguments of :func:`run_one`: plain data, which any executor can transport."""
         return self.scenario.model_dump_json(), versions()
 
 
@@ -60,7 +61,7 @@ class Outcome:
 
     Attributes:
         result: the text of its ``result.json``, compact; None where it failed.
-        seconds: that it took as a whole.
+        seconds: wall-clock time of the whole run.
         error: why it failed, one line.
         details: the traceback.
     """
@@ -72,18 +73,18 @@ class Outcome:
 
 
 class OtherVersions(RuntimeError):
-    """Whoever does the run has other versions of what decides its result."""
+    """A worker has other versions of the packages that decide a result."""
 
 
 def run_one(scenario: str, expected: dict[str, str], backend: str | None = None) -> Outcome:
-    """Do one run; whatever goes wrong in it is an outcome too.
+    """Do one run; an exception within it becomes a failed outcome.
 
     Args:
         scenario: JSON.
-        expected: the versions that the campaign is made with.
-        backend: what prices a population; None for what the environment says. It changes no result.
+        expected: versions that the campaign is made with.
+        backend: evaluates populations; None for that of the environment. It changes no result.
     """
-    with ONE_AT_A_TIME:
+    with RUN_LOCK:
         began = time.perf_counter()
         try:
             return Outcome(_result(scenario, expected, backend), time.perf_counter() - began)
@@ -96,22 +97,21 @@ def _result(scenario: str, expected: dict[str, str], backend: str | None) -> str
     ours = versions()
     if ours != expected:
         raise OtherVersions(f"{difference(ours, expected)} on this worker")
-    asked = parse_scenario(json.loads(scenario))
-    problem = _problem(asked.model_copy(update={"solver": SolverSection()}).model_dump_json())
-    found = plan(asked, pricing=None if backend is None else EvaluationOptions(backend), problem=problem)
-    if found.interrupted:
+    stated = parse_scenario(json.loads(scenario))
+    problem = _problem(stated.model_copy(update={"solver": SolverSection()}).model_dump_json())
+    finished = plan(stated, evaluation=None if backend is None else EvaluationOptions(backend), problem=problem)
+    if finished.interrupted:
         raise InterruptedError("the run was interrupted")
-    content: dict[str, Any] = result_of(found)
-    return as_json(content, indent=None)
+    return result_of(finished).to_json(indent=None)
 
 
-@lru_cache(maxsize=KEPT)
-def _problem(scenario: str) -> Problem:
-    """The problem of a scenario; the same one, with its compiled costs, for all runs of a worker."""
+@lru_cache(maxsize=CACHED_PROBLEMS)
+def _problem(scenario: str) -> Problem[Any]:
+    """The problem of a scenario; one object, with its compiled cost, for all runs of a worker."""
     return parse_scenario(json.loads(scenario)).problem()
 
 
-def difference(found: dict[str, str], expected: dict[str, str]) -> str:
+def difference(installed: dict[str, str], expected: dict[str, str]) -> str:
     """The first version that differs, in words."""
-    name = next(name for name in {**expected, **found} if found.get(name) != expected.get(name))
-    return f"{name} {found.get(name, 'is missing')} where {expected.get(name, 'none')} is needed"
+    name = next(name for name in {**expected, **installed} if installed.get(name) != expected.get(name))
+    return f"{name} {installed.get(name, 'is missing')} where {expected.get(name, 'none')} is needed"

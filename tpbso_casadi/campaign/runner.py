@@ -1,87 +1,89 @@
-"""Do what is left of a campaign, on any executor, and keep each run the moment it ends."""
+"""Do the remaining runs of a campaign on any executor, and store each the moment it ends."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from contextlib import suppress
 
 from tpbso_casadi.campaign.executors import ExecutorFactory
 from tpbso_casadi.campaign.run import Outcome, Run, run_one
 from tpbso_casadi.campaign.store import Store
 
-CHANCES = 2  # alone, for a run that was at work when a worker died
+SOLO_ATTEMPTS = 2  # of a run that was in progress when a worker died
 
 
 class LostExecutor(RuntimeError):
-    """Whatever did the runs is gone; those that ended before are kept."""
+    """The executor is gone; the runs that ended before are stored."""
 
 
 def run_campaign(
     runs: Sequence[Run],
     store: Store,
-    crew: ExecutorFactory,
+    executors: ExecutorFactory,
     retry_failed: bool = False,
     progress: Callable[[Outcome], object] = lambda outcome: None,
 ) -> None:
     """Do the runs that are not in the store yet.
 
-    A run that raises is kept as failed. When a worker dies, those at work are tried again one by one, so that the one
-    that killed it is found and kept as failed, and the rest goes on.
+    A run that raises is stored as failed. When a worker dies, the runs in progress are repeated one by one: the one
+    that killed the worker is identified and stored as failed, and the campaign continues.
 
     Args:
         runs: the campaign.
-        store: what is done, and where what ends is kept.
-        crew: who does it.
-        retry_failed: do those that are kept as failed once more.
+        store: of the results.
+        executors: that do the runs.
+        retry_failed: repeat the runs that are stored as failed.
         progress: called after each run.
 
     Raises:
-        LostExecutor: the executor cancelled what it was given.
-        StoreError: a run could not be kept.
+        LostExecutor: the executor cancelled its runs.
+        StoreError: a run could not be stored.
     """
     done = store.done(failed_too=not retry_failed)
-    left = deque({run.key: run for run in runs if run.key not in done}.values())
+    pending = deque({run.key: run for run in runs if run.key not in done}.values())
 
     def keep(run: Run, outcome: Outcome) -> None:
         store.add(run, outcome)
         progress(outcome)
 
-    while left:
-        before = len(left)
-        with crew.start() as executor:
-            suspects = _work(left, executor, crew, keep)
+    while pending:
+        before = len(pending)
+        with executors.start() as executor:
+            suspects = _work(pending, executor, executors, keep)
         for run in suspects:
-            keep(run, _alone(run, crew))
-        if len(left) == before:
-            raise LostExecutor("no worker can be started; what was done is kept")
+            keep(run, _alone(run, executors))
+        if len(pending) == before:
+            raise LostExecutor("no worker can be started; completed runs are stored")
 
 
 def _work(
-    left: deque[Run], executor: Executor, crew: ExecutorFactory, keep: Callable[[Run, Outcome], None]
+    pending: deque[Run], executor: Executor, executors: ExecutorFactory, keep: Callable[[Run, Outcome], None]
 ) -> list[Run]:
-    """Work until nothing is left or the executor breaks; returns the runs that were at work then."""
-    at_work: dict[Future[Outcome], Run] = {}
+    """Work until nothing is pending or the executor breaks; returns the runs that were in progress then."""
+    in_progress: dict[Future[Outcome], Run] = {}
     suspects: list[Run] = []
     try:
-        while (left and not suspects) or at_work:
-            while left and not suspects and len(at_work) < crew.width:
-                future = executor.submit(run_one, *left[0].task, crew.backend)
-                at_work[future] = left.popleft()
-            for future in wait(at_work, return_when=FIRST_COMPLETED).done:
-                run = at_work.pop(future)
+        while (pending and not suspects) or in_progress:
+            while pending and not suspects and len(in_progress) < executors.width:
+                future = executor.submit(run_one, *pending[0].task, executors.backend)
+                in_progress[future] = pending.popleft()
+            for future in wait(in_progress, return_when=FIRST_COMPLETED).done:
+                run = in_progress.pop(future)
                 try:
                     keep(run, _outcome(future))
                 except BrokenExecutor:
                     suspects.append(run)
-    except BrokenExecutor:  # when handing out: whoever was at work is found in the same way
-        suspects.extend(at_work.values())
-    except KeyboardInterrupt:  # what a worker has begun is seen through
-        for future in [future for future in at_work if not future.cancel()]:
-            keep(at_work[future], _outcome(future))
+    except BrokenExecutor:  # on submission: the runs in progress are suspects too
+        suspects.extend(in_progress.values())
+    except KeyboardInterrupt:  # runs that have begun are completed
+        for future in [future for future in in_progress if not future.cancel()]:
+            with suppress(BrokenExecutor):
+                keep(in_progress[future], _outcome(future))
         raise
     finally:
-        for future in at_work:
+        for future in in_progress:
             future.cancel()
     return suspects
 
@@ -91,18 +93,18 @@ def _outcome(future: Future[Outcome]) -> Outcome:
         return future.result()
     except BrokenExecutor:
         raise
-    except (CancelledError, OSError) as error:  # nobody is there any more, or nobody answers
-        raise LostExecutor("the workers are gone; what was done is kept") from error
-    except Exception as error:  # of the executor itself: what a run raises comes as an outcome
+    except (CancelledError, OSError) as error:  # the workers are gone, or do not answer
+        raise LostExecutor("the workers are gone; completed runs are stored") from error
+    except Exception as error:  # of the executor itself: an exception within a run is an outcome
         return Outcome(None, 0.0, " ".join(f"{type(error).__name__}: {error}".split()))
 
 
-def _alone(run: Run, crew: ExecutorFactory) -> Outcome:
-    """Try a run with nobody beside it."""
-    for _ in range(CHANCES):
-        with crew.alone() as executor:
+def _alone(run: Run, executors: ExecutorFactory) -> Outcome:
+    """Repeat a run on an executor of its own."""
+    for _ in range(SOLO_ATTEMPTS):
+        with executors.alone() as executor:
             try:
-                return executor.submit(run_one, *run.task, crew.backend).result()
+                return executor.submit(run_one, *run.task, executors.backend).result()
             except BrokenExecutor:
                 continue
-    return Outcome(None, 0.0, f"WorkerDied: {CHANCES} times in a row while nothing else ran")
+    return Outcome(None, 0.0, f"WorkerDied: {SOLO_ATTEMPTS} times in a row while nothing else ran")

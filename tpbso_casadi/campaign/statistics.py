@@ -1,4 +1,4 @@
-"""What a number of runs say: summaries, and which differences are more than chance."""
+"""Statistics of many runs: summaries, and which differences between solvers are statistically significant."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from scipy.stats import mannwhitneyu
 from problems.base.matrix import FloatArray
 from tpbso_casadi.campaign.store import Record
 
-SAME = 1e-4  # relative: objectives that near to the best of a case are as good as it
-LEVEL = 0.05  # of significance
+TIE_TOLERANCE = 1e-4  # relative: objectives this close to the best of two samples count as equal to it
+SIGNIFICANCE_LEVEL = 0.05
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Summary:
     """The runs of one solver on one case.
 
@@ -38,29 +38,29 @@ class Summary:
     seconds: float
 
     @property
-    def held(self) -> FloatArray:
+    def feasible_objectives(self) -> FloatArray:
         """The objectives of the feasible plans."""
         return self.objectives[np.isfinite(self.objectives)]
 
     @property
     def infeasible(self) -> int:
         """Runs that ended without a feasible plan."""
-        return self.objectives.size - self.held.size
+        return self.objectives.size - self.feasible_objectives.size
 
     @property
     def mean(self) -> float:
         """Of the feasible plans; NaN where there is none."""
-        return float(self.held.mean()) if self.held.size else float("nan")
+        return float(self.feasible_objectives.mean()) if self.feasible_objectives.size else float("nan")
 
     @property
     def std(self) -> float:
         """Standard deviation of the feasible plans, n - 1 in the denominator; NaN where there are fewer than two."""
-        return float(self.held.std(ddof=1)) if self.held.size > 1 else float("nan")
+        return float(self.feasible_objectives.std(ddof=1)) if self.feasible_objectives.size > 1 else float("nan")
 
     @property
     def best(self) -> float:
         """The lowest objective of a feasible plan; NaN where there is none."""
-        return float(self.held.min()) if self.held.size else float("nan")
+        return float(self.feasible_objectives.min()) if self.feasible_objectives.size else float("nan")
 
     @property
     def median(self) -> float:
@@ -68,9 +68,9 @@ class Summary:
         return float(np.median(self.objectives)) if self.objectives.size else float("nan")
 
     @property
-    def standing(self) -> tuple[int, float]:
-        """What orders solvers: fewer runs that failed or are infeasible first, then the lower mean."""
-        return self.failed + self.infeasible, self.mean if self.held.size else float("inf")
+    def rank_key(self) -> tuple[int, float]:
+        """The key by which solvers are ranked: the number of runs that failed or are infeasible, then the mean."""
+        return self.failed + self.infeasible, self.mean if self.feasible_objectives.size else float("inf")
 
 
 def summarise(records: Iterable[Record]) -> list[Summary]:
@@ -88,52 +88,60 @@ def _summary(case: str, solver: str, records: Sequence[Record]) -> Summary:
     evaluations = float(np.mean([record.evaluations or 0 for record in done])) if done else float("nan")
     seconds = float(np.median([record.seconds for record in done])) if done else float("nan")
     unit = next((record.unit for record in done), "")
-    return Summary(case, solver, unit, values, len(records) - len(done), evaluations, seconds)
+    return Summary(
+        case=case,
+        solver=solver,
+        unit=unit,
+        objectives=values,
+        failed=len(records) - len(done),
+        evaluations=evaluations,
+        seconds=seconds,
+    )
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """How the runs of one solver stand to those of another, on one case.
+    """The runs of one solver compared with those of another, on one case.
 
     Attributes:
         case: of both.
-        ours: a solver's label.
-        theirs: the other's.
-        lower: whether ours has the better standing: fewer infeasible runs, then the lower mean.
-        probability: that a run of ours is better than one of theirs, ties half (Vargha and Delaney's A).
+        solver: the label of the one.
+        other: the label of the other.
+        ahead: whether the one ranks before the other: fewer runs without a plan, then the lower mean.
+        probability: that a run of the one is better than one of the other, ties half (Vargha and Delaney's A).
         p: of the two-sided rank-sum test (Mann and Whitney), infeasible runs last.
     """
 
     case: str
-    ours: str
-    theirs: str
-    lower: bool
+    solver: str
+    other: str
+    ahead: bool
     probability: float
     p: float
 
-    def verdict(self, p: float) -> str:
-        """Better, worse or equal, given the corrected p."""
-        if not p < LEVEL or self.probability == 0.5:
+    def relation(self, p: float) -> str:
+        """Whether the one is significantly better or worse than the other, given the corrected p; else equal."""
+        if not p < SIGNIFICANCE_LEVEL or self.probability == 0.5:
             return "equal"
         return "better" if self.probability > 0.5 else "worse"
 
 
-def compared(ours: Summary, theirs: Summary) -> Comparison:
+def compare_summaries(first: Summary, second: Summary) -> Comparison:
     """Compare two solvers on a case. Objectives within 0.01 % of the best of both count as equal to it."""
-    a, b = levelled(ours.objectives, theirs.objectives)
-    lower = ours.standing < theirs.standing
-    labels = ours.case, ours.solver, theirs.solver
+    a, b = with_ties(first.objectives, second.objectives)
+    ahead = first.rank_key < second.rank_key
+    labels = first.case, first.solver, second.solver
     if not (a.size and b.size) or np.unique([*a, *b]).size == 1:
-        return Comparison(*labels, lower, 0.5, 1.0)
+        return Comparison(*labels, ahead, 0.5, 1.0)
     wins = (a[:, None] < b).mean() + 0.5 * (a[:, None] == b).mean()
-    return Comparison(*labels, lower, float(wins), float(mannwhitneyu(a, b).pvalue))
+    return Comparison(*labels, ahead, float(wins), float(mannwhitneyu(a, b).pvalue))
 
 
-def levelled(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two samples in which everything that is as good as the best of both equals it."""
+def with_ties(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two samples in which every value close enough to the best of both is replaced by it."""
     best = min((float(values.min()) for values in (a, b) if values.size), default=np.inf)
-    near = best + SAME * abs(best)
-    return np.where(a <= near, best, a), np.where(b <= near, best, b)
+    limit = best + TIE_TOLERANCE * abs(best)
+    return np.where(a <= limit, best, a), np.where(b <= limit, best, b)
 
 
 def holm(p_values: Sequence[float]) -> list[float]:

@@ -1,4 +1,4 @@
-"""Where the runs of a campaign are kept: one SQLite file, each run written durably the moment it ends."""
+"""The store of a campaign: one SQLite file, each run written durably the moment it ends."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any, Self
 
 from tpbso_casadi.campaign.run import Outcome, Run, difference
+from tpbso_casadi.storage.result import InvalidResult, RunResult
 from tpbso_casadi.storage.versions import versions
 
-APPLICATION = 0x7450_4253  # SQLite's "application id": whose file this is
+APPLICATION = 0x7450_4253  # SQLite's "application id" of our files
 FORMAT = 1
 SCHEMA = """
 CREATE TABLE versions (name TEXT PRIMARY KEY, version TEXT NOT NULL);
@@ -37,18 +38,18 @@ FROM runs;
 
 
 class StoreError(ValueError):
-    """A store that cannot be read or written, or is not ours; the message is one line."""
+    """A store that cannot be read or written, or is of another program; the message is one line."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Record:
-    """What is kept of a run, without its motion; of a run that failed only the first four and the error.
+    """A stored run without its motion; of a failed run only the first five fields.
 
     Attributes:
-        case: what its scenario is called.
-        solver: what its solver is called.
+        case: name of the scenario.
+        solver: label of the solver.
         seed: of the search.
-        seconds: that it took as a whole.
+        seconds: wall-clock time of the whole run.
         error: why it failed; empty where it did not.
         feasible: whether the plan is certified.
         objective: of the plan, in ``unit``.
@@ -74,15 +75,15 @@ class Record:
 
 
 class Store:
-    """The runs that are done. One process at a time; closed by ``with``.
+    """The completed runs of a campaign. For one process at a time; a context manager.
 
-    What was added is on the disk when :meth:`add` returns: SQLite's transactions survive a kill and a power cut.
+    A run is on the disk when :meth:`add` returns: SQLite's transactions survive a kill and a power cut.
 
     Args:
         path: of the file; made if there is none.
 
     Raises:
-        StoreError: it cannot be opened, is not ours, is in use, or was written with other versions.
+        StoreError: it cannot be opened, is of another program, is in use, or was written with other versions.
     """
 
     def __init__(self, path: Path) -> None:
@@ -103,13 +104,13 @@ class Store:
                 self._create()
         if self._pragma("application_id") != APPLICATION:
             raise StoreError(f"{self.path}: a database, but not of a campaign")
-        found_format = self._pragma("user_version")
-        if found_format != FORMAT:
-            raise StoreError(f"{self.path}: of format {found_format} where this version writes {FORMAT}")
+        file_format = self._pragma("user_version")
+        if file_format != FORMAT:
+            raise StoreError(f"{self.path}: of format {file_format} where this version writes {FORMAT}")
         written_with = dict(self._connection.execute("SELECT name, version FROM versions"))
         if written_with != versions():
-            found = difference(versions(), written_with)
-            raise StoreError(f"{self.path}: {found}, as its runs were made with that; take another folder")
+            reason = difference(versions(), written_with)
+            raise StoreError(f"{self.path}: {reason}, as its runs were made with that; take another folder")
 
     def _create(self) -> None:
         for statement in filter(str.strip, SCHEMA.split(";")):
@@ -123,12 +124,12 @@ class Store:
 
     @contextmanager
     def _named(self) -> Iterator[None]:
-        """Turn SQLite's errors into ours."""
+        """Turn SQLite's errors into a :class:`StoreError`."""
         try:
             yield
         except sqlite3.Error as error:
             reasons = {"SQLITE_NOTADB": "not a database", "SQLITE_BUSY": "in use by another campaign"}
-            reason = reasons.get(error.sqlite_errorname, f"{error}; what was stored before is kept")
+            reason = reasons.get(error.sqlite_errorname, f"{error}; runs stored before are kept")
             raise StoreError(f"{self.path}: {reason}") from error
 
     @contextmanager
@@ -150,7 +151,7 @@ class Store:
         self._connection.close()
 
     def add(self, run: Run, outcome: Outcome) -> None:
-        """Keep how a run ended, in the place of what it may have failed with before.
+        """Store the outcome of a run; it replaces that of an earlier attempt that failed.
 
         Raises:
             StoreError: it could not be written.
@@ -163,39 +164,42 @@ class Store:
             self._connection.execute("INSERT INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", values)
 
     def done(self, failed_too: bool = True) -> set[str]:
-        """The keys of the runs that are kept."""
+        """The keys of the stored runs."""
         condition = "" if failed_too else " WHERE error = ''"
         with self._named():
             return {key for (key,) in self._connection.execute(f"SELECT key FROM runs{condition}")}
 
     def records(self, runs: Iterable[Run]) -> list[Record]:
-        """What is kept of these runs, in their order; those not done are left out. They have the runs' labels."""
+        """The records of these runs, in their order and with their labels; without those that are not stored."""
         columns = "seconds, error, feasible, objective, unit, cost, evaluations, iterations, stop_reason"
         with self._named():
             rows = {key: rest for key, *rest in self._connection.execute(f"SELECT key, {columns} FROM records")}
         return [_record(run, rows[run.key]) for run in runs if run.key in rows]
 
-    def result(self, run: Run) -> dict[str, Any]:
+    def result(self, run: Run) -> RunResult:
         """The whole ``result.json`` of a run that did not fail.
 
         Raises:
-            KeyError: it is not kept.
+            KeyError: it is not stored, or failed.
+            StoreError: what is stored is not a result.
         """
         with self._named():
             row = self._connection.execute("SELECT result FROM runs WHERE key = ?", (run.key,)).fetchone()
         if row is None or row[0] is None:
             raise KeyError(run.key)
-        found: dict[str, Any] = json.loads(row[0])
-        return found
+        try:
+            return RunResult.from_json(row[0])
+        except InvalidResult as error:
+            raise StoreError(f"{self.path}: result of {run.case}, {run.solver}, seed {run.seed}: {error}") from error
 
     def measurement(self, name: str) -> Any:
-        """A measurement kept under a name; None where there is none."""
+        """The measurement stored under a name; None where there is none."""
         with self._named():
             row = self._connection.execute("SELECT value FROM measurements WHERE name = ?", (name,)).fetchone()
         return None if row is None else json.loads(row[0])
 
     def keep(self, name: str, value: Any) -> None:
-        """Keep a measurement, plain data, under a name."""
+        """Store a measurement, plain data, under a name."""
         with self._transaction():
             self._connection.execute("INSERT OR REPLACE INTO measurements VALUES (?, ?)", (name, json.dumps(value)))
 
@@ -203,6 +207,18 @@ class Store:
 def _record(run: Run, row: list[Any]) -> Record:
     seconds, error, feasible, objective, unit, cost, evaluations, iterations, stop_reason = row
     if error:
-        return Record(run.case, run.solver, run.seed, seconds, error)
-    counts = evaluations, iterations, stop_reason
-    return Record(run.case, run.solver, run.seed, seconds, "", bool(feasible), objective, unit, cost, *counts)
+        return Record(case=run.case, solver=run.solver, seed=run.seed, seconds=seconds, error=error)
+    return Record(
+        case=run.case,
+        solver=run.solver,
+        seed=run.seed,
+        seconds=seconds,
+        error="",
+        feasible=bool(feasible),
+        objective=objective,
+        unit=unit,
+        cost=cost,
+        evaluations=evaluations,
+        iterations=iterations,
+        stop_reason=stop_reason,
+    )

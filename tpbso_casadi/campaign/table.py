@@ -1,4 +1,4 @@
-"""What a comparison comes to: a table for the terminal and one for programs."""
+"""The table of a comparison: one for the terminal, one for programs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 
-from tpbso_casadi.campaign.statistics import Comparison, Summary, compared, holm
+from tpbso_casadi.campaign.statistics import Comparison, Summary, compare_summaries, holm
 
 COUNTS = ("runs", "failed", "infeasible")
 NUMBERS = ("mean", "std", "best", "median", "evaluations")
@@ -18,22 +18,22 @@ HEADER = ("case", "solver", "unit", *COUNTS, *NUMBERS, "probability_against_firs
 
 
 def against_first(summaries: Sequence[Summary]) -> dict[tuple[str, str], tuple[Comparison, float]]:
-    """By case and solver, how each stands to the first solver, and p corrected over the whole table."""
+    """By case and solver, the comparison with the first solver, and p corrected over the whole table."""
     first = {summary.case: summary for summary in reversed(summaries)}
-    pairs = [compared(s, first[s.case]) for s in summaries if s is not first[s.case]]
-    corrected = holm([pair.p for pair in pairs])
-    return {(pair.case, pair.ours): (pair, p) for pair, p in zip(pairs, corrected, strict=True)}
+    comparisons = [compare_summaries(s, first[s.case]) for s in summaries if s is not first[s.case]]
+    corrected = holm([comparison.p for comparison in comparisons])
+    return {(c.case, c.solver): (c, p) for c, p in zip(comparisons, corrected, strict=True)}
 
 
 def rows(summaries: Sequence[Summary]) -> list[list[object]]:
-    """The whole table, under ``HEADER``; the same numbers whoever did the runs, so that times are not among them."""
-    found = against_first(summaries)
+    """The whole table, under ``HEADER``, without times: it is the same on any machine and any number of workers."""
+    comparisons = against_first(summaries)
     table = []
     for s in summaries:
-        pair, p = found.get((s.case, s.solver), (None, None))
+        comparison, p = comparisons.get((s.case, s.solver), (None, None))
         counts = s.objectives.size + s.failed, s.failed, s.infeasible
         numbers = [_cell(number) for number in (s.mean, s.std, s.best, s.median, s.evaluations)]
-        test = (None, None, None) if pair is None else (pair.probability, pair.p, p)
+        test = (None, None, None) if comparison is None else (comparison.probability, comparison.p, p)
         table.append([s.case, s.solver, s.unit, *counts, *numbers, *test])
     return table
 
@@ -45,14 +45,14 @@ def _cell(number: float) -> float | None:
 MARKS = {"better": "[green]better[/]", "worse": "[red]worse[/]", "equal": "equal"}
 
 
-def shown(summaries: Sequence[Summary]) -> Group:
-    """The tables for a person, one a case."""
-    found = against_first(summaries)
+def printable(summaries: Sequence[Summary]) -> Group:
+    """The tables for the terminal, one a case."""
+    comparisons = against_first(summaries)
     cases = list(dict.fromkeys(summary.case for summary in summaries))
-    return Group(*(_case([s for s in summaries if s.case == case], found) for case in cases))
+    return Group(*(_case([s for s in summaries if s.case == case], comparisons) for case in cases))
 
 
-def _case(summaries: Sequence[Summary], found: dict[tuple[str, str], tuple[Comparison, float]]) -> Table:
+def _case(summaries: Sequence[Summary], comparisons: dict[tuple[str, str], tuple[Comparison, float]]) -> Table:
     first = summaries[0]
     unit = next((summary.unit for summary in summaries if summary.unit), "")
     table = Table(title=escape(f"{first.case} [{unit}]"), title_justify="left", title_style="bold", box=SIMPLE)
@@ -60,11 +60,11 @@ def _case(summaries: Sequence[Summary], found: dict[tuple[str, str], tuple[Compa
     for heading in ("mean", "std", "runs", "evals", "seconds", "vs first, p"):
         table.add_column(heading, justify="right")
     for s in summaries:
-        pair, p = found.get((s.case, s.solver), (None, 1.0))
+        comparison, p = comparisons.get((s.case, s.solver), (None, 1.0))
         numbers = (_short(s.mean, ".5g"), _short(s.std, ".1e"))
-        verdict = "" if pair is None else f"{MARKS[pair.verdict(p)]} {p:.2f}"
+        relation = "" if comparison is None else f"{MARKS[comparison.relation(p)]} {p:.2f}"
         table.add_row(
-            escape(s.solver), *numbers, _count(s), _short(s.evaluations, ".0f"), _short(s.seconds, ".2f"), verdict
+            escape(s.solver), *numbers, _count(s), _short(s.evaluations, ".0f"), _short(s.seconds, ".2f"), relation
         )
     return table
 
@@ -75,5 +75,5 @@ def _short(number: float, digits: str) -> str:
 
 def _count(summary: Summary) -> str:
     """How many runs, and how many of them without a plan."""
-    lost = [f"{n} {word}" for n, word in ((summary.infeasible, "infeasible"), (summary.failed, "failed")) if n]
-    return ", ".join([str(summary.objectives.size + summary.failed), *lost])
+    without_plan = [f"{n} {word}" for n, word in ((summary.infeasible, "infeasible"), (summary.failed, "failed")) if n]
+    return ", ".join([str(summary.objectives.size + summary.failed), *without_plan])

@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.audit``: say what holds, symbolically of a scenario, for all t of a run."""
+"""``python -m tpbso_casadi.audit``: the structure of a scenario's constraints, the certificate of a run."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from rich.console import Console
 from problems import CertificateStatus
 from problems.evaluation import InvalidEvaluation
 from tpbso_casadi.audit.content import audit_run, audit_scenario, impossible
-from tpbso_casadi.audit.report import print_run_audit, print_scenario_audit
+from tpbso_casadi.cli.audit_tables import print_run_audit, print_scenario_audit
 from tpbso_casadi.cli.common import Exit, OneLineParser, print_error
 from tpbso_casadi.scenario.builtin import TITLES
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import OutputError, check_writable
-from tpbso_casadi.storage.run_folder import as_json
+from tpbso_casadi.storage.plain import as_json
 from tpbso_casadi.storage.stored_run import InvalidRun, read_run
 
 
@@ -37,19 +37,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """The command line's options."""
-    built = OneLineParser(
+    command_line = OneLineParser(
         "python -m tpbso_casadi.audit",
-        description="Audit a run folder (exit 0 certified, 1 violated or undecided, 2 unreadable or tampered) "
+        description="Audit a run folder (exit 0 certified, 1 violated or undecided, 2 unreadable or contradictory) "
         "or a scenario (exit 1 when a constraint can never be met).",
     )
-    built.add_argument("what", metavar="RUN_FOLDER|SCENARIO", help="a run folder, a TOML file or a built-in name")
-    built.add_argument("--json", action="store_true", help="print the audit as JSON")
-    built.add_argument("--plots", type=Path, metavar="DIR", help="draw the Jacobian's structure of a scenario there")
-    return built
+    command_line.add_argument(
+        "what", metavar="RUN_FOLDER|SCENARIO", help="a run folder, a TOML file or a built-in name"
+    )
+    command_line.add_argument("--json", action="store_true", help="print the audit as JSON")
+    command_line.add_argument(
+        "--plots", type=Path, metavar="DIR", help="draw the Jacobian's structure of a scenario there"
+    )
+    return command_line
 
 
 def of_run(folder: Path, options: argparse.Namespace) -> int:
-    """Read, recompute and judge a run; returns the exit status."""
+    """Read, recompute and audit a run; returns the exit status."""
     audit = audit_run(read_run(folder))
     if options.json:
         sys.stdout.write(as_json(audit))
@@ -59,7 +63,7 @@ def of_run(folder: Path, options: argparse.Namespace) -> int:
 
 
 def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
-    """Look at a scenario's structure; returns the exit status."""
+    """Audit a scenario's structure; returns the exit status."""
     if options.plots is not None:
         check_writable(options.plots)
     try:

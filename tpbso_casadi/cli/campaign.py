@@ -1,4 +1,4 @@
-"""What the command lines of campaigns share: who does the runs, where they are kept, how far they are."""
+"""What the command lines of campaigns share: executors, the store, and progress."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ STORE = "runs.sqlite"
 
 
 def exit_code_of(work: Callable[[], int]) -> int:
-    """The exit status of a campaign; what stops it is said in one line."""
+    """The exit status of a campaign; an error is reported in one line."""
     try:
         return work()
     except FAILURES as error:
         print_error(str(error))
         return Exit.BAD_INPUT
     except KeyboardInterrupt:
-        print_error("interrupted; what was done is kept, and the same command goes on")
+        print_error("interrupted; completed runs are stored, and the same command resumes")
         return Exit.INTERRUPTED
 
 
@@ -41,24 +41,26 @@ def add_campaign_options(parser: argparse.ArgumentParser, folder: Path) -> None:
 
     Args:
         parser: to add them to.
-        folder: where the files go if nothing is said.
+        folder: of the output by default.
     """
-    who = parser.add_argument_group("who does the runs; changes how long it takes, not what is found")
-    alternatives = who.add_mutually_exclusive_group()
+    executors = parser.add_argument_group("the executors; they change how long it takes, not the results")
+    alternatives = executors.add_mutually_exclusive_group()
     alternatives.add_argument(
-        "--workers", type=positive_int, metavar="N", help=f"processes; {processors()}, one a processor, if none"
+        "--workers", type=positive_int, metavar="N", help=f"processes; {processors()}, one a processor, by default"
     )
     alternatives.add_argument("--dask", metavar="ADDRESS", help="the workers of a Dask scheduler, tcp://host:port")
-    who.add_argument("--backend", choices=BACKENDS, help="what prices a population")
-    output = parser.add_argument_group("the output; the same command goes on where it was cut off")
-    output.add_argument("--out", type=Path, default=folder, metavar="DIR", help=f"folder of the runs; {folder} if none")
-    output.add_argument("--retry-failed", action="store_true", help="try once more what is kept as failed")
+    executors.add_argument("--backend", choices=BACKENDS, help="evaluates populations; auto by default")
+    output = parser.add_argument_group("the output; the same command resumes an interrupted campaign")
+    output.add_argument(
+        "--out", type=Path, default=folder, metavar="DIR", help=f"folder of the runs; {folder} by default"
+    )
+    output.add_argument("--retry-failed", action="store_true", help="repeat the runs that failed")
     output.add_argument("--export", type=Path, metavar="FILE", help="the runs as a table: .csv or .parquet")
     output.add_argument("--quiet", action="store_true", help="no progress, no table")
 
 
 def prepare(options: argparse.Namespace) -> None:
-    """Make sure before the work that what comes out can be written.
+    """Make sure before the runs that the output can be written.
 
     Raises:
         OutputError: it cannot.
@@ -83,29 +85,29 @@ def stored(options: argparse.Namespace) -> Iterator[Store]:
 
 
 def local(options: argparse.Namespace) -> ExecutorFactory:
-    """The processes of this machine."""
+    """Processes of this machine."""
     return processes(options.workers or processors(), options.backend)
 
 
 def run_with_progress(runs: Sequence[Run], store: Store, options: argparse.Namespace) -> None:
-    """Do the runs that are left, with a bar on standard error.
+    """Do the remaining runs, with a progress bar on standard error.
 
     Raises:
-        ExecutorError: nobody can do them.
-        LostExecutor, StoreError: it was cut off; what was done is kept.
+        ExecutorError: there are no workers.
+        LostExecutor, StoreError: it was interrupted; completed runs are stored.
     """
     keys = {run.key for run in runs}
-    left = keys - store.done(failed_too=not options.retry_failed)
-    if not left:
+    pending = keys - store.done(failed_too=not options.retry_failed)
+    if not pending:
         return
-    crews = cluster(options.dask, options.backend) if options.dask else nullcontext(local(options))
-    with crews as crew, campaign_progress(len(keys), len(keys) - len(left), options.quiet) as progress:
-        run_campaign(runs, store, crew, options.retry_failed, progress)
+    connection = cluster(options.dask, options.backend) if options.dask else nullcontext(local(options))
+    with connection as executors, campaign_progress(len(keys), len(keys) - len(pending), options.quiet) as progress:
+        run_campaign(runs, store, executors, options.retry_failed, progress)
 
 
 @contextmanager
 def campaign_progress(total: int, done: int, quiet: bool) -> Iterator[Callable[[Outcome], object]]:
-    """A live bar over all runs with the time left, on a terminal only; gives what moves it."""
+    """A progress bar over all runs, on a terminal only; yields the callback that advances it."""
     console = Console(stderr=True, quiet=quiet)
     columns = (
         TextColumn("runs"),
@@ -127,7 +129,7 @@ def campaign_progress(total: int, done: int, quiet: bool) -> Iterator[Callable[[
 
 
 def failures(records: Sequence[Record]) -> Exit:
-    """Say what failed; the exit status: 0 nothing, 1 something."""
+    """Report the runs that failed; the exit status: 0 where there is none, else 1."""
     failed = [record for record in records if record.error]
     if not failed:
         return Exit.FEASIBLE

@@ -1,4 +1,4 @@
-"""What all command lines share: one-line errors, exit statuses."""
+"""What all command lines share: one-line errors, exit statuses, types of options."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class OneLineParser(argparse.ArgumentParser):
     """An argument parser whose errors take one line."""
 
     def error(self, message: str) -> NoReturn:
-        """Print the reason alone and leave with status 2."""
+        """Print the reason alone and exit with status 2."""
         print_error(message)
         raise SystemExit(Exit.BAD_INPUT)
 
 
 def print_error(message: str) -> None:
-    """One line on standard error, whatever the message holds."""
+    """Print a message as one line on standard error."""
     print(f"error: {' '.join(message.split())}", file=sys.stderr)
 
 
@@ -48,7 +48,7 @@ def positive_float(text: str) -> float:
 
 
 def natural(text: str) -> int:
-    """A whole number from 0 on, for argparse."""
+    """A whole number, 0 or more, for argparse."""
     number = int(text)
     if number < 0:
         raise argparse.ArgumentTypeError(f"{number} is negative")

@@ -1,9 +1,10 @@
-"""What a person sees in the terminal: the bar while it searches, the table when it is done."""
+"""A search in the terminal: a progress bar during it, tables of the plan after it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -23,27 +24,29 @@ MARKS = {
 
 
 @contextmanager
-def search_progress(problem: Problem, console: Console) -> Iterator[Callable[[Status], object] | None]:
-    """A live bar, on a terminal only; gives the callback that moves it."""
+def search_progress(problem: Problem[Any], console: Console) -> Iterator[Callable[[Status], object] | None]:
+    """A progress bar, on a terminal only; yields the callback that advances it."""
     if not console.is_terminal:
         yield None
         return
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[found]}"), TimeRemainingColumn())
-    objective = problem.measured_by
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeRemainingColumn())
+    objective = problem.objective
     with Progress(*columns, console=console, transient=True) as progress:
-        bar = progress.add_task("searching", total=1.0, found="")
+        bar = progress.add_task("searching", total=1.0, best="")
 
         def show(status: Status) -> None:
             feasible = status.cost <= problem.objective_upper_bound
-            best = f"{objective.name} {status.cost:.4g} {objective.unit}" if feasible else "nothing feasible yet"
-            progress.update(bar, completed=status.progress, found=f"{best}, {status.evaluations} evaluations")
+            objective_text = (
+                f"{objective.name} {status.cost:.4g} {objective.unit}" if feasible else "nothing feasible yet"
+            )
+            progress.update(bar, completed=status.progress, best=f"{objective_text}, {status.evaluations} evaluations")
 
         yield show
 
 
 def print_plan(plan: Plan, console: Console) -> None:
-    """The final table: the plan, what it took, and how it stands to every constraint."""
-    objective, search = plan.problem.measured_by, plan.search
+    """The final table: the objective, every constraint judged for all t, and the effort of the search."""
+    objective, search = plan.problem.objective, plan.search
     table = Table(title=f"{objective.name} {plan.objective:.6g} {objective.unit}", title_justify="left")
     table.add_column("constraint")
     for heading in ("worst", "bound", "unit"):
@@ -68,10 +71,10 @@ def print_plan(plan: Plan, console: Console) -> None:
 
 def print_polish(plan: Plan, polish: Polish, console: Console) -> None:
     """The search and its refinement by IPOPT, side by side."""
-    objective, descent = plan.problem.measured_by, polish.search
-    verdict = "kept" if polish.accepted else "discarded, not better"
+    objective, descent = plan.problem.objective, polish.search
+    decision = "kept" if polish.accepted else "discarded, not better"
     headings = f"{objective.name}, {objective.unit}", "worst violation", "evaluations", "iterations", "seconds"
-    table = Table(title=f"polish: {verdict} ({descent.solution.status})", title_justify="left")
+    table = Table(title=f"polish: {decision} ({descent.solution.status})", title_justify="left")
     table.add_column("")
     for heading in headings:
         table.add_column(heading, justify="right")
@@ -87,7 +90,7 @@ def print_polish(plan: Plan, polish: Polish, console: Console) -> None:
 
 def print_scenarios(console: Console) -> None:
     """The built-in scenarios."""
-    table = Table("name", "what")
+    table = Table("name", "content")
     for name, title in TITLES.items():
         table.add_row(name, title + (" (the default)" if name == DEFAULT else ""))
     console.print(table)

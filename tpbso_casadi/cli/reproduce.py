@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.reproduce``: Section IV of the paper, again, with one command."""
+"""``python -m tpbso_casadi.reproduce``: the paper's Section IV, reproduced with one command."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from tpbso_casadi.reproduction.evidence import Evidence
 from tpbso_casadi.reproduction.experiment import FULL, QUICK, Size, campaign
 from tpbso_casadi.reproduction.gather import gather, illustrations
 from tpbso_casadi.reproduction.report import render
-from tpbso_casadi.reproduction.scaling import measured
+from tpbso_casadi.reproduction.scaling import measure_scaling
 from tpbso_casadi.storage.files import write_csv, write_text, writing
 
 
@@ -42,14 +42,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """The command line's options."""
-    built = OneLineParser("python -m tpbso_casadi.reproduce", description="Reproduce Section IV of the paper.")
-    built.add_argument("--quick", action="store_true", help="a look in under a minute, with few and short runs")
-    add_campaign_options(built, Path("runs/reproduction"))
-    return built
+    command_line = OneLineParser("python -m tpbso_casadi.reproduce", description="Reproduce Section IV of the paper.")
+    command_line.add_argument("--quick", action="store_true", help="few and short runs, in under a minute")
+    add_campaign_options(command_line, Path("runs/reproduction"))
+    return command_line
 
 
 def reproduce(options: argparse.Namespace) -> int:
-    """Do what the options say; returns the exit status."""
+    """Run the reproduction of the options; returns the exit status."""
     size = QUICK if options.quick else FULL
     if options.quick and options.backend is None:
         options.backend = "vm"  # so few evaluations are not worth a compiler
@@ -57,11 +57,10 @@ def reproduce(options: argparse.Namespace) -> int:
     prepare(options)
     with stored(options) as store:
         run_with_progress(runs, store, options)
-        growth = grown(store, size, options.quiet)
-        evidence = gather(runs, store, growth)
+        evidence = gather(runs, store, stored_scaling(store, size, options.quiet))
         with local(options).start() as executor:
-            shown = illustrations(runs, store, executor)
-    page = render(evidence, shown, size, command_of(options), sum(record.seconds for record in evidence.records))
+            drawn = illustrations(runs, store, executor)
+    page = render(evidence, drawn, size, command_of(options), sum(record.seconds for record in evidence.records))
     with writing(options.out):
         write_csv(options.out / "summary.csv", HEADER, rows(summarise(evidence.records)))
         write_text(options.out / "report.html", lambda file: file.write(page))
@@ -73,31 +72,32 @@ def reproduce(options: argparse.Namespace) -> int:
     return failures(evidence.records)
 
 
-def grown(store: Store, size: Size, quiet: bool) -> dict[str, object]:
+def stored_scaling(store: Store, size: Size, quiet: bool) -> dict[str, object]:
     """Growth of time and memory: measured once, then from the store."""
-    name = f"growth {asdict(size)}"
-    found = store.measurement(name)
-    if found is None:
+    name = f"scaling {asdict(size)}"
+    scaling: dict[str, object] | None = store.measurement(name)
+    if scaling is None:
         console = Console(stderr=True, quiet=quiet or not sys.stderr.isatty())
         with console.status("measuring growth") as status:
-            found = measured(size is QUICK, lambda what: status.update(f"measuring the growth of {what}"))
-        store.keep(name, found)
-    growth: dict[str, object] = found
-    return growth
+            scaling = measure_scaling(
+                size is QUICK, lambda quantity: status.update(f"measuring the growth of {quantity}")
+            )
+        store.keep(name, scaling)
+    return scaling
 
 
 def command_of(options: argparse.Namespace) -> str:
-    """What makes the same page again, whoever does the runs."""
+    """The command that makes the same page again, on any executor."""
     return shlex.join(
         ["python", "-m", "tpbso_casadi.reproduce", *["--quick"] * options.quick, "--out", str(options.out)]
     )
 
 
 def print_claims(evidence: Evidence, console: Console) -> None:
-    """What became of each claim."""
+    """Print the outcome of each claim."""
     for claim in CLAIMS:
-        console.print(f"[bold]{claim.says}[/]")
+        console.print(f"[bold]{claim.statement}[/]")
         for basis, finding in claim.findings(evidence).items():
-            colour = {"reproduced": "green", "not reproduced": "red"}.get(finding.verdict, "yellow")
-            words = f"{basis}: " if basis else ""
-            console.print(f"  {words}[{colour}]{finding.verdict}[/]. {finding.evidence}", highlight=False)
+            colour = {"reproduced": "green", "not reproduced": "red"}.get(finding.outcome, "yellow")
+            prefix = f"{basis}: " if basis else ""
+            console.print(f"  {prefix}[{colour}]{finding.outcome}[/]. {finding.evidence}", highlight=False)

@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.solve``: plan one motion and leave its files and pictures."""
+"""``python -m tpbso_casadi.solve``: plan one motion and write its files and figures."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import get_args
 
 from rich.console import Console
 
+from problems import OBJECTIVES
+from problems.encodings import FORMULATIONS
 from problems.evaluation import BACKENDS, EvaluationOptions, InvalidEvaluation
+from problems.tasks.elbow import Elbow
+from problems.tasks.path_following import KnotRedundancy
 from tpbso_casadi.animation import animate, check_animation
 from tpbso_casadi.cli.common import Exit, OneLineParser, natural, positive_float, positive_int, print_error
 from tpbso_casadi.cli.display import print_plan, print_scenarios, search_progress
@@ -18,9 +23,10 @@ from tpbso_casadi.scenario.builtin import DEFAULT
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.storage.exporting import EXPORTS, RATE, export_motion
+from tpbso_casadi.scenario.solvers import SOLVER_CATALOGUE
+from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, export_motion
 from tpbso_casadi.storage.files import OutputError, check_writable
-from tpbso_casadi.storage.run_folder import as_json, result_of, write_run
+from tpbso_casadi.storage.run_folder import result_of, write_run
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -41,77 +47,88 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """The command line's options."""
-    built = OneLineParser("python -m tpbso_casadi.solve", description="Plan the motion of a robot arm.")
-    built.add_argument("scenario", nargs="?", default=DEFAULT, help=f"TOML file or built-in name; {DEFAULT} if none")
-    built.add_argument("--list", action="store_true", help="list the built-in scenarios")
-    problem = built.add_argument_group("the problem, overriding the scenario")
+    command_line = OneLineParser("python -m tpbso_casadi.solve", description="Plan the motion of a robot arm.")
+    command_line.add_argument(
+        "scenario", nargs="?", default=DEFAULT, help=f"TOML file or built-in name; {DEFAULT} by default"
+    )
+    command_line.add_argument("--list", action="store_true", help="list the built-in scenarios")
+    problem = command_line.add_argument_group("the problem, overriding the scenario")
     problem.add_argument("--links", type=positive_int, metavar="K", help="the same reach with K equal links")
-    problem.add_argument("--objective", choices=("time", "rotation", "length"))
-    problem.add_argument("--elbow", choices=("up", "down", "free"), help="branch of inverse kinematics at both ends")
-    problem.add_argument("--formulation", choices=("paper", "reduced"), help="cost (15), or feasible by construction")
-    problem.add_argument("--knot-redundancy", choices=("free", "values"), help="of a path, where IPOPT follows it")
-    search = built.add_argument_group("the search, overriding the scenario")
+    problem.add_argument(
+        "--objective", metavar="NAME", help=f"{', '.join(OBJECTIVES)}, a plug-in, or package.module:Class"
+    )
+    problem.add_argument("--elbow", choices=get_args(Elbow), help="branch of inverse kinematics at both ends")
+    problem.add_argument("--formulation", choices=FORMULATIONS, help="cost (15), or feasible by construction")
+    problem.add_argument(
+        "--knot-redundancy", choices=get_args(KnotRedundancy), help="of a path, where IPOPT follows it"
+    )
+    search = command_line.add_argument_group("the search, overriding the scenario")
     search.add_argument(
         "--solver",
         metavar="NAME",
-        help="abso, bso, pso, ga, lshade, ipopt, an outside solver, a plug-in, or package.module:Class",
+        help=f"{', '.join(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class",
     )
     search.add_argument("--population", type=natural, metavar="M", help="members of the swarm")
     search.add_argument(
-        "--iterations", type=positive_int, metavar="N", help="stop after N iterations; of ipopt, N starts"
+        "--iterations",
+        type=positive_int,
+        metavar="N",
+        help="stop after N iterations, or starts with gradients",
     )
     search.add_argument("--evaluations", type=positive_int, metavar="N", help="stop after N evaluations")
     search.add_argument("--time-limit", type=positive_float, metavar="S", help="stop after S seconds")
     search.add_argument(
-        "--within", type=positive_float, metavar="S", help="the best plan in S seconds: search, polish, and again"
+        "--within", type=positive_float, metavar="S", help="the best plan in S seconds: search and polish repeatedly"
     )
     search.add_argument("--seed", type=natural, help="same seed, same result")
     search.add_argument("--polish", action="store_true", help="refine the best candidate with IPOPT")
     search.add_argument(
         "--polish-starts", type=positive_int, metavar="N", help="refine N good candidates that lie apart, keep the best"
     )
-    speed = built.add_argument_group("the machine; changes how long it takes, not what is found")
-    speed.add_argument("--backend", choices=BACKENDS, help="what prices a population; auto if none")
+    speed = command_line.add_argument_group("the machine; these change how long it takes, not the result")
+    speed.add_argument("--backend", choices=BACKENDS, help="evaluates populations; auto by default")
     speed.add_argument("--threads", type=positive_int, default=1, metavar="N", help="for populations of thousands")
-    output = built.add_argument_group("the output")
-    output.add_argument("--out", type=Path, metavar="DIR", help="run folder; runs/SCENARIO-SOLVER-SEED if none")
-    output.add_argument("--json", action="store_true", help="print result.json, and no folder without --out")
+    output = command_line.add_argument_group("the output")
+    output.add_argument("--out", type=Path, metavar="DIR", help="run folder; runs/SCENARIO-SOLVER-SEED by default")
+    output.add_argument("--json", action="store_true", help="print result.json; writes no folder unless --out is given")
     output.add_argument("--no-plots", action="store_true", help="draw no figures")
     output.add_argument("--animate", type=Path, metavar="FILE", help="the motion as .gif, .mp4 or .html")
     output.add_argument(
         "--export", action="append", choices=EXPORTS, default=[], help="for a robot, at equal steps of time; repeatable"
     )
-    output.add_argument("--rate", type=positive_float, default=RATE, metavar="HZ", help=f"of these steps; {RATE:g}")
+    output.add_argument(
+        "--rate", type=positive_float, default=DEFAULT_RATE, metavar="HZ", help=f"of these steps; {DEFAULT_RATE:g}"
+    )
     output.add_argument("--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds")
     output.add_argument("--quiet", action="store_true", help="no progress, no table")
-    return built
+    return command_line
 
 
 def solve(options: argparse.Namespace) -> int:
-    """Plan what the options say, show and write it; returns the exit status."""
-    scenario, pricing = overridden(load(options.scenario), options), evaluation_options(options)
+    """Plan the scenario of the options, write and print the plan; returns the exit status."""
+    scenario, evaluation = overridden(load(options.scenario), options), evaluation_options(options)
     folder = run_folder(options, scenario)
     check_output(folder, options)
     try:
-        found = search(scenario, pricing, quiet=options.quiet)
+        solution = search(scenario, evaluation, quiet=options.quiet)
     except ScenarioError as error:
         raise ScenarioError(f"{options.scenario}: {error}") from error
     if folder is not None:
-        write_run(folder, found, plots=not options.no_plots)
+        write_run(folder, solution, plots=not options.no_plots)
         for kind in options.export:
-            export_motion(folder, found.motion, kind, options.rate)
+            export_motion(folder, solution.motion, kind, options.rate)
     if options.animate is not None:
-        animate(options.animate, Path(options.scenario).stem, found.motion)
+        animate(options.animate, Path(options.scenario).stem, solution.motion)
     if options.json:
-        sys.stdout.write(as_json(result_of(found)))
+        sys.stdout.write(result_of(solution).to_json())
     elif not options.quiet:
-        print_plan(found, Console())
+        print_plan(solution, Console())
         Console().print(f"written to {folder}", highlight=False, soft_wrap=True)
-    return exit_status(found)
+    return exit_status(solution)
 
 
 def check_output(folder: Path | None, options: argparse.Namespace) -> None:
-    """Make sure before the work that what was asked for can be written.
+    """Make sure before the search that the output can be written.
 
     Raises:
         OutputError: it cannot.
@@ -125,7 +142,7 @@ def check_output(folder: Path | None, options: argparse.Namespace) -> None:
 
 
 def evaluation_options(options: argparse.Namespace) -> EvaluationOptions:
-    """How to price: the command line, then the environment."""
+    """How to evaluate populations: the command line decides, then the environment."""
     return (
         EvaluationOptions(threads=options.threads)
         if options.backend is None
@@ -133,20 +150,20 @@ def evaluation_options(options: argparse.Namespace) -> EvaluationOptions:
     )
 
 
-def search(scenario: Scenario, pricing: EvaluationOptions, quiet: bool) -> Plan:
+def search(scenario: Scenario, evaluation: EvaluationOptions, quiet: bool) -> Plan:
     """Plan with a progress bar on standard error."""
     with search_progress(scenario.problem(), Console(stderr=True, quiet=quiet)) as callback:
-        return plan(scenario, callback, pricing)
+        return plan(scenario, callback, evaluation)
 
 
-def exit_status(found: Plan) -> int:
+def exit_status(solution: Plan) -> int:
     """0 feasible, 1 not, 130 interrupted."""
-    if found.interrupted:
+    if solution.interrupted:
         return Exit.INTERRUPTED
-    if not found.feasible:
+    if not solution.feasible:
         broken = ", ".join(
             f"{verdict.name} is {verdict.worst:.4g} {verdict.unit} where {verdict.bound:.4g} is the limit"
-            for verdict in found.verdicts
+            for verdict in solution.verdicts
             if not verdict.satisfied
         )
         print_error(f"no feasible plan was found; the best attempt's {broken} (try more evaluations or another seed)")
@@ -155,9 +172,11 @@ def exit_status(found: Plan) -> int:
 
 
 def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
-    """The scenario with what the command line says instead; checked anew."""
+    """The scenario with the values of the command line in place of its own; validated anew."""
     content = scenario.model_dump()
     if options.links is not None:
+        if scenario.arm is None:
+            raise ScenarioError("--links: changes an [arm]; this scenario has a [robot]")
         content["arm"] = scenario.arm.with_links(options.links).model_dump()
     sections = {
         "task": ("objective", "elbow"),
@@ -174,7 +193,7 @@ def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
 
 
 def run_folder(options: argparse.Namespace, scenario: Scenario) -> Path | None:
-    """Where the files go; None when only JSON was asked for."""
+    """The folder of the run; None where only JSON is printed."""
     if options.out is not None or options.json:
         chosen: Path | None = options.out
         return chosen

@@ -1,4 +1,4 @@
-"""The picture of a scenario's audit: where the Jacobian of each constraint can differ from zero.
+"""The figure of a scenario's audit: the sparsity of the Jacobian of each constraint.
 
 Imported only where a figure is drawn: matplotlib is slow to load.
 """
@@ -13,11 +13,11 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 
 from problems import Constraint
-from problems.assembly.problem import SAMPLING_MARGIN
 from problems.certify.structure import jacobian_pattern
+from problems.limits.limit import SAMPLING_MARGIN
 from tpbso_casadi.scenario.scenario import Scenario
 
-LEAST_SHARE = 0.07  # of the picture's height
+SMALLEST_PANEL = 0.07  # of the height of all panels
 
 
 def draw_structure(folder: Path, scenario: Scenario) -> Path:
@@ -38,10 +38,10 @@ def draw_structure(folder: Path, scenario: Scenario) -> Path:
 
 
 def draw_model(figure: SubFigure, title: str, constraints: Sequence[Constraint], x: ca.SX) -> None:
-    """One panel a constraint, as high as it has rows, but high enough to be seen."""
+    """One panel per constraint, its height proportional to its rows but large enough to be visible."""
     patterns = [jacobian_pattern(constraint, x) for constraint in constraints]
     rows, nonzeros = (sum(counts) for counts in ([len(p) for p in patterns], [int(p.sum()) for p in patterns]))
-    heights = [max(len(pattern), LEAST_SHARE * rows) for pattern in patterns]
+    heights = [max(len(pattern), SMALLEST_PANEL * rows) for pattern in patterns]
     panels = figure.subplots(len(patterns), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights})
     for axes, pattern, constraint in zip(panels[:, 0], patterns, constraints, strict=True):
         axes.imshow(pattern, aspect="auto", cmap="Blues", vmin=0, vmax=1.3, interpolation="nearest")
@@ -50,4 +50,4 @@ def draw_model(figure: SubFigure, title: str, constraints: Sequence[Constraint],
         axes.set_ylabel(label, rotation=0, ha="right", va="center", fontsize=9)
     panels[-1, 0].set_xlabel("variable")
     panels[-1, 0].xaxis.set_major_locator(MaxNLocator(integer=True))
-    figure.suptitle(f"{title}: {rows} rows, {x.shape[0]} variables,\n{nonzeros} entries that can differ from zero")
+    figure.suptitle(f"{title}: {rows} rows, {x.shape[0]} variables,\n{nonzeros} structural nonzeros")

@@ -1,1 +1,1 @@
-"""From a scenario to a verified plan: search, refine, judge."""
+"""From a scenario to a verified plan: search, refine, verify."""

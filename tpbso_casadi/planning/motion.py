@@ -1,46 +1,45 @@
-"""A finished motion: the exact trajectory, how it stands to every constraint, and what it is worth."""
+"""A finished motion: the exact trajectory, its constraints judged for all t, its objective."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 from problems import CertificateStatus, Problem, Trajectory, Verdict
 from problems.base.matrix import FloatArray
 
-ROWS = 201  # of trajectory.csv, at the least
+MINIMUM_ROWS = 201  # of trajectory.csv
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A trajectory, judged.
+    """A trajectory and its verification.
 
     Attributes:
-        problem: what it solves.
+        problem: that it solves.
         trajectory: the motion itself.
-        quantities: the arm's own quantities behind it, by the paper's symbols.
-        time_scale: the factor by which what was found has been slowed so that the speed and acceleration limits
-            hold between its samples too; 1 when they did already.
+        quantities: the robot's own quantities behind it, by the paper's symbols.
+        time_scale: the factor by which the search's motion has been slowed so that the speed and acceleration limits
+            hold between its samples too; 1 where they did already.
     """
 
-    problem: Problem
+    problem: Problem[Any]
     trajectory: Trajectory
     quantities: dict[str, FloatArray]
     time_scale: float = 1.0
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """How it stands to every constraint, for all t."""
+        """Each constraint, judged for all t."""
         return tuple(self.problem.verify(self.trajectory))
 
     @property
     def status(self) -> CertificateStatus:
         """The certificate: of all constraints together, for all t."""
-        found = {verdict.status for verdict in self.verdicts}
-        return next(
-            (s for s in (CertificateStatus.VIOLATED, CertificateStatus.UNDECIDED) if s in found),
-            CertificateStatus.CERTIFIED,
-        )
+        statuses = {verdict.status for verdict in self.verdicts}
+        worst_first = (CertificateStatus.VIOLATED, CertificateStatus.UNDECIDED)
+        return next((status for status in worst_first if status in statuses), CertificateStatus.CERTIFIED)
 
     @property
     def feasible(self) -> bool:
@@ -55,7 +54,11 @@ class Motion:
     @cached_property
     def times(self) -> FloatArray:
         """The times in s of the rows of ``trajectory.csv``."""
-        return self.problem.row_times(self.trajectory, ROWS)
+        return self.problem.row_times(self.trajectory, MINIMUM_ROWS)
+
+    def joint_positions(self, times: FloatArray) -> FloatArray:
+        """Where base, joints and tip are at times (n,) in s: (n, frames, dim), m."""
+        return self.problem.robot.skeleton(self.trajectory.at(times))
 
     @cached_property
     def objective(self) -> float:
@@ -63,13 +66,13 @@ class Motion:
         return self.problem.objective_value(self.trajectory, self.times)
 
     @property
-    def price(self) -> float:
-        """One number to compare motions by: the objective, or more than any objective when a constraint is broken."""
+    def merit(self) -> float:
+        """One number to compare motions by, lower is better: the objective; more than any where a limit is broken."""
         return self.objective if self.feasible else self.problem.objective_upper_bound + 1.0 + self.worst_violation
 
 
-def found_motion(problem: Problem, x: FloatArray) -> Motion:
-    """The motion of a search vector (d,), slowed by the least factor that the limits need for all t."""
+def motion_of(problem: Problem[Any], x: FloatArray) -> Motion:
+    """The motion of a search vector (d,), slowed by the least factor with which its limits hold for all t."""
     trajectory = problem.trajectory(x)
-    stretch = max(1.0, trajectory.safe_time_scale(problem.arm))
-    return Motion(problem, trajectory.time_scaled(stretch), problem.quantities(x), stretch)
+    scale = max(1.0, problem.safe_time_scale(trajectory))
+    return Motion(problem, trajectory.time_scaled(scale), problem.quantities(x), scale)

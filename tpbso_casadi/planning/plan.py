@@ -1,23 +1,21 @@
-"""From a scenario to a verified plan: build the problem, search it, refine and judge what was found."""
+"""From a scenario to a verified plan: build the problem, search it, refine and verify the best motion."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from problems import Problem, Trajectory, Verdict
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers import IPOPT, Archive, Box, Budget, DescentResult, Result, Solver, Status, StopReason, minimize
-from tpbso_casadi.planning.motion import Motion, found_motion
+from solvers import IPOPT, Archive, Box, Result, Solver, Status, StopReason, minimize
+from tpbso_casadi.planning.motion import Motion, motion_of
 from tpbso_casadi.planning.refinement import Polish, Refinement, polish
+from tpbso_casadi.planning.within import best_within
 from tpbso_casadi.scenario.scenario import Scenario
-
-ROUND = 10_000  # evaluations of a search in a series of them, unless the scenario says how many
-STARTS = 3  # candidates that are polished after each of them
 
 
 @dataclass(frozen=True)
@@ -25,16 +23,16 @@ class Plan:
     """A motion and everything needed to judge it.
 
     Attributes:
-        scenario: what was asked.
+        scenario: robot, task, limits and solver.
         problem: its model.
-        search: what the search found, and its record; before any polish.
+        search: result and record of the search; before any polish.
         motion: the plan itself.
-        polish: what a polish did; None when none was asked for.
-        rounds: how often it was searched; the others than ``search`` found nothing better.
+        polish: the refinement by IPOPT; None where there was none.
+        rounds: searches made; ``search`` is the one that led to the best motion.
     """
 
     scenario: Scenario
-    problem: Problem
+    problem: Problem[Any]
     search: Result
     motion: Motion
     polish: Polish | None = None
@@ -53,7 +51,7 @@ class Plan:
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """How the motion stands to every constraint, for all t."""
+        """Each constraint of the motion, judged for all t."""
         return self.motion.verdicts
 
     @property
@@ -75,95 +73,68 @@ class Plan:
 def plan(
     scenario: Scenario,
     callback: Callable[[Status], object] | None = None,
-    pricing: EvaluationOptions | None = None,
-    problem: Problem | None = None,
+    evaluation: EvaluationOptions | None = None,
+    problem: Problem[Any] | None = None,
 ) -> Plan:
     """Plan a scenario.
 
     Args:
-        scenario: arm, task, limits, solver, budget and seed.
+        scenario: robot, task, limits, solver, budget and seed.
         callback: gets the status of the search after every iteration.
-        pricing: how a population is evaluated; changes how long it takes, not what is found.
-        problem: that of the scenario, where it is at hand.
+        evaluation: how populations are evaluated; changes the time, not the result.
+        problem: that of the scenario, if it is built already.
 
     Raises:
         ScenarioError: the task cannot be done, or the solver is unknown.
     """
     problem, solver = scenario.problem() if problem is None else problem, scenario.solver.build()
-    if isinstance(solver, IPOPT):
+    if solver.solves_program:
         return descended(scenario, problem, solver, callback)
     if scenario.solver.within is not None:
-        return best_within(scenario, problem, solver, scenario.solver.within, callback, pricing)
-    return searched(scenario, problem, solver, callback, pricing)
+        best, rounds = best_within(problem, solver, scenario.solver, callback, evaluation)
+        return Plan(scenario, problem, best.search, best.motion, best.polish, rounds)
+    return searched(scenario, problem, solver, callback, evaluation)
 
 
-def descended(scenario: Scenario, problem: Problem, solver: IPOPT, callback: Callable[[Status], object] | None) -> Plan:
+def descended(
+    scenario: Scenario, problem: Problem[Any], solver: IPOPT, callback: Callable[[Status], object] | None
+) -> Plan:
     """A plan by gradients alone."""
     refinement = Refinement(problem, solver)
-    found = refinement.multistart(scenario.solver.budget(), scenario.solver.seed, callback)
-    return Plan(scenario, problem, found, refinement.motion(found.x))
+    search = refinement.multistart(scenario.solver.budget(), scenario.solver.seed, callback)
+    return Plan(scenario, problem, search, refinement.motion(search.x))
 
 
 def searched(
     scenario: Scenario,
-    problem: Problem,
+    problem: Problem[Any],
     solver: Solver,
     callback: Callable[[Status], object] | None,
-    pricing: EvaluationOptions | None,
+    evaluation: EvaluationOptions | None,
 ) -> Plan:
     """A plan by a metaheuristic, polished if the scenario says so."""
-    asked, box = scenario.solver, Box(*problem.bounds)
-    archive = Archive(box) if asked.polish_starts else None
-    found = minimize(problem.evaluator(pricing), box, solver, asked.budget(), asked.seed, callback, archive)
-    motion = found_motion(problem, found.x)
-    if archive is None or found.stop_reason is StopReason.INTERRUPTED:
-        return Plan(scenario, problem, found, motion)
-    refined = polish(motion, found.x, archive, asked.polish_starts)
-    return Plan(scenario, problem, found, refined.chosen, refined)
-
-
-def best_within(
-    scenario: Scenario,
-    problem: Problem,
-    solver: Solver,
-    seconds: float,
-    callback: Callable[[Status], object] | None,
-    pricing: EvaluationOptions | None,
-) -> Plan:
-    """The best plan of a given time: search, polish what lies apart, and again from the next seed.
-
-    The first search is done in any case; what it found is polished if time is left. Results depend on the machine.
-    """
-    ends = time.perf_counter() + seconds
-    asked, box, price = scenario.solver, Box(*problem.bounds), problem.evaluator(pricing)
-    refinement = Refinement(problem, IPOPT(warm=True))
-    plans: list[Plan] = []
-    while not plans or (time.perf_counter() < ends and not plans[-1].interrupted):
-        left, archive = ends - time.perf_counter(), Archive(box)
-        budget = Budget(asked.evaluations or ROUND, asked.iterations, left if left > 0.0 else None)
-        found = minimize(price, box, solver, budget, asked.seed + len(plans), callback, archive)
-        motion, left = found_motion(problem, found.x), ends - time.perf_counter()
-        if left <= 0.0 or found.stop_reason is StopReason.INTERRUPTED:
-            plans.append(Plan(scenario, problem, found, motion))
-        else:
-            refined = polish(motion, found.x, archive, asked.polish_starts or STARTS, refinement, left)
-            plans.append(Plan(scenario, problem, found, refined.chosen, refined))
-    best = min(plans, key=lambda plan: (not plan.feasible, plan.motion.price))
-    return replace(best, rounds=len(plans))
+    settings, box = scenario.solver, Box(*problem.bounds)
+    archive = Archive(box) if settings.polish_starts else None
+    cost = problem.evaluator(evaluation)
+    search = minimize(cost, box, solver, settings.budget(), settings.seed, callback, archive)
+    motion = motion_of(problem, search.x)
+    if archive is None or search.stop_reason is StopReason.INTERRUPTED:
+        return Plan(scenario, problem, search, motion)
+    refined = polish(motion, search.x, archive, settings.polish_starts)
+    return Plan(scenario, problem, search, refined.chosen, refined)
 
 
 def convergence(search: Result) -> tuple[FloatArray, FloatArray]:
     """Best cost so far over iterations: both (n,). The last entry may be an iteration that was cut short."""
-    first = int(isinstance(search, DescentResult))  # a swarm's initial population is iteration 0
-    return np.arange(first, first + len(search.history.cost), dtype=np.float64), search.history.cost
+    return search.history.numbers, search.history.cost
 
 
 def first_feasible(plan: Plan) -> int | None:
     """The index in the history from which the best candidate was feasible at the samples; None if there was none."""
-    held = np.flatnonzero(plan.search.history.cost <= plan.problem.objective_upper_bound)
-    return int(held[0]) if held.size else None
+    feasible = np.flatnonzero(plan.search.history.cost <= plan.problem.objective_upper_bound)
+    return int(feasible[0]) if feasible.size else None
 
 
 def step_name(search: Result) -> str:
     """What the history of a search counts."""
-    return "start" if isinstance(search, DescentResult) else "iteration"
+    return search.history.steps.name

@@ -1,34 +1,34 @@
-"""IPOPT on a problem: as a polish of what a metaheuristic found, and on its own from many starts."""
+"""IPOPT on a problem: as a polish of a metaheuristic's best candidates, and on its own from many starts."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
+from typing import Any
 
 import numpy as np
 
 from problems import Problem
-from problems.assembly.problem import SAMPLING_MARGIN
 from problems.base.matrix import FloatArray, as_array
 from solvers import IPOPT, Archive, Budget, Descent, DescentResult, Solution, Status, StopReason, descend
 from tpbso_casadi.planning.motion import Motion
 
 MARGINS = (3e-3, 1e-2)  # tried in turn when a solution breaks a limit between its samples
-APART = 0.5  # rad: postures of two starts differ by more than that in some joint at some time
-LOOKED_AT = 21  # times at which they are compared
+START_DISTANCE = 0.5  # rad: two starts differ by more than that in some joint at some time
+COMPARISON_TIMES = 21  # at which they are compared
 
 
 class Refinement:
-    """A problem's nonlinear program, compiled; its solutions are judged as motions.
+    """A problem's nonlinear program, compiled; its solutions are compared by the merit of their motions.
 
     Args:
         problem: to be solved.
-        solver: with which settings.
+        solver: IPOPT's settings.
     """
 
-    def __init__(self, problem: Problem, solver: IPOPT) -> None:
+    def __init__(self, problem: Problem[Any], solver: IPOPT) -> None:
         self.problem = problem
         self.program = problem.nlp()
         self.descent = Descent(self.program, solver)
@@ -37,18 +37,18 @@ class Refinement:
         """The motion of a solution's variables (n,)."""
         return Motion(self.problem, self.program.trajectory(x), self.program.quantities(x))
 
-    def price(self, solution: Solution) -> float:
-        """What a solution is worth as a motion."""
-        return self.motion(solution.x).price
+    def merit(self, solution: Solution) -> float:
+        """The merit of a solution as a motion: lower is better."""
+        return self.motion(solution.x).merit
 
     def multipliers(self, solution: Solution) -> dict[str, float]:
         """By constraint, the sum of the absolute multipliers of its scaled rows."""
-        rows = self.program.constraints(SAMPLING_MARGIN)
+        rows = self.program.rows
         parts = np.split(solution.row_multipliers, np.cumsum([c.expression.numel() for c in rows])[:-1])
         return {c.name: float(np.abs(part).sum()) for c, part in zip(rows, parts, strict=True)}
 
     def __call__(self, start: FloatArray) -> Solution:
-        """Descend; where the solution holds at its samples but not between, descend on with more margin."""
+        """Descend; if the solution is feasible at its samples but not between them, continue with a larger margin."""
         solution = self.descent(start)
         for margin in MARGINS:
             if solution.stop_reason is not StopReason.CONVERGED or self.motion(solution.x).feasible:
@@ -64,23 +64,23 @@ class Refinement:
         callback: Callable[[Status], object] | None = None,
     ) -> DescentResult:
         """From one start (n,) after the other; the best motion counts."""
-        return descend(self, self.descent.stop, starts, self.price, budget, seed, callback)
+        return descend(self, self.descent.stop, starts, self.merit, budget, seed, callback)
 
     def multistart(self, budget: Budget, seed: int, callback: Callable[[Status], object] | None) -> DescentResult:
-        """From inverse kinematics at the points of the task, again and again."""
+        """From the program's own starts, again and again."""
         return self.descend(self.program.starts(np.random.default_rng(seed)), budget, seed, callback)
 
 
 @dataclass(frozen=True)
 class Polish:
-    """What IPOPT made of a metaheuristic's best.
+    """The refinement of a metaheuristic's best candidates by IPOPT.
 
     Attributes:
         before: the best motion of the search.
         after: the best of the refined ones, accepted or not.
-        search: of IPOPT; its iterations are starts.
+        search: by IPOPT; its iterations are starts.
         seconds: with the compilation of the program.
-        multipliers: by constraint, the sum of the absolute values that IPOPT ended with, of the scaled rows.
+        multipliers: by constraint, the sum of the absolute final multipliers of its scaled rows.
     """
 
     before: Motion
@@ -92,22 +92,15 @@ class Polish:
     @property
     def accepted(self) -> bool:
         """Whether the refined motion is feasible and better; if not it is discarded."""
-        return self.after.feasible and self.after.price < self.before.price
+        return self.after.feasible and self.after.merit < self.before.merit
 
     @property
     def chosen(self) -> Motion:
-        """Never worse than what went in."""
+        """The better of the two motions."""
         return self.after if self.accepted else self.before
 
 
-def polish(
-    before: Motion,
-    best: FloatArray,
-    archive: Archive,
-    starts: int,
-    refinement: Refinement | None = None,
-    seconds: float | None = None,
-) -> Polish:
+def polish(before: Motion, best: FloatArray, archive: Archive, starts: int) -> Polish:
     """Refine the best candidate (d,) of a search, and ``starts - 1`` others that differ from it.
 
     Args:
@@ -115,29 +108,32 @@ def polish(
         best: the candidate.
         archive: of the search.
         starts: how many to refine.
-        refinement: the compiled program of an earlier polish; made here if None.
-        seconds: to stop after.
     """
     began = time.perf_counter()
-    refinement = Refinement(before.problem, IPOPT(warm=True)) if refinement is None else refinement
+    refinement = Refinement(before.problem, IPOPT())
     chosen = distinct(before.problem, [best, *archive.x], starts)
-    budget = Budget(iterations=starts, seconds=seconds)
-    search = refinement.descend((refinement.program.from_search(x) for x in chosen), budget)
-    seconds = time.perf_counter() - began
-    return Polish(before, refinement.motion(search.x), search, seconds, refinement.multipliers(search.solution))
+    polished = refine(before, map(refinement.program.from_search, chosen), refinement, Budget(iterations=starts))
+    return replace(polished, seconds=time.perf_counter() - began)
 
 
-def distinct(problem: Problem, candidates: Iterable[FloatArray], count: int) -> list[FloatArray]:
+def refine(before: Motion, starts: Iterable[FloatArray], refinement: Refinement, budget: Budget) -> Polish:
+    """Descend from starts (n,) of the compiled program; the best counts, if it is better than ``before``."""
+    search = refinement.descend(starts, budget)
+    multipliers = refinement.multipliers(search.solution)
+    return Polish(before, refinement.motion(search.x), search, search.seconds, multipliers)
+
+
+def distinct(problem: Problem[Any], candidates: Iterable[FloatArray], count: int) -> list[FloatArray]:
     """The first ``count`` candidates whose motions lie apart in joint space, in the given order."""
-    shares = np.linspace(0.0, 1.0, LOOKED_AT)
+    phases = np.linspace(0.0, 1.0, COMPARISON_TIMES)
 
     def apart() -> Iterable[FloatArray]:
-        seen: list[FloatArray] = []
+        earlier: list[FloatArray] = []
         for x in candidates:
             trajectory = problem.trajectory(x)
-            theta = as_array(trajectory.samples(shares * trajectory.duration).theta)
-            if all(np.abs(theta - other).max() > APART for other in seen):
-                seen.append(theta)
+            theta = as_array(trajectory.samples(phases * trajectory.duration).theta)
+            if all(np.abs(theta - other).max() > START_DISTANCE for other in earlier):
+                earlier.append(theta)
                 yield x
 
     return list(islice(apart(), count))

@@ -1,1 +1,1 @@
-"""Section IV of the paper, again: its runs, tables, figures and claims, and one page that shows them."""
+"""The paper's Section IV reproduced: its runs, tables, figures and claims, and one page that shows them."""

@@ -1,4 +1,4 @@
-"""Figs 2 to 16: the pictures of one case, and its arm in motion.
+"""Figs 2 to 16: the pictures of one case, and a player that shows the arm moving.
 
 Imported only where a figure is drawn: matplotlib is slow to load.
 """
@@ -9,14 +9,14 @@ import io
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from string import ascii_lowercase
 
 import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from problems import PathFollowing
 from tpbso_casadi.animation import frames_of, player
-from tpbso_casadi.figures.path import PATH_FIGURES
+from tpbso_casadi.figures.measures import curve_figures, progress_figures
 from tpbso_casadi.figures.run import convergence_figure, joints_figure, path_figure
 from tpbso_casadi.planning.plan import Plan, plan
 from tpbso_casadi.scenario.scenario import parse_scenario
@@ -57,37 +57,33 @@ class Illustration:
 
 
 def illustrate(case: str, scenario: str, histories: Sequence[Sequence[float | None]]) -> Illustration:
-    """Do a run again and draw it.
+    """Repeat a run and draw it.
 
     Args:
         case: its name.
         scenario: JSON, with solver and seed.
-        histories: the best costs over the iterations of all runs of the same arm.
+        histories: the best costs over the iterations of all runs of the same solver.
     """
-    found = plan(parse_scenario(json.loads(scenario)))
-    convergence = convergence_figure(found)
-    add_other_runs(convergence, found, histories)
-    way = path_figure(found)
-    if isinstance(found.problem, PathFollowing):
-        rest = [
-            ("(b) trajectory accuracy", PATH_FIGURES["accuracy"](found)),
-            ("(c) path and postures", way),
-            ("(d) redundancy angle", PATH_FIGURES["redundancy"](found)),
-        ]
-    else:
-        rest = [("(b) path and postures", way), ("(c) joints", joints_figure(found))]
-    drawn = [("(a) convergence; grey: the other runs", convergence), *rest]
-    pictures = tuple(Picture(caption, webp(figure)) for caption, figure in drawn)
-    moving = player(case, frames_of(found.motion))
-    return Illustration(case, found.scenario.solver.seed, found.objective, pictures, moving)
+    repeated = plan(parse_scenario(json.loads(scenario)))
+    convergence = convergence_figure(repeated)
+    add_other_runs(convergence, repeated, histories)
+    figures = [("convergence; grey: the other runs", convergence), *progress_figures(repeated).values()]
+    figures.append(("path and postures", path_figure(repeated)))
+    figures += curve_figures(repeated).values() or [("joints", joints_figure(repeated))]
+    pictures = tuple(
+        Picture(f"({letter}) {caption}", webp(figure))
+        for letter, (caption, figure) in zip(ascii_lowercase, figures, strict=False)
+    )
+    moving = player(case, frames_of(repeated.motion))
+    return Illustration(case, repeated.scenario.solver.seed, repeated.objective, pictures, moving)
 
 
-def add_other_runs(figure: Figure, found: Plan, histories: Sequence[Sequence[float | None]]) -> None:
+def add_other_runs(figure: Figure, repeated: Plan, histories: Sequence[Sequence[float | None]]) -> None:
     """Draw the convergence of other runs behind that of the plan, where they have something feasible."""
     axes = figure.axes[0]
     for history in histories:
         cost = np.array(history, dtype=np.float64)
-        cost[~(cost <= found.problem.objective_upper_bound)] = np.nan
+        cost[~(cost <= repeated.problem.objective_upper_bound)] = np.nan
         axes.step(np.arange(cost.size), cost, where="post", color="0.75", linewidth=0.7, zorder=0)
 
 

@@ -8,59 +8,72 @@ from typing import Any, TypeAlias
 
 from tpbso_casadi.campaign import Run, Store
 from tpbso_casadi.reproduction.case_figures import Illustration, illustrate
-from tpbso_casadi.reproduction.evidence import Evidence, settled_after
+from tpbso_casadi.reproduction.evidence import Evidence, convergence_iteration
 from tpbso_casadi.reproduction.experiment import BASES, ITERATIONS, label
 from tpbso_casadi.reproduction.paper import PATHS
 from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.storage.result import RunResult
 
-Found: TypeAlias = tuple[Run, dict[str, Any]]
+CompletedRun: TypeAlias = tuple[Run, RunResult]
 
 
-def gather(runs: list[Run], store: Store, growth: dict[str, Any]) -> Evidence:
-    """The evidence of what is kept."""
-    settled, accuracy = {}, {}
+def gather(runs: list[Run], store: Store, scaling: dict[str, Any]) -> Evidence:
+    """The evidence in a store.
+
+    Args:
+        runs: all of the reproduction.
+        store: those of them that were done.
+        scaling: as measured by :mod:`tpbso_casadi.reproduction.scaling`.
+    """
+    convergence, accuracy = {}, {}
     for case in TITLES:
-        objective_upper_bound = builtin(case).problem().objective_upper_bound
+        upper_bound = builtin(case).problem().objective_upper_bound
         for basis in BASES:
-            results = [result for _, result in results_of(runs, store, case, label("bso", basis))]
-            after = (settled_after(result, objective_upper_bound) for result in results)
-            settled[case, basis] = [pair for pair in after if pair is not None]
+            results = [result for _, result in completed_runs(runs, store, case, label("bso", basis))]
+            iterations = (convergence_iteration(result.history.cost, upper_bound) for result in results)
+            convergence[case, basis] = [pair for pair in iterations if pair is not None]
             if case in PATHS:
-                accuracy[case, basis] = max((largest_distance(result) for result in results), default=float("nan"))
-    return Evidence(runs, store.records(runs), settled, accuracy, growth)
+                accuracy[case, basis] = max(map(largest_distance, results), default=float("nan"))
+    return Evidence(runs, store.records(runs), convergence, accuracy, scaling)
 
 
-def results_of(runs: Iterable[Run], store: Store, case: str, arm: str) -> list[Found]:
-    """The whole results of one arm on one case; runs that failed are left out."""
-    found = []
+def completed_runs(runs: Iterable[Run], store: Store, case: str, solver: str) -> list[CompletedRun]:
+    """The runs of one solver, by its label, on one case with their whole results; without those that failed."""
+    completed = []
     for run in runs:
-        if (run.case, run.solver) == (case, arm):
+        if (run.case, run.solver) == (case, solver):
             try:
-                found.append((run, store.result(run)))
+                completed.append((run, store.result(run)))
             except KeyError:
                 continue
-    return found
+    return completed
 
 
-def largest_distance(result: dict[str, Any]) -> float:
-    """Of a plan along a path from a given point, m."""
-    return float(next(c["worst"] for c in result["constraints"] if c["name"] == "accuracy"))
+def largest_distance(result: RunResult) -> float:
+    """The largest distance of a plan along a path from a given point, m."""
+    worst = next(constraint.worst for constraint in result.constraints if constraint.name == "accuracy")
+    return float("inf") if worst is None else worst
 
 
 def illustrations(runs: list[Run], store: Store, executor: Executor) -> list[Illustration]:
-    """Each case as TPBSO's median run at equal iterations has it, done again."""
+    """The median run of TPBSO at equal iterations on each case, repeated and drawn."""
     futures = []
     for case in TITLES:
-        found = results_of(runs, store, case, label("bso", ITERATIONS))
-        if not found:
+        completed = completed_runs(runs, store, case, label("bso", ITERATIONS))
+        if not completed:
             continue
-        shown, _ = median(found)
-        histories = [result["history"]["cost"] for run, result in found if run is not shown]
-        futures.append(executor.submit(illustrate, case, shown.task[0], histories))
+        median, _ = median_run(completed)
+        histories = [result.history.cost for run, result in completed if run is not median]
+        futures.append(executor.submit(illustrate, case, median.task[0], histories))
     return [future.result() for future in futures]
 
 
-def median(found: list[Found]) -> Found:
+def median_run(completed: list[CompletedRun]) -> CompletedRun:
     """The run in the middle, infeasible ones last; the better one of two in the middle."""
-    ordered = sorted(found, key=lambda one: (not one[1]["feasible"], one[1]["objective"]["value"], one[0].seed))
-    return ordered[(len(ordered) - 1) // 2]
+
+    def rank(one: CompletedRun) -> tuple[bool, float, int]:
+        run, result = one
+        value = result.objective.value
+        return not result.feasible, float("inf") if value is None else value, run.seed
+
+    return sorted(completed, key=rank)[(len(completed) - 1) // 2]

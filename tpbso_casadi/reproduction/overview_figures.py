@@ -14,28 +14,27 @@ from matplotlib.ticker import NullLocator
 
 from tpbso_casadi.campaign.figures import draw_runs
 from tpbso_casadi.reproduction.case_figures import Picture, webp
-from tpbso_casadi.reproduction.claims import ROTATION, TIME
 from tpbso_casadi.reproduction.evidence import Evidence
 from tpbso_casadi.reproduction.experiment import BASES
-from tpbso_casadi.reproduction.paper import NAMES, Order
+from tpbso_casadi.reproduction.paper import NAMES, ROTATION, TIME, Order
 
 COLOURS = {"ga": "#2ca02c", "pso": "#d62728", "bso": "#1f77b4"}
 OFFSET = 0.26  # between the solvers of one case
 
 
 def figure_17(evidence: Evidence) -> Picture:
-    """Every run of the three solvers, two to five links: time on the left, rotation on the right; a row a basis."""
+    """Every run of the three solvers, two to five links: time left, rotation right, a row for each basis."""
     figure = Figure(figsize=(11.0, 7.6), layout="constrained")
     panels = figure.subplots(len(BASES), 2)
     for row, basis in zip(panels, BASES, strict=True):
-        for axes, cases, words in zip(row, (TIME, ROTATION), ("time [s]", "joint rotation [rad]"), strict=True):
+        for axes, cases, quantity in zip(row, (TIME, ROTATION), ("time [s]", "joint rotation [rad]"), strict=True):
             for place, case in enumerate(cases):
                 for offset, (solver, colour) in enumerate(COLOURS.items()):
                     draw_runs(
                         axes, place + OFFSET * (offset - 1), evidence.of(case, solver, basis), colour, OFFSET * 0.8
                     )
             axes.set_xticks(range(len(cases)), [case.rsplit("-", 1)[1] for case in cases])
-            axes.set(xlabel="links", ylabel=words, title=basis)
+            axes.set(xlabel="links", ylabel=quantity, title=basis)
             axes.grid(axis="y", alpha=0.3)
     for solver, colour in COLOURS.items():
         panels[0, 0].plot([], [], "o", color=colour, label=NAMES[solver])
@@ -43,15 +42,15 @@ def figure_17(evidence: Evidence) -> Picture:
     return Picture("each run a point, the mean of the feasible ones a line", webp(figure))
 
 
-def growth_figure(grown: Mapping[str, Any], orders: Mapping[str, Order], unit: str) -> Picture:
+def scaling_figure(scaling: Mapping[str, Any], orders: Mapping[str, Order], unit: str) -> Picture:
     """One panel for each experiment and symbol, both axes logarithmic; dotted: the printed power."""
-    panels = [(experiment, symbol) for experiment in orders for symbol in grown[experiment]]
+    panels = [(experiment, symbol) for experiment in orders for symbol in scaling[experiment]]
     columns = 4
     rows = -(-len(panels) // columns)
     figure = Figure(figsize=(11.0, 2.5 * rows), layout="constrained")
-    every = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, (experiment, symbol) in zip(every, panels, strict=False):
-        for solver, row in grown[experiment][symbol].items():
+    all_axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, (experiment, symbol) in zip(all_axes, panels, strict=False):
+        for solver, row in scaling[experiment][symbol].items():
             sizes, values = np.array(row["sizes"], dtype=np.float64), np.array(row["values"])
             axes.loglog(sizes, values, "o-", color=COLOURS[solver], label=NAMES[solver], markersize=4)
             power = orders[experiment].exponents[symbol]
@@ -61,8 +60,8 @@ def growth_figure(grown: Mapping[str, Any], orders: Mapping[str, Order], unit: s
         axes.xaxis.set_minor_locator(NullLocator())
         axes.tick_params(labelsize=7, which="both")
         axes.grid(alpha=0.3)
-    for axes in every[len(panels) :]:
+    for axes in all_axes[len(panels) :]:
         axes.set_axis_off()
-    every[0].set_ylabel(unit)
-    every[0].legend(fontsize=7)
+    all_axes[0].set_ylabel(unit)
+    all_axes[0].legend(fontsize=7)
     return Picture(f"{unit} against each size; dotted: the printed growth through the largest", webp(figure))

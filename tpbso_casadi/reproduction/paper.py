@@ -1,4 +1,4 @@
-"""What the paper's Section IV prints: its figures, its numbers, its O()."""
+"""The paper's Section IV in print: the numbers of its figures and tables, and its O()."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from tpbso_casadi.scenario.builtin import TITLES
 
 FIGURES: dict[str, int] = {case: number for number, case in enumerate(TITLES, start=2)}  # in the paper's own order
 POINT_TO_POINT = tuple(case for case in TITLES if case.startswith(("time", "rotation")))
+TIME = tuple(case for case in TITLES if case.startswith("time"))
+ROTATION = tuple(case for case in TITLES if case.startswith("rotation"))
 OBSTACLES = tuple(case for case in TITLES if case.startswith("obstacle"))
 PATHS = tuple(case for case in TITLES if case.startswith(("pentagram", "closed-curve")))
 
@@ -49,12 +51,12 @@ TABLE_1: dict[str, dict[str, Printed]] = {
 
 @dataclass(frozen=True)
 class Order:
-    """What the paper prints in Table 2 or 3 for one experiment.
+    """The growth that the paper prints in Table 2 or 3 for one experiment.
 
     Attributes:
         title: of the experiment.
         formula: as printed.
-        exponents: by symbol, the power with which time or memory grows at the most: n_i iterations, n_p population,
+        exponents: by symbol, the power with which time or memory grows at most: n_i iterations, n_p population,
             n_d dimension, n_o points of the output, n_in of the input.
     """
 

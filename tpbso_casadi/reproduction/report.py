@@ -1,4 +1,4 @@
-"""The report: one HTML page that holds everything and fetches nothing."""
+"""The report: one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -17,68 +17,94 @@ from markupsafe import Markup
 from tpbso_casadi.animation import SCRIPT, STYLE
 from tpbso_casadi.campaign import Record
 from tpbso_casadi.campaign.statistics import Summary
-from tpbso_casadi.reproduction.antenna_sign import signs
+from tpbso_casadi.reproduction.antenna_sign import compare_signs
 from tpbso_casadi.reproduction.case_figures import Illustration, Picture
-from tpbso_casadi.reproduction.claims import CLAIMS, Claim, Finding, Verdict, against
+from tpbso_casadi.reproduction.claims import CLAIMS, Claim
 from tpbso_casadi.reproduction.evidence import Evidence
-from tpbso_casadi.reproduction.experiment import BASES, BEYOND, EVALUATIONS, ITERATIONS, PRINTED, Size, label
-from tpbso_casadi.reproduction.overview_figures import figure_17, growth_figure
+from tpbso_casadi.reproduction.experiment import BASES, EVALUATIONS, EXTENSIONS, ITERATIONS, PRINTED_SIGN, Size, label
+from tpbso_casadi.reproduction.overview_figures import figure_17, scaling_figure
 from tpbso_casadi.reproduction.paper import FIGURES, NAMES, RIVALS, SPACE_ORDERS, TABLE_1, TIME_ORDERS, Order, Printed
+from tpbso_casadi.reproduction.rules import ClaimOutcome, Finding, against
 from tpbso_casadi.scenario.builtin import TITLES
 from tpbso_casadi.storage.versions import versions
 
-HERE = Path(__file__).parent
-ROUNDING = 1e-9  # what a standard deviation of equal numbers may be
-ARMS = ("ga", "pso", "bso", PRINTED)
-TITLE_OF = {**NAMES, PRINTED: "TPBSO, (28) as printed"}
-TITLE_BEYOND = {"abso": "adaptive beetle swarm", "bso+polish": "TPBSO, then IPOPT", "ipopt": "IPOPT alone, 20 starts"}
+FOLDER = Path(__file__).parent
+NEGLIGIBLE = 1e-9  # a smaller number, such as the standard deviation of equal numbers, is shown as 0
+TABLE_SOLVERS = ("ga", "pso", "bso", PRINTED_SIGN)
+SOLVER_TITLES = {**NAMES, PRINTED_SIGN: "TPBSO, (28) as printed"}
+EXTENSION_TITLES = {
+    "abso": "adaptive beetle swarm",
+    "bso+polish": "TPBSO, then IPOPT",
+    "ipopt": "IPOPT alone, 20 starts",
+}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Row:
-    """A solver on a case, in words."""
+    """A solver on a case.
+
+    Attributes:
+        name: of the solver, in words.
+        summary: of its runs.
+        relation: of TPBSO to it: "better", "worse" or "equal"; empty for TPBSO itself.
+        p: of that comparison, corrected.
+        printed: its numbers in the paper's Table 1, if they stand there.
+    """
 
     name: str
     summary: Summary
-    against: str = ""
+    relation: str = ""
     p: float = 1.0
     printed: Printed | None = None
 
 
-@dataclass(frozen=True)
-class Case:
-    """A case and all that there is to show of it."""
+@dataclass(frozen=True, kw_only=True)
+class CaseSection:
+    """A case on the page.
+
+    Attributes:
+        name: of the scenario.
+        title: in words.
+        figure: its number in the paper.
+        unit: of the objective.
+        conclusion: the relation of TPBSO to its rivals, in words.
+        rows: by basis.
+        extensions: rows of solvers that came after the paper.
+        best_known: the lowest objective of any run.
+        illustration: the median run; None where no run was done.
+        repeated_exactly: whether the repeated run has the same objective as the stored one.
+    """
 
     name: str
     title: str
     figure: int
     unit: str
-    verdict: str
+    conclusion: str
     rows: dict[str, list[Row]]
-    beyond: list[Row]
+    extensions: list[Row]
     best_known: float
     illustration: Illustration | None
-    same: bool
+    repeated_exactly: bool
 
 
 def render(evidence: Evidence, illustrations: Iterable[Illustration], size: Size, command: str, seconds: float) -> str:
     """The page.
 
     Args:
-        evidence: what was found.
-        illustrations: by case.
+        evidence: of the runs and measurements.
+        illustrations: of the cases, each of those that were done.
         size: of the reproduction.
-        command: that makes it.
-        seconds: that its runs took, added up over all workers.
+        command: that makes the page.
+        seconds: total time of the runs, added up over all workers.
     """
-    environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined)
+    environment = Environment(loader=FileSystemLoader(FOLDER), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"number": number, "picture": picture}
     judged = [(claim, claim.findings(evidence)) for claim in CLAIMS]
-    shown = {illustration.case: illustration for illustration in illustrations}
+    by_case = {illustration.case: illustration for illustration in illustrations}
     return environment.get_template("report.html").render(
         player_style=STYLE,
         player_script=SCRIPT,
-        style=Markup((HERE / "report.css").read_text(encoding="utf-8")),
+        style=Markup((FOLDER / "report.css").read_text(encoding="utf-8")),
         date=date.today().isoformat(),
         size=size,
         command=command,
@@ -87,65 +113,85 @@ def render(evidence: Evidence, illustrations: Iterable[Illustration], size: Size
         bases=BASES,
         judged=judged,
         counts=counts(judged),
-        cases=[case_of(name, evidence, shown.get(name)) for name in TITLES],
+        cases=[case_section(name, evidence, by_case.get(name)) for name in TITLES],
         figure_17=figure_17(evidence),
         table_1=table_1(evidence),
         names=NAMES,
         tables=[
-            ("Table 2: time", *growth_table(evidence.growth["time"], TIME_ORDERS, "seconds")),
-            ("Table 3: memory", *growth_table(evidence.growth["space"], SPACE_ORDERS, "bytes")),
+            ("Table 2: time", *scaling_table(evidence.scaling["time"], TIME_ORDERS, "seconds")),
+            ("Table 3: memory", *scaling_table(evidence.scaling["space"], SPACE_ORDERS, "bytes")),
         ],
-        signs=signs(evidence),
+        signs=compare_signs(evidence),
         failed=[record for record in evidence.records if record.error],
         records=evidence.records,
         missing=len(evidence.runs) - len(evidence.records),
     )
 
 
-def counts(judged: Iterable[tuple[Claim, Mapping[str, Finding]]]) -> dict[str, Counter[Verdict]]:
-    """How many claims have each verdict, by basis; a claim that has nothing to do with them counts on both."""
-    found = {basis: Counter(dict.fromkeys(Verdict, 0)) for basis in BASES}
+def counts(judged: Iterable[tuple[Claim, Mapping[str, Finding]]]) -> dict[str, Counter[ClaimOutcome]]:
+    """How many claims have each outcome, by basis; a claim that does not depend on the basis counts on both."""
+    by_basis = {basis: Counter(dict.fromkeys(ClaimOutcome, 0)) for basis in BASES}
     for _, findings in judged:
         for basis in BASES:
-            found[basis][findings[basis if basis in findings else ""].verdict] += 1
-    return found
+            by_basis[basis][findings[basis if basis in findings else ""].outcome] += 1
+    return by_basis
 
 
-def case_of(name: str, evidence: Evidence, illustration: Illustration | None) -> Case:
+def case_section(name: str, evidence: Evidence, illustration: Illustration | None) -> CaseSection:
     """Everything about one case."""
     rows: dict[str, list[Row]] = {}
-    words, printed = [], TABLE_1.get(name, {})
+    conclusions, printed = [], TABLE_1.get(name, {})
     for basis in BASES:
-        tests = {pair.theirs: (pair.verdict(p), p) for pair, p in against(evidence, [name], basis, (*RIVALS, PRINTED))}
+        comparisons = against(evidence, [name], basis, (*RIVALS, PRINTED_SIGN))
+        relations = {comparison.other: (comparison.relation(p), p) for comparison, p in comparisons}
         rows[basis] = []
-        for arm in ARMS:
-            verdict, p = tests.get(label(arm, basis), ("", 1.0))
-            rows[basis].append(Row(TITLE_OF[arm], evidence.of(name, arm, basis), verdict, p, printed.get(arm)))
-        words.append(f"{basis}: {in_words({rival: verdict for rival, (verdict, _) in tests.items()}, basis)}")
-    known = {arm: evidence.summaries.get((name, label(arm, EVALUATIONS))) for arm in BEYOND}
-    beyond = [Row(TITLE_BEYOND[arm], summary) for arm, summary in known.items() if summary is not None]
-    unit = rows[EVALUATIONS][0].summary.unit
-    title, verdicts = TITLES[name].partition(": ")[2], "; ".join(words)
-    same = illustration is not None and illustration.objective == drawn_record(evidence, illustration).objective
-    best = evidence.best_known(name)
-    return Case(name, title, FIGURES[name], unit, verdicts, rows, beyond, best, illustration, same)
+        for solver in TABLE_SOLVERS:
+            relation, p = relations.get(label(solver, basis), ("", 1.0))
+            summary = evidence.of(name, solver, basis)
+            title = SOLVER_TITLES[solver]
+            rows[basis].append(Row(name=title, summary=summary, relation=relation, p=p, printed=printed.get(solver)))
+        sentence = in_words({other: relation for other, (relation, _) in relations.items()}, basis)
+        conclusions.append(f"{basis}: {sentence}")
+    summaries = {solver: evidence.summaries.get((name, label(solver, EVALUATIONS))) for solver in EXTENSIONS}
+    return CaseSection(
+        name=name,
+        title=TITLES[name].partition(": ")[2],
+        figure=FIGURES[name],
+        unit=rows[EVALUATIONS][0].summary.unit,
+        conclusion="; ".join(conclusions),
+        rows=rows,
+        extensions=[
+            Row(name=EXTENSION_TITLES[solver], summary=summary)
+            for solver, summary in summaries.items()
+            if summary is not None
+        ],
+        best_known=evidence.best_known(name),
+        illustration=illustration,
+        repeated_exactly=illustration is not None
+        and illustration.objective == record_of(evidence, illustration).objective,
+    )
 
 
-def drawn_record(evidence: Evidence, illustration: Illustration) -> Record:
-    """What is kept of the run that is drawn."""
-    arm = label("bso", ITERATIONS)
-    of_arm = (record for record in evidence.records if (record.case, record.solver) == (illustration.case, arm))
-    return next(record for record in of_arm if record.seed == illustration.seed)
+def record_of(evidence: Evidence, illustration: Illustration) -> Record:
+    """The stored record of the run that is illustrated."""
+    solver = label("bso", ITERATIONS)
+    records = (record for record in evidence.records if (record.case, record.solver) == (illustration.case, solver))
+    return next(record for record in records if record.seed == illustration.seed)
 
 
-def in_words(verdicts: Mapping[str, str], basis: str) -> str:
-    """How TPBSO stands to both rivals, as a sentence."""
-    by_word: dict[str, list[str]] = {}
+def in_words(relations: Mapping[str, str], basis: str) -> str:
+    """The relation of TPBSO to both rivals, as a sentence.
+
+    Args:
+        relations: "better", "worse" or "equal" by label of the other solver.
+        basis: of the comparison.
+    """
+    rivals: dict[str, list[str]] = {}
     for rival in RIVALS:
-        by_word.setdefault(verdicts[label(rival, basis)], []).append(NAMES[rival])
+        rivals.setdefault(relations[label(rival, basis)], []).append(NAMES[rival])
     phrases = {"better": "better than", "worse": "worse than", "equal": "no different from"}
-    stands = ", ".join(f"{phrases[word]} {' and '.join(who)}" for word, who in by_word.items())
-    return f"TPBSO is {stands}, and {phrases[verdicts[label(PRINTED, basis)]]} itself with (28) as printed"
+    parts = ", ".join(f"{phrases[relation]} {' and '.join(names)}" for relation, names in rivals.items())
+    return f"TPBSO is {parts}, and {phrases[relations[label(PRINTED_SIGN, basis)]]} itself with (28) as printed"
 
 
 def table_1(evidence: Evidence) -> list[dict[str, Any]]:
@@ -162,11 +208,11 @@ def table_1(evidence: Evidence) -> list[dict[str, Any]]:
     ]
 
 
-def growth_table(
-    grown: Mapping[str, Any], orders: Mapping[str, Order], unit: str
+def scaling_table(
+    scaling: Mapping[str, Any], orders: Mapping[str, Order], unit: str
 ) -> tuple[list[dict[str, Any]], Picture | None]:
-    """The rows of Table 2 or 3 beside what was measured, and its picture."""
-    if not grown:
+    """The rows of Table 2 or 3 beside the measured exponents, and a picture of the measurements."""
+    if not scaling:
         return [], None
     rows = [
         {
@@ -177,21 +223,21 @@ def growth_table(
             "measured": {NAMES[solver]: row["exponent"] for solver, row in by_solver.items()},
         }
         for experiment, order in orders.items()
-        for symbol, by_solver in grown[experiment].items()
+        for symbol, by_solver in scaling[experiment].items()
     ]
-    return rows, growth_figure(grown, orders, unit)
+    return rows, scaling_figure(scaling, orders, unit)
 
 
 def number(value: float | None, digits: int = 4) -> str:
     """A number for a table, a dash where there is none."""
     if value is None or not isfinite(value):
         return "-"
-    return f"{value:.{digits}g}" if abs(value) > ROUNDING else "0"
+    return f"{value:.{digits}g}" if abs(value) > NEGLIGIBLE else "0"
 
 
-def picture(shown: Picture, alt: str) -> Markup:
-    """An image with its caption, the data in it."""
-    data = base64.b64encode(shown.image).decode("ascii")
+def picture(image: Picture, alt: str) -> Markup:
+    """An image with its caption, its data within the page."""
+    data = base64.b64encode(image.image).decode("ascii")
     return Markup(
         '<figure><img alt="{}" src="data:image/webp;base64,{}" loading="lazy"><figcaption>{}</figcaption></figure>'
-    ).format(f"{alt}: {shown.caption}", data, shown.caption)
+    ).format(f"{alt}: {image.caption}", data, image.caption)

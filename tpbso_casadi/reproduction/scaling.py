@@ -1,4 +1,4 @@
-"""Tables 2 and 3, measured: how time and memory grow with everything that the paper's O() speak of."""
+"""Tables 2 and 3, measured: growth of time and memory with each symbol in the paper's O()."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ from tpbso_casadi.reproduction.paper import NAMES
 from tpbso_casadi.scenario.builtin import builtin
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 
-Grown: TypeAlias = dict[str, dict[str, dict[str, dict[str, Any]]]]  # by experiment, symbol and solver
-REPEATS = 3  # the fastest counts
-WARM = 3_000  # candidates after which the virtual machine has made everything that it makes once
+Scaling: TypeAlias = dict[str, dict[str, dict[str, dict[str, Any]]]]  # by experiment, symbol and solver
+REPEATS = 3  # of a measurement of time; the fastest counts
+WARM_UP = 3_000  # candidates, after which the virtual machine has prepared everything that it prepares once
+CASES = {"point-to-point": "time-3", "path": "pentagram-time"}  # by experiment, the scenario that is resized
 
 
 @dataclass(frozen=True)
-class Point:
+class ScalingPoint:
     """One size of an experiment.
 
     Attributes:
@@ -72,21 +73,21 @@ TIME_BASE = {"algorithm": {"n_i": 5, "n_p": 1_000, "n_d": 16}}
 SPACE_BASE = {"algorithm": {"n_i": 1, "n_p": 5_000, "n_d": 20}, "point-to-point": {"n_i": 1}, "path": {"n_i": 1}}
 
 
-def measured(quick: bool, progress: Callable[[str], object] = lambda what: None) -> dict[str, Any]:
+def measure_scaling(quick: bool, progress: Callable[[str], object] = lambda quantity: None) -> dict[str, Any]:
     """Time and memory by experiment, symbol and solver: sizes, values and the exponent of their growth.
 
     Args:
         quick: the time of TPBSO alone, once, without the largest size.
-        progress: told what is measured next.
+        progress: called with the quantity that is measured next.
 
     Returns:
         ``{"time" | "space": {experiment: {symbol: {solver: {"sizes", "values", "exponent"}}}}, "pace": ...}``; s and
-        bytes. Space is empty where it is quick, or the system does not tell how much a process had at the most.
+        bytes. Space is empty where it is quick, or the system does not report the peak memory of a process.
     """
     progress("time")
-    times = _grown(TIME_SIZES, TIME_BASE, quick, lambda points: [_seconds(point, quick) for point in points])
+    times = _measure(TIME_SIZES, TIME_BASE, quick, lambda points: [_seconds(point, quick) for point in points])
     progress("memory")
-    space = {} if quick or sys.platform != "linux" else _grown(SPACE_SIZES, SPACE_BASE, False, _all_bytes)
+    space = {} if quick or sys.platform != "linux" else _measure(SPACE_SIZES, SPACE_BASE, False, _all_bytes)
     return {
         "time": with_exponents(times, exponent),
         "space": with_exponents(space, exponent_above),
@@ -94,42 +95,42 @@ def measured(quick: bool, progress: Callable[[str], object] = lambda what: None)
     }
 
 
-def _grown(
+def _measure(
     sizes: dict[str, dict[str, tuple[int, ...]]],
     base: dict[str, dict[str, int]],
     quick: bool,
-    measure: Callable[[list[Point]], list[float]],
-) -> Grown:
-    found: Grown = {}
+    measure: Callable[[list[ScalingPoint]], list[float]],
+) -> Scaling:
+    scaling: Scaling = {}
     for experiment, symbols in sizes.items():
-        for symbol, every in symbols.items():
-            chosen = every[:-1] if quick else every
+        for symbol, all_sizes in symbols.items():
+            chosen = all_sizes[:-1] if quick else all_sizes
             for solver in ("bso",) if quick else NAMES:
                 fixed: dict[str, Any] = base.get(experiment, {})
-                points = [Point(experiment, solver, **(fixed | {symbol: size})) for size in chosen]
+                points = [ScalingPoint(experiment, solver, **(fixed | {symbol: size})) for size in chosen]
                 row = {"sizes": list(chosen), "values": measure(points)}
-                found.setdefault(experiment, {}).setdefault(symbol, {})[solver] = row
-    return found
+                scaling.setdefault(experiment, {}).setdefault(symbol, {})[solver] = row
+    return scaling
 
 
-def with_exponents(grown: Grown, of: Callable[[Sequence[float], Sequence[float]], float]) -> Grown:
-    """What was measured, with the exponent of each row."""
+def with_exponents(scaling: Scaling, of: Callable[[Sequence[float], Sequence[float]], float]) -> Scaling:
+    """The measurements with the exponent of each row."""
     return {
         experiment: {
             symbol: {solver: {**row, "exponent": of(row["sizes"], row["values"])} for solver, row in rows.items()}
             for symbol, rows in symbols.items()
         }
-        for experiment, symbols in grown.items()
+        for experiment, symbols in scaling.items()
     }
 
 
 def exponent(sizes: Sequence[float], values: Sequence[float]) -> float:
-    """Of the line through the points of a log-log plot: 1 is linear growth."""
+    """The slope of the line through the points of a log-log plot: 1 is linear growth."""
     return float(np.polyfit(np.log(sizes), np.log(values), 1)[0])
 
 
 def exponent_above(sizes: Sequence[float], values: Sequence[float]) -> float:
-    """The power q of ``a + b size^q`` through three geometric sizes: what is there at any size does not count."""
+    """The power q of ``a + b size^q`` through three geometric sizes: a constant part does not count."""
     slopes = np.diff(values) / np.diff(sizes)
     middles = np.sqrt(np.array(sizes[1:], dtype=np.float64) * np.array(sizes[:-1]))
     if not (slopes > 0.0).all():
@@ -140,17 +141,17 @@ def exponent_above(sizes: Sequence[float], values: Sequence[float]) -> float:
 def pace(quick: bool) -> dict[str, dict[str, float]]:
     """Seconds that each solver takes for 200 iterations of 50, and for 30,000 evaluations: least time, 3 links."""
     budgets = {"equal iterations": Budget(iterations=200), "equal evaluations": Budget(30_000)}
-    found: dict[str, dict[str, float]] = {}
+    seconds: dict[str, dict[str, float]] = {}
     for basis, budget in budgets.items():
         for solver in NAMES:
-            cost, box = _case(Point("point-to-point", solver))
-            taken = [_search(cost, box, _solver(solver, 50), budget) for _ in range(1 if quick else REPEATS)]
-            found.setdefault(basis, {})[solver] = min(taken)
-    return found
+            cost, box = _cost(ScalingPoint("point-to-point", solver))
+            repeats = [_search(cost, box, _solver(solver, 50), budget) for _ in range(1 if quick else REPEATS)]
+            seconds.setdefault(basis, {})[solver] = min(repeats)
+    return seconds
 
 
-def _seconds(point: Point, quick: bool) -> float:
-    cost, box = _case(point)
+def _seconds(point: ScalingPoint, quick: bool) -> float:
+    cost, box = _cost(point)
     solver, budget = _solver(point.solver, point.n_p), Budget(iterations=point.n_i)
     return min(_search(cost, box, solver, budget) for _ in range(1 if quick else REPEATS))
 
@@ -167,7 +168,7 @@ def _search(cost: Callable[[FloatArray], FloatArray], box: Box, solver: Solver, 
     return time.perf_counter() - began
 
 
-def _case(point: Point) -> tuple[Callable[[FloatArray], FloatArray], Box]:
+def _cost(point: ScalingPoint) -> tuple[Callable[[FloatArray], FloatArray], Box]:
     """The cost of a size and its box; of the algorithm alone, a cost that takes no time."""
     if point.experiment == "algorithm":
         return lambda x: x[:, 0], Box(np.zeros(point.n_d), np.ones(point.n_d))
@@ -175,38 +176,46 @@ def _case(point: Point) -> tuple[Callable[[FloatArray], FloatArray], Box]:
 
 
 @lru_cache(maxsize=8)
-def _problem(point: Point) -> tuple[PopulationFunction, Box]:
+def _problem(point: ScalingPoint) -> tuple[PopulationFunction, Box]:
     problem = _scenario(point).problem()
-    price, box = problem.evaluator(EvaluationOptions("vm")), Box(*problem.bounds)
-    price(box.sample(np.random.default_rng(0), WARM))
-    return price, box
+    evaluate, box = problem.evaluator(EvaluationOptions("vm")), Box(*problem.bounds)
+    evaluate(box.sample(np.random.default_rng(0), WARM_UP))
+    return evaluate, box
 
 
-def _scenario(point: Point) -> Scenario:
-    content = builtin("time-3" if point.experiment == "point-to-point" else "pentagram-time").model_dump()
+def _scenario(point: ScalingPoint) -> Scenario:
+    content = builtin(CASES[point.experiment]).model_dump()
     content["model"]["samples"] = point.n_o
-    if point.experiment == "point-to-point":
-        links = (point.n_d + 2) // 4
-        content["arm"]["link_lengths"] = [2.0 / links] * links
-    else:
-        content["task"]["count"] = point.n_in
-        content["model"]["redundancy_values"] = max(point.n_d - 1, 2)
+    RESIZE[point.experiment](content, point)
     return parse_scenario(content)
 
 
-def _all_bytes(points: list[Point]) -> list[float]:
-    """What each size had in memory at the most, each measured in a process of its own that has done nothing else."""
+def _resize_point_to_point(content: dict[str, Any], point: ScalingPoint) -> None:
+    links = (point.n_d + 2) // 4
+    content["arm"]["link_lengths"] = [2.0 / links] * links
+
+
+def _resize_path(content: dict[str, Any], point: ScalingPoint) -> None:
+    content["task"]["count"] = point.n_in
+    content["model"]["redundancy_values"] = max(point.n_d - 1, 2)
+
+
+RESIZE = {"point-to-point": _resize_point_to_point, "path": _resize_path}
+
+
+def _all_bytes(points: list[ScalingPoint]) -> list[float]:
+    """The peak memory of each size, measured in a fresh process of its own."""
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([__name__])
     with ProcessPoolExecutor(1, context, max_tasks_per_child=1) as pool:
         return list(pool.map(_bytes, points))
 
 
-def _bytes(point: Point) -> float:
+def _bytes(point: ScalingPoint) -> float:
     import resource  # noqa: PLC0415 (not on every system)
 
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    cost, box = _case(point)
+    cost, box = _cost(point)
     minimize(cost, box, _solver(point.solver, point.n_p), Budget(iterations=point.n_i), 1)
     after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return 1024.0 * max(after - before, 1)

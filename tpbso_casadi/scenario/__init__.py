@@ -1,1 +1,1 @@
-"""What a user states: scenario files, checked key by key, and the built-in ones."""
+"""Scenarios: files that are validated key by key, and the built-in ones."""

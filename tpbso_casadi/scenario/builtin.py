@@ -16,7 +16,7 @@ from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 DEFAULT = "time-3"
 
 REACH = 2.0
-OVAL = {"center": [0.8, 0.8], "semi_axes": [0.15, 0.25]}
+OBSTACLE = {"center": [0.8, 0.8], "semi_axes": [0.15, 0.25]}
 
 THREE_METRES = {"link_lengths": [1.0, 1.0, 1.0], "max_speed": 100.0, "max_acceleration": 3000.0}
 SHAPES: dict[str, dict[str, Any]] = {
@@ -47,7 +47,7 @@ def builtin(name: str) -> Scenario:
     if kind in SHAPES:
         return _path(SHAPES[kind], objective=detail)
     if kind == "obstacle":
-        return _point_to_point(int(detail), "length", [OVAL])
+        return _point_to_point(int(detail), "length", [OBSTACLE])
     return _point_to_point(int(detail), kind, [])
 
 

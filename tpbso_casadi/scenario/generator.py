@@ -9,20 +9,26 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
-from problems import PathFollowing, PointToPoint, Problem, Trajectory
-from problems.assembly.point_to_point import Quantities
-from problems.base.matrix import row
+from problems import Problem, Trajectory
+from problems.motions.two_segments import Quantities
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 from tpbso_casadi.scenario.section import ScenarioError
 
-LOOSER = 1.5  # accuracy asked of a path, in units of what its witness reaches
-PATHS = 0.25  # share of paths among the scenarios
+ACCURACY_FACTOR = 1.5  # accuracy limit of a path over what the motion it is built around reaches
+PATH_SHARE = 0.25  # of paths among the scenarios
+SAMPLED_OBJECTIVES = (
+    "time",
+    "rotation",
+    "length",
+)  # a fixed choice: more registered ones must not change what a seed gives
+SAMPLED_FORMULATIONS = ("paper", "reduced")  # likewise
 
 
 def random_scenarios(seed: int, count: int) -> list[Scenario]:
-    """So many scenarios of one seed; more of them begin with the same ones."""
+    """The first ``count`` scenarios of a seed; a larger count begins with the same ones."""
     return list(islice(_endless(np.random.default_rng(seed)), count))
 
 
@@ -36,9 +42,9 @@ def random_scenario(rng: np.random.Generator) -> Scenario:
 
 def _endless(rng: np.random.Generator) -> Iterator[Scenario]:
     while True:
-        found = _path(rng) if rng.random() < PATHS else _point_to_point(rng)
-        if found is not None:
-            yield found
+        scenario = _path(rng) if rng.random() < PATH_SHARE else _point_to_point(rng)
+        if scenario is not None:
+            yield scenario
 
 
 def _point_to_point(rng: np.random.Generator) -> Scenario | None:
@@ -51,13 +57,13 @@ def _point_to_point(rng: np.random.Generator) -> Scenario | None:
     center = rng.uniform(-1.0, 1.0, (int(rng.integers(0, 3)), 2)) * sum(arm["link_lengths"])
     obstacles = [{"center": c.tolist(), "semi_axes": rng.uniform(0.05, 0.25, 2).tolist()} for c in center]
     task = {"kind": "point-to-point", "start": ends[0], "goal": ends[1], "objective": _objective(rng), "elbow": "free"}
-    found = _scenario(rng, arm, task, obstacles)
-    if found is None:
+    stated = _scenario(rng, arm, task, obstacles)
+    if stated is None:
         return None
-    scenario, problem = found
-    assert isinstance(problem, PointToPoint)
-    middle, still = (theta_s + theta_f) / 2.0, np.zeros(links)
-    quantities = Quantities(row(theta_s), row(middle), row(still), row(theta_f), 1.0, 1.0)
+    scenario, problem = stated
+    middle, at_rest = (theta_s + theta_f) / 2.0, np.zeros(links)
+    first, via, speed, last = (ca.DM(angles).T for angles in (theta_s, middle, at_rest, theta_f))
+    quantities = Quantities(first, via, speed, last, ca.DM(1.0), ca.DM(1.0))
     return scenario if _keeps_its_limits(problem, quantities.trajectory()) else None
 
 
@@ -68,18 +74,18 @@ def _path(rng: np.random.Generator) -> Scenario | None:
     shape: dict[str, Any] = {"shape": "pentagram", "radius": rng.uniform(0.15, 0.3) * reach}
     if rng.random() < 0.5:
         shape |= {"shape": "closed-curve", "waves": int(rng.integers(2, 6)), "depth": float(rng.uniform(0.05, 0.3))}
-    direction, far = rng.uniform(-np.pi, np.pi), rng.uniform(0.3, 0.5) * reach
-    center = [float(far * np.cos(direction)), float(far * np.sin(direction))]
+    direction, distance = rng.uniform(-np.pi, np.pi), rng.uniform(0.3, 0.5) * reach
+    center = [float(distance * np.cos(direction)), float(distance * np.sin(direction))]
     task = {"kind": "path", "objective": _objective(rng), "elbow": "up", "center": center, "accuracy": reach, **shape}
-    found = _scenario(rng, arm, task, [])
-    if found is None:
+    stated = _scenario(rng, arm, task, [])
+    if stated is None:
         return None
-    scenario, problem = found
-    assert isinstance(problem, PathFollowing)
+    scenario, problem = stated
     x = np.full(len(problem.variables), 0.5)
     trajectory = problem.trajectory(x)
-    trajectory = trajectory.time_scaled(max(1.0, trajectory.minimum_time_scale(problem.arm)))
-    task["accuracy"] = LOOSER * problem.accuracy_at(trajectory)
+    trajectory = trajectory.time_scaled(max(1.0, problem.exact_time_scale(trajectory)))
+    [accuracy] = problem.progress_measures()
+    task["accuracy"] = ACCURACY_FACTOR * accuracy.of_trajectory(trajectory)
     return parse_scenario(scenario.model_dump() | {"task": task})
 
 
@@ -92,7 +98,7 @@ def _arm(rng: np.random.Generator, links: int) -> dict[str, Any]:
 
 
 def _objective(rng: np.random.Generator) -> str:
-    return str(rng.choice(["time", "rotation", "length"]))
+    return str(rng.choice(SAMPLED_OBJECTIVES))
 
 
 def _tip(lengths: list[float], theta: np.ndarray) -> np.ndarray:
@@ -102,9 +108,9 @@ def _tip(lengths: list[float], theta: np.ndarray) -> np.ndarray:
 
 def _scenario(
     rng: np.random.Generator, arm: dict[str, Any], task: dict[str, Any], obstacles: list[dict[str, Any]]
-) -> tuple[Scenario, Problem] | None:
+) -> tuple[Scenario, Problem[Any]] | None:
     """The scenario in one of the formulations and its problem; None where no arm could do it."""
-    model = {"formulation": str(rng.choice(["paper", "reduced"]))}
+    model = {"formulation": str(rng.choice(SAMPLED_FORMULATIONS))}
     try:
         scenario = parse_scenario({"arm": arm, "task": task, "obstacles": obstacles, "model": model})
         return scenario, scenario.problem()
@@ -112,7 +118,7 @@ def _scenario(
         return None
 
 
-def _keeps_its_limits(problem: Problem, trajectory: Trajectory) -> bool:
+def _keeps_its_limits(problem: Problem[Any], trajectory: Trajectory) -> bool:
     """Whether a motion holds for all t once it is slow enough, and needs no more time than the search box has."""
-    slowed = trajectory.time_scaled(max(0.2, trajectory.minimum_time_scale(problem.arm)))
+    slowed = trajectory.time_scaled(max(0.2, problem.exact_time_scale(trajectory)))
     return slowed.duration <= 8.0 and all(verdict.satisfied for verdict in problem.verify(slowed))

@@ -1,7 +1,8 @@
-"""A scenario by the name that a command line gives it."""
+"""Scenarios by their names on a command line."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from tpbso_casadi.scenario.builtin import TITLES, builtin
@@ -21,3 +22,19 @@ def load(name: str) -> Scenario:
     if not path.suffix and not path.exists():
         raise ScenarioError(f"{name}: neither a file nor a built-in scenario; solve --list shows those")
     return read_scenario(path)
+
+
+def load_all(names: Sequence[str]) -> dict[str, Scenario]:
+    """Scenarios by their labels in tables: a built-in name, a file's stem, or its path where two stems are the same.
+
+    Raises:
+        ScenarioError: one does not exist, is not a scenario, or is stated twice.
+    """
+    stems = [Path(name).stem for name in names]
+    scenarios: dict[str, Scenario] = {}
+    for name, stem in zip(names, stems, strict=True):
+        label = stem if stems.count(stem) == 1 else name
+        if label in scenarios:
+            raise ScenarioError(f"{name}: is there twice")
+        scenarios[label] = load(name)
+    return scenarios

@@ -1,1 +1,1 @@
-"""What is left on the disk: run folders, exports, and how they are read again."""
+"""Files of a run: run folders, exports, and how they are read and audited."""

@@ -1,4 +1,4 @@
-"""A motion for a robot: equal steps of time, as a ROS message in JSON, CSV or NPZ."""
+"""A motion for a robot controller: at equal steps of time, as a ROS message in JSON, CSV or NPZ."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.storage.files import write_text, write_with, writing
 from tpbso_casadi.storage.run_folder import write_motion
 
-RATE = 100.0  # Hz
-NANO = 1_000_000_000
+DEFAULT_RATE = 100.0  # Hz
+NANOSECONDS = 1_000_000_000  # in a second
 
 
-def export_motion(folder: Path, motion: Motion, kind: str, rate: float = RATE) -> Path:
+def export_motion(folder: Path, motion: Motion, kind: str, rate: float = DEFAULT_RATE) -> Path:
     """Write a motion at equal steps of time; the last step is shorter if it must be.
 
     Args:
-        folder: where to.
+        folder: to write to.
         motion: to be written.
         kind: a key of ``EXPORTS``.
-        rate: steps a second, Hz.
+        rate: steps per second, Hz.
 
     Raises:
         OutputError: it cannot be written.
@@ -35,7 +35,7 @@ def export_motion(folder: Path, motion: Motion, kind: str, rate: float = RATE) -
 
 
 def equal_steps(motion: Motion, rate: float) -> FloatArray:
-    """Times in s from 0 to the end, at least two."""
+    """Times in s from 0 to the end of the motion, at least two."""
     duration = motion.trajectory.duration
     times = np.arange(np.ceil(duration * rate * (1.0 - 1e-9))) / rate
     return np.append(times, duration)
@@ -47,14 +47,16 @@ def ros_message(motion: Motion, times: FloatArray) -> dict[str, Any]:
     columns = (as_array(matrix).tolist() for matrix in (samples.theta, samples.speed, samples.acceleration))
     return {
         "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "base"},
-        "joint_names": [f"joint_{joint + 1}" for joint in range(motion.problem.arm.links)],
+        "joint_names": [f"joint_{joint + 1}" for joint in range(motion.problem.robot.dof)],
         "points": [
             {
                 "positions": theta,
                 "velocities": speed,
                 "accelerations": acceleration,
                 "effort": [],
-                "time_from_start": dict(zip(("sec", "nanosec"), divmod(round(time * NANO), NANO), strict=True)),
+                "time_from_start": dict(
+                    zip(("sec", "nanosec"), divmod(round(time * NANOSECONDS), NANOSECONDS), strict=True)
+                ),
             }
             for time, theta, speed, acceleration in zip(times.tolist(), *columns, strict=True)
         ],
@@ -71,17 +73,17 @@ def _csv(folder: Path, motion: Motion, times: FloatArray) -> Path:
 
 
 def _npz(folder: Path, motion: Motion, times: FloatArray) -> Path:
-    samples, arm = motion.trajectory.samples(times), motion.problem.arm
+    samples = motion.trajectory.samples(times, motion.problem.robot)
     arrays = {
         "t": times,
         "q": as_array(samples.theta),
         "qd": as_array(samples.speed),
         "qdd": as_array(samples.acceleration),
-        "tip": as_array(arm.tip(samples.theta)),
+        "tip": as_array(samples.tool),
         "breakpoints": motion.trajectory.breakpoints,
         "coefficients": motion.trajectory.coefficients,
     }
-    return write_with(folder / "joint_trajectory.npz", lambda aside: np.savez(aside, **arrays))  # type: ignore[arg-type]
+    return write_with(folder / "joint_trajectory.npz", lambda temporary: np.savez(temporary, **arrays))  # type: ignore[arg-type]
 
 
 EXPORTS: dict[str, Callable[[Path, Motion, FloatArray], Path]] = {"ros-json": _ros_json, "csv": _csv, "npz": _npz}

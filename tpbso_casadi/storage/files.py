@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all, in folders that were checked before the work."""
+"""Files that are written completely or not at all, in folders that are checked beforehand."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class OutputError(ValueError):
 
 
 def check_writable(folder: Path) -> None:
-    """Make sure before the work that a folder can be made and written to, leaving nothing behind.
+    """Make sure that a folder can be made and written to, without making it.
 
     Raises:
-        OutputError: it, or what it would lie in, is a file or not writable.
+        OutputError: it or its nearest existing parent is a file, or not writable.
     """
     nearest = folder
     while not nearest.exists() and nearest != nearest.parent:
@@ -35,7 +35,7 @@ def check_writable(folder: Path) -> None:
 
 @contextmanager
 def writing(folder: Path) -> Iterator[None]:
-    """Make the folder if there is none, and turn what the system says while files are written into one line.
+    """Make the folder if it does not exist, and report errors of the system while files are written in one line.
 
     Raises:
         OutputError: a file or the folder cannot be written.
@@ -48,10 +48,10 @@ def writing(folder: Path) -> Iterator[None]:
 
 
 def write_text(path: Path, write: Callable[[IO[str]], object]) -> Path:
-    """Write a text file beside its place, then move it there.
+    """Write a text file under a temporary name in the same folder, then rename it.
 
     Raises:
-        OSError: it cannot be written; what was there before stays.
+        OSError: it cannot be written; an older file of that name is kept.
     """
     with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8", newline="") as file:
         temporary = Path(file.name)
@@ -61,7 +61,7 @@ def write_text(path: Path, write: Callable[[IO[str]], object]) -> Path:
         except BaseException:
             temporary.unlink()
             raise
-    return _in_place(temporary, path)
+    return _renamed(temporary, path)
 
 
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> Path:
@@ -76,10 +76,10 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]
 
 
 def write_with(path: Path, write: Callable[[Path], object]) -> Path:
-    """Let a library write a file beside its place, with the same suffix, then move it there.
+    """Let a library write a file under a temporary name with the same suffix, then rename it.
 
     Raises:
-        OSError: it cannot be written; what was there before stays.
+        OSError: it cannot be written; an older file of that name is kept.
     """
     handle, name = tempfile.mkstemp(dir=path.parent, suffix=path.suffix)
     os.close(handle)
@@ -89,10 +89,10 @@ def write_with(path: Path, write: Callable[[Path], object]) -> Path:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-    return _in_place(temporary, path)
+    return _renamed(temporary, path)
 
 
-def _in_place(temporary: Path, path: Path) -> Path:
+def _renamed(temporary: Path, path: Path) -> Path:
     os.umask(mask := os.umask(0))
     temporary.chmod(0o666 & ~mask)
     return temporary.replace(path)

@@ -1,23 +1,23 @@
-"""A run folder read back, and held against what its scenario says when it is computed again."""
+"""A run folder read back and audited: every stored number is compared with a recomputation from its scenario."""
 
 from __future__ import annotations
 
 import csv
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from problems import Trajectory
 from problems.base.matrix import FloatArray
-from tpbso_casadi.planning.motion import Motion, found_motion
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.planning.motion import Motion, motion_of
+from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.storage.plain import plain
+from tpbso_casadi.storage.result import InvalidResult, RunResult
 from tpbso_casadi.storage.run_folder import table_of
 
-AGREES = 1e-9  # relative to the largest number of a column
+TOLERANCE = 1e-9  # between a stored and a recomputed number, relative to the largest of its column
 
 
 class InvalidRun(ValueError):
@@ -26,17 +26,20 @@ class InvalidRun(ValueError):
 
 @dataclass(frozen=True)
 class StoredRun:
-    """What a run folder holds.
+    """The content of a run folder.
 
     Attributes:
         result: the content of ``result.json``.
-        scenario: the scenario in it.
-        motion: the trajectory in it, judged anew.
+        motion: the trajectory in it, verified again.
     """
 
-    result: dict[str, Any]
-    scenario: Scenario
+    result: RunResult
     motion: Motion
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario of the run."""
+        return self.result.scenario
 
 
 def read_run(folder: Path) -> StoredRun:
@@ -47,100 +50,118 @@ def read_run(folder: Path) -> StoredRun:
     """
     path = folder / "result.json"
     try:
-        result = json.loads(path.read_text(encoding="utf-8"))
-        scenario = parse_scenario(result["scenario"])
-        solution = result["solution"]
-        trajectory = Trajectory(_numbers(solution["breakpoints"], 1), _numbers(solution["coefficients"], 3))
-        quantities = {name: _numbers(values, 1) for name, values in solution["quantities"].items()}
-        motion = Motion(scenario.problem(), trajectory, quantities, float(solution["time_scale"]))
-        _check_trajectory(motion)
-        _check_result(path, result, motion)
+        result = RunResult.from_json(path.read_text(encoding="utf-8"))
+        motion = motion_in(result)
+        _check_result(result, motion)
     except OSError as error:
         raise InvalidRun(f"{path}: cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise InvalidRun(f"{path}: not a text file: {error.reason} at byte {error.start}") from error
     except ScenarioError as error:
         raise InvalidRun(f"{path}: scenario.{error}") from error
-    except (KeyError, TypeError, AttributeError) as error:
-        raise InvalidRun(f"{path}: incomplete: {type(error).__name__} {error}") from error
-    except InvalidRun:
-        raise
-    except ValueError as error:
-        raise InvalidRun(f"{path}: not a result: {error}") from error
+    except (InvalidResult, Contradiction) as error:
+        raise InvalidRun(f"{path}: {error}") from error
     _check_table(folder / "trajectory.csv", motion)
-    return StoredRun(result, scenario, motion)
+    return StoredRun(result, motion)
 
 
-def _numbers(values: Any, dimensions: int) -> FloatArray:
-    array = np.array(values, dtype=np.float64)
-    if array.ndim != dimensions or not np.isfinite(array).all():
-        raise ValueError(f"an array of {dimensions} dimensions and finite numbers is needed")
-    return array
+class Contradiction(ValueError):
+    """A stored value that contradicts its recomputation; the message is ``key.path: reason``."""
+
+
+def motion_in(result: RunResult) -> Motion:
+    """The motion that a result holds.
+
+    Raises:
+        ScenarioError: the robot of its scenario cannot do its task.
+        Contradiction: the stored numbers are not a smooth motion of that robot.
+    """
+    solution = result.solution
+    trajectory = Trajectory(np.array(solution.breakpoints), np.array(solution.coefficients))
+    quantities = {name: np.array(values) for name, values in solution.quantities.items()}
+    motion = Motion(result.scenario.problem(), trajectory, quantities, solution.time_scale)
+    _check_trajectory(motion)
+    return motion
 
 
 def _check_trajectory(motion: Motion) -> None:
     """Pieces one after the other, for each joint, continuous up to the acceleration, at rest at both ends."""
-    trajectory, links = motion.trajectory, motion.problem.arm.links
+    trajectory, links = motion.trajectory, motion.problem.robot.dof
     pieces = trajectory.breakpoints.size - 1
     if trajectory.coefficients.shape[1:] != (pieces, links) or trajectory.breakpoints[0] != 0.0:
-        raise InvalidRun(f"solution: coefficients of {pieces} pieces and {links} joints from t = 0 are needed")
+        raise Contradiction(f"solution: coefficients of {pieces} pieces and {links} joints from t = 0 are needed")
     if not (np.diff(trajectory.breakpoints) > 0.0).all():
         raise InvalidRun("solution.breakpoints: times do not increase")
     jump = trajectory.largest_jump()
-    if jump > AGREES:
-        raise InvalidRun(f"solution.coefficients: the pieces do not join smoothly, or not at rest (by {jump:.2g})")
+    if jump > TOLERANCE:
+        raise Contradiction(f"solution.coefficients: the pieces do not join smoothly, or not at rest (by {jump:.2g})")
 
 
-def _check_result(path: Path, result: dict[str, Any], motion: Motion) -> None:
+def _check_result(result: RunResult, motion: Motion) -> None:
     """Objective, constraints, certificate and, where a search vector is stored, the motion and cost of it."""
-    _agree(path, "objective.value", result["objective"]["value"], motion.objective)
-    for stored, verdict in zip(result["constraints"], motion.verdicts, strict=True):
-        _same(path, "constraints.name", stored["name"], verdict.name)
-        _agree(path, f"constraints.{verdict.name}.worst", stored["worst"], verdict.worst, abs(verdict.bound) + 1e-9)
-        _same(path, f"constraints.{verdict.name}.status", stored["status"], str(verdict.status))
-    _same(path, "feasible", result["feasible"], motion.feasible)
-    _same(path, "certificate.verdict", result["certificate"]["verdict"], str(motion.status))
-    if result["solution"]["variables"] is None:
-        return
-    x = _numbers([variable["value"] for variable in result["solution"]["variables"]], 1)
-    if x.size != len(motion.problem.variables):
-        raise InvalidRun(f"{path}: solution.variables: {x.size} where the problem has {len(motion.problem.variables)}")
-    _agree(path, "cost", result["cost"], float(motion.problem.cost(x[None])[0]))
-    if not result.get("polish", {}).get("accepted", False):
-        found = found_motion(motion.problem, x)
-        _agree(path, "solution.variables", found.trajectory.duration, motion.trajectory.duration)
-        _close(path, "solution.coefficients", found.trajectory.coefficients, motion.trajectory.coefficients)
+    solver = result.scenario.solver
+    _same("seed", result.seed, solver.seed)
+    _same("solver.name", result.solver.name, solver.name)
+    _agree("objective.value", result.objective.value, motion.objective)
+    _same("constraints", [c.name for c in result.constraints], [verdict.name for verdict in motion.verdicts])
+    for stored, verdict in zip(result.constraints, motion.verdicts, strict=True):
+        key, scale = f"constraints.{verdict.name}", abs(verdict.bound) + 1e-9
+        _agree(f"{key}.worst", stored.worst, verdict.worst, scale)
+        _agree(f"{key}.bound", stored.bound, verdict.bound, scale)
+        _same(f"{key}.status", stored.status, verdict.status)
+        _same(f"{key}.satisfied", stored.satisfied, verdict.satisfied)
+    _same("feasible", result.feasible, motion.feasible)
+    _same("certificate.verdict", result.certificate.verdict, motion.status)
+    vector = result.solution.vector
+    if vector is not None:
+        _check_vector(result, vector, motion)
+
+
+def _check_vector(result: RunResult, x: FloatArray, motion: Motion) -> None:
+    """The cost of a search vector (d,) and, unless it has been polished, its motion."""
+    variables = motion.problem.variables
+    if x.size != len(variables):
+        raise Contradiction(f"solution.variables: {x.size} where the problem has {len(variables)}")
+    _agree("cost", result.cost, float(motion.problem.cost(x[None])[0]))
+    if result.polish is None or not result.polish.accepted:
+        computed = motion_of(motion.problem, x).trajectory
+        _agree("solution.variables", motion.trajectory.duration, computed.duration)
+        _close("solution.coefficients", motion.trajectory.coefficients, computed.coefficients)
 
 
 def _check_table(path: Path, motion: Motion) -> None:
     header, expected = table_of(motion, motion.times)
     try:
         with path.open(newline="", encoding="utf-8") as file:
-            found_header, *rows = csv.reader(file)
-        found = np.array(rows, dtype=np.float64)
+            stored_header, *rows = csv.reader(file)
+        stored = np.array(rows, dtype=np.float64)
     except OSError as error:
         raise InvalidRun(f"{path}: cannot be read: {error.strerror}") from error
     except ValueError as error:
         raise InvalidRun(f"{path}: not a table of numbers: {error}") from error
-    if found_header != header or found.shape != expected.shape:
+    if stored_header != header or stored.shape != expected.shape:
         raise InvalidRun(f"{path}: {expected.shape[0]} rows of {','.join(header)} are needed")
-    away = np.abs(found - expected) > AGREES * np.maximum(1.0, np.abs(expected).max(axis=0))
-    if away.any() or not np.isfinite(found).all():
-        row, column = np.argwhere(away | ~np.isfinite(found))[0]
+    away = np.abs(stored - expected) > TOLERANCE * np.maximum(1.0, np.abs(expected).max(axis=0))
+    if away.any() or not np.isfinite(stored).all():
+        row, column = np.argwhere(away | ~np.isfinite(stored))[0]
         raise InvalidRun(
-            f"{path} line {row + 2}: {header[column]} = {found[row, column]!r} where the stored motion has "
+            f"{path} line {row + 2}: {header[column]} = {stored[row, column]!r} where the stored motion has "
             f"{expected[row, column]!r}"
         )
 
 
-def _agree(path: Path, key: str, stored: float, computed: float, scale: float = 0.0) -> None:
-    if not abs(stored - computed) <= AGREES * max(abs(computed), scale):
-        raise InvalidRun(f"{path}: {key}: {stored!r} is stored, {computed!r} is computed")
+def _agree(key: str, stored: float | None, computed: float, scale: float = 0.0) -> None:
+    if stored is None and not np.isfinite(computed):
+        return
+    if stored is None or not abs(stored - computed) <= TOLERANCE * max(abs(computed), scale):
+        raise Contradiction(f"{key}: {stored!r} is stored, {computed!r} is computed")
 
 
-def _close(path: Path, key: str, computed: FloatArray, stored: FloatArray) -> None:
-    if computed.shape != stored.shape or not np.allclose(stored, computed, rtol=AGREES, atol=AGREES):
-        raise InvalidRun(f"{path}: {key}: not the motion of solution.variables")
+def _close(key: str, stored: FloatArray, computed: FloatArray) -> None:
+    if computed.shape != stored.shape or not np.allclose(stored, computed, rtol=TOLERANCE, atol=TOLERANCE):
+        raise Contradiction(f"{key}: not the motion of solution.variables")
 
 
-def _same(path: Path, key: str, stored: object, computed: object) -> None:
+def _same(key: str, stored: object, computed: object) -> None:
     if stored != computed:
-        raise InvalidRun(f"{path}: {key}: {stored!r} is stored, {computed!r} is computed")
+        raise Contradiction(f"{key}: {plain(stored)!r} is stored, {plain(computed)!r} is computed")

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.cases import changed, following
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracles.path import PathOracle
 
-from problems import Ellipse, InvalidProblem, PathFollowing, PlanarArm, closed_curve, pentagram
+from problems import Ellipse, InvalidProblem, PathFollowingProblem, PlanarArm, closed_curve, pentagram
+from problems.limits.time_scale import exact_time_scale
 from solvers import BSO, Box, Budget, minimize
 
 ARM = PlanarArm((1.0, 1.0, 1.0), (40.0,) * 3, (2000.0,) * 3)
@@ -21,45 +24,45 @@ LONG_ARM = PlanarArm((0.3, 0.9, 0.5, 0.7, 0.6), (40.0, 30.0, 40.0, 50.0, 60.0), 
 STUB = PlanarArm((1.4, 0.5, 0.8), (40.0,) * 3, (2000.0,) * 3, ((-9.0, 9.0), (-2.5, 2.5), (-8.0, 8.0)))
 
 CASES = {
-    "star, time": PathFollowing(ARM, STAR, 0.1, "time", "up"),
-    "star, rotation": PathFollowing(ARM, STAR, 0.1, "rotation", "down"),
-    "waves, length, free elbow": PathFollowing(ARM, WAVES, 0.05, "length", "free"),
-    "five unequal links": PathFollowing(LONG_ARM, WAVES, 0.05, "rotation", "up", redundancy_values=4, knots=9),
-    "inner hole, joint limits": PathFollowing(STUB, WAVES, 0.05, "time", "up", knots=20),
-    "obstacle": PathFollowing(ARM, WAVES, 0.05, "rotation", "up", obstacles=(Ellipse((0.8, 0.0), (0.1, 0.2), 0.3),)),
+    "star, time": following(ARM, STAR, 0.1, "time", "up"),
+    "star, rotation": following(ARM, STAR, 0.1, "rotation", "down"),
+    "waves, length, free elbow": following(ARM, WAVES, 0.05, "length", "free"),
+    "five unequal links": following(LONG_ARM, WAVES, 0.05, "rotation", "up", redundancy_values=4, knots=9),
+    "inner hole, joint limits": following(STUB, WAVES, 0.05, "time", "up", knots=20),
+    "obstacle": following(ARM, WAVES, 0.05, "rotation", "up", obstacles=(Ellipse((0.8, 0.0), (0.1, 0.2), 0.3),)),
 }
 
 
 @pytest.fixture(params=CASES.values(), ids=CASES)
-def problem(request: pytest.FixtureRequest) -> PathFollowing:
+def problem(request: pytest.FixtureRequest) -> PathFollowingProblem:
     found = request.param
-    assert isinstance(found, PathFollowing)
+    assert isinstance(found, PathFollowingProblem)
     return found
 
 
-def candidates(problem: PathFollowing, count: int, seed: int = 0) -> np.ndarray:
+def candidates(problem: PathFollowingProblem, count: int, seed: int = 0) -> np.ndarray:
     return Box(*problem.bounds).sample(np.random.default_rng(seed), count)
 
 
-def test_paper_cost_agrees_with_numpy(problem: PathFollowing) -> None:
+def test_paper_cost_agrees_with_numpy(problem: PathFollowingProblem) -> None:
     points = candidates(problem, 10_000)
-    for stated in (problem, replace(problem, accuracy=0.6)):
+    for stated in (problem, changed(problem, accuracy=0.6)):
         expected = PathOracle(stated).cost(points)
         differs = np.abs(stated.cost(points) - expected) > 1e-7 * np.abs(expected)
         # A limit met within rounding may count on one side only; that is rare and changes the cost by one jump.
         assert differs.mean() < 1e-3
 
 
-def test_reduced_cost_agrees_with_numpy(problem: PathFollowing) -> None:
-    reduced = replace(problem, formulation="reduced")
+def test_reduced_cost_agrees_with_numpy(problem: PathFollowingProblem) -> None:
+    reduced = changed(problem, formulation="reduced")
     points = candidates(reduced, 2000)
     expected = PathOracle(reduced).cost(points)
     assert (np.abs(reduced.cost(points) - expected) > 1e-7 * np.abs(expected)).mean() < 1e-3
 
 
-def test_infeasible_always_costs_more_than_feasible(problem: PathFollowing) -> None:
-    for stated in (problem, replace(problem, formulation="reduced")):
-        loose = replace(stated, accuracy=0.6)
+def test_infeasible_always_costs_more_than_feasible(problem: PathFollowingProblem) -> None:
+    for stated in (problem, changed(problem, formulation="reduced")):
+        loose = changed(stated, accuracy=0.6)
         points = candidates(loose, 4000)
         cost = loose.cost(points)
         broken = PathOracle(loose).breaks_a_limit(points)
@@ -68,13 +71,13 @@ def test_infeasible_always_costs_more_than_feasible(problem: PathFollowing) -> N
         assert (cost[~broken] <= loose.objective_upper_bound).all()
 
 
-def test_trajectory_meets_every_knot_and_rests_at_both_ends(problem: PathFollowing) -> None:
+def test_trajectory_meets_every_knot_and_rests_at_both_ends(problem: PathFollowingProblem) -> None:
     for x in candidates(problem, 20):
         trajectory = problem.trajectory(x)
-        times = problem.point_times(trajectory)
-        tip = np.asarray(problem.arm.tip(trajectory.samples(times).theta))
-        knots = list(problem.knot_indices)
-        assert tip[knots] == pytest.approx(problem.path.array[knots], abs=1e-7)
+        times = problem.task.point_times(trajectory)
+        tip = np.asarray(problem.robot.tool(trajectory.samples(times).theta))
+        knots = list(problem.task.knot_indices)
+        assert tip[knots] == pytest.approx(problem.task.path.array[knots], abs=1e-7)
         ends = trajectory.samples(np.array([0.0, trajectory.duration]))
         assert np.asarray(ends.speed) == pytest.approx(0.0, abs=1e-6)
         assert np.asarray(ends.acceleration) == pytest.approx(0.0, abs=1e-3)
@@ -82,13 +85,13 @@ def test_trajectory_meets_every_knot_and_rests_at_both_ends(problem: PathFollowi
 
 def test_corners_are_knots() -> None:
     assert len(STAR.corners) == 4
-    assert set(STAR.corners) <= set(PathFollowing(ARM, STAR, 0.1, knots=2).knot_indices)
+    assert set(STAR.corners) <= set(following(ARM, STAR, 0.1, knots=2).task.knot_indices)
 
 
-def test_reduced_time_is_the_least_for_all_t(problem: PathFollowing) -> None:
-    reduced = replace(problem, formulation="reduced", total_time=(1e-6, 1.0))
+def test_reduced_time_is_the_least_for_all_t(problem: PathFollowingProblem) -> None:
+    reduced = changed(problem, formulation="reduced", total_time=(1e-6, 1.0))
     for x in candidates(reduced, 20):
-        assert reduced.trajectory(x).minimum_time_scale(reduced.arm) == pytest.approx(1.0, abs=1e-9)
+        assert exact_time_scale(reduced.limits, reduced.trajectory(x)) == pytest.approx(1.0, abs=1e-9)
 
 
 @settings(max_examples=30, deadline=None)
@@ -96,13 +99,15 @@ def test_reduced_time_is_the_least_for_all_t(problem: PathFollowing) -> None:
 def test_redundancy_stays_within_its_bounds_at_the_knots(x_phi: list[float]) -> None:
     problem = CASES["inner hole, joint limits"]
     trajectory = problem.trajectory(np.array([*x_phi, 1.0]))
-    phi, lower, upper = problem.redundancy_ranges(trajectory)
-    knots = list(problem.knot_indices)
-    assert (phi[knots] >= lower[knots] - 1e-6).all()
-    assert (phi[knots] <= upper[knots] + 1e-6).all()
+    curves, knots = problem.bounded_curves(trajectory), list(problem.task.knot_indices)
+    assert len(curves) == problem.robot.redundancy
+    for curve in curves:
+        phi = curve.value(curve.times)
+        assert (phi[knots] >= curve.lower[knots] - 1e-6).all()
+        assert (phi[knots] <= curve.upper[knots] + 1e-6).all()
 
 
-def test_accuracy_is_that_of_the_verified_trajectory(problem: PathFollowing) -> None:
+def test_accuracy_is_that_of_the_verified_trajectory(problem: PathFollowingProblem) -> None:
     points = candidates(problem, 10)
     for x, accuracy in zip(points, problem.accuracy_of(points), strict=True):
         verdicts = {verdict.name: verdict for verdict in problem.verify(problem.trajectory(x))}
@@ -110,7 +115,7 @@ def test_accuracy_is_that_of_the_verified_trajectory(problem: PathFollowing) -> 
 
 
 def test_search_follows_the_star_between_samples_too() -> None:
-    problem = PathFollowing(ARM, STAR, 0.1, "time", "up", "reduced")
+    problem = following(ARM, STAR, 0.1, "time", "up", "reduced")
     found = minimize(problem.cost, Box(*problem.bounds), BSO(), Budget(4000), 1)
     verdicts = problem.verify(problem.trajectory(found.x))
     assert [verdict.name for verdict in verdicts if not verdict.satisfied] == []
@@ -119,9 +124,9 @@ def test_search_follows_the_star_between_samples_too() -> None:
 
 def test_slow_arm_gets_a_box_that_holds_its_time() -> None:
     slow = replace(ARM, max_speed=(0.5,) * 3, max_acceleration=(1.0,) * 3)
-    problem = PathFollowing(slow, STAR, 0.1)
-    assert problem.time_box[1] > 20.0
-    assert PathFollowing(ARM, STAR, 0.1).time_box == (0.1, 10.0)
+    problem = following(slow, STAR, 0.1)
+    assert problem.encoding.time_box[1] > 20.0
+    assert following(ARM, STAR, 0.1).encoding.time_box == (0.1, 10.0)
 
 
 @pytest.mark.parametrize(
@@ -129,7 +134,7 @@ def test_slow_arm_gets_a_box_that_holds_its_time() -> None:
     [
         ({"accuracy": 0.0}, "accuracy", "not positive"),
         ({"accuracy": float("nan")}, "accuracy", "not positive"),
-        ({"arm": PlanarArm((1.5, 1.5), (4.0,) * 2, (20.0,) * 2)}, "link_lengths", "at least 3 links"),
+        ({"robot": PlanarArm((1.5, 1.5), (4.0,) * 2, (20.0,) * 2)}, "link_lengths", "at least 3 links"),
         ({"knots": 1}, "knots", "fewer than 2"),
         ({"redundancy_values": 1}, "redundancy_values", "fewer than 2"),
         ({"total_time": (1.0, 0.5)}, "total_time", "does not hold"),
@@ -138,9 +143,9 @@ def test_slow_arm_gets_a_box_that_holds_its_time() -> None:
         ({"obstacles": (Ellipse((0.9, 0.4), (0.2, 0.2)),)}, "points", "inside the obstacle"),
     ],
 )
-def test_what_cannot_be_followed(changes: dict[str, object], field: str, reason: str) -> None:
+def test_what_cannot_be_followed(changes: dict[str, Any], field: str, reason: str) -> None:
     with pytest.raises(InvalidProblem, match=reason) as caught:
-        replace(CASES["star, time"], **changes)
+        changed(CASES["star, time"], **changes)
     assert caught.value.field == field
 
 

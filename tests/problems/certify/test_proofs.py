@@ -7,13 +7,13 @@ import itertools
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.cases import BUILTIN, builtin
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import PPoly
 
 from problems.certify.interval import bounds
 from problems.motions.bernstein import bernstein, within
-from tpbso_casadi.scenario.builtin import TITLES, builtin
 
 X = ca.SX.sym("x", 2)
 EXPRESSIONS = {
@@ -50,9 +50,9 @@ def test_intervals_by_hand() -> None:
     assert most == pytest.approx([4.0, 1.0, 7.0, np.inf, 7.0])
 
 
-@pytest.mark.parametrize("name", TITLES)
+@pytest.mark.parametrize("name", BUILTIN)
 def test_intervals_hold_every_candidate_of_every_constraint(name: str) -> None:
-    problem = builtin(name).problem()
+    problem = builtin(name)
     lower, upper = problem.bounds
     rows = ca.densify(ca.veccat(*(constraint.expression for constraint in problem.constraints)))
     function = ca.Function("rows", [problem.model.x], [rows], {"cse": True})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import pickle
 import time
@@ -12,20 +11,26 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.evaluation import needs_compiler, points, same_bits, small
+from helpers.cases import BUILTIN, builtin
+from helpers.evaluation import needs_compiler, points, same_bits, small, source_of, virtual_machine
 from hypothesis import given
 from hypothesis import strategies as st
 
 from problems.base.matrix import FloatArray
-from problems.evaluation import BACKENDS, EvaluationOptions, InvalidEvaluation, PopulationFunction, cache, population
-from problems.evaluation.native import compiled, find_native
+from problems.evaluation import (
+    EvaluationOptions,
+    InvalidEvaluation,
+    PopulationFunction,
+    Program,
+    population,
+)
+from problems.evaluation.native import cache
+from problems.evaluation.native.compiler import find_compiler
+from problems.evaluation.native.native import find_library
 from problems.evaluation.portable_math import angle, portable, sine_cosine
 from problems.evaluation.tape import BINARY, UNARY, UnsupportedOperation
-from problems.evaluation.virtual_machine import BATCH, WARM, VirtualMachine
+from problems.evaluation.virtual_machine import BATCH, WARM
 from solvers import BSO, Box, Budget, minimize
-from tpbso_casadi.cli import solve
-from tpbso_casadi.scenario.builtin import TITLES, builtin
-from tpbso_casadi.scenario.scenario import parse_scenario
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, -2.5, 3.0, 1e-310, 7e300, -7e300, math.inf, -math.inf, math.nan, 2**60, 0.3]
@@ -34,11 +39,11 @@ SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, -2.5, 3.0, 1e-310, 7e300, -7e300, math.inf
 def hostile(box: Box, rows: int) -> FloatArray:
     """Random candidates, some of them outside of the box, infinite or no numbers at all."""
     generator = np.random.default_rng(0)
-    drawn = box.sample(generator, rows)
-    drawn[: rows // 10] += generator.normal(0, 1, (rows // 10, box.lower.size)) * (box.upper - box.lower)
-    wild = generator.integers(rows // 2, rows, rows // 10), generator.integers(0, box.lower.size, rows // 10)
-    drawn[wild] = generator.choice([math.nan, math.inf, -math.inf, 0.0, -0.0, 1e300], rows // 10)
-    return drawn
+    candidates = box.sample(generator, rows)
+    candidates[: rows // 10] += generator.normal(0, 1, (rows // 10, box.lower.size)) * (box.upper - box.lower)
+    places = generator.integers(rows // 2, rows, rows // 10), generator.integers(0, box.lower.size, rows // 10)
+    candidates[places] = generator.choice([math.nan, math.inf, -math.inf, 0.0, -0.0, 1e300], rows // 10)
+    return candidates
 
 
 # The same bits
@@ -49,15 +54,13 @@ def hostile(box: Box, rows: int) -> FloatArray:
     ("case", "formulation"),
     [
         pytest.param(case, form, marks=[] if case in {"time-3", "pentagram-rotation"} else pytest.mark.slow)
-        for case, form in product(TITLES, ("paper", "reduced"))
+        for case, form in product(BUILTIN, ("paper", "reduced"))
     ],
 )
 def test_backends_agree_to_the_bit(case: str, formulation: str) -> None:
-    content = builtin(case).model_dump()
-    content["model"]["formulation"] = formulation
-    problem = parse_scenario(content).problem()
-    drawn = hostile(Box(*problem.bounds), 10_000)
-    vm, compiled_costs = (problem.evaluator(EvaluationOptions(backend))(drawn) for backend in ("vm", "native"))
+    problem = builtin(case, formulation)
+    candidates = hostile(Box(*problem.bounds), 5_000)
+    vm, compiled_costs = (problem.evaluator(EvaluationOptions(backend))(candidates) for backend in ("vm", "native"))
     assert same_bits(vm, compiled_costs)
     assert np.isfinite(vm).mean() > 0.85
     assert (vm < problem.objective_upper_bound).any() or formulation == "paper"
@@ -67,28 +70,30 @@ OPERATIONS = [*product(UNARY, [1]), *product(BINARY, [2])]
 
 
 @needs_compiler
-def test_every_operation_and_every_special_value() -> None:
+@pytest.mark.parametrize("flags", ["", "-DLANES=4", "-DLANES=2"], ids=["widest", "4 lanes", "2 lanes"])
+def test_every_operation_and_every_special_value(flags: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CXX", f"{find_compiler().command[0]} {flags}")
     x = ca.SX.sym("x", 3)  # which operation, and its operands
     known = UNARY | BINARY
     results = [
         getattr(ca.SX, "unary" if n == 1 else "binary")(known[name], *ca.vertsplit(x)[1 : n + 1])
         for name, n in OPERATIONS
     ]
-    chosen = sum(ca.if_else(x[0] == k, result, 0) for k, result in enumerate(results))
-    function = ca.Function("operations", [x], [chosen])
-    drawn = np.array([(k, a, b) for k in range(len(OPERATIONS)) for a, b in product(SPECIAL, SPECIAL)])
-    with_vm, natively = VirtualMachine(function), compiled(function)
-    one_by_one, at_once, in_lanes = (np.empty(len(drawn)) for _ in range(3))
-    for k in range(len(drawn)):
-        with_vm(drawn[k : k + 1], one_by_one[k : k + 1])
-    with_vm(drawn, at_once)
-    natively(drawn, in_lanes)
+    selection = sum(ca.if_else(x[0] == k, result, 0) for k, result in enumerate(results))
+    function = ca.Function("operations", [x], [selection])
+    candidates = np.array([(k, a, b) for k in range(len(OPERATIONS)) for a, b in product(SPECIAL, SPECIAL)])
+    with_vm, natively = virtual_machine(Program.of(function)), PopulationFunction(function, EvaluationOptions("native"))
+    one_by_one, at_once = (np.empty(len(candidates)) for _ in range(2))
+    for k in range(len(candidates)):
+        with_vm(candidates[k : k + 1], one_by_one[k : k + 1])
+    with_vm(candidates, at_once)
+    in_lanes = natively(candidates)
     for other in (at_once, in_lanes):
         wrong = ~((one_by_one == other) | (np.isnan(one_by_one) & np.isnan(other)))
-        assert not wrong.any(), [(OPERATIONS[int(k)][0], a, b) for k, a, b in drawn[wrong]]
+        assert not wrong.any(), [(OPERATIONS[int(k)][0], a, b) for k, a, b in candidates[wrong]]
     angles = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2"}
-    exact = np.array([float(function(row)) for row in drawn])
-    plain = np.array([OPERATIONS[int(k)][0] not in angles for k in drawn[:, 0]])
+    exact = np.array([float(function(row)) for row in candidates])
+    plain = np.array([OPERATIONS[int(k)][0] not in angles for k in candidates[:, 0]])
     assert np.array_equal(one_by_one[plain], exact[plain], equal_nan=True)
 
 
@@ -99,10 +104,10 @@ def test_logic_reads_numbers_and_numbers_read_logic() -> None:
     function = ca.Function(
         "logic", [x], [both + 2 * either + 4 * (x[0] < x[1]) * ca.if_else(both, x[0], 0.5) + (x[0] == 1)]
     )
-    drawn = np.array(list(product([0.0, 1.0, 2.0, -1.0, math.nan], repeat=2)))
+    candidates = np.array(list(product([0.0, 1.0, 2.0, -1.0, math.nan], repeat=2)))
     assert same_bits(
-        PopulationFunction(function, EvaluationOptions("native"))(drawn),
-        np.array([float(function(row)) for row in drawn]),
+        PopulationFunction(function, EvaluationOptions("native"))(candidates),
+        np.array([float(function(row)) for row in candidates]),
     )
 
 
@@ -111,12 +116,12 @@ def test_logic_reads_numbers_and_numbers_read_logic() -> None:
 def test_costs_without_operations(expression: object) -> None:
     x = ca.SX.sym("x", 2)
     function = ca.Function("plain", [x], [expression(x)])  # type: ignore[operator]
-    drawn = points(WARM + BATCH, 2)
-    expected = [float(function(row)) for row in drawn]
+    candidates = points(WARM + BATCH, 2)
+    expected = [float(function(row)) for row in candidates]
     for backend in ("vm", "native"):
-        price = PopulationFunction(function, EvaluationOptions(backend))
-        price(drawn)
-        assert (price(drawn) == expected).all()
+        evaluate = PopulationFunction(function, EvaluationOptions(backend))
+        evaluate(candidates)
+        assert (evaluate(candidates) == expected).all()
 
 
 @given(st.floats(-1e5, 1e5))
@@ -143,24 +148,24 @@ def test_inverse_functions(a: float) -> None:
 
 
 @needs_compiler
-def test_nobody_to_price() -> None:
+def test_nobody_to_evaluate() -> None:
     assert PopulationFunction(small(), EvaluationOptions("native"))(points(0)).shape == (0,)
 
 
 @needs_compiler
 def test_threads_change_nothing() -> None:
-    drawn = points(10_000)
+    candidates = points(5_000)
     assert same_bits(
-        PopulationFunction(small(), EvaluationOptions("native", threads=3))(drawn),
-        PopulationFunction(small(), EvaluationOptions("native"))(drawn),
+        PopulationFunction(small(), EvaluationOptions("native", threads=3))(candidates),
+        PopulationFunction(small(), EvaluationOptions("native"))(candidates),
     )
 
 
 @needs_compiler
 def test_a_population_function_travels_between_processes() -> None:
-    price = PopulationFunction(small(), EvaluationOptions("native"))
-    drawn = points()
-    assert same_bits(pickle.loads(pickle.dumps(price))(drawn), price(drawn))
+    evaluate = PopulationFunction(small(), EvaluationOptions("native"))
+    candidates = points()
+    assert same_bits(pickle.loads(pickle.dumps(evaluate))(candidates), evaluate(candidates))
 
 
 def test_what_cannot_be_read_is_refused() -> None:
@@ -183,20 +188,20 @@ def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatc
 
     def watched(candidates: FloatArray) -> FloatArray:
         if len(backends) == 60:
-            for _ in range(600):  # until the process aside is done, 60 s at most
-                if auto._aside is not None and auto._aside.finished():
+            for _ in range(600):  # until the background process is done, 60 s at most
+                if auto._background is not None and auto._background.finished():
                     break
                 time.sleep(0.1)
         backends.append(auto.backend)
         return auto(candidates)
 
-    found = minimize(watched, box, BSO(population=20), Budget(20_000), 1)
+    result = minimize(watched, box, BSO(population=20), Budget(20_000), 1)
     expected = minimize(
         PopulationFunction(small(), EvaluationOptions("vm")), box, BSO(population=20), Budget(20_000), 1
     )
     assert (backends[0], backends[-1]) == ("vm", "native")
-    assert same_bits(found.history.cost, expected.history.cost)
-    assert same_bits(found.x, expected.x)
+    assert same_bits(result.history.cost, expected.history.cost)
+    assert same_bits(result.x, expected.x)
     again = PopulationFunction(small(), EvaluationOptions("auto"))
     again(points())
     assert again.backend == "native"
@@ -212,7 +217,7 @@ def test_after_a_search_the_next_one_finds_compiled_code(monkeypatch: pytest.Mon
     assert not cache_folder.exists()
     del first
     for _ in range(600):
-        if find_native(small()) is not None:
+        if find_library(source_of(small())) is not None:
             break
         time.sleep(0.1)
     second = PopulationFunction(small(), EvaluationOptions("auto"))
@@ -227,32 +232,17 @@ def test_auto_does_not_compile_in_vain(reason: str, monkeypatch: pytest.MonkeyPa
     if reason != "little work":
         monkeypatch.setattr(population, "WORTH_SECONDS", 0.0)
         monkeypatch.setattr(population, "COMPILE_AFTER_SECONDS", 0.0)
-    price = PopulationFunction(small(), EvaluationOptions("auto"))
+    evaluate = PopulationFunction(small(), EvaluationOptions("auto"))
     for _ in range(3):
-        price(points())
-    assert price.backend == "vm"
-    del price
+        evaluate(points())
+    assert evaluate.backend == "vm"
+    del evaluate
     assert not cache_folder.exists()
 
 
-# The command line
-
-
-@needs_compiler
-def test_a_plan_is_the_same_whatever_prices_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    results = []
-    for backend in BACKENDS:
-        arguments = ["time-2", "--evaluations", "3000", "--no-plots", "--quiet", "--backend", backend, "--out", backend]
-        assert solve.main([*arguments, "--threads", "2"]) == 0
-        result = json.loads((Path(backend) / "result.json").read_text())
-        results.append({key: value for key, value in result.items() if key != "seconds"})
-    assert results[0] == results[1] == results[2]
-
-
-def test_invalid_pricing(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_invalid_options(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InvalidEvaluation, match="0 threads"):
         EvaluationOptions("vm", 0)
     monkeypatch.setenv(population.VARIABLE, "gpu")
-    assert solve.main(["time-2", "--json"]) == 2
-    assert capsys.readouterr().err == "error: pricing backend 'gpu' is none of auto, vm, native\n"
+    with pytest.raises(InvalidEvaluation, match="'gpu' is none of auto, vm, native"):
+        EvaluationOptions()

@@ -11,15 +11,16 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
-from helpers.evaluation import needs_compiler, points, same_bits, small
+from helpers.evaluation import needs_compiler, points, same_bits, small, source_of
 
 from problems.base.matrix import FloatArray
-from problems.evaluation import EvaluationOptions, PopulationFunction, cache, native, population
-from problems.evaluation.compiler import FLAGS, NativeUnavailable, find_compiler
-from problems.evaluation.native import compiled, find_native
+from problems.evaluation import EvaluationOptions, PopulationFunction, population
+from problems.evaluation.native import cache
+from problems.evaluation.native.compiler import FLAGS, NativeUnavailable, find_compiler
+from problems.evaluation.native.native import compile_library, find_library, key
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
-ASIDE = [sys.executable, "-c", "from problems.evaluation.native import fill_cache; fill_cache()"]
+BACKGROUND = [sys.executable, "-c", "from problems.evaluation.native.background import fill_cache; fill_cache()"]
 
 
 # Compilers
@@ -44,7 +45,7 @@ def program(folder: Path, script: str) -> str:
     ],
     ids=["none", "fails", "complains", "killed", "silent"],
 )
-def test_without_a_compiler_that_works_the_virtual_machine_prices(
+def test_without_a_compiler_that_works_the_virtual_machine_evaluates(
     script: str | None,
     says: str,
     tmp_path: Path,
@@ -57,11 +58,11 @@ def test_without_a_compiler_that_works_the_virtual_machine_prices(
         monkeypatch.delenv("CXX", raising=False)
     else:
         monkeypatch.setenv("CXX", program(tmp_path, script))
-    price = PopulationFunction(small(), EvaluationOptions("native"))
-    assert same_bits(price(points()), PopulationFunction(small(), EvaluationOptions("vm"))(points()))
-    price(points())
+    evaluate = PopulationFunction(small(), EvaluationOptions("native"))
+    assert same_bits(evaluate(points()), PopulationFunction(small(), EvaluationOptions("vm"))(points()))
+    evaluate(points())
     [line] = caplog.messages
-    assert line.startswith("priced by CasADi's virtual machine")
+    assert line.startswith("evaluated by CasADi's virtual machine")
     assert re.search(says, line)
     assert not cache_folder.exists()
 
@@ -71,8 +72,8 @@ def test_a_compiler_that_lies_makes_nothing_that_is_loaded(
 ) -> None:
     monkeypatch.setenv("CXX", program(tmp_path, 'for last; do :; done; echo "no library" > "$last"'))
     with pytest.raises(NativeUnavailable, match="cannot be loaded"):
-        compiled(small())
-    assert find_native(small()) is None
+        compile_library(source_of(small()))
+    assert find_library(source_of(small())) is None
     assert not list(cache_folder.glob("*.so"))
 
 
@@ -104,8 +105,8 @@ def test_nothing_of_a_function_reaches_the_command_line(monkeypatch: pytest.Monk
         assert not options.get("shell")
         return run(command, **options)  # type: ignore[call-overload]
 
-    monkeypatch.setattr("problems.evaluation.compiler.subprocess.run", recorded)
-    compiled(small())
+    monkeypatch.setattr("problems.evaluation.native.compiler.subprocess.run", recorded)
+    compile_library(source_of(small()))
     [asking, compiling] = commands
     assert asking[1:] == ["--version"]
     assert compiling[1 : 1 + len(FLAGS)] == list(FLAGS)
@@ -122,14 +123,12 @@ def library_in(folder: Path) -> Path:
 
 @needs_compiler
 def test_a_second_process_finds_what_the_first_compiled(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    compiled(small())
+    compile_library(source_of(small()))
     assert cache_folder.stat().st_mode & 0o777 == 0o700
     assert library_in(cache_folder).stat().st_mode & 0o777 == 0o600
-    monkeypatch.setattr(population, "compiled", lambda *_: pytest.fail("compiled again"))
+    monkeypatch.setattr(population, "compile_library", lambda *_: pytest.fail("compiled again"))
     assert PopulationFunction(small(), EvaluationOptions("native"))(points()).size
-    assert find_native(small(2.0)) is None
-    monkeypatch.setattr(native, "SOURCES", ("tape.py",))
-    assert find_native(small()) is None
+    assert find_library(source_of(small(2.0))) is None
 
 
 def damage(path: Path, how: str) -> None:
@@ -141,8 +140,8 @@ def damage(path: Path, how: str) -> None:
     elif how == "one bit":
         path.write_bytes(content[:1000] + bytes([content[1000] ^ 1]) + content[1001:])
     elif how == "another library":
-        other = native._key(small(2.0).serialize(), find_compiler())
-        compiled(small(2.0))
+        other = key(source_of(small(2.0)), find_compiler())
+        compile_library(source_of(small(2.0)))
         path.write_bytes((path.parent / f"{other}.so").read_bytes())
     elif how == "others may write":
         path.chmod(0o666)
@@ -161,10 +160,10 @@ def damage(path: Path, how: str) -> None:
 def test_a_damaged_library_is_never_loaded(how: str, cache_folder: Path) -> None:
     expected = PopulationFunction(small(), EvaluationOptions("native"))(points())
     damage(library_in(cache_folder), how)
-    assert find_native(small()) is None
+    assert find_library(source_of(small())) is None
     assert same_bits(PopulationFunction(small(), EvaluationOptions("native"))(points()), expected)
     if how not in {"folder of others", "a folder"}:
-        assert find_native(small()) is not None
+        assert find_library(source_of(small())) is not None
 
 
 @needs_compiler
@@ -172,32 +171,38 @@ def test_a_damaged_library_is_never_loaded(how: str, cache_folder: Path) -> None
 def test_a_read_only_cache(cache_folder: Path) -> None:
     cache_folder.mkdir(mode=0o500)
     assert not cache.writable()
-    price = PopulationFunction(small(), EvaluationOptions("native"))
-    assert price(points()).size
-    assert price.backend == "native"
+    evaluate = PopulationFunction(small(), EvaluationOptions("native"))
+    assert evaluate(points()).size
+    assert evaluate.backend == "native"
     assert not list(cache_folder.iterdir())
 
 
 @needs_compiler
 def test_a_cache_that_is_a_file(cache_folder: Path) -> None:
     cache_folder.write_text("mine")
-    price = PopulationFunction(small(), EvaluationOptions("native"))
-    assert price(points()).size
-    assert price.backend == "native"
+    evaluate = PopulationFunction(small(), EvaluationOptions("native"))
+    assert evaluate(points()).size
+    assert evaluate.backend == "native"
     assert cache_folder.read_text() == "mine"
 
 
 def test_the_least_recently_used_libraries_go(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cache, "KEPT", 3)
+    monkeypatch.setattr(cache, "MAX_LIBRARIES", 3)
     keys = [cache.key_of(str(k)) for k in range(5)]
-    for age, key in enumerate(keys):
-        path = cache.keep(key, b"library")
+    for age, name in enumerate(keys):
+        path = cache.keep(name, b"library")
         os.utime(path, (1e9 + age, 1e9 + age))
         if age == 2:
             assert cache.find(keys[0])  # used just now
     (cache_folder / "mine.txt").write_text("kept")
     cache.keep(cache.key_of("last"), b"library")
-    assert [key in {path.stem for path in cache_folder.iterdir()} for key in keys] == [True, False, False, False, True]
+    assert [name in {path.stem for path in cache_folder.iterdir()} for name in keys] == [
+        True,
+        False,
+        False,
+        False,
+        True,
+    ]
     assert (cache_folder / "mine.txt").exists()
 
 
@@ -207,56 +212,58 @@ def costs_of(backend: str) -> FloatArray:
 
 
 @needs_compiler
-def test_eight_processes_compile_the_same(cache_folder: Path) -> None:
-    with ProcessPoolExecutor(8, mp_context=get_context("spawn")) as pool:
-        results = list(pool.map(costs_of, ["native"] * 8))
+def test_four_processes_compile_the_same(cache_folder: Path) -> None:
+    with ProcessPoolExecutor(4, mp_context=get_context("spawn")) as pool:
+        results = list(pool.map(costs_of, ["native"] * 4))
     assert all(same_bits(result, costs_of("vm")) for result in results)
-    assert find_native(small(3.0)) is not None
+    assert find_library(source_of(small(3.0))) is not None
     assert library_in(cache_folder)
 
 
 @needs_compiler
 def test_a_killed_compile_leaves_nothing(cache_folder: Path) -> None:
-    code = "import sys; from problems.evaluation import native, cache; import os, signal\n"
+    code = "import sys; from problems.evaluation.native import native, cache; import os, signal\n"
     code += "cache._place = lambda key: os.kill(os.getpid(), signal.SIGKILL)\n"
-    code += "import casadi as ca; native.compiled(ca.Function.deserialize(sys.stdin.read()))"
-    done = subprocess.run([sys.executable, "-c", code], input=small().serialize(), text=True, check=False)
-    assert done.returncode == -9
-    assert find_native(small()) is None
+    code += "native.compile_library(sys.stdin.read())"
+    process = subprocess.run([sys.executable, "-c", code], input=source_of(small()), text=True, check=False)
+    assert process.returncode == -9
+    assert find_library(source_of(small())) is None
     assert PopulationFunction(small(), EvaluationOptions("native"))(points()).size
-    assert find_native(small()) is not None
+    assert find_library(source_of(small())) is not None
 
 
 @needs_compiler
-def test_of_several_processes_aside_one_compiles(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    key = native._key(small().serialize(), find_compiler())
-    assert cache.claim(key)
-    assert not cache.claim(key)
-    subprocess.run(ASIDE, input=small().serialize(), text=True, check=True)
-    assert find_native(small()) is None
-    monkeypatch.setattr(cache, "ABANDONED", 0.0)
-    assert cache.claim(key)
-    compiled(small())
-    assert cache.claim(key)
+def test_of_several_background_processes_one_compiles(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    name = key(source_of(small()), find_compiler())
+    assert cache.claim(name)
+    assert not cache.claim(name)
+    subprocess.run(BACKGROUND, input=source_of(small()), text=True, check=True)
+    assert find_library(source_of(small())) is None
+    monkeypatch.setattr(cache, "CLAIM_SECONDS", 0.0)
+    assert cache.claim(name)
+    compile_library(source_of(small()))
+    assert cache.claim(name)
 
 
 @needs_compiler
-def test_one_process_aside_compiles_at_a_time(cache_folder: Path) -> None:
+def test_one_background_process_compiles_at_a_time(cache_folder: Path) -> None:
     with cache.compile_lock() as ours:
         assert ours
         with cache.compile_lock() as theirs:
             assert not theirs
-        subprocess.run(ASIDE, input=small().serialize(), text=True, check=True)
-        assert find_native(small()) is None
-    subprocess.run(ASIDE, input=small().serialize(), text=True, check=True)  # it did not claim what it did not make
-    assert find_native(small()) is not None
+        subprocess.run(BACKGROUND, input=source_of(small()), text=True, check=True)
+        assert find_library(source_of(small())) is None
+    subprocess.run(BACKGROUND, input=source_of(small()), text=True, check=True)  # it did not claim what it did not make
+    assert find_library(source_of(small())) is not None
 
 
 @needs_compiler
-def test_a_process_aside_says_nothing_and_fails_quietly(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_background_process_prints_nothing_and_fails_quietly(
+    cache_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("CXX", "no-such-compiler")
-    done = subprocess.run(ASIDE, input=small().serialize(), text=True, check=True, capture_output=True)
-    assert (done.stdout, done.stderr) == ("", "")
+    process = subprocess.run(BACKGROUND, input=source_of(small()), text=True, check=True, capture_output=True)
+    assert (process.stdout, process.stderr) == ("", "")
     monkeypatch.delenv("CXX")
-    subprocess.run(ASIDE, input=small().serialize(), text=True, check=True)
-    assert find_native(small()) is not None
+    subprocess.run(BACKGROUND, input=source_of(small()), text=True, check=True)
+    assert find_library(source_of(small())) is not None

@@ -1,4 +1,4 @@
-"""EvaluationOptions a population: the same numbers as one by one, whatever the size and the layout in memory."""
+"""A population evaluated: the same numbers as one by one, whatever the size and the layout in memory."""
 
 from __future__ import annotations
 
@@ -6,16 +6,15 @@ from itertools import product
 
 import numpy as np
 import pytest
+from helpers.cases import BUILTIN, builtin
 
 from benchmarks.array_cost import array_cost
-from benchmarks.population import changed
 from problems.evaluation.virtual_machine import BATCH, FEW, WARM
-from tpbso_casadi.scenario.builtin import TITLES, builtin
 
 
 @pytest.mark.parametrize("case", ["time-3", "obstacle-4", "pentagram-rotation"])
 def test_population_equals_a_loop(case: str) -> None:
-    problem = builtin(case).problem()
+    problem = builtin(case)
     lower, upper = problem.bounds
     points = np.random.default_rng(0).uniform(lower, upper, (WARM + 2 * BATCH + 3, lower.size))
     alone = np.array([problem.cost(x[None])[0] for x in points])
@@ -26,23 +25,23 @@ def test_population_equals_a_loop(case: str) -> None:
     assert (problem.cost(np.asfortranarray(points)) == alone).all()
 
 
-@pytest.mark.parametrize(("case", "formulation"), [*product(TITLES, ("paper", "reduced"))])
+@pytest.mark.parametrize(("case", "formulation"), [*product(BUILTIN, ("paper", "reduced"))])
 def test_the_benchmark_compares_with_the_same_cost(case: str, formulation: str) -> None:
-    problem = changed(builtin(case), formulation=formulation).problem()
+    problem = builtin(case, formulation)
     points = np.random.default_rng(0).uniform(*problem.bounds, (300, len(problem.variables)))
     np.testing.assert_allclose(array_cost(problem, np)(points), problem.cost(points), rtol=1e-8)
 
 
 def test_wrong_shapes_are_refused() -> None:
-    problem = builtin("time-2").problem()
+    problem = builtin("time-2")
     for shape in ((3, 5), (6,), (1, 2, 6)):
         with pytest.raises(ValueError, match="is needed"):
             problem.cost(np.zeros(shape))
 
 
-@pytest.mark.parametrize("case", TITLES)
+@pytest.mark.parametrize("case", BUILTIN)
 def test_every_problem_names_its_variables_and_constraints(case: str) -> None:
-    problem = builtin(case).problem()
+    problem = builtin(case)
     lower, upper = problem.bounds
     assert len({variable.name for variable in problem.variables}) == lower.size
     assert (lower < upper).all()

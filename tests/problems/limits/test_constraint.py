@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 import pytest
 
-from problems.limits.constraint import Constraint, PenaltyKind, verdict
+from problems.certify.verdict import verdict
+from problems.limits.constraint import Constraint, PenaltyKind
 
 
-def limit(values: list[list[float]], weight: PenaltyKind = PenaltyKind.COUNT, **more: object) -> Constraint:
-    two = np.array([2.0, 4.0])
-    return Constraint("limit", "(1)", "m", ca.DM(values), -two, two, ("a", "b"), two, weight=weight, **more)
+def limit(values: list[list[float]], penalty: PenaltyKind = PenaltyKind.COUNT, **more: Any) -> Constraint:
+    two = ca.DM([[2.0, 4.0]])
+    options: dict[str, Any] = {"name": "limit", "equation": "(1)", "unit": "m", "columns": ("a", "b"), "scale": two}
+    return Constraint(expression=ca.DM(values), lower=-two, upper=two, penalty=penalty, **(options | more))
+
+
+def single(values: list[float], **more: Any) -> Constraint:
+    return Constraint(**({"name": "c", "unit": "1", "expression": ca.DM(values), "columns": ("x",)} | more))
 
 
 def test_excess_counts_and_magnitudes() -> None:
@@ -31,12 +39,17 @@ def test_a_limit_that_is_met_exactly_holds() -> None:
     assert float(met.graded_penalty()) == 0.0
 
 
-@pytest.mark.parametrize(
-    ("lower", "upper", "broken"), [(-np.inf, 1.0, [0, 1]), (0.5, np.inf, [1, 0]), (0.5, 1.0, [1, 1])]
-)
-def test_one_sided_bounds(lower: float, upper: float, broken: list[float]) -> None:
-    low, high, one = np.array([lower]), np.array([upper]), np.ones(1)
-    constraint = Constraint("c", "-", "1", ca.DM([0.0, 2.0]), low, high, ("x",), one)
+@pytest.mark.parametrize(("lower", "upper", "broken"), [(None, 1.0, [0, 1]), (0.5, None, [1, 0]), (0.5, 1.0, [1, 1])])
+def test_one_sided_bounds(lower: float | None, upper: float | None, broken: list[float]) -> None:
+    low, high = (None if bound is None else ca.DM(bound) for bound in (lower, upper))
+    constraint = single([0.0, 2.0], lower=low, upper=high)
+    assert [bound.tolist() for bound in constraint.bounds] == [
+        [-np.inf if lower is None else lower],
+        [np.inf if upper is None else upper],
+    ]
+    assert constraint.scales.tolist() == [1.0]
+    assert float(constraint.paper_penalty()) == sum(broken)
+    assert float(constraint.graded_penalty()) == (0.0 if lower is None else 0.5) + (0.0 if upper is None else 1.0)
     assert np.asarray(constraint.broken()).ravel().tolist() == broken
 
 
@@ -50,8 +63,8 @@ def test_rows_of_a_program_are_scaled_column_after_column() -> None:
 
 def test_transformed_rows_break_exactly_when_the_limit_does() -> None:
     values = np.linspace(0.0, 3.0, 31)
-    two, low = np.array([2.0]), np.array([-np.inf])
-    rows = Constraint("c", "-", "m", ca.DM(values), low, two, ("x",), two, transform=lambda v: v**3)
+    two = ca.DM(2.0)
+    rows = single(values, lower=None, upper=two, scale=two, transform=lambda v: v**3)
     lower, upper = rows.row_bounds()
     found = np.asarray(rows.row_values()).ravel()
     assert (lower == -np.inf).all()

@@ -9,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from problems import PlanarArm, Trajectory
-from problems.assembly.point_to_point import Quantities
+from problems.limits.derivative import AccelerationLimit, SpeedLimit
+from problems.limits.time_scale import exact_time_scale
 from problems.motions.segments import QUARTIC, QUINTIC, middle_acceleration, sampling_matrix
+from problems.motions.two_segments import Quantities
 
 angles = st.floats(-6.0, 6.0)
 times = st.floats(0.1, 4.0)
@@ -99,8 +101,9 @@ def test_times_hold_every_breakpoint_and_are_even_in_each_piece() -> None:
 
 def test_least_stretch_just_keeps_the_limits() -> None:
     arm, motion = PlanarArm((1.0, 1.0), (2.0, 3.0), (10.0, 30.0)), some_motion()
+    limits = [SpeedLimit(arm), AccelerationLimit(arm)]
     for factor, broken in ((1.0 + 1e-9, False), (1.0 - 1e-6, True)):
-        slower = motion.time_scaled(motion.minimum_time_scale(arm) * factor)
+        slower = motion.time_scaled(exact_time_scale(limits, motion) * factor)
         t = np.linspace(0.0, slower.duration, 400_001)
         motion_at = slower.samples(t)
         too_fast = np.abs(np.asarray(motion_at.speed)) > arm.max_speed

@@ -2,64 +2,65 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import islice
+from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.cases import BUILTIN, builtin, changed, following, moving
 from scipy.optimize import NonlinearConstraint
 from scipy.optimize import minimize as scipy_minimize
 
-from problems import Ellipse, PathFollowing, PlanarArm, PointToPoint, Problem, closed_curve, pentagram
-from problems.assembly.problem import SAMPLING_MARGIN
+from problems import Ellipse, PlanarArm, Problem, closed_curve, pentagram
 from problems.base.matrix import as_array
+from problems.limits.limit import SAMPLING_MARGIN
+from problems.limits.time_scale import exact_time_scale
+from problems.motions.node_form import NodeForm
 from problems.motions.rest_spline import RestSpline
-from problems.nlp.path_following import NodeForm
 from solvers import IPOPT, Box, Descent, StopReason
-from tpbso_casadi.scenario.builtin import TITLES, builtin
 
 ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, ((-3.0, 3.0), (-2.9, 2.9), (-2.9, 2.9)))
 OVAL = Ellipse((0.8, 0.8), (0.15, 0.25), 0.3)
 CURVE = closed_curve((0.1, 0.0), 1.0, 0.0, 3, 0.1, 20)
-CASES: dict[str, Problem] = {
-    "time": PointToPoint(ARM, (1.0, 0.0), (0.5, 1.5), "time", "up"),
-    "rotation": PointToPoint(ARM, (1.0, 0.0), (0.5, 1.5), "rotation", "free"),
-    "length": PointToPoint(ARM, (1.0, 0.0), (0.5, 1.5), "length", "down", obstacles=(OVAL,)),
-    "path, time": PathFollowing(ARM, CURVE, 0.05, "time", "free"),
-    "path, rotation": PathFollowing(ARM, CURVE, 0.05, "rotation", "up"),
-    "path, length, values": PathFollowing(ARM, CURVE, 0.05, "length", "up", knot_redundancy="values"),
-    "path, obstacle": PathFollowing(ARM, CURVE, 0.05, "time", "free", obstacles=(Ellipse((0.4, 0.0), (0.1, 0.1)),)),
+CASES: dict[str, Problem[Any]] = {
+    "time": moving(ARM, (1.0, 0.0), (0.5, 1.5), "time", "up"),
+    "rotation": moving(ARM, (1.0, 0.0), (0.5, 1.5), "rotation", "free"),
+    "length": moving(ARM, (1.0, 0.0), (0.5, 1.5), "length", "down", obstacles=(OVAL,)),
+    "path, time": following(ARM, CURVE, 0.05, "time", "free"),
+    "path, rotation": following(ARM, CURVE, 0.05, "rotation", "up"),
+    "path, length, values": following(ARM, CURVE, 0.05, "length", "up", knot_redundancy="values"),
+    "path, obstacle": following(ARM, CURVE, 0.05, "time", "free", obstacles=(Ellipse((0.4, 0.0), (0.1, 0.1)),)),
 }
 
 
 @pytest.fixture(params=CASES.values(), ids=CASES)
-def problem(request: pytest.FixtureRequest) -> Problem:
+def problem(request: pytest.FixtureRequest) -> Problem[Any]:
     found = request.param
     assert isinstance(found, Problem)
     return found
 
 
-def candidate(problem: Problem, seed: int = 0) -> np.ndarray:
+def candidate(problem: Problem[Any], seed: int = 0) -> np.ndarray:
     """A search vector that the arm can reach."""
-    reduced = replace(problem, formulation="reduced")
+    reduced = changed(problem, formulation="reduced")
     x = Box(*reduced.bounds).sample(np.random.default_rng(seed), 1)[0]
     return np.clip(x, reduced.bounds[0] + 1e-3, reduced.bounds[1] - 1e-3)
 
 
-def test_a_search_vector_keeps_its_motion(problem: Problem) -> None:
-    reduced = replace(problem, formulation="reduced")
+def test_a_search_vector_keeps_its_motion(problem: Problem[Any]) -> None:
+    reduced = changed(problem, formulation="reduced")
     x, program = candidate(problem), reduced.nlp()
     found, expected = program.trajectory(program.from_search(x)), reduced.trajectory(x)
     share = np.linspace(0.0, 1.0, 50)
     theta, again = (as_array(motion.samples(share * motion.duration).theta) for motion in (expected, found))
     assert again == pytest.approx(theta, abs=1e-6)
-    assert found.minimum_time_scale(problem.arm) <= 1.0
+    assert exact_time_scale(problem.limits, found) <= 1.0
     assert set(program.quantities(program.from_search(x))) == set(reduced.quantities(x))
 
 
-def test_a_start_meets_the_equalities(problem: Problem) -> None:
-    program = replace(problem, formulation="reduced").nlp()
+def test_a_start_meets_the_equalities(problem: Problem[Any]) -> None:
+    program = changed(problem, formulation="reduced").nlp()
     rows = ca.Function("g", [program.x], [program.g])
     starts = islice(program.starts(np.random.default_rng(0)), 5)
     for x in (program.from_search(candidate(problem)), *starts):
@@ -73,7 +74,7 @@ def test_a_start_meets_the_equalities(problem: Problem) -> None:
         assert (low < high).all()
 
 
-def test_derivatives_agree_with_finite_differences(problem: Problem) -> None:
+def test_derivatives_agree_with_finite_differences(problem: Problem[Any]) -> None:
     program = problem.nlp()
     both = ca.vertcat(program.f, program.g)
     values = ca.Function("v", [program.x], [both])
@@ -88,20 +89,20 @@ def test_derivatives_agree_with_finite_differences(problem: Problem) -> None:
         assert smooth.mean() > 0.98  # a row may stand at a kink of its closest point
 
 
-def test_no_derivative_is_nan_at_awkward_postures(problem: Problem) -> None:
+def test_no_derivative_is_nan_at_awkward_postures(problem: Problem[Any]) -> None:
     program = problem.nlp()
     lagrangian = program.f + ca.sum1(program.g)
     every = ca.Function("d", [program.x], [program.g, ca.gradient(lagrangian, program.x)])
     x = next(program.starts(np.random.default_rng(3)))
     time_scaled, still = np.zeros_like(x), x.copy()
-    k = problem.arm.links
+    k = problem.robot.dof
     still[: 4 * k] = 0.7  # all postures the same: no step, no chord
     for z in (time_scaled + 0.5 * (np.arange(x.size) >= 4 * k), still):
         assert all(np.isfinite(np.asarray(part)).all() for part in every(z))
 
 
 def test_values_of_redundancy_that_stay_inside_are_met() -> None:
-    problem = replace(CASES["path, length, values"], formulation="reduced")
+    problem = changed(CASES["path, length, values"], formulation="reduced")
     program = problem.nlp()
     rows = {c.name: c for c in program.constraints(SAMPLING_MARGIN)}
     both = ca.Function("r", [program.x], [rows["redundancy"].expression, rows["x_phi"].expression])
@@ -110,16 +111,27 @@ def test_values_of_redundancy_that_stay_inside_are_met() -> None:
     assert 0.35 < float(ca.mmin(share)) < float(ca.mmax(share)) < 0.6
 
 
-@pytest.mark.parametrize("name", TITLES)
+@pytest.mark.parametrize("name", BUILTIN)
 def test_limits_have_the_names_that_the_search_has(name: str) -> None:
-    problem = builtin(name).problem()
+    problem = builtin(name)
     ours = {c.name for c in problem.nlp().constraints(SAMPLING_MARGIN)}
-    time_alone = set() if problem.measured_by.name == "time" else {"speed", "acceleration"}
+    time_alone = set() if problem.objective.name == "time" else {"speed", "acceleration"}
     assert {c.name for c in problem.constraints} - {"reach"} - time_alone <= ours
 
 
+def test_a_margin_moves_bounds_alone_and_may_be_zero(problem: Problem[Any]) -> None:
+    program = problem.nlp()
+    none, usual, wide = (np.array(program.row_bounds(margin)) for margin in (0.0, None, 10.0 * SAMPLING_MARGIN))
+    assert (usual == np.array(program.row_bounds(SAMPLING_MARGIN))).all()
+    assert (none[0] <= usual[0]).all()
+    assert (usual[0] <= wide[0]).all()
+    assert (none[1] >= usual[1]).all()
+    assert (usual[1] >= wide[1]).all()
+    assert (none != usual).any()  # all of these arms have joint limits
+
+
 def test_scipy_stays_at_the_same_optimum() -> None:
-    program = replace(builtin("time-2").problem(), samples=15).nlp()
+    program = changed(builtin("time-2"), samples=15).nlp()
     ours = Descent(program, IPOPT(tolerance=1e-9))(next(program.starts(np.random.default_rng(4))))
     symbols = program.x
     f, df, g, dg = (
@@ -179,7 +191,7 @@ def test_moves_at_the_edge_do_not_break_anything(
     start: tuple[float, float], goal: tuple[float, float], links: int, objective: str
 ) -> None:
     arm = PlanarArm((2.0 / links,) * links, (4.0,) * links, (20.0,) * links)
-    program = PointToPoint(arm, start, goal, objective, "free").nlp()
+    program = moving(arm, start, goal, objective, "free").nlp()
     found = Descent(program, IPOPT())(next(program.starts(np.random.default_rng(0))))
     motion = program.trajectory(found.x)
     assert np.isfinite(found.x).all()
@@ -188,9 +200,9 @@ def test_moves_at_the_edge_do_not_break_anything(
 
 def test_pentagram_may_be_followed_with_a_value_at_every_knot_or_with_few() -> None:
     arm = PlanarArm((1.0, 1.0, 1.0), (40.0,) * 3, (2000.0,) * 3)
-    free = PathFollowing(arm, pentagram((0.0, 0.0), 0.9, 0.4, 30), 0.1, "rotation", "up")
+    free = following(arm, pentagram((0.0, 0.0), 0.9, 0.4, 30), 0.1, "rotation", "up")
     costs = []
-    for problem in (free, replace(free, knot_redundancy="values")):
+    for problem in (free, changed(free, knot_redundancy="values")):
         program = problem.nlp()
         descent = Descent(program, IPOPT())
         found = [descent(x) for x in islice(program.starts(np.random.default_rng(0)), 4)]

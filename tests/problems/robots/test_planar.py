@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import InvalidProblem, PlanarArm
-from problems.robots.planar import wrap_to
+from problems.base.matrix import as_array
 from problems.robots.redundancy import angular_range, restore
+from problems.robots.turns import wrap_to
 
 lengths = st.lists(st.floats(0.1, 2.0), min_size=2, max_size=6)
 angle = st.floats(-np.pi, np.pi)
@@ -32,10 +33,14 @@ def as_point(z: complex) -> ca.DM:
 @given(lengths, st.data())
 def test_forward_kinematics_is_a_sum_of_turned_links(links: list[float], data: st.DataObject) -> None:
     theta = np.array(data.draw(st.lists(angle, min_size=len(links), max_size=len(links))))
-    x, y = arm_of(links).joint_positions(ca.DM(theta).T)
+    positions = arm_of(links).positions(ca.DM(theta).T)
+    assert len(positions) == len(links) + 1
+    x, y = np.vstack([as_array(matrix) for matrix in positions]).T
     joints = np.concatenate([[0.0], np.cumsum(np.array(links) * np.exp(1j * np.cumsum(theta)))])
-    assert np.asarray(x).ravel() == pytest.approx(joints.real, abs=1e-12)
-    assert np.asarray(y).ravel() == pytest.approx(joints.imag, abs=1e-12)
+    assert x == pytest.approx(joints.real, abs=1e-12)
+    assert y == pytest.approx(joints.imag, abs=1e-12)
+    assert (arm_of(links).skeleton(theta[None])[0] == np.column_stack([x, y])).all()
+    assert as_array(arm_of(links).tool(ca.DM(theta).T))[0].tolist() == [x[-1], y[-1]]
 
 
 @given(lengths, st.data())
@@ -55,7 +60,7 @@ def test_normalised_redundancy_always_reaches(links: list[float], direction: flo
     arm = arm_of(links)
     inner, outer = arm.reach()
     target = (inner + far * (outer - inner)) * np.exp(1j * direction)
-    phi = restore(arm, as_point(target), ca.DM(x[: arm.links - 2]))
+    phi = arm.restore_redundancy(as_point(target), ca.DM(x[: arm.links - 2]))
     theta, _ = arm.inverse(as_point(target), phi, 1.0)
     assert abs(tip_of(links, np.asarray(theta).ravel()) - target) < 1e-6
 
@@ -65,10 +70,10 @@ def test_normalised_redundancy_covers_both_intervals_around_a_hole() -> None:
     scan = np.linspace(-np.pi, np.pi, 4001)
     reached = np.abs(target - 0.8 * np.exp(1j * scan))
     allowed = (reached >= 0.9) & (reached <= 1.9)
-    _, beta_in, beta_out = (float(v) for v in angular_range(arm, 3, as_point(target)))
+    _, beta_in, beta_out = (float(v) for v in angular_range(arm.link_lengths, 3, as_point(target)))
     assert beta_in > 0.0
     assert (allowed == ((np.abs(scan) >= beta_in) & (np.abs(scan) <= beta_out))).all()
-    values = {x: float(restore(arm, as_point(target), ca.DM([x]))) for x in (0.0, 0.5 - 1e-12, 0.5, 1.0)}
+    values = {x: float(restore(arm.link_lengths, as_point(target), ca.DM([x]))) for x in (0.0, 0.5 - 1e-12, 0.5, 1.0)}
     assert list(values.values()) == pytest.approx([-beta_out, -beta_in, beta_in, beta_out], abs=1e-9)
 
 
@@ -80,7 +85,7 @@ def test_normalised_redundancy_covers_both_intervals_around_a_hole() -> None:
 def test_edges_of_the_reach_are_no_nan(links: list[float], point: float) -> None:
     arm = arm_of(links)
     for x in np.linspace(0.0, 1.0, 7):
-        phi = restore(arm, as_point(point), ca.DM([x] * (arm.links - 2)))
+        phi = arm.restore_redundancy(as_point(point), ca.DM([x] * (arm.links - 2)))
         theta, _ = arm.inverse(as_point(point), phi, -1.0)
         assert np.isfinite(np.asarray(theta)).all()
         assert abs(tip_of(links, np.asarray(theta).ravel()) - point) < 1e-6

@@ -5,14 +5,17 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.cases import moving
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems import Ellipse, InvalidProblem, PlanarArm, PointToPoint
-from problems.assembly.problem import SAMPLING_MARGIN
+from problems import Ellipse, InvalidProblem, PlanarArm
+from problems.base.matrix import FloatArray
 from problems.certify.clearance import prove_clearance
-from problems.limits.motion_limits import link_clearances, obstacle_clearance, reachable_pairs, step_limit
+from problems.limits.clearance import Clearance, StepLimit, reachable_pairs
+from problems.limits.limit import SAMPLING_MARGIN
 from problems.motions.samples import Samples
+from problems.motions.trajectory import Trajectory
 from solvers import PSO, Box, Budget, minimize
 
 coordinate = st.floats(-2.0, 2.0)
@@ -21,8 +24,17 @@ ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3)
 
 
 def clearance_of(ellipse: Ellipse, start: tuple[float, float], end: tuple[float, float]) -> float:
-    x, y = (ca.DM([[start[i], end[i]]]) for i in range(2))
-    return float(ellipse.segment_clearance(x, y))
+    return float(ellipse.segment_clearance(ca.DM([start]), ca.DM([end])))
+
+
+def clearance_limit(*obstacles: Ellipse) -> Clearance:
+    return Clearance(ARM, reachable_pairs(ARM, obstacles))
+
+
+def densest(limit: Clearance, trajectory: Trajectory, times: FloatArray) -> float:
+    """The smallest clearance of any link at any of the times, m."""
+    [constraint] = limit.at(trajectory.samples(times, ARM))
+    return float(ca.mmin(constraint.expression))
 
 
 @given(point, point, st.floats(0.1, 1.0), st.floats(0.1, 1.0), st.floats(-3.0, 3.0))
@@ -57,18 +69,17 @@ def test_segments_hand_computed() -> None:
 
 
 def test_gradient_is_finite_everywhere() -> None:
-    x, y = ca.SX.sym("x", 1, 2), ca.SX.sym("y", 1, 2)
+    ends = ca.SX.sym("ends", 2, 2)
     disc = Ellipse((0.0, 0.0), (0.5, 0.5))
-    log = disc.log_distance(disc.segment_clearance(x, y))
-    ends = ca.veccat(x, y)
-    derivatives = ca.Function("d", [x, y], [ca.gradient(log, ends), ca.hessian(log, ends)[0]])
+    log = disc.smooth(disc.segment_clearance(ends[0, :], ends[1, :]))
+    derivatives = ca.Function("d", [ends], [ca.gradient(log, ca.vec(ends)), ca.hessian(log, ca.vec(ends))[0]])
     for xs, ys in (
         ((0.0, 0.0), (0.0, 0.0)),
         ((0.0, 1.0), (0.0, 0.0)),
         ((-1.0, 1.0), (0.0, 0.0)),
         ((2.0, 2.0), (1.0, 1.0)),
     ):
-        assert all(np.isfinite(np.asarray(part)).all() for part in derivatives(ca.DM([xs]), ca.DM([ys])))
+        assert all(np.isfinite(np.asarray(part)).all() for part in derivatives(ca.DM([xs, ys]).T))
 
 
 @pytest.mark.parametrize(
@@ -82,23 +93,24 @@ def test_impossible_ellipses(bad: dict[str, object]) -> None:
 
 def test_links_that_cannot_reach_are_left_out() -> None:
     far = Ellipse((1.6, 0.0), (0.1, 0.1))
-    assert [pair.link for pair in reachable_pairs(ARM, [far])] == [3]
-    assert reachable_pairs(ARM, [Ellipse((5.0, 0.0), (0.1, 0.1))]) == []
-    x, y = ARM.joint_positions(ca.DM([[0.0, 0.5, 0.5], [0.1, 0.5, 0.5]]))
-    assert obstacle_clearance(ARM, [Ellipse((5.0, 0.0), (0.1, 0.1))], x, y, 0.0) == []
+    assert [str(pair) for pair in reachable_pairs(ARM, [far])] == ["link 3, obstacle 1"]
+    assert reachable_pairs(ARM, [Ellipse((5.0, 0.0), (0.1, 0.1))]) == ()
+    assert Clearance.holding(ARM, [Ellipse((5.0, 0.0), (0.1, 0.1))]) is None
 
 
 def test_leaping_over_an_obstacle_between_two_samples_is_noticed() -> None:
     theta = ca.DM([[-0.4, 0.0, 0.0], [0.4, 0.0, 0.0]])
-    x, y = ARM.joint_positions(theta)
+    samples = Samples(robot=ARM, derivatives=(theta, theta, theta), duration=ca.DM(1.0))
     at_the_tip, amid_the_links = Ellipse((1.85, 0.0), (0.05, 0.05)), Ellipse((1.2, 0.0), (0.05, 0.05))
-    links, swept = obstacle_clearance(ARM, [at_the_tip], x, y, 0.0)
+    links, swept = clearance_limit(at_the_tip).constraints(samples)
     assert float(ca.mmin(links.expression)) > 0.0
     assert float(ca.mmin(swept.expression)) < 0.0
-    links, swept = obstacle_clearance(ARM, [amid_the_links], x, y, 0.0)
+    links, swept = clearance_limit(amid_the_links).constraints(samples)
     assert float(ca.mmin(links.expression)) > 0.0
     assert float(ca.mmin(swept.expression)) > 0.0
-    step = step_limit(ARM, [amid_the_links], Samples(theta, theta, theta, ca.DM(1.0)))
+    limit = StepLimit.holding(ARM, [amid_the_links])
+    assert limit is not None
+    [step] = limit.constraints(samples)
     assert bool(np.asarray(step.broken()).any())
 
 
@@ -106,13 +118,12 @@ def test_leaping_over_an_obstacle_between_two_samples_is_noticed() -> None:
 @given(st.integers(0, 10_000), st.tuples(st.floats(0.2, 1.2), st.floats(0.3, 1.4)), st.floats(0.05, 0.3))
 def test_proof_is_below_and_near_a_very_dense_sampling(seed: int, center: tuple[float, float], size: float) -> None:
     obstacle = Ellipse(center, (size, 0.5 * size), 0.4)
-    problem = PointToPoint(ARM, (1.0, 0.0), (-0.5, 1.5), "length", "up")
+    problem = moving(ARM, (1.0, 0.0), (-0.5, 1.5), "length", "up")
     trajectory = problem.trajectory(Box(*problem.bounds).sample(np.random.default_rng(seed), 1)[0])
-    proof = prove_clearance(ARM, [obstacle], trajectory)
+    limit = clearance_limit(obstacle)
+    proof = prove_clearance(limit, trajectory)
     assert proof is not None
-    times = np.linspace(0.0, trajectory.duration, 20_001)
-    x, y = ARM.joint_positions(trajectory.samples(times).theta)
-    dense = float(ca.mmin(link_clearances(reachable_pairs(ARM, [obstacle]), x, y)))
+    dense = densest(limit, trajectory, np.linspace(0.0, trajectory.duration, 20_001))
     if dense < 0.0:
         assert proof.proven == -np.inf
         assert proof.smallest < 1e-6
@@ -123,20 +134,18 @@ def test_proof_is_below_and_near_a_very_dense_sampling(seed: int, center: tuple[
 
 
 def test_no_proof_is_needed_where_nothing_can_touch() -> None:
-    problem = PointToPoint(ARM, (1.0, 0.0), (-0.5, 1.5))
+    problem = moving(ARM, (1.0, 0.0), (-0.5, 1.5))
     trajectory = problem.trajectory(Box(*problem.bounds).sample(np.random.default_rng(0), 1)[0])
-    assert prove_clearance(ARM, [Ellipse((9.0, 0.0), (1.0, 1.0))], trajectory) is None
+    assert prove_clearance(clearance_limit(Ellipse((9.0, 0.0), (1.0, 1.0))), trajectory) is None
 
 
 @pytest.mark.parametrize("center", [(0.8, 0.8), (0.85, 0.75)], ids=["beside", "in the way"])
 def test_a_found_plan_is_clear_at_100_000_times(center: tuple[float, float]) -> None:
     obstacle = Ellipse(center, (0.15, 0.15))
-    problem = PointToPoint(ARM, (1.0, 0.0), (0.5, 1.5), "length", "up", "reduced", obstacles=(obstacle,))
+    problem = moving(ARM, (1.0, 0.0), (0.5, 1.5), "length", "up", "reduced", obstacles=(obstacle,))
     found = minimize(problem.cost, Box(*problem.bounds), PSO(), Budget(10_000), 1)
     trajectory = problem.trajectory(found.x)
     verdicts = {verdict.name: verdict for verdict in problem.verify(trajectory)}
     assert verdicts["clearance"].satisfied
-    times = np.linspace(0.0, trajectory.duration, 100_000)
-    x, y = ARM.joint_positions(trajectory.samples(times).theta)
-    dense = float(ca.mmin(link_clearances(reachable_pairs(ARM, [obstacle]), x, y)))
+    dense = densest(clearance_limit(obstacle), trajectory, np.linspace(0.0, trajectory.duration, 100_000))
     assert dense >= verdicts["clearance"].worst >= 0.5 * SAMPLING_MARGIN * ARM.reach()[1]

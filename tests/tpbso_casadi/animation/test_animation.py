@@ -24,7 +24,7 @@ QUICK = ["--evaluations", "2000", "--no-plots", "--quiet"]
 
 
 @pytest.fixture(scope="module", params=["time-3", "obstacle-3", "pentagram-time"])
-def found(request: pytest.FixtureRequest) -> Plan:
+def solution(request: pytest.FixtureRequest) -> Plan:
     content = builtin(request.param).model_dump()
     content["solver"] |= {"evaluations": 1000}
     content["model"] |= {"formulation": "reduced"}
@@ -38,11 +38,11 @@ def run(*arguments: str) -> int:
         return int(end.code or 0)
 
 
-def test_frames_are_the_arm(found: Plan) -> None:
-    frames = frames_of(found.motion, 31)
-    arm = found.problem.arm
+def test_frames_are_the_arm(solution: Plan) -> None:
+    frames = frames_of(solution.motion, 31)
+    arm = solution.problem.robot
     assert frames.joints.shape == (31, arm.links + 1, 2)
-    assert frames.times[0] == 0.0 and frames.duration == found.trajectory.duration
+    assert frames.times[0] == 0.0 and frames.duration == solution.trajectory.duration
     lengths = np.linalg.norm(np.diff(frames.joints, axis=1), axis=2)
     np.testing.assert_allclose(lengths, np.broadcast_to(arm.link_lengths, lengths.shape), atol=1e-12)
     first, last = frames.task_points[[0, -1]]
@@ -53,8 +53,8 @@ def test_frames_are_the_arm(found: Plan) -> None:
     assert (frames.joints[:, :, 1] > bottom).all() and (frames.joints[:, :, 1] < top).all()
 
 
-def test_the_player_runs_in_a_browser_and_fetches_nothing(found: Plan, tmp_path: Path) -> None:
-    text = page("a <b>&</b> b", frames_of(found.motion))
+def test_the_player_runs_in_a_browser_and_fetches_nothing(solution: Plan, tmp_path: Path) -> None:
+    text = page("a <b>&</b> b", frames_of(solution.motion))
     assert fetched(text) == []
     path = tmp_path / "page.html"
     path.write_text(text)
@@ -66,13 +66,13 @@ def test_the_player_runs_in_a_browser_and_fetches_nothing(found: Plan, tmp_path:
 
 def test_films(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(writing, "FILM", 11)
+    monkeypatch.setattr(writing, "FILM_FRAMES", 11)
     for name in ("way.gif", "below/way.mp4", "way.html"):
         assert run("time-2", *QUICK, "--animate", name) == 0
     with Image.open("way.gif") as film:
-        shown = [np.asarray(frame.convert("RGB"), dtype=np.int64) for frame in ImageSequence.Iterator(film)]
-    assert len(shown) >= 11
-    assert np.abs(shown[0] - shown[8]).max() > 100  # it moves
+        images = [np.asarray(frame.convert("RGB"), dtype=np.int64) for frame in ImageSequence.Iterator(film)]
+    assert len(images) >= 11
+    assert np.abs(images[0] - images[8]).max() > 100  # it moves
     ffmpeg = writing.ffmpeg()
     assert ffmpeg is not None
     command = [ffmpeg, "-i", "below/way.mp4", "-f", "null", "-"]
@@ -100,9 +100,9 @@ def test_bad_input(
     monkeypatch.chdir(tmp_path)
     Path("file").touch()
     assert run("time-2", *QUICK, *arguments) == 2
-    said = capsys.readouterr().err
-    assert said.startswith("error: ") and said.count("\n") == 1
-    assert expected in said
+    error = capsys.readouterr().err
+    assert error.startswith("error: ") and error.count("\n") == 1
+    assert expected in error
     assert [path.name for path in Path().iterdir()] == ["file"]
 
 
@@ -117,19 +117,19 @@ def test_an_mp4_without_ffmpeg(
 
 
 @pytest.mark.parametrize("rate", [37.0, 100.0])
-def test_every_export_holds_the_same_motion(found: Plan, tmp_path: Path, rate: float) -> None:
-    message_path, table_path, arrays_path = (export_motion(tmp_path, found.motion, kind, rate) for kind in EXPORTS)
+def test_every_export_holds_the_same_motion(solution: Plan, tmp_path: Path, rate: float) -> None:
+    message_path, table_path, arrays_path = (export_motion(tmp_path, solution.motion, kind, rate) for kind in EXPORTS)
     message = json.loads(message_path.read_text())
     arrays = np.load(arrays_path)
     with table_path.open(newline="") as file:
         header, *rows = csv.reader(file)
     table = np.array(rows, dtype=np.float64)
-    links = found.problem.arm.links
+    links = solution.problem.robot.dof
     times = arrays["t"]
     assert header[0] == "t" and header[-2:] == ["x", "y"]
     np.testing.assert_allclose(np.diff(times)[:-1], 1.0 / rate, rtol=1e-9)
     assert 0.0 < np.diff(times)[-1] <= 1.0 / rate * (1.0 + 1e-9)
-    assert times[0] == 0.0 and times[-1] == found.trajectory.duration
+    assert times[0] == 0.0 and times[-1] == solution.trajectory.duration
     parts = [times[:, None], arrays["q"], arrays["qd"], arrays["qdd"], arrays["tip"]]
     np.testing.assert_array_equal(table, np.hstack(parts))
     assert message["joint_names"] == [f"joint_{joint + 1}" for joint in range(links)]
@@ -139,10 +139,10 @@ def test_every_export_holds_the_same_motion(found: Plan, tmp_path: Path, rate: f
     np.testing.assert_allclose([s["sec"] + s["nanosec"] * 1e-9 for s in stamps], times, atol=1e-9)
     assert all(0 <= s["nanosec"] < 1_000_000_000 for s in stamps)
     assert set(message) == {"header", "joint_names", "points"}
-    np.testing.assert_array_equal(arrays["coefficients"], found.trajectory.coefficients)
+    np.testing.assert_array_equal(arrays["coefficients"], solution.trajectory.coefficients)
 
 
-def test_stamps_increase_in_a_ros_message(found: Plan) -> None:
+def test_stamps_increase_in_a_ros_message(solution: Plan) -> None:
     times = np.array([0.0, 0.9999999999, 1.0000000006])
-    stamps = [point["time_from_start"] for point in ros_message(found.motion, times)["points"]]
+    stamps = [point["time_from_start"] for point in ros_message(solution.motion, times)["points"]]
     assert stamps == [{"sec": 0, "nanosec": 0}, {"sec": 1, "nanosec": 0}, {"sec": 1, "nanosec": 1}]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,7 @@ from tpbso_casadi.campaign import (
     run_campaign,
 )
 from tpbso_casadi.campaign.grid import parse_solver
-from tpbso_casadi.campaign.statistics import compared, holm, levelled, summarise
+from tpbso_casadi.campaign.statistics import compare_summaries, holm, summarise, with_ties
 from tpbso_casadi.scenario.section import ScenarioError
 
 LIMIT = {"evaluations": 100}
@@ -44,25 +45,23 @@ def threads(workers: int = 2) -> ExecutorFactory:
 
 def test_any_executor_gives_the_same_records(tmp_path: Path) -> None:
     runs = runs_of("bso,pso+polish")
-    found = []
-    for name, crew in (("threads", threads()), ("one", processes(1)), ("two", processes(2))):
+    tables = []
+    for name, executors in (("threads", threads()), ("one", processes(1)), ("two", processes(2))):
         with Store(tmp_path / name) as store:
-            run_campaign(runs, store, crew)
+            run_campaign(runs, store, executors)
             results = [store.result(run) for run in runs]
-        for result in results:
-            del result["seconds"], result["polish" if "polish" in result else "seed"]
-        found.append(results)
-    assert found[0] == found[1] == found[2]
+        tables.append([result.model_dump(exclude={"seconds": True, "polish": {"seconds"}}) for result in results])
+    assert tables[0] == tables[1] == tables[2]
 
 
 def test_what_is_done_is_not_done_again(tmp_path: Path) -> None:
     runs = runs_of("bso")
-    seen: list[Outcome] = []
+    outcomes: list[Outcome] = []
     with Store(tmp_path / "store") as store:
-        run_campaign(runs[:3], store, threads(), progress=seen.append)
-        run_campaign(runs, store, threads(), progress=seen.append)
-        run_campaign([*runs, *runs], store, threads(), progress=seen.append)
-        assert len(seen) == len(runs) == len(store.records(runs))
+        run_campaign(runs[:3], store, threads(), progress=outcomes.append)
+        run_campaign(runs, store, threads(), progress=outcomes.append)
+        run_campaign([*runs, *runs], store, threads(), progress=outcomes.append)
+        assert len(outcomes) == len(runs) == len(store.records(runs))
 
 
 def test_a_run_that_raises_is_kept_as_failed_and_the_rest_goes_on(tmp_path: Path) -> None:
@@ -74,11 +73,11 @@ def test_a_run_that_raises_is_kept_as_failed_and_the_rest_goes_on(tmp_path: Path
         assert len(records) == len(runs)
         assert 0 < len(failed) < 8
         assert {record.error for record in failed} == {"ArithmeticError: this one fails"}
-        seen: list[Outcome] = []
-        run_campaign(runs, store, threads(), progress=seen.append)
-        assert not seen
-        run_campaign(runs, store, threads(), retry_failed=True, progress=seen.append)
-        assert len(seen) == len(failed)
+        outcomes: list[Outcome] = []
+        run_campaign(runs, store, threads(), progress=outcomes.append)
+        assert not outcomes
+        run_campaign(runs, store, threads(), retry_failed=True, progress=outcomes.append)
+        assert len(outcomes) == len(failed)
 
 
 def test_a_run_that_kills_its_worker_is_found_and_the_rest_goes_on(tmp_path: Path) -> None:
@@ -125,7 +124,7 @@ def test_an_executor_that_is_gone_is_said_in_one_line(kind: type[ThreadPoolExecu
 
     with (
         Store(tmp_path / "store") as store,
-        pytest.raises(LostExecutor, match="the workers are gone; what was done is kept"),
+        pytest.raises(LostExecutor, match="the workers are gone; completed runs are stored"),
     ):
         run_campaign(runs_of("bso"), store, ExecutorFactory(gone, gone, 2))
 
@@ -134,11 +133,11 @@ def test_ctrl_c_keeps_what_was_begun(tmp_path: Path) -> None:
     runs = runs_of("bso", range(1, 20))
 
     def interrupt(_: Outcome) -> None:
-        if not seen:
-            seen.append(1)
+        if not interrupted:
+            interrupted.append(1)
             raise KeyboardInterrupt
 
-    seen: list[int] = []
+    interrupted: list[int] = []
     with Store(tmp_path / "store") as store:
         with pytest.raises(KeyboardInterrupt):
             run_campaign(runs, store, threads(), progress=interrupt)
@@ -191,10 +190,26 @@ def test_a_scenarios_own_solver_table_counts_for_its_solver_alone() -> None:
     assert (own.population, own.settings, own.evaluations, own.seed) == (12, {"c1": 1.0}, 77, 5)
     assert (other.population, other.settings, other.evaluations) == (None, {}, 77)
     assert (descent.population, descent.settings) == (None, {})
+    every = {"population": 9, "iterations": 4}
+    swarm, descent = (replace(parse_solver(name), table=every).applied(scenario, 5).solver for name in ("bso", "ipopt"))
+    assert (swarm.population, swarm.iterations, descent.population, descent.iterations) == (9, 4, None, 4)
 
 
 def record(solver: str, objective: float | None, error: str = "") -> Record:
-    return Record("case", solver, 1, 0.1, error, objective is not None, objective, "s", objective, 10, 2, "evaluations")
+    return Record(
+        case="case",
+        solver=solver,
+        seed=1,
+        seconds=0.1,
+        error=error,
+        feasible=objective is not None,
+        objective=objective,
+        unit="s",
+        cost=objective,
+        evaluations=10,
+        iterations=2,
+        stop_reason="evaluations",
+    )
 
 
 def test_summaries_by_hand() -> None:
@@ -203,24 +218,24 @@ def test_summaries_by_hand() -> None:
     assert (a.solver, a.mean, a.std, a.best, a.infeasible, a.failed) == ("a", 2.0, np.sqrt(2.0), 1.0, 1, 1)
     assert a.median == 3.0
     assert np.isnan(b.std)
-    assert b.standing < a.standing  # one infeasible run weighs more than any mean
+    assert b.rank_key < a.rank_key  # one infeasible run weighs more than any mean
     [nothing] = summarise([record("c", None)])
     assert np.isnan(nothing.mean) and nothing.median == np.inf
 
 
 def test_comparisons_by_hand() -> None:
     a, b = summarise([*(record("a", value) for value in (1, 2, 3)), *(record("b", value) for value in (2, 5, None))])
-    pair = compared(a, b)
+    pair = compare_summaries(a, b)
     assert pair.probability == (3 + 2.5 + 2) / 9.0  # of the nine pairs
-    assert pair.lower and pair.p > 0.05 and pair.verdict(pair.p) == "equal"
-    assert compared(b, a).probability == pytest.approx(1.0 - pair.probability)
-    assert pair.verdict(0.01) == "better" and compared(b, a).verdict(0.01) == "worse"
+    assert pair.ahead and pair.p > 0.05 and pair.relation(pair.p) == "equal"
+    assert compare_summaries(b, a).probability == pytest.approx(1.0 - pair.probability)
+    assert pair.relation(0.01) == "better" and compare_summaries(b, a).relation(0.01) == "worse"
     same = summarise([record("a", 1.0), record("a", 1.00001), record("b", 1.00005), record("b", 1.0)])
-    assert compared(*same).p == 1.0
+    assert compare_summaries(*same).p == 1.0
 
 
 def test_objectives_near_the_best_count_as_equal() -> None:
-    a, b = levelled(np.array([1.0, 1.00009, 1.2]), np.array([1.00005, np.inf]))
+    a, b = with_ties(np.array([1.0, 1.00009, 1.2]), np.array([1.00005, np.inf]))
     assert a.tolist() == [1.0, 1.0, 1.2] and b.tolist() == [1.0, np.inf]
 
 

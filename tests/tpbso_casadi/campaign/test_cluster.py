@@ -85,13 +85,13 @@ def test_a_scheduler_that_goes_away_is_one_line_and_what_is_done_is_kept(cluster
     while not (store.exists() and store.stat().st_size > 100_000) and time.monotonic() < deadline:
         time.sleep(0.1)
     os.kill(int(cluster[1]), signal.SIGKILL)
-    _, said = process.communicate(timeout=90)
+    _, error = process.communicate(timeout=90)
     assert process.returncode == 2
-    assert said == "error: the workers are gone; what was done is kept\n"
+    assert error == "error: the workers are gone; completed runs are stored\n"
 
 
 def test_nobody_answers(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.executors.PATIENCE", 1.0)
+    monkeypatch.setattr("tpbso_casadi.campaign.executors.CONNECT_TIMEOUT", 1.0)
     assert main([*CAMPAIGN, "--dask", "tcp://127.0.0.1:1", "--out", str(tmp_path)]) == 2
     assert capsys.readouterr().err == "error: --dask tcp://127.0.0.1:1: no scheduler answers there (OSError)\n"
 

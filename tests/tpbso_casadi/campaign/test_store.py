@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sqlite3
 from pathlib import Path
 
@@ -41,9 +40,9 @@ def test_what_is_added_is_there_again(path: Path) -> None:
         with pytest.raises(KeyError):
             store.result(failed)
     assert (first.case, first.solver, first.seed, first.error) == ("time-2", "bso", 1, "")
-    assert first.objective == result["objective"]["value"]
-    assert (first.evaluations, first.cost, first.feasible) == (200, result["cost"], result["feasible"])
-    assert outcome.result is not None and result == json.loads(outcome.result)
+    assert first.objective == result.objective.value
+    assert (first.evaluations, first.cost, first.feasible) == (200, result.cost, result.feasible)
+    assert outcome.result is not None and result.to_json(indent=None) == outcome.result
     assert (second.seed, second.error, second.objective) == (2, "ValueError: no", None)
 
 
@@ -79,7 +78,7 @@ def test_labels_and_spelled_out_defaults_are_the_same_run() -> None:
     assert run(settings={"lambda_": 0.95}).key == run().key
 
 
-def complaint(path: Path) -> str:
+def error_of(path: Path) -> str:
     with pytest.raises(StoreError) as caught:
         Store(path)
     assert "\n" not in str(caught.value)
@@ -88,15 +87,15 @@ def complaint(path: Path) -> str:
 
 def test_what_is_not_ours_is_refused_and_left_alone(path: Path, tmp_path: Path) -> None:
     path.write_text("hello " * 500)
-    assert complaint(path) == f"{path}: not a database"
+    assert error_of(path) == f"{path}: not a database"
     assert path.read_text() == "hello " * 500
     other = tmp_path / "other.sqlite"
     with sqlite3.connect(other) as connection:
         connection.execute("CREATE TABLE x (a)")
     before = other.read_bytes()
-    assert complaint(other) == f"{other}: a database, but not of a campaign"
+    assert error_of(other) == f"{other}: a database, but not of a campaign"
     assert other.read_bytes() == before
-    assert "unable to open" in complaint(tmp_path / "nowhere" / "runs.sqlite")
+    assert "unable to open" in error_of(tmp_path / "nowhere" / "runs.sqlite")
 
 
 def test_other_versions_and_formats_are_refused(path: Path) -> None:
@@ -104,22 +103,22 @@ def test_other_versions_and_formats_are_refused(path: Path) -> None:
         pass
     with sqlite3.connect(path) as connection:
         connection.execute("UPDATE versions SET version = '3.0' WHERE name = 'casadi'")
-    assert "where 3.0 is needed, as its runs were made with that" in complaint(path)
+    assert "where 3.0 is needed, as its runs were made with that" in error_of(path)
     with sqlite3.connect(path) as connection:
         connection.execute("PRAGMA user_version = 99")
-    assert "of format 99 where this version writes 1" in complaint(path)
+    assert "of format 99 where this version writes 1" in error_of(path)
 
 
 def test_one_at_a_time(path: Path) -> None:
     with Store(path):
-        assert complaint(path) == f"{path}: in use by another campaign"
+        assert error_of(path) == f"{path}: in use by another campaign"
     with Store(path):
         pass
 
 
 def test_an_interrupted_creation_leaves_nothing_half_made(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tpbso_casadi.campaign.store.versions", lambda: {"a": None})
-    assert "NOT NULL" in complaint(path)
+    assert "NOT NULL" in error_of(path)
     monkeypatch.undo()
     with Store(path) as store:
         assert store.done() == set()

@@ -123,8 +123,8 @@ def test_quiet_says_nothing(capfd: pytest.CaptureFixture[str]) -> None:
 
 def test_lists_and_overview(capfd: pytest.CaptureFixture[str]) -> None:
     assert run("--list") == 0
-    shown = capfd.readouterr().out
-    assert all(name in shown for name in TITLES)
+    output = capfd.readouterr().out
+    assert all(name in output for name in TITLES)
     overview = subprocess.run([sys.executable, "-m", "tpbso_casadi"], capture_output=True, text=True, check=True)
     assert "tpbso_casadi.solve" in overview.stdout
 
@@ -187,10 +187,10 @@ def test_an_accuracy_that_nothing_met_is_said_and_written(capfd: pytest.CaptureF
         '[task]\nkind = "path"\naccuracy = 1e-6\npoints = "way.csv"\ncount = 40\n'
     )
     assert run("way.toml", "--evaluations", "500", "--no-plots", "--quiet", "--out", "out") == 1
-    shown = capfd.readouterr().err
-    assert shown.count("\n") == 1
-    assert "accuracy is" in shown
-    assert "1e-06 is the limit" in shown
+    output = capfd.readouterr().err
+    assert output.count("\n") == 1
+    assert "accuracy is" in output
+    assert "1e-06 is the limit" in output
     result = json.loads(Path("out/result.json").read_text())
     assert result["feasible"] is False
     assert not next(c for c in result["constraints"] if c["name"] == "accuracy")["satisfied"]
@@ -226,12 +226,12 @@ def refused(capfd: pytest.CaptureFixture[str], *arguments: str) -> str:
     """The one line with which a command is refused; nothing is left behind."""
     before = sorted(Path().rglob("*"))
     assert run(*arguments) == 2
-    shown = capfd.readouterr()
-    assert shown.out == ""
-    assert shown.err.startswith("error: ")
-    assert shown.err.count("\n") == 1
+    output = capfd.readouterr()
+    assert output.out == ""
+    assert output.err.startswith("error: ")
+    assert output.err.count("\n") == 1
     assert sorted(Path().rglob("*")) == before
-    return shown.err
+    return output.err
 
 
 @pytest.mark.parametrize("parts", FILES.values(), ids=FILES)

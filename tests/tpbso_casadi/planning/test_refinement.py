@@ -6,7 +6,6 @@ import json
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
@@ -19,18 +18,21 @@ import numpy as np
 import pytest
 from oracles.csv_checker import check_run
 
-from problems.limits.motion_limits import link_clearances, reachable_pairs
+from problems import Problem
+from problems.limits.clearance import reachable_pairs
 from solvers import IPOPT, Budget, DescentResult, StopReason
 from tpbso_casadi import Scenario, builtin, parse_scenario, plan
 from tpbso_casadi.cli.solve import main
-from tpbso_casadi.planning.motion import found_motion
+from tpbso_casadi.planning.motion import motion_of
 from tpbso_casadi.planning.plan import Plan
 from tpbso_casadi.planning.refinement import Polish, Refinement, distinct
 from tpbso_casadi.scenario.builtin import TITLES
 from tpbso_casadi.scenario.section import ScenarioError
 
 
-def asked(case: str, edit: Callable[[dict[str, Any]], object] = lambda content: None, **solver: object) -> Scenario:
+def scenario_with(
+    case: str, edit: Callable[[dict[str, Any]], object] = lambda content: None, **solver: object
+) -> Scenario:
     content = builtin(case).model_dump()
     content["solver"] |= solver
     edit(content)
@@ -43,13 +45,13 @@ def free(content: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("case", TITLES)
 def test_a_polish_is_feasible_and_never_worse(case: str) -> None:
-    found = plan(asked(case, evaluations=8000, polish_starts=1))
-    polish = found.polish
+    solution = plan(scenario_with(case, evaluations=8000, polish_starts=1))
+    polish = solution.polish
     assert polish is not None
-    assert found.feasible
-    assert found.objective <= polish.before.objective or not polish.before.feasible
-    assert found.motion is (polish.after if polish.accepted else polish.before)
-    assert found.trajectory.minimum_time_scale(found.problem.arm) <= 1.0
+    assert solution.feasible
+    assert solution.objective <= polish.before.objective or not polish.before.feasible
+    assert solution.motion is (polish.after if polish.accepted else polish.before)
+    assert solution.problem.exact_time_scale(solution.trajectory) <= 1.0
     if polish.search.stop_reason is StopReason.CONVERGED:
         assert max(polish.search.solution.residuals.values()) < 1e-3
 
@@ -65,24 +67,30 @@ def test_a_polish_is_feasible_and_never_worse(case: str) -> None:
 )
 def test_check_values_of_two_links_for_all_t(case: str, elbow: str, best: float) -> None:
     """At 50 samples a segment the least time is 0.7015 s; that it keeps its limits for all t takes it to 0.7016 s."""
-    found = plan(asked(case, lambda content: content["task"].update(elbow=elbow), name="ipopt", iterations=12))
-    assert found.objective == pytest.approx(best, abs=6e-5)
+    solution = plan(
+        scenario_with(case, lambda content: content["task"].update(elbow=elbow), name="ipopt", iterations=12)
+    )
+    assert solution.objective == pytest.approx(best, abs=6e-5)
     if case == "time-2" and elbow == "up":
-        assert isinstance(found.search, DescentResult)
-        assert found.search.solution.objective == pytest.approx(0.7015, abs=5e-5)
+        assert isinstance(solution.search, DescentResult)
+        assert solution.search.solution.objective == pytest.approx(0.7015, abs=5e-5)
 
 
 def test_twelve_starts_of_three_links() -> None:
-    found = plan(asked("time-3", free, polish_starts=12))
-    assert found.polish is not None
-    assert found.polish.search.iterations <= 12
-    assert found.objective < 0.45
+    solution = plan(scenario_with("time-3", free, polish_starts=12))
+    assert solution.polish is not None
+    assert solution.polish.search.iterations <= 12
+    assert solution.objective < 0.45
+
+
+def reduced(case: str) -> Problem[Any]:
+    return scenario_with(case, lambda content: content["model"].update(formulation="reduced")).problem()
 
 
 def polish_between(before: float, after: float, after_feasible: bool) -> Polish:
     """A polish of motions that take so many times the time of one that keeps its limits."""
-    problem = replace(builtin("time-2").problem(), formulation="reduced")
-    motion = found_motion(problem, np.zeros(5) + 0.5)
+    problem = reduced("time-2")
+    motion = motion_of(problem, np.zeros(5) + 0.5)
     slow, fast = (replace(motion, trajectory=motion.trajectory.time_scaled(factor)) for factor in (before, after))
     assert fast.feasible is after_feasible
     refinement = Refinement(problem, IPOPT())
@@ -110,7 +118,7 @@ def test_what_is_worse_or_breaks_a_limit_is_discarded(
 
 
 def test_starts_lie_apart_in_joint_space() -> None:
-    problem = replace(builtin("time-3").problem(), formulation="reduced")
+    problem = reduced("time-3")
     rng = np.random.default_rng(0)
     first, second = rng.uniform(*problem.bounds, (2, problem.bounds[0].size))
     chosen = distinct(problem, [first, first + 1e-3, second, first - 1e-3], 3)
@@ -126,11 +134,11 @@ OBSTACLES = {
 }
 
 
-def clear_at_100_000_times(found: Plan) -> bool:
-    arm, obstacles = found.problem.arm, found.problem.obstacles
-    theta = found.trajectory.samples(np.linspace(0.0, found.trajectory.duration, 100_000)).theta
-    clearance = link_clearances(reachable_pairs(arm, obstacles), *arm.joint_positions(theta))
-    proven = next(verdict for verdict in found.verdicts if verdict.name == "clearance").worst
+def clear_at_100_000_times(solution: Plan) -> bool:
+    robot, times = solution.problem.robot, np.linspace(0.0, solution.trajectory.duration, 100_000)
+    positions = robot.positions(ca.DM(solution.trajectory.at(times)))
+    clearance = ca.horzcat(*(pair.clearance(positions) for pair in reachable_pairs(robot, solution.problem.obstacles)))
+    proven = next(verdict for verdict in solution.verdicts if verdict.name == "clearance").worst
     return float(ca.mmin(clearance)) >= proven >= 1e-4
 
 
@@ -142,10 +150,10 @@ def test_plans_around_obstacles_are_clear_for_all_t(links: int, obstacles: str) 
         content["obstacles"] = [{"center": center, "semi_axes": axes} for center, axes in OBSTACLES[obstacles]]
         content["model"]["formulation"] = "reduced"
 
-    found = plan(asked("obstacle-3", stated, evaluations=8000, polish_starts=1))
-    assert found.polish is not None
-    assert found.feasible
-    assert clear_at_100_000_times(found)
+    solution = plan(scenario_with("obstacle-3", stated, evaluations=8000, polish_starts=1))
+    assert solution.polish is not None
+    assert solution.feasible
+    assert clear_at_100_000_times(solution)
 
 
 def run(*arguments: str) -> int:
@@ -160,9 +168,9 @@ def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("in_an_empty_folder")
 def test_the_polish_stands_in_the_table_and_in_the_result(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("time-3", "--polish", "--evaluations", "5000", "--out", "out") == 0
-    shown = capsys.readouterr().out
-    assert "polish: kept" in shown
-    assert "before" in shown
+    output = capsys.readouterr().out
+    assert "polish: kept" in output
+    assert "before" in output
     polish = check_run(Path("out"))["polish"]
     assert polish["after"]["objective"] < polish["before"]["objective"]
     assert polish["accepted"] is True
@@ -183,18 +191,38 @@ def test_ipopt_alone(case: str) -> None:
     assert Path("out/trajectory.csv").read_text() == Path("again/trajectory.csv").read_text()
 
 
+ANNOUNCED = """
+import sys
+from tpbso_casadi.cli.solve import main
+from tpbso_casadi.planning.refinement import Refinement
+
+descend = Refinement.__call__
+
+def announced(self, start):
+    print("descending", flush=True)
+    return descend(self, start)
+
+Refinement.__call__ = announced
+sys.exit(main(sys.argv[1:]))
+"""  # the command line, which says when IPOPT begins
+
+
 @pytest.mark.usefixtures("in_an_empty_folder")
 @pytest.mark.parametrize(
     ("how", "reason"),
-    [(["--solver", "ipopt", "--time-limit", "200"], "interrupted"), (["--polish-starts", "64"], "evaluations")],
+    [
+        (["--solver", "ipopt", "--time-limit", "200"], "interrupted"),
+        (["--polish-starts", "64", "--evaluations", "3000"], "evaluations"),
+    ],
     ids=["alone", "polishing"],
 )
 def test_interruption_of_ipopt_keeps_the_best(how: list[str], reason: str) -> None:
-    command = [sys.executable, "-m", "tpbso_casadi.solve", "obstacle-5", *how]
-    with subprocess.Popen([*command, "--out", "out", "--no-plots"], stderr=subprocess.PIPE, text=True) as process:
-        time.sleep(9.0)  # until it descends, on a busy machine too
+    command = [sys.executable, "-c", ANNOUNCED, "obstacle-5", *how, "--out", "out", "--no-plots", "--quiet"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "descending\n"
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60.0)
+        _, errors = process.communicate(timeout=120.0)
     assert process.returncode == 130
     assert "Traceback" not in errors
     assert json.loads(Path("out/result.json").read_text())["stop_reason"] == reason
@@ -202,18 +230,18 @@ def test_interruption_of_ipopt_keeps_the_best(how: list[str], reason: str) -> No
 
 def test_the_best_within_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = SimpleNamespace(perf_counter=count(1000.0, 1.0).__next__)  # a second every time somebody looks
-    monkeypatch.setattr("tpbso_casadi.planning.plan.time", clock)
-    found = plan(asked("time-3", name="abso", evaluations=2000, within=60.0))
-    once = plan(asked("time-3", name="abso", evaluations=2000, polish_starts=3))
-    assert 10 < found.rounds < 30
-    assert found.feasible
-    assert found.objective <= once.objective
-    assert found.search.evaluations == 2000
+    monkeypatch.setattr("tpbso_casadi.planning.within.time", clock)
+    solution = plan(scenario_with("time-3", name="abso", evaluations=2000, within=60.0))
+    once = plan(scenario_with("time-3", name="abso", evaluations=2000, polish_starts=3))
+    assert 10 < solution.rounds < 30
+    assert solution.feasible
+    assert solution.objective <= once.objective
+    assert solution.search.evaluations == 2000
 
 
 def test_no_time_at_all_still_gives_a_plan() -> None:
-    found = plan(asked("time-2", evaluations=500, within=1e-6))
-    assert (found.rounds, found.polish) == (1, None)
+    solution = plan(scenario_with("time-2", evaluations=500, within=1e-6))
+    assert (solution.rounds, solution.polish) == (1, None)
 
 
 @pytest.mark.parametrize(
@@ -222,4 +250,4 @@ def test_no_time_at_all_still_gives_a_plan() -> None:
 )
 def test_what_does_not_go_with_within(solver: dict[str, Any], reason: str) -> None:
     with pytest.raises(ScenarioError, match=reason):
-        asked("time-2", within=1.0, **solver).solver.build()
+        scenario_with("time-2", within=1.0, **solver).solver.build()

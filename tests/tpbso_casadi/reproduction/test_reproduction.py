@@ -16,28 +16,29 @@ from hypothesis import strategies as st
 from tpbso_casadi.campaign import Record
 from tpbso_casadi.cli import reproduce
 from tpbso_casadi.reproduction import experiment, scaling
-from tpbso_casadi.reproduction.antenna_sign import signs
-from tpbso_casadi.reproduction.claims import CLAIMS, Finding, Verdict, least_p
-from tpbso_casadi.reproduction.evidence import Evidence, settled_after
+from tpbso_casadi.reproduction.antenna_sign import compare_signs
+from tpbso_casadi.reproduction.claims import CLAIMS
+from tpbso_casadi.reproduction.evidence import Evidence, convergence_iteration
 from tpbso_casadi.reproduction.experiment import (
     BASES,
     EVALUATIONS,
     FULL,
     ITERATIONS,
-    LOW,
-    LOW_PRINTED,
-    PRINTED,
+    LOW_LAMBDA,
+    LOW_LAMBDA_PRINTED_SIGN,
+    PRINTED_SIGN,
     Size,
     label,
 )
 from tpbso_casadi.reproduction.paper import FIGURES, PATHS, SPACE_ORDERS, TABLE_1, TIME_ORDERS
+from tpbso_casadi.reproduction.rules import ClaimOutcome, Finding, smallest_p
 from tpbso_casadi.scenario.builtin import TITLES
 
 RUNS = 20
 PACE = {basis: {"bso": 1.0, "pso": 1.2, "ga": 1.5} for basis in BASES}
 
 
-def grown(orders: dict[str, Any], above: float = 0.0) -> dict[str, Any]:
+def scaling_of(orders: dict[str, Any], above: float = 0.0) -> dict[str, Any]:
     return {
         experiment: {
             symbol: {
@@ -51,95 +52,107 @@ def grown(orders: dict[str, Any], above: float = 0.0) -> dict[str, Any]:
 
 
 def evidence(
-    factors: dict[str, float] | None = None, lost: dict[str, int] | None = None, spread: float = 0.01, runs: int = RUNS
+    factors: dict[str, float] | None = None,
+    infeasible: dict[str, int] | None = None,
+    spread: float = 0.01,
+    runs: int = RUNS,
 ) -> Evidence:
     """Made up: each solver's objectives lie around its factor; some of its runs have no plan."""
     rng = np.random.default_rng(1)
-    factor = {"bso": 1.0, "pso": 1.2, "ga": 1.4, PRINTED: 1.0, LOW: 1.1, LOW_PRINTED: 1.3} | (factors or {})
+    factor = {"bso": 1.0, "pso": 1.2, "ga": 1.4, PRINTED_SIGN: 1.0, LOW_LAMBDA: 1.1, LOW_LAMBDA_PRINTED_SIGN: 1.3} | (
+        factors or {}
+    )
     records = []
     for case in TITLES:
         for basis in BASES:
             for solver, middle in factor.items():
                 width = spread * (1.0 if solver.startswith("bso") else 3.0)
                 for seed in range(1, runs + 1):
-                    feasible = seed > (lost or {}).get(solver, 0)
+                    feasible = seed > (infeasible or {}).get(solver, 0)
                     value = middle + width * float(rng.random())
-                    arm = label(solver, basis)
-                    records.append(Record(case, arm, seed, 0.1, "", feasible, value, "s", value, 10, 1, "evaluations"))
-    settled = {(case, basis): [(10 if case == "rotation-2" else 50, 200)] * runs for case in TITLES for basis in BASES}
+                    name = label(solver, basis)
+                    made_up = {"case": case, "solver": name, "seed": seed, "feasible": feasible, "objective": value}
+                    records.append(Record(**made_up, seconds=0.1, error="", unit="s", evaluations=10))
+    convergence = {
+        (case, basis): [(10 if case == "rotation-2" else 50, 200)] * runs for case in TITLES for basis in BASES
+    }
     accuracy = {(case, basis): 0.05 for case in PATHS for basis in BASES}
-    measured = {"time": grown(TIME_ORDERS), "space": grown(SPACE_ORDERS), "pace": PACE}
-    return Evidence([], records, settled, accuracy, measured)
+    measured = {"time": scaling_of(TIME_ORDERS), "space": scaling_of(SPACE_ORDERS), "pace": PACE}
+    return Evidence([], records, convergence, accuracy, measured)
 
 
-def found(says: str, seen: Evidence, basis: str = ITERATIONS) -> Finding:
-    [claim] = [claim for claim in CLAIMS if says in claim.says]
-    findings = claim.findings(seen)
+def finding_of(statement: str, sample: Evidence, basis: str = ITERATIONS) -> Finding:
+    [claim] = [claim for claim in CLAIMS if statement in claim.statement]
+    findings = claim.findings(sample)
     return findings[basis] if basis in findings else findings[""]
 
 
-def verdicts(seen: Evidence) -> dict[str, Verdict]:
-    return {claim.says: claim.findings(seen).get(ITERATIONS, claim.findings(seen).get("")).verdict for claim in CLAIMS}  # type: ignore[union-attr]
+def outcomes(sample: Evidence) -> dict[str, ClaimOutcome]:
+    return {
+        claim.statement: claim.findings(sample).get(ITERATIONS, claim.findings(sample).get("")).outcome
+        for claim in CLAIMS
+    }  # type: ignore[union-attr]
 
 
 def test_a_world_in_which_the_paper_is_right() -> None:
-    seen = evidence({"ga": 1.04, "pso": 1.04}, spread=0.001)
-    right = [says for says, verdict in verdicts(seen).items() if verdict is Verdict.REPRODUCED]
-    others = {says: verdict for says, verdict in verdicts(seen).items() if says not in right}
-    assert set(others.values()) == {Verdict.NOT_TESTABLE, Verdict.NOT_REPRODUCED}
-    assert [says for says in others if others[says] is Verdict.NOT_REPRODUCED] == [
+    sample = evidence({"ga": 1.04, "pso": 1.04}, spread=0.001)
+    right = [says for says, outcome in outcomes(sample).items() if outcome is ClaimOutcome.REPRODUCED]
+    others = {says: outcome for says, outcome in outcomes(sample).items() if says not in right}
+    assert set(others.values()) == {ClaimOutcome.NOT_TESTABLE, ClaimOutcome.NOT_REPRODUCED}
+    assert [says for says in others if others[says] is ClaimOutcome.NOT_REPRODUCED] == [
         "PSO is close to TPBSO in execution time but poor in joint rotation.",
         "GA is just the opposite: close in joint rotation, poor in execution time.",
     ]  # of which one cannot hold while all cases are alike
 
 
 def test_a_world_in_which_it_is_wrong() -> None:
-    seen = evidence({"ga": 0.8, "pso": 0.7}, lost={"bso": 1}, spread=0.02)
-    seen.growth["time"] = grown(TIME_ORDERS, above=0.3)
-    seen.growth["pace"] = {basis: {"bso": 1.0, "pso": 0.9, "ga": 2.0} for basis in BASES}
-    assert [says for says, verdict in verdicts(seen).items() if verdict is Verdict.REPRODUCED] == [
-        claim.says for claim in CLAIMS if re.search("variance|avoids|iterations|Memory", claim.says)
+    sample = evidence({"ga": 0.8, "pso": 0.7}, infeasible={"bso": 1}, spread=0.02)
+    sample.scaling["time"] = scaling_of(TIME_ORDERS, above=0.3)
+    sample.scaling["pace"] = {basis: {"bso": 1.0, "pso": 0.9, "ga": 2.0} for basis in BASES}
+    assert [says for says, outcome in outcomes(sample).items() if outcome is ClaimOutcome.REPRODUCED] == [
+        claim.statement for claim in CLAIMS if re.search("variance|avoids|iterations|Memory", claim.statement)
     ]
-    assert "behind by more than chance in 8" in found("best execution time", seen).evidence
-    assert "0 of 30" in found("Time grows", seen).evidence
-    assert "57 of 60 runs certified" in found("avoids", seen).evidence
+    assert "worse in 8" in finding_of("best execution time", sample).evidence
+    assert "0 of 30" in finding_of("Time grows", sample).evidence
+    assert "57 of 60 runs certified" in finding_of("avoids", sample).evidence
 
 
 def test_being_ahead_by_chance_is_not_enough() -> None:
-    seen = evidence({"pso": 1.0001, "ga": 1.0001}, spread=0.05)
-    best = found("best execution time", seen)
-    assert best.verdict is Verdict.NOT_REPRODUCED or "by more than chance in 8" in best.evidence
+    sample = evidence({"pso": 1.0001, "ga": 1.0001}, spread=0.05)
+    best = finding_of("best execution time", sample)
+    assert best.outcome is ClaimOutcome.NOT_REPRODUCED or "significantly better in 8" in best.evidence
 
 
 def test_few_runs_decide_nothing() -> None:
-    best = found("best execution time", evidence(runs=3))
-    assert best.verdict is Verdict.NOT_TESTABLE
+    best = finding_of("best execution time", evidence(runs=3))
+    assert best.outcome is ClaimOutcome.NOT_TESTABLE
     assert best.evidence.startswith("3 runs are too few for any test; ahead in 8 of 8")
-    assert least_p(3) == pytest.approx(0.1)
+    assert smallest_p(3) == pytest.approx(0.1)
 
 
 def test_a_run_without_a_plan_weighs_more_than_the_mean() -> None:
-    seen = evidence(lost={"bso": 2})
-    assert found("best execution time", seen).verdict is Verdict.NOT_REPRODUCED
-    assert found("converge well", seen).evidence.startswith("16 runs without a plan")
+    sample = evidence(infeasible={"bso": 2})
+    assert finding_of("best execution time", sample).outcome is ClaimOutcome.NOT_REPRODUCED
+    assert finding_of("converge well", sample).evidence.startswith("16 runs without a plan")
 
 
 def test_the_sign_of_28() -> None:
-    rows = signs(evidence())
-    assert [(row.basis, row.words) for row in rows] == [
-        (ITERATIONS, "no difference beyond chance"),
-        (EVALUATIONS, "no difference beyond chance"),
+    rows = compare_signs(evidence())
+    assert [(row.basis, row.conclusion) for row in rows] == [
+        (ITERATIONS, "no significant difference"),
+        (EVALUATIONS, "no significant difference"),
         (EVALUATIONS, "descending is better"),
     ]
     assert (rows[2].ahead, rows[2].behind, rows[2].better, rows[2].worse) == (15, 0, 15, 0)
-    assert [row.words for row in signs(evidence({LOW_PRINTED: 0.9}))][2] == "the printed sign is better"
+    assert [row.conclusion for row in compare_signs(evidence({LOW_LAMBDA_PRINTED_SIGN: 0.9}))][
+        2
+    ] == "the printed sign is better"
 
 
-def test_when_a_search_has_settled() -> None:
-    history = {"history": {"cost": [9.0, 2.0, 1.005, 1.0, 1.0]}}
-    assert settled_after(history, objective_upper_bound=5.0) == (2, 4)
-    assert settled_after({"history": {"cost": [9.0, None]}}, objective_upper_bound=5.0) is None
-    assert settled_after({"history": {"cost": [9.0, 8.0]}}, objective_upper_bound=5.0) is None
+def test_when_a_search_has_converged() -> None:
+    assert convergence_iteration([9.0, 2.0, 1.005, 1.0, 1.0], objective_upper_bound=5.0) == (2, 4)
+    assert convergence_iteration([9.0, None], objective_upper_bound=5.0) is None
+    assert convergence_iteration([9.0, 8.0], objective_upper_bound=5.0) is None
 
 
 def test_what_the_paper_prints() -> None:
@@ -154,11 +167,11 @@ def test_the_runs_of_the_full_reproduction() -> None:
     runs = experiment.campaign(FULL)
     assert len(runs) == len({run.key for run in runs}) == 15 * 13 * 20
     budgets = {run.solver: run.scenario.solver for run in runs}
-    for solver in ("bso", PRINTED, "pso", "ga"):
+    for solver in ("bso", PRINTED_SIGN, "pso", "ga"):
         fair, paper = budgets[label(solver, EVALUATIONS)], budgets[label(solver, ITERATIONS)]
         assert (fair.evaluations, fair.iterations) == (30_000, None)
         assert (paper.evaluations, paper.iterations, paper.population) == (None, 200, 50)
-    assert budgets[label(PRINTED, ITERATIONS)].settings == {"antenna_sign": "printed"}
+    assert budgets[label(PRINTED_SIGN, ITERATIONS)].settings == {"antenna_sign": "printed"}
     assert budgets[label("bso+polish", EVALUATIONS)].polish_starts == 1
     assert budgets[label("ipopt", EVALUATIONS)].budget().iterations == 20
 
@@ -172,7 +185,7 @@ def test_exponents_of_growth(power: float, fixed: float, scale: float) -> None:
     assert scaling.exponent_above(sizes, [fixed] * 3) == 0.0
 
 
-TINY = Size(runs=1, iterations=2, population=6, evaluations=40, beyond=False)
+TINY = Size(runs=1, iterations=2, population=6, evaluations=40, extensions=False)
 
 
 @pytest.fixture(scope="module")

@@ -26,19 +26,19 @@ REMOVED = object()
 
 def changed(content: dict[str, Any], key: str, value: object) -> dict[str, Any]:
     """The content with one key, ``section.key`` or ``section.0.key``, set or removed."""
-    found = copy.deepcopy(content)
+    edited = copy.deepcopy(content)
     *path, last = key.split(".")
-    place: Any = found
+    place: Any = edited
     for part in path:
         place = place[int(part)] if isinstance(place, list) else place.setdefault(part, {})
     if value is REMOVED:
         del place[last]
     else:
         place[last] = value
-    return found
+    return edited
 
 
-def complaint(content: dict[str, Any]) -> str:
+def error_of(content: dict[str, Any]) -> str:
     with pytest.raises(ScenarioError) as caught:
         parse_scenario(content).problem()
     assert "\n" not in str(caught.value)
@@ -57,19 +57,19 @@ def test_defaults_are_filled_in() -> None:
     assert scenario.task.elbow == "free"
     assert (scenario.model.samples, scenario.model.formulation) == (50, "paper")
     assert (scenario.solver.name, scenario.solver.seed, scenario.solver.budget().evaluations) == ("bso", 1, 30_000)
-    assert scenario.problem().arm.max_speed == (4.0,) * 4
+    assert scenario.problem().robot.limits.speed == (4.0,) * 4
 
 
 def test_limits_may_be_given_for_each_joint() -> None:
     scenario = parse_scenario(changed(POINT, "arm.max_speed", [1.0, 2.0, 3.0, 4.0]))
-    assert scenario.problem().arm.max_speed == (1.0, 2.0, 3.0, 4.0)
+    assert scenario.problem().robot.limits.speed == (1.0, 2.0, 3.0, 4.0)
 
 
 @pytest.mark.parametrize(
     ("content", "key", "value", "expected"),
     [
         (POINT, "arm.max_sped", 1.0, "arm.max_sped: .*did you mean max_speed"),
-        (POINT, "robot", {}, "robot: "),
+        (POINT, "robbot", {}, "robbot: unknown key; did you mean robot"),
         (POINT, "task.radius", 1.0, "task.radius: "),
         (POINT, "arm.max_speed", REMOVED, "arm.max_speed: .*missing"),
         (POINT, "arm", REMOVED, "arm: .*missing"),
@@ -127,14 +127,14 @@ def test_limits_may_be_given_for_each_joint() -> None:
     ],
 )
 def test_what_is_wrong_is_named(content: dict[str, Any], key: str, value: object, expected: str) -> None:
-    found = complaint(changed(content, key, value))
-    assert re.match(expected, found), found
+    error = error_of(changed(content, key, value))
+    assert re.match(expected, error), error
 
 
 def test_too_close_to_the_base() -> None:
     hollow = changed(POINT, "arm.link_lengths", [1.5, 0.3, 0.2])
-    assert "task.goal: (0.5, 0.5)" in complaint(changed(hollow, "task.goal", [0.5, 0.5]) | {"obstacles": []})
-    assert "too close: the arm reaches from 1 m on" in complaint(
+    assert "task.goal: (0.5, 0.5)" in error_of(changed(hollow, "task.goal", [0.5, 0.5]) | {"obstacles": []})
+    assert "too close: the arm reaches from 1 m on" in error_of(
         changed(hollow, "task.start", [0.5, 0.5]) | {"obstacles": []}
     )
 

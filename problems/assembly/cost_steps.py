@@ -1,0 +1,124 @@
+"""A problem's cost in steps: decode a candidate, loop over samples, finish with one number.
+
+Every number of the statement is a symbol here, so that the compiled steps serve every problem of the same structure.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Generic, TypeVar
+
+import casadi as ca
+import numpy as np
+
+from problems.assembly.problem import Problem
+from problems.assembly.sample_loop import Instant, SampleLoop, cost_loop
+from problems.base.arguments import Arguments
+from problems.base.matrix import Matrix
+from problems.encodings.encoding import CostWeights, Encoding
+from problems.evaluation import Program, Step
+from problems.limits.limit import Limit
+from problems.motions.motion import Motion
+
+P = TypeVar("P")
+
+
+class CostSteps(ABC, Generic[P]):
+    """The steps of one problem.
+
+    Args:
+        problem: whose cost.
+    """
+
+    def __init__(self, problem: Problem[P]) -> None:
+        self.arguments = Arguments()
+        self.encoding: Encoding[P] = self.arguments.twin(problem.encoding)
+        self.motion: Motion[P] = self.arguments.twin(problem.motion)
+        self.limits: tuple[Limit, ...] = self.arguments.twin(problem.limits)
+        self.weights: CostWeights = self.arguments.twin(problem.weights)
+        self.objective = problem.objective
+        self.x = ca.SX.sym("x", len(problem.variables))
+
+    @cached_property
+    def p(self) -> ca.SX:
+        """All numbers of the statement, (q, 1)."""
+        return self.arguments.symbols
+
+    @property
+    def restored(self) -> list[Limit]:
+        """The limits that scaling time restores."""
+        return self.encoding.restored(self.limits)
+
+    def program(self) -> Program:
+        """All steps."""
+        penalised, penalty = self.encoding.penalised(self.limits), self.encoding.penalty
+        loop = cost_loop(self.motion, penalised, self.objective, penalty, self.least_orders, self.p)
+        orders = tuple(sorted({*(loop.orders if loop else ()), *self.least_orders}))
+        front = self.front(orders, loop.starting_values if loop else {})
+        steps = [*front, *([loop.step] if loop else []), *self.further_steps(orders), self._finish(loop)]
+        return Program(steps=tuple(steps), parameters=self.arguments.values)
+
+    @abstractmethod
+    def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
+        """From the candidate to the vectors of :meth:`motion_vectors`.
+
+        Args:
+            orders: of the derivatives that the blocks hold.
+            starting_values: vectors to set to zero, with their sizes.
+        """
+
+    @property
+    def least_orders(self) -> tuple[int, ...]:
+        """Orders of the derivatives that are needed even where the loop over samples has nothing to do."""
+        return ()
+
+    def further_steps(self, orders: tuple[int, ...]) -> list[Step]:
+        """Steps after the loop over samples; each writes one more penalty, named in :attr:`further_penalties`.
+
+        Args:
+            orders: of the derivatives that the blocks hold.
+        """
+        return []
+
+    @property
+    def further_penalties(self) -> tuple[str, ...]:
+        """Scalars that further steps write."""
+        return ()
+
+    @property
+    def reach_size(self) -> int:
+        """Entries of ``reach``, the condition of inverse kinematics; none by default."""
+        return 0
+
+    def motion_vectors(
+        self, parameters: P, orders: tuple[int, ...], starting_values: dict[str, int]
+    ) -> dict[str, Matrix]:
+        """What the loop over samples reads: durations, blocks, zeros to start from."""
+        blocks = {"blocks": self.motion.blocks(parameters, orders)} if orders else {}
+        zeros = {name: ca.SX.zeros(size) for name, size in starting_values.items()}
+        return {"durations": self.motion.durations(parameters), **blocks, **zeros}
+
+    def peaks_of_each(self, peaks: ca.SX) -> list[Matrix]:
+        """The peaks of all limits that time scaling restores, as a row for each."""
+        sizes = Instant(self.motion).widths(self.restored)
+        return [part.T for part in ca.vertsplit(peaks, np.cumsum([0, *sizes]).tolist())]
+
+    def _finish(self, loop: SampleLoop | None) -> Step:
+        """One number from the sums."""
+        inputs: dict[str, ca.SX] = {"p": self.p, "durations": ca.SX.sym("durations", self.motion.duration_count)}
+        if loop is not None:
+            inputs["sums"] = ca.SX.sym("sums", loop.starting_values["sums"])
+        if self.reach_size:
+            inputs["reach"] = ca.SX.sym("reach", self.reach_size)
+        for name in self.further_penalties:
+            inputs[name] = ca.SX.sym(name)
+        sums: Sequence[Matrix] = ca.vertsplit(inputs["sums"]) if loop is not None else []
+        count = loop.penalties if loop is not None else 0
+        objective = self.objective.terminal(self.motion.duration(inputs["durations"]))
+        for accumulated in sums[count:]:
+            objective = objective + accumulated
+        penalties = [*sums[:count], *(inputs[name] for name in self.further_penalties)]
+        reach = inputs["reach"].T if self.reach_size else None
+        return Step.of("finish", inputs, {"cost": self.encoding.cost(objective, penalties, reach, self.weights)})

@@ -1,0 +1,179 @@
+"""The loop over samples, as steps of a program: written once for one sample, from limits and objective alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from problems.base.matrix import Matrix, total
+from problems.evaluation import Loop, Step
+from problems.limits.constraint import Constraint
+from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.motions.motion import Motion, SampleGrid
+from problems.motions.samples import Samples
+from problems.objectives.objective import Objective
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """Symbols of one sample and of the one before it.
+
+    Args:
+        motion: the symbolic twin of the motion that is sampled.
+    """
+
+    motion: Motion[Any]
+
+    @cached_property
+    def derivatives(self) -> tuple[ca.SX, ...]:
+        """Stand-ins for the derivatives of this sample, each (1, dof)."""
+        return tuple(ca.SX.sym(f"derivative_{n}", 1, self.motion.robot.dof) for n in self.motion.orders)
+
+    def widths(self, limits: Sequence[Limit]) -> list[int]:
+        """How many magnitudes each limit has."""
+        return [int(limit.magnitudes(self.probe).shape[1]) for limit in limits]
+
+    @cached_property
+    def probe(self) -> Samples:
+        """The sample with stand-ins for everything, to see what is needed of it."""
+        durations, time, weight = ca.SX.sym("duration"), ca.SX.sym("time"), ca.SX.sym("weight")
+        return Samples(
+            robot=self.motion.robot, derivatives=self.derivatives, duration=durations, times=time, weights=weight
+        )
+
+    def needed_orders(self, expressions: Sequence[Matrix]) -> tuple[int, ...]:
+        """Which derivatives expressions of :attr:`probe` depend on."""
+        everything = ca.vertcat(*(ca.vec(expression) for expression in expressions))
+        used = (any(ca.which_depends(everything, ca.vec(symbol), 1, False)) for symbol in self.derivatives)
+        return tuple(order for order, is_used in zip(self.motion.orders, used, strict=True) if is_used)
+
+    def before(self, now: Samples) -> tuple[Samples, list[tuple[ca.SX, Matrix]]]:
+        """The sample before, and its symbols with what this sample passes on in their place."""
+        base, frames = ((), ()) if now.derivatives[0] is None else (now.positions[:1], now.positions[1:])
+        passed_on = [*(d for d in now.derivatives if d is not None), *frames]
+        symbols = [ca.SX.sym("before", *value.shape) for value in passed_on]
+        derivatives = iter(symbols)
+        before = Samples(
+            robot=now.robot,
+            derivatives=tuple(None if d is None else next(derivatives) for d in now.derivatives),
+            duration=now.duration,
+            known_positions=(*base, *derivatives),
+        )
+        return before, list(zip(symbols, passed_on, strict=True))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampleLoop:
+    """A step that accumulates over samples.
+
+    Attributes:
+        step: of the program.
+        orders: of the derivatives that the blocks have to hold.
+        starting_values: vectors that an earlier step has to set to zero, with their sizes.
+        penalties: how many of the sums are penalties; one more is the objective's, where there is one.
+    """
+
+    step: Step
+    orders: tuple[int, ...]
+    starting_values: dict[str, int]
+    penalties: int = 0
+
+
+def loop_over(motion: Motion[Any], orders: tuple[int, ...], grid: SampleGrid, blocks: str) -> Loop:
+    """Rows of a grid, with a last column that is 0 in the first row and 1 in the others; windows into the blocks."""
+    size, _ = motion.piece_sizes(orders)
+    inner = (np.arange(len(grid.rows)) > 0).astype(np.float64)
+    return Loop(rows=np.column_stack([grid.rows, inner]), window=blocks, starts=grid.pieces * size)
+
+
+def symbols_of(motion: Motion[Any], orders: tuple[int, ...], grid: SampleGrid) -> tuple[ca.SX, ca.SX]:
+    """Symbols of the window and the row of :func:`loop_over`."""
+    _, width = motion.piece_sizes(orders)
+    return ca.SX.sym("window", width), ca.SX.sym("row", grid.rows.shape[1] + 1)
+
+
+def peak_loop(motion: Motion[Any], limits: Sequence[Limit], p: ca.SX) -> SampleLoop:
+    """Accumulates the largest magnitudes of limits that scale with time, in ``peaks``, over a shape's samples."""
+    instant = Instant(motion)
+    orders = instant.needed_orders([limit.magnitudes(instant.probe) for limit in limits])
+    window, row = symbols_of(motion, orders, motion.grid)
+    durations = ca.SX.sym("durations", motion.duration_count)
+    now = motion.at(window, row[:-1], durations, orders)
+    magnitudes = ca.vertcat(*(limit.magnitudes(now).T for limit in limits))
+    peaks = ca.SX.sym("peaks", magnitudes.shape[0])
+    inputs = {"p": p, "shape_durations": durations, "window": window, "row": row, "peaks": peaks}
+    loop = loop_over(motion, orders, motion.grid, "shape_blocks")
+    step = Step.of("peaks", inputs, {"peaks": ca.fmax(peaks, magnitudes)}, loop)
+    return SampleLoop(step=step, orders=orders, starting_values={"peaks": magnitudes.shape[0]})
+
+
+def cost_loop(
+    motion: Motion[Any],
+    limits: Sequence[Limit],
+    objective: Objective,
+    penalty: Callable[[Constraint], Matrix],
+    least_orders: tuple[int, ...],
+    p: ca.SX,
+) -> SampleLoop | None:
+    """Accumulates what limits and objective make of each sample, in ``sums``: penalties first, then the objective.
+
+    None where neither makes anything of single samples.
+    """
+    instant = Instant(motion)
+    before, _ = instant.before(instant.probe)
+    contributions, _ = _contributions(limits, objective, penalty, before, instant.probe, ca.SX(1))
+    if contributions.numel() == 0:
+        return None
+    orders = tuple(sorted({*instant.needed_orders([contributions]), *least_orders}))
+    window, row = symbols_of(motion, orders, motion.grid)
+    durations = ca.SX.sym("durations", motion.duration_count)
+    now = motion.at(window, row[:-1], durations, orders)
+    before, passed_on = instant.before(now)
+    contributions, count = _contributions(limits, objective, penalty, before, now, row[-1])
+    carried = [pair for pair in passed_on if any(ca.which_depends(contributions, ca.vec(pair[0]), 1, False))]
+    sums = ca.SX.sym("sums", contributions.numel())
+    inputs = {"p": p, "durations": durations, "window": window, "row": row, "sums": sums}
+    outputs = {"sums": sums + contributions}
+    starting_values = {"sums": contributions.numel()}
+    if carried:
+        symbols, values = (ca.vertcat(*(ca.vec(part) for part in side)) for side in zip(*carried, strict=True))
+        inputs["before"], outputs["before"] = symbols, values
+        starting_values["before"] = symbols.numel()
+    step = Step.of("sample", inputs, outputs, loop_over(motion, orders, motion.grid, "blocks"))
+    return SampleLoop(step=step, orders=orders, starting_values=starting_values, penalties=count)
+
+
+def _contributions(
+    limits: Sequence[Limit],
+    objective: Objective,
+    penalty: Callable[[Constraint], Matrix],
+    before: Samples,
+    now: Samples,
+    inner: Matrix,
+) -> tuple[Matrix, int]:
+    """What one sample adds to each penalty and, last, to the objective, (c, 1); and how many penalties there are.
+
+    Args:
+        limits: that are penalised.
+        objective: of the motion.
+        penalty: of the rows of a constraint.
+        before: the sample before.
+        now: this sample.
+        inner: 0 for the first sample, which has none before it, else 1.
+    """
+    parts: list[Matrix] = []
+    for limit in limits:
+        parts += [penalty(constraint) for constraint in limit.at(now, SAMPLING_MARGIN)]
+        parts += [inner * penalty(constraint) for constraint in limit.between(before, now, SAMPLING_MARGIN)]
+    penalties = len(parts)
+    sample, step = objective.at(now), objective.between(before, now)
+    added = [total(part) for part in (sample,) if part is not None]
+    added += [inner * total(part) for part in (step,) if part is not None]
+    if added:
+        parts.append(sum(added))
+    return ca.vertcat(*parts) if parts else ca.SX(0, 1), penalties

@@ -1,0 +1,83 @@
+"""Numbers of a statement that become arguments of compiled code.
+
+A formula reads its numbers from the statement that it belongs to: lengths from the robot, places from the obstacles.
+Given the statement itself it computes with these numbers; given the statement's symbolic twin it builds an expression
+in which every number is a symbol. Code compiled from the twin serves every statement of the same structure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+from typing import Any, ClassVar, TypeVar
+
+import casadi as ca
+import numpy as np
+
+from problems.base.matrix import FloatArray
+
+S = TypeVar("S")
+
+
+class Statement:
+    """A frozen dataclass of which some fields are numbers that change from plan to plan.
+
+    Attributes:
+        numbers: names of these fields: numbers, or tuples of numbers or of such tuples.
+        zero_is_structure: those of them that stay a number where they are zero, because formulas are then shorter.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ()
+    zero_is_structure: ClassVar[tuple[str, ...]] = ()
+
+
+class Arguments:
+    """Symbols in the place of numbers, and the numbers themselves in the same order."""
+
+    def __init__(self) -> None:
+        self._symbols: list[ca.SX] = []
+        self._values: list[float] = []
+        self._twins: dict[int, tuple[object, object]] = {}
+
+    @property
+    def symbols(self) -> ca.SX:
+        """All symbols, (q, 1)."""
+        return ca.vertcat(*self._symbols) if self._symbols else ca.SX(0, 1)
+
+    @property
+    def values(self) -> FloatArray:
+        """The numbers that they stand for, (q,)."""
+        return np.array(self._values, dtype=np.float64)
+
+    def symbol(self, value: Any) -> Any:
+        """A symbol for a number; for a tuple a tuple of symbols; None stays None."""
+        if value is None:
+            return None
+        if isinstance(value, tuple):
+            return tuple(self.symbol(entry) for entry in value)
+        symbol = ca.SX.sym(f"p{len(self._values)}")
+        self._symbols.append(symbol)
+        self._values.append(float(value))
+        return symbol
+
+    def twin(self, statement: S) -> S:
+        """The statement with symbols for its numbers and those of every statement in it.
+
+        A statement that occurs twice has one twin.
+        """
+        if isinstance(statement, tuple):
+            return tuple(self.twin(entry) for entry in statement)  # type: ignore[return-value]
+        if not (isinstance(statement, Statement) and is_dataclass(statement)):
+            return statement
+        if id(statement) not in self._twins:
+            self._twins[id(statement)] = statement, self._made(statement)
+        return self._twins[id(statement)][1]
+
+    def _made(self, statement: Statement) -> Statement:
+        twin = object.__new__(type(statement))
+        for field in fields(statement):  # type: ignore[arg-type]
+            value = getattr(statement, field.name)
+            structural = field.name in statement.zero_is_structure and value == 0.0
+            is_number = field.name in statement.numbers and not structural
+            lifted = self.symbol(value) if is_number else self.twin(value)
+            object.__setattr__(twin, field.name, lifted)
+        return twin

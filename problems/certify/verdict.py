@@ -1,0 +1,68 @@
+"""What is known of a constraint on a finished motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from problems.base.matrix import FloatArray, as_array
+from problems.limits.constraint import Constraint
+
+TOLERANCE = 1e-9  # relative to the constraint's scale: rounding, nothing else
+
+
+class CertificateStatus(StrEnum):
+    """What is known of a constraint."""
+
+    CERTIFIED = "certified"  # holds, proven
+    VIOLATED = "violated"  # broken, at a time that is known
+    UNDECIDED = "undecided"  # neither could be shown
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """How a trajectory stands to one constraint.
+
+    Attributes:
+        name: the constraint's.
+        worst: the value nearest to, or farthest beyond, its bound; in ``unit``.
+        bound: the bound that it is measured against.
+        unit: of both.
+        status: whether the bound holds, to ``TOLERANCE`` of its scale: for all t, or at the points that it is about.
+        where: the column and the time in s of the worst value.
+    """
+
+    name: str
+    worst: float
+    bound: float
+    unit: str
+    status: CertificateStatus
+    where: str
+
+    @property
+    def satisfied(self) -> bool:
+        """Whether the bound is certain to hold."""
+        return self.status is CertificateStatus.CERTIFIED
+
+    @property
+    def excess(self) -> float:
+        """By how much the bound is broken, in ``unit``; 0 where it holds or nothing worse is known."""
+        return abs(self.worst - self.bound) if self.status is CertificateStatus.VIOLATED else 0.0
+
+
+def verdict(constraint: Constraint, times: FloatArray) -> Verdict:
+    """Judge a constraint whose expression is numeric, at the times (rows,) in s of its rows."""
+    values, (lower, upper) = as_array(constraint.expression), constraint.bounds
+    margins = np.minimum(values - lower, upper - values) / constraint.scales
+    at, column = np.unravel_index(np.argmin(margins), margins.shape)
+    worst = float(values[at, column])
+    return Verdict(
+        name=constraint.name,
+        worst=worst,
+        bound=float(lower[column] if worst - lower[column] < upper[column] - worst else upper[column]),
+        unit=constraint.unit,
+        status=CertificateStatus.CERTIFIED if margins[at, column] >= -TOLERANCE else CertificateStatus.VIOLATED,
+        where=constraint.columns[column] + (f", t = {times[at]:.4g} s" if constraint.for_all_t else ""),
+    )

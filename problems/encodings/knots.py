@@ -1,0 +1,203 @@
+"""Search vectors of a motion along a path: how redundancy is spent on the way, and how long the motion takes.
+
+What is decided are a few normalised values x_phi for each redundant link, interpolated along the path, [the elbow,]
+and, in the paper's form, t_T. In the reduced form t_T is a closed form of the shape: the speed and acceleration limits
+then hold for all t, exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from problems.base.matrix import FloatArray, Matrix, constant, split
+from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
+from problems.encodings.penalty import graded_cost, limit_weight, paper_cost
+from problems.limits.constraint import Constraint
+from problems.limits.limit import Limit
+from problems.limits.time_scale import longest_time_scale, minimum_time_scale, scaling
+from problems.motions.knot_spline import KnotSpline, SplineShape
+from problems.objectives.objective import MotionBounds
+from problems.robots.turns import wrap_to
+from problems.tasks.elbow import elbow_signs
+from problems.tasks.path_following import PathFollowing
+
+EXACT_ORDERS = (1, 2)  # of the derivatives whose extremes over all t a cubic spline gives in closed form
+USUAL_TIMES = (0.1, 10.0)  # s, bounds of t_T
+
+
+@dataclass(frozen=True)
+class KnotsEncoding(Encoding[SplineShape]):
+    """What both forms have in common: postures at the knots by inverse kinematics.
+
+    Args:
+        task: whose path and elbow.
+        motion: that is decoded.
+        redundancy_values: how many values of x_phi are decided for each redundant link; 5 in the paper.
+        time_box: bounds of t_T, s.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("time_box",)
+    time_variables: ClassVar[int]
+
+    task: PathFollowing
+    motion: KnotSpline
+    redundancy_values: int = 5
+    time_box: tuple[float, float] = USUAL_TIMES
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The paper's solution vector: x_phi of link 3, ..., of link k, [elbow,] t_T (not in the reduced form)."""
+        extra, values = self.task.robot.redundancy, range(1, self.redundancy_values + 1)
+        listed = [Variable(f"x_phi_{link}[{i}]", 0.0, 1.0, "1") for link in range(3, 3 + extra) for i in values]
+        if self.task.elbow == "free":
+            listed.append(Variable("elbow", -1.0, 1.0, "1"))
+        return (*listed, *[Variable("t_T", *self.time_box, "s")] * self.time_variables)
+
+    @cached_property
+    def interpolation(self) -> FloatArray:
+        """From decided values to values at the knots, (M, n): a cubic spline."""
+        decided = np.linspace(0.0, 1.0, self.redundancy_values)
+        return np.asarray(CubicSpline(decided, np.eye(self.redundancy_values))(self.motion.spline.knots))
+
+    @cached_property
+    def knot_points(self) -> FloatArray:
+        """The points at the knots, (M, dim), m."""
+        return self.task.path.array[list(self.task.knot_indices)]
+
+    def parts(self, x: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+        """Decided values (n, redundancy), the elbow's sign, t_T or nothing."""
+        extra = self.task.robot.redundancy
+        free = int(self.task.elbow == "free")
+        x_phi, branch, time = split(x, [extra * self.redundancy_values, free, self.time_variables])
+        values = ca.reshape(x_phi, self.redundancy_values, extra)
+        return values, elbow_signs(self.task.elbow, branch, ends=1)[0], time
+
+    def redundancy_at(self, weights: Matrix, point: Matrix, values: Matrix) -> Matrix:
+        """Redundant values (redundancy, 1) at a knot: interpolated by weights (1, n), cut off at 0 and 1, then (7)."""
+        normalised = ca.fmin(1.0, ca.fmax(0.0, ca.mtimes(weights, values)))
+        return self.task.robot.restore_redundancy(point, normalised.T)
+
+    def posture(self, point: Matrix, redundancy: Matrix, elbow: Matrix, before: Matrix) -> Matrix:
+        """Joint angles (1, dof) at a knot, each in the turn nearest those at the knot before."""
+        angles, _ = self.task.robot.inverse(point, redundancy, elbow)
+        return wrap_to(angles, before)
+
+    @property
+    def first_turn(self) -> Matrix:
+        """What the angles at the first knot are to be near to, (1, dof), rad: the middle of their first turn."""
+        return self.task.robot.middle
+
+    def at_knots(self, x: Matrix) -> tuple[Matrix, Matrix]:
+        """Redundant values (M, redundancy) and joint angles (M, dof) at the knots, rad."""
+        values, elbow, _ = self.parts(x)
+        redundancy: list[Matrix] = []
+        theta: list[Matrix] = [self.first_turn]
+        for weights, point in zip(self.interpolation, self.knot_points, strict=True):
+            target = ca.DM(point)
+            redundancy.append(self.redundancy_at(constant(weights[None]), target, values))
+            theta.append(self.posture(target, redundancy[-1], elbow, theta[-1]))
+        return ca.horzcat(*redundancy).T, ca.vertcat(*theta[1:])
+
+    def decode(self, x: Matrix) -> Decoded[SplineShape]:
+        """The spline through the knots; it takes 1 s where time is scaled afterwards."""
+        _, theta = self.at_knots(x)
+        return Decoded(parameters=self.shape(theta, self.parts(x)[2]))
+
+    def shape(self, theta: Matrix, time: Matrix) -> SplineShape:
+        """The spline through joint angles (M, dof) at the knots."""
+        duration = ca.DM(1.0) if self.scales_time else time
+        return SplineShape(self.motion.spline.coefficients(theta), duration)
+
+    def exact_limits(self, limits: Sequence[Limit]) -> list[Limit]:
+        """Speed and acceleration, whose extremes over all t are known in closed form."""
+        return [limit for limit in scaling(limits) if limit.order in EXACT_ORDERS]
+
+    def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
+        """What no candidate of the search box exceeds: angles turn by at most pi a knot."""
+        increments = np.diff(self.motion.spline.operator(self.motion.parameters_u), axis=0)
+        return MotionBounds(
+            duration=self._longest(limits),
+            rotation=float(self.task.robot.dof * _largest(increments).sum()),
+            radius=self.task.robot.reach()[1],
+        )
+
+    def _longest(self, limits: Sequence[Limit]) -> float:
+        return self.time_box[1]
+
+
+@dataclass(frozen=True)
+class PaperKnots(KnotsEncoding):
+    """The paper's solution vector with its cost (25)."""
+
+    name: ClassVar[str] = "paper"
+    scales_time: ClassVar[bool] = False
+    time_variables: ClassVar[int] = 1
+
+    def penalty(self, constraint: Constraint) -> Matrix:
+        """h_i(x) g_i(x) of (25)."""
+        return constraint.paper_penalty()
+
+    def cost(
+        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
+    ) -> Matrix:
+        """(25)."""
+        return paper_cost(objective, penalties, None, weights)
+
+    def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
+        """The weight of the penalties; (25) prints none."""
+        limit = limit_weight(constraints, objective_upper_bound)
+        return CostWeights(objective_upper_bound=objective_upper_bound, limit=limit, reach=0.0)
+
+
+@dataclass(frozen=True)
+class ReducedKnots(KnotsEncoding):
+    """Feasible by construction, but for the accuracy, obstacles and joint ranges."""
+
+    name: ClassVar[str] = "reduced"
+    scales_time: ClassVar[bool] = True
+    time_variables: ClassVar[int] = 0
+
+    def restored(self, limits: Sequence[Limit]) -> list[Limit]:
+        """Those whose extremes over all t are known."""
+        return self.exact_limits(limits)
+
+    def timed(self, shape: SplineShape, limits: Sequence[Limit], peaks: Sequence[Matrix]) -> SplineShape:
+        """The closed form of t_T: the limits then hold for all t, exactly, given their peaks over u in [0, 1]."""
+        shortest = self.time_box[0]
+        time = ca.fmax(shortest, minimum_time_scale(limits, peaks)) if limits else shortest
+        return SplineShape(shape.coefficients, time)
+
+    def _longest(self, limits: Sequence[Limit]) -> float:
+        spline = self.motion.spline
+        acceleration = _largest(spline.operator(spline.nodes, 2)).max()
+        speed = _largest(spline.operator(spline.nodes, 1)).max() + acceleration
+        dof = self.task.robot.dof
+        peaks = {1: ca.repmat(ca.DM(speed), 1, dof), 2: ca.repmat(ca.DM(acceleration), 1, dof)}
+        return max(self.time_box[0], longest_time_scale(self.exact_limits(limits), peaks))
+
+    def penalty(self, constraint: Constraint) -> Matrix:
+        """How far it is broken."""
+        return constraint.graded_penalty()
+
+    def cost(
+        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
+    ) -> Matrix:
+        """Feasibility first."""
+        return graded_cost(objective, penalties, weights)
+
+    def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
+        """The bound of the objective is all that is needed."""
+        return CostWeights(objective_upper_bound=objective_upper_bound, limit=0.0, reach=0.0)
+
+
+def _largest(operator: FloatArray) -> FloatArray:
+    """Bounds of an operator (n, M) on knot angles that do not change by more than pi from knot to knot, (n,)."""
+    steps = operator @ np.tril(np.ones((operator.shape[1],) * 2))[:, 1:]
+    return np.asarray(np.pi * np.abs(steps).sum(axis=1))

@@ -1,0 +1,1 @@
+"""Programs as compiled code: written in C++, compiled, kept and loaded."""

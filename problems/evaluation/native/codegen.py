@@ -1,0 +1,159 @@
+"""Write a program as C++: batches of candidates, steps, loops over rows.
+
+All vectors of a batch of candidates lie behind each other in one array ``w`` of lanes, which stays in the processor's
+nearest cache. Each step is one function (several, if it is long) that reads and writes there; a loop calls it for each
+row. How many rows there are and what they bring, the function is told at run time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import accumulate
+from pathlib import Path
+
+from problems.evaluation.kernel import Kernel
+from problems.evaluation.native.statements import Kind, Statement, Value, Writer
+from problems.evaluation.step import CANDIDATE, COST, PARAMETERS, ROW, WINDOW
+from problems.evaluation.tape import interpret
+
+BLOCK_STATEMENTS = 1000  # in one C++ function: the time to compile grows faster than their number
+ARGUMENTS = "lanes *w, const double *p, const double *row, const lanes *window, long long i"
+EVALUATE = """
+extern "C" void evaluate(
+    const double *points, double *costs, long long count, const double *numbers, const long long *indices
+) {{
+    lanes w[{size}];
+{data}    for (long long start = 0; start < count; start += LANES) {{
+        const long long rest = count - start < LANES ? count - start : LANES;
+        for (int lane = 0; lane < LANES; lane++) {{
+            const double *point = points + (start + (lane < rest ? lane : 0)) * {dimension};
+            for (int i = 0; i < {dimension}; i++) w[i][lane] = point[i];
+        }}
+{loops}        for (int lane = 0; lane < rest; lane++) costs[start + lane] = w[{cost}][lane];
+    }}
+}}
+"""
+DATA = """    const double *const p_{step} = numbers, *const rows_{step} = numbers + {parameters};
+    const long long n_{step} = *indices, *const starts_{step} = indices + 1;
+    numbers = rows_{step} + n_{step} * {row};
+    indices = starts_{step} + n_{step};
+"""
+LOOP = """        for (long long i = 0; i < n_{step}; i++) {{
+            const double *const row = rows_{step} + i * {row};
+            const lanes *const window = w + {window} + starts_{step}[i];
+{calls}        }}
+"""
+
+
+class Store:
+    """Slots of ``w`` in which one block of statements leaves what a later one needs.
+
+    Args:
+        blocks: the statements, block by block.
+        results: read by the last block, beside its own operands.
+        first: slot that is free, and all after it.
+    """
+
+    def __init__(self, blocks: Sequence[Sequence[Statement]], results: Sequence[Value], first: int) -> None:
+        self.size = first
+        self._slots: dict[Value, int] = {}
+        self._free: list[int] = []
+        self._last_use = {a: number for number, block in enumerate(blocks) for s in block for a in s.operands}
+        self._last_use |= dict.fromkeys(results, len(blocks) - 1)
+
+    def loads(self, values: Sequence[Value]) -> Iterator[str]:
+        """Read back what a block uses of earlier ones."""
+        for value in dict.fromkeys(values):
+            if value in self._slots:
+                slot = f"w[{self._slots[value]}]"
+                yield _assignment(value, f"whole({slot})" if value.kind is Kind.TRUTH else slot)
+
+    def release(self, block: int) -> None:
+        """Free the slots of what no block after this one needs."""
+        for value in [value for value in self._slots if self._last_use[value] == block]:
+            self._free.append(self._slots.pop(value))
+
+    def saves(self, block: Sequence[Statement], number: int) -> Iterator[str]:
+        """Keep what later blocks need of this one."""
+        for value in (statement.value for statement in block):
+            if self._last_use.get(value, number) > number:
+                self._slots[value] = self._free.pop() if self._free else self._grown()
+                saved = f"bits({value.text})" if value.kind is Kind.TRUTH else value.text
+                yield f"    w[{self._slots[value]}] = {saved};\n"
+
+    def _grown(self) -> int:
+        self.size += 1
+        return self.size - 1
+
+
+def cpp(kernels: Sequence[Kernel], sizes: dict[str, int]) -> str:
+    """The C++ source of ``evaluate(points, costs, count, numbers, indices)``.
+
+    Args:
+        kernels: of the steps.
+        sizes: entries of all vectors, by name.
+
+    Raises:
+        UnsupportedOperation: a kernel holds an operation that cannot be written in C++.
+    """
+    offsets, end = _offsets(sizes)
+    size, functions, data, loops = end, "", "", ""
+    for step, kernel in enumerate(kernels):
+        blocks, needed = _blocks(kernel, offsets, end)
+        size = max(size, needed)
+        functions += _functions(step, blocks)
+        calls = "".join(f"            step_{step}_{k}(w, p_{step}, row, window, i);\n" for k in range(len(blocks)))
+        row = kernel.function.size1_in(ROW)
+        data += DATA.format(step=step, parameters=kernel.function.size1_in(PARAMETERS), row=row)
+        window = offsets[kernel.window] if kernel.window else 0
+        loops += LOOP.format(step=step, row=row, window=window, calls=calls)
+    simd = Path(__file__).with_name("simd.hpp").read_text()
+    frame = EVALUATE.format(size=size, data=data, dimension=sizes[CANDIDATE], loops=loops, cost=offsets[COST])
+    return simd + functions + frame
+
+
+def _offsets(sizes: dict[str, int]) -> tuple[dict[str, int], int]:
+    """Where each vector lies in ``w``, the candidate first, and the first slot after all of them."""
+    names = [CANDIDATE, *(name for name in sizes if name not in {CANDIDATE, PARAMETERS})]
+    *starts, end = accumulate((sizes[name] for name in names), initial=0)
+    return dict(zip(names, starts, strict=True)), end
+
+
+def _functions(step: int, blocks: Sequence[str]) -> str:
+    """A step's C++ functions; a single one is part of its loop."""
+    keyword = "static" if len(blocks) == 1 else "static __attribute__((noinline))"
+    return "".join(f"{keyword} void step_{step}_{k}({ARGUMENTS}) {{\n{b}}}\n" for k, b in enumerate(blocks))
+
+
+def _blocks(kernel: Kernel, offsets: dict[str, int], end: int) -> tuple[list[str], int]:
+    """The lines of each block of a kernel, and how many slots of ``w`` they need; those from ``end`` on are free."""
+    function, writer = kernel.function, Writer()
+    arguments = [[_argument(name, k, offsets) for k in range(function.size1_in(name))] for name in function.name_in()]
+    results = [[writer.result(a) for a in result] for result in interpret(function, arguments, writer)]
+    statements = writer.statements
+    chunks = [statements[k : k + BLOCK_STATEMENTS] for k in range(0, len(statements), BLOCK_STATEMENTS)]
+    values = [value for result in results for value in result]
+    store, blocks = Store(chunks, values, end), []
+    for number, chunk in enumerate(chunks):
+        used = [operand for statement in chunk for operand in statement.operands]
+        lines = [*store.loads(used + values if number == len(chunks) - 1 else used)]
+        lines += [_assignment(statement.value, statement.text) for statement in chunk]
+        store.release(number)
+        blocks.append("".join([*lines, *store.saves(chunk, number)]))
+    for name, result in zip(function.name_out(), results, strict=True):
+        place = f"{offsets[name]} + i * {len(result)}" if name in kernel.stacked else f"{offsets[name]}"
+        blocks[-1] += "".join(f"    w[{place} + {k}] = {value.text};\n" for k, value in enumerate(result))
+    return blocks, store.size
+
+
+def _argument(name: str, entry: int, offsets: dict[str, int]) -> Value:
+    """An entry of an input: a number for all candidates, or lanes."""
+    if name == PARAMETERS:
+        return Value(f"p[{entry}]", Kind.CONSTANT)
+    if name == ROW:
+        return Value(f"row[{entry}]", Kind.CONSTANT)
+    return Value(f"window[{entry}]" if name == WINDOW else f"w[{offsets[name] + entry}]")
+
+
+def _assignment(value: Value, text: str) -> str:
+    return f"    const {'mask' if value.kind is Kind.TRUTH else 'lanes'} {value.text} = {text};\n"

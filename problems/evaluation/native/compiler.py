@@ -1,0 +1,102 @@
+"""Find the machine's C++ compiler and make a shared library with it."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+from dataclasses import dataclass
+from itertools import takewhile
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+FLAGS = (
+    "-O1",
+    "-fschedule-insns",  # with the next one a tenth quicker than -O1 or -O2: long chains of operations are interleaved
+    "-fsched-pressure",
+    "-std=c++17",
+    "-march=native",
+    "-ffp-contract=off",  # contraction to fused multiply-adds would round differently from CasADi
+    "-fno-math-errno",
+    "-shared",
+    "-fPIC",
+)
+NAMES = ("c++", "g++", "clang++")
+
+
+class NativeUnavailable(Exception):
+    """This machine cannot compile, or not this; the message says why."""
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A C++ compiler.
+
+    Attributes:
+        command: the program and arguments of its own (``CXX`` may have some).
+        version: what it says about itself.
+    """
+
+    command: tuple[str, ...]
+    version: str
+
+    @property
+    def target(self) -> str:
+        """Everything that decides what a library compiled here and now looks like and where it runs."""
+        return "\n".join([*self.command, self.version, *FLAGS, processor(), *platform.libc_ver()])
+
+    def library(self, source: str) -> bytes:
+        """The shared library of a C++ source.
+
+        Raises:
+            NativeUnavailable: the compiler refuses.
+        """
+        with TemporaryDirectory(prefix="tpbso-casadi-") as folder:
+            output = Path(folder) / "library"
+            command = [*self.command, *FLAGS, "-x", "c++", "-", "-o", str(output)]
+            process = subprocess.run(command, input=source, capture_output=True, text=True, check=False)
+            if process.returncode:
+                reason = next(iter(process.stderr.splitlines()), f"status {process.returncode}")
+                raise NativeUnavailable(f"{self.command[0]} failed: {reason}")
+            if not output.exists():
+                raise NativeUnavailable(f"{self.command[0]} left no library")
+            return output.read_bytes()
+
+
+def find_compiler() -> Compiler:
+    """The compiler that ``CXX`` names, or the first one on ``PATH``.
+
+    Raises:
+        NativeUnavailable: there is none that runs.
+    """
+    try:
+        choice = tuple(shlex.split(os.environ.get("CXX", "")))
+    except ValueError as error:
+        raise NativeUnavailable(f"CXX cannot be read: {error}") from error
+    for command in [choice] if choice else [(name,) for name in NAMES]:
+        path = shutil.which(command[0])
+        version = None if path is None else _version(path)
+        if path is not None and version is not None:
+            return Compiler((path, *command[1:]), version)
+    raise NativeUnavailable(f"no C++ compiler ({shlex.join(choice) or ', '.join(NAMES)}) on PATH")
+
+
+def _version(path: str) -> str | None:
+    """What a program says about itself; None if it does not run."""
+    try:
+        answer = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
+    except OSError:
+        return None
+    return answer.stdout if answer.returncode == 0 else None
+
+
+def processor() -> str:
+    """Model and features of the processor."""
+    try:
+        with Path("/proc/cpuinfo").open() as lines:
+            first = takewhile(str.strip, lines)
+            return "".join(line for line in first if line.startswith(("model name", "flags", "Features", "CPU ")))
+    except OSError:
+        return f"{platform.machine()} {platform.processor()}"

@@ -1,0 +1,80 @@
+"""What every limit offers: the constraint that it is, and the durations that it allows a shape."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import ClassVar, Self
+
+from problems.base.arguments import Statement
+from problems.base.matrix import Matrix
+from problems.limits.constraint import Constraint
+from problems.motions.samples import Samples
+from problems.robots.robot import Robot
+from problems.scene.obstacle import Obstacle
+
+SAMPLING_MARGIN = 1e-3  # kept at the samples for what lies between them, of the arm's reach or a joint's range
+
+
+class Limit(Statement, ABC):
+    """Something that a whole motion must keep.
+
+    A subclass is a frozen dataclass. What it says is written once, over n samples: one symbolic row for compiled code,
+    all rows for a nonlinear program, numbers for a verification.
+
+    Attributes:
+        name: of its constraint, short and unique.
+        order: which derivative of the joint angles it bounds (0: the angles), so that its extremes over all t are found
+            exactly, and proven; None where it is about something else.
+    """
+
+    name: ClassVar[str]
+    order: ClassVar[int | None] = None
+
+    @classmethod
+    def holding(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
+        """The limit of a robot among obstacles; None where it does not apply."""
+        raise NotImplementedError(f"{cls.__name__} is not made from a robot and obstacles alone")
+
+    @abstractmethod
+    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """Constraints with one row a sample.
+
+        Args:
+            samples: of the motion, in order of time.
+            margin: to keep at the samples for what lies between them, a share of the limit's own size.
+        """
+
+    def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
+        """Constraints with one row a step from one sample to the next; none by default."""
+        return []
+
+    def constraints(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """All of them."""
+        steps = self.between(*samples.steps, margin) if samples.count > 1 else []
+        return [*self.at(samples, margin), *steps]
+
+    @property
+    def robot_or_none(self) -> Robot | None:
+        """The robot that it is about, where it looks at more than joints."""
+        return getattr(self, "robot", None)
+
+    @property
+    def scales_with_time(self) -> bool:
+        """Whether every shape keeps the limit if only it is run slowly enough."""
+        return False
+
+    def magnitudes(self, samples: Samples) -> Matrix:
+        """What decides how slowly, (n, m): the larger, the slower; only where the limit scales with time."""
+        raise NotImplementedError
+
+    def time_scale(self, peaks: Matrix) -> Matrix:
+        """The smallest factor by which time must be multiplied for the limit to hold.
+
+        Args:
+            peaks: the largest magnitudes of each column over the motion, (1, m).
+
+        Returns:
+            A scalar; below 1 where time can be saved.
+        """
+        raise NotImplementedError

@@ -1,0 +1,45 @@
+"""Along a path with few values of redundancy: knots whose links stand where the interpolated values say."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from problems.base.matrix import Matrix, constant
+from problems.encodings import KnotsEncoding
+from problems.limits.constraint import Constraint
+from problems.nlp.program import equality
+
+INSIDE = 1e-3  # how far interpolated x_phi keep from the ends of [0, 1], where (7) has infinite slope
+
+
+def redundancy_rows(encoding: KnotsEncoding, theta: Matrix, values: Matrix) -> list[Constraint]:
+    """The orientations of links 3..k at the knots are those of (7), up to whole turns; x_phi stays inside.
+
+    Args:
+        encoding: whose knots.
+        theta: joint angles at the knots, (M, k), rad.
+        values: of x_phi, (redundancy_values (k - 2), 1).
+    """
+    robot = encoding.task.robot
+    extra = robot.redundancy
+    share = ca.mtimes(constant(encoding.interpolation), ca.reshape(values, -1, extra))
+    psi = ca.cumsum(theta, 1)[:, 2:]
+    points = enumerate(encoding.knot_points)
+    phi = [robot.restore_redundancy(ca.DM(point), share[row, :].T).T for row, point in points]
+    links = tuple(f"link {link}" for link in range(3, 3 + extra))
+    half = (psi - ca.vertcat(*phi)) / 2.0
+    return [
+        equality("redundancy", ca.sin(half), "1", links, "psi_j = phi_j of (7) at every knot, up to whole turns"),
+        Constraint(
+            name="x_phi",
+            equation="(7)",
+            unit="1",
+            expression=share,
+            lower=ca.DM(np.full((1, extra), INSIDE)),
+            upper=ca.DM(np.full((1, extra), 1.0 - INSIDE)),
+            columns=links,
+            for_all_t=False,
+            formula="0 < x_phi interpolated at the knots < 1",
+        ),
+    ]

@@ -1,0 +1,124 @@
+"""The way of the joints along a path, by dynamic programming over a grid of the redundancy angles.
+
+At every knot the links 3..k stand at one of the angles of a grid, which with the elbow makes a posture; a step from
+one knot to the next costs sum_i |w_i dtheta_i|^p. The cheapest sequence of postures is exact on the grid, and in the
+basin of a good motion: p = 1.5 for little rotation, p = 3, which evens steps out, for little time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base.matrix import FloatArray, as_array
+from problems.limits.clearance import reachable_pairs
+from problems.nlp.starts.postures import Postures
+from problems.scene.obstacle import Obstacle
+
+STATES = 100  # postures a knot and elbow, at most
+TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class RedundancyGrid:
+    """Postures at M knots and what steps between them cost.
+
+    Args:
+        postures: of the arm at the knots.
+        elbows: +1 up, -1 down, or both.
+        obstacles: postures that touch one are left out.
+        weights: w of the joints, (k,).
+        exponent: p.
+    """
+
+    postures: Postures
+    elbows: tuple[float, ...]
+    obstacles: tuple[Obstacle, ...]
+    weights: FloatArray
+    exponent: float
+
+    @cached_property
+    def angles(self) -> FloatArray:
+        """The grid of phi of links 3..k, (states, k - 2), rad, before it is shifted."""
+        links = self.postures.robot.redundancy
+        steps = int(STATES ** (1.0 / links) + 1e-9)
+        axis = TURN * np.arange(steps) / steps
+        return np.stack(np.meshgrid(*[axis] * links, indexing="ij"), axis=-1).reshape(-1, links)
+
+    def table(self, shift: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """All postures, (M, S, k) in rad, of the grid shifted by (k - 2,) rad; and which are possible, (M, S)."""
+        phi = np.tile(self.angles + shift, (len(self.elbows), 1))
+        elbow = np.repeat(np.array(self.elbows), len(self.angles))
+        knots = range(self.postures.points.shape[0])
+        found = [self.postures.at_angles(i, phi, elbow) for i in knots]
+        theta, reached = (np.array(part) for part in zip(*found, strict=True))
+        return theta, reached & self._allowed(theta)
+
+    def _allowed(self, theta: FloatArray) -> NDArray[np.bool_]:
+        """Which postures (M, S, k) keep joint limits and touch no obstacle, (M, S)."""
+        robot, allowed = self.postures.robot, np.ones(theta.shape[:2], dtype=bool)
+        if robot.limits.position is not None:
+            low, high = np.array(robot.limits.position).T
+            allowed &= (self.endless | ((theta >= low) & (theta <= high))).all(axis=2)
+        pairs = reachable_pairs(robot, self.obstacles)
+        if pairs:
+            positions = robot.positions(ca.DM(theta.reshape(-1, robot.dof)))
+            clear = [as_array(pair.clearance(positions)).ravel() > 0.0 for pair in pairs]
+            allowed &= np.all(clear, axis=0).reshape(allowed.shape)
+        return allowed
+
+    def difference(self, theta: FloatArray, before: FloatArray) -> FloatArray:
+        """What the joints turn from ``before`` to ``theta`` (..., k), rad: the short way round where they can turn."""
+        step = theta - before
+        return step - TURN * np.round(step / TURN) * self.endless
+
+    @cached_property
+    def endless(self) -> NDArray[np.bool_]:
+        """Which joints have a whole turn, (k,)."""
+        ranges = self.postures.robot.limits.position
+        if ranges is None:
+            return np.ones(self.postures.robot.dof, dtype=bool)
+        return np.asarray(np.diff(np.array(ranges), axis=1).ravel() >= TURN)
+
+    def cheapest(self, shift: FloatArray, first: float | None = None) -> FloatArray | None:
+        """The cheapest sequence of postures, unwrapped: (M, k), rad; None when there is none.
+
+        Args:
+            shift: of the grid, (k - 2,), rad.
+            first: a share in [0, 1) that picks the posture at the first knot; any if None.
+        """
+        theta, possible = self.table(shift)
+        begin, origins = np.flatnonzero(possible[0]), []
+        if first is not None and begin.size:
+            begin = begin[[int(first * begin.size)]]
+        cost = np.full(possible.shape[1], np.inf)
+        cost[begin] = 0.0
+        for before, after, allowed in zip(theta[:-1], theta[1:], possible[1:], strict=True):
+            sums = cost[:, None] + self.step_costs(before, after)
+            origins.append(sums.argmin(axis=0))
+            cost = np.where(allowed, sums.min(axis=0), np.inf)
+        if not np.isfinite(cost.min()):
+            return None
+        chosen = [int(cost.argmin())]
+        for origin in reversed(origins):
+            chosen.append(int(origin[chosen[-1]]))
+        return self.unwrapped(theta[np.arange(len(theta)), chosen[::-1]])
+
+    def step_costs(self, before: FloatArray, after: FloatArray) -> FloatArray:
+        """From each posture (S, k) to each of the next knot (S, k): (S, S)."""
+        steps = self.difference(after[None, :, :], before[:, None, :])
+        return np.asarray((np.abs(self.weights * steps) ** self.exponent).sum(axis=2))
+
+    def unwrapped(self, theta: FloatArray) -> FloatArray:
+        """Postures (M, k) with each step the one that was paid for, around the middle of limited joints."""
+        steps = self.difference(theta[1:], theta[:-1])
+        joined = np.vstack([theta[:1], theta[0] + np.cumsum(steps, axis=0)])
+        ranges = self.postures.robot.limits.position
+        if ranges is None:
+            return joined
+        middle = np.mean(ranges, axis=1)
+        return np.asarray(joined + TURN * np.round((middle - joined.mean(axis=0)) / TURN) * self.endless)

@@ -1,0 +1,186 @@
+"""What every robot offers: kinematics, limits, bodies; and how a point is reached."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Self
+
+import casadi as ca
+import numpy as np
+
+from problems.base.arguments import Statement
+from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray, Matrix, as_array
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointLimits:
+    """What the joints can do, one value a joint; None where nothing is known or asked for.
+
+    Attributes:
+        speed: bounds of |dq/dt|, rad/s.
+        acceleration: bounds of |d2q/dt2|, rad/s^2.
+        position: (lowest, highest) of q, rad.
+        jerk: bounds of |d3q/dt3|, rad/s^3.
+        torque: bounds of |tau|, N m.
+    """
+
+    speed: tuple[float, ...]
+    acceleration: tuple[float, ...]
+    position: tuple[tuple[float, float], ...] | None = None
+    jerk: tuple[float, ...] | None = None
+    torque: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Body:
+    """A straight part of the robot that must not touch anything: the segment between two of its frames.
+
+    Attributes:
+        name: for messages, as ``link 2``.
+        start: index of the frame at its start, in the order of :meth:`Robot.positions`.
+        end: index of the frame at its end.
+    """
+
+    name: str
+    start: int
+    end: int
+
+
+class Robot(Statement, ABC):
+    """A serial chain of joints.
+
+    A subclass is a frozen dataclass. Every method takes postures of n rows and computes with whatever matrices it is
+    given, symbolic or numeric.
+    """
+
+    @classmethod
+    def from_settings(cls, settings: Mapping[str, Any]) -> Self:
+        """The robot that a table of a file describes: its fields by name, lists for tuples.
+
+        Raises:
+            InvalidProblem: an unknown, missing or impossible value.
+        """
+        names = [field.name for field in fields(cls)]  # type: ignore[arg-type]
+        unknown = next((key for key in settings if key not in names), None)
+        if unknown is not None:
+            raise InvalidProblem(unknown, f"{cls.__name__} has no such setting; there are {', '.join(names)}")
+        try:
+            return cls(**{key: _as_tuple(value) for key, value in settings.items()})
+        except TypeError as error:
+            raise InvalidProblem("settings", str(error).replace("__init__() ", "")) from error
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """The number of joints."""
+
+    @property
+    @abstractmethod
+    def limits(self) -> JointLimits:
+        """What the joints can do."""
+
+    @property
+    def dim(self) -> int:
+        """2 in the plane, 3 in space."""
+        return 2
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, for messages and tables."""
+        return tuple(f"joint {joint}" for joint in range(1, self.dof + 1))
+
+    @property
+    @abstractmethod
+    def redundancy(self) -> int:
+        """How many values beyond the tool's position a posture has."""
+
+    @property
+    def base(self) -> tuple[float, ...]:
+        """Where the base stands, m; the origin by default."""
+        return (0.0,) * self.dim
+
+    @abstractmethod
+    def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
+        """Forward kinematics: where the frames are, base first and tool last, each (n, dim), m; theta (n, dof), rad."""
+
+    def tool(self, theta: Matrix) -> Matrix:
+        """Where the tool is, (n, dim), m, in n postures (n, dof), rad."""
+        return self.positions(theta)[-1]
+
+    def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
+        """Where base, joints and tool are, for drawing: (n, frames, dim), m; postures (n, dof), rad."""
+        return np.stack([as_array(matrix) for matrix in self.positions(ca.DM(theta))], axis=1)
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """What must not touch anything; every segment between consecutive frames."""
+        return tuple(Body(f"link {link}", link - 1, link) for link in range(1, self.dof + 1))
+
+    @abstractmethod
+    def reach(self, links: int | None = None) -> tuple[float, float]:
+        """The smallest and largest distance in m from the base at which the end of so many links can be."""
+
+    @property
+    def radius(self) -> Matrix:
+        """The largest distance in m that the tool can have from the base; symbolic where the robot is."""
+        return self.reach()[1]
+
+    @property
+    @abstractmethod
+    def turns(self) -> FloatArray:
+        """What turns the bodies: rates u = turns @ dq/dt, (m, dof)."""
+
+    @property
+    @abstractmethod
+    def levers(self) -> FloatArray:
+        """No point of body b moves faster than the sum over j of levers[b, j] |u_j|; (bodies, m), m."""
+
+    @abstractmethod
+    def inverse(self, point: Matrix, redundancy: Matrix, elbow: Matrix) -> tuple[Matrix, Matrix]:
+        """Inverse kinematics.
+
+        Args:
+            point: where the tool has to be, (dim, 1), m.
+            redundancy: the robot's own redundant values, (redundancy, 1).
+            elbow: the branch, +1 or -1.
+
+        Returns:
+            Joint angles (1, dof), rad, and a number that is within [-1, 1] exactly when the point is reached.
+        """
+
+    @abstractmethod
+    def restore_redundancy(self, point: Matrix, normalised: Matrix) -> Matrix:
+        """Redundant values with which a point (dim, 1) can be reached, from numbers in [0, 1]; both (redundancy, 1)."""
+
+    @abstractmethod
+    def redundant_values(self, theta: FloatArray) -> FloatArray:
+        """The redundant values of postures (n, dof): (n, redundancy)."""
+
+    @abstractmethod
+    def redundancy_ranges(self, theta: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Bounds of the redundant values of postures (n, dof) with the tool at points (n, dim); (n, redundancy)."""
+
+    @property
+    @abstractmethod
+    def middle(self) -> Matrix:
+        """The posture around which angles are wrapped, (1, dof), rad."""
+
+    @abstractmethod
+    def wrap(self, theta: Matrix) -> Matrix:
+        """The same posture (1, dof) with each angle in its first turn, rad."""
+
+    @abstractmethod
+    def wrap_near(self, theta: Matrix, start: Matrix) -> Matrix:
+        """The same posture (1, dof) with each angle in the turn nearest ``start``; joint limits decide first."""
+
+    @abstractmethod
+    def project_to_point(self, theta: Matrix, point: Matrix) -> Matrix:
+        """The posture nearest ``theta`` (1, dof) whose tool is at ``point`` (dim, 1) exactly."""
+
+
+def _as_tuple(value: Any) -> Any:
+    """Lists as tuples, all the way down."""
+    return tuple(_as_tuple(entry) for entry in value) if isinstance(value, (list, tuple)) else value

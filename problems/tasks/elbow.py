@@ -1,0 +1,61 @@
+"""The branch of inverse kinematics: which way the elbow bends."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Literal, TypeAlias
+
+import casadi as ca
+import numpy as np
+
+from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray, Matrix
+from problems.robots.robot import Robot
+
+Elbow: TypeAlias = Literal["up", "down", "free"]
+
+
+def check_elbow(robot: Robot, elbow: Elbow) -> None:
+    """Raise InvalidProblem when the limits of joint 2 leave nothing of the half turn that the elbow asks for."""
+    if robot.limits.position is not None and elbow != "free":
+        low, high = robot.limits.position[1]
+        if half_turn(elbow, (low + high) / 2.0, (low, high)) is None:
+            raise InvalidProblem(
+                "joint_limits", f"joint 2: with the elbow {elbow} it cannot be within {low} and {high}"
+            )
+
+
+def half_turn(elbow: Elbow, theta_2: float, within: tuple[float, float]) -> tuple[float, float] | None:
+    """Where theta_2 may be with the elbow up (sin theta_2 >= 0) or down, in rad.
+
+    Args:
+        elbow: ``up`` or ``down``.
+        theta_2: of several half turns the nearest to this angle is taken.
+        within: the limits of joint 2.
+
+    Returns:
+        The part of that half turn that lies within the limits; None when no half turn does.
+    """
+    low = 0.0 if elbow == "up" else -pi
+    nearest = int(np.rint((theta_2 - low - pi / 2.0) / (2.0 * pi)))
+    for turn in sorted(range(nearest - 2, nearest + 3), key=lambda n: abs(n - nearest)):
+        found = max(low + 2.0 * pi * turn, within[0]), min(low + pi + 2.0 * pi * turn, within[1])
+        if found[0] < found[1]:
+            return found
+    return None
+
+
+def narrow_elbow(elbow: Elbow, x: FloatArray, index: int, lower: FloatArray, upper: FloatArray) -> None:
+    """Narrow, in place, the bounds of a theta_2 among the variables to the half turn of its elbow nearest to it."""
+    if elbow == "free":
+        return
+    found = half_turn(elbow, float(x[index]), (float(lower[index]), float(upper[index])))
+    if found is not None:
+        lower[index], upper[index] = found
+
+
+def elbow_signs(elbow: Elbow, branch: Matrix, ends: int) -> list[Matrix]:
+    """+1 (up) or -1 (down) for each end; from the signs of the search variables when the elbow is free."""
+    if elbow == "free":
+        return [ca.if_else(branch[i] < 0.0, -1.0, 1.0) for i in range(ends)]
+    return [1.0 if elbow == "up" else -1.0] * ends

@@ -1,0 +1,113 @@
+"""Following a given path, Section III-A, second case: (7), (19)-(25), for robots with redundancy.
+
+The tool passes the path's points at equal intervals of time. At some of the points, the knots, inverse kinematics gives
+the joint angles; the other points are met only nearly: the trajectory accuracy (24).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar, Literal, TypeAlias, get_args
+
+import casadi as ca
+import numpy as np
+
+from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray, largest
+from problems.limits.accuracy import Accuracy
+from problems.limits.constraint import Constraint
+from problems.motions.trajectory import Trajectory
+from problems.robots.robot import Robot
+from problems.scene.obstacle import Obstacle
+from problems.tasks.checks import check_at_least, check_choice, check_obstacles, check_point, check_range
+from problems.tasks.drawing import Marker, MarkerKind
+from problems.tasks.elbow import Elbow, check_elbow
+from problems.tasks.path import Path
+from problems.tasks.point_to_point import end_conditions
+from problems.tasks.task import Task
+
+KnotRedundancy: TypeAlias = Literal["free", "values"]
+
+
+@dataclass(frozen=True)
+class PathFollowing(Task):
+    """Lead the tool along a path, from rest to rest.
+
+    Args:
+        robot: that moves; it has redundancy to spend.
+        path: the points P*.
+        accuracy: the largest distance between planned and given point at the same path parameter, m (24).
+        elbow: the branch of inverse kinematics, the same all along; ``free`` adds a decision variable.
+        obstacles: to keep clear of.
+        knots: how many of the points are knots at the least, spread evenly; corners are knots too. Half of the
+            points if None.
+        total_time: bounds of t_T, s. The upper one is the paper formulation's search box only. If None, from 0.1 s to
+            10 s, or to twice the time that the motion in the middle of its redundancy takes if that is more.
+        knot_redundancy: of the nonlinear program alone: ``free`` at every knot, or the search vector's ``values``.
+
+    Raises:
+        InvalidProblem: a point is out of reach, too close to the base or inside an obstacle, or a field is out of
+            its range.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("total_time",)
+
+    robot: Robot
+    path: Path
+    accuracy: float
+    elbow: Elbow = "free"
+    obstacles: tuple[Obstacle, ...] = ()
+    knots: int | None = None
+    total_time: tuple[float, float] | None = None
+    knot_redundancy: KnotRedundancy = "free"
+
+    def __post_init__(self) -> None:
+        check_choice("elbow", self.elbow, get_args(Elbow))
+        check_choice("knot_redundancy", self.knot_redundancy, get_args(KnotRedundancy))
+        if self.robot.redundancy < 1:
+            links = self.robot.redundancy + 2
+            raise InvalidProblem("link_lengths", f"following a path takes at least 3 links, not {links}")
+        if not (np.isfinite(self.accuracy) and self.accuracy > 0.0):
+            raise InvalidProblem("accuracy", f"{self.accuracy} m is not positive")
+        check_at_least("knots", self.knots, 2)
+        if self.total_time is not None:
+            check_range("total_time", self.total_time)
+        check_elbow(self.robot, self.elbow)
+        check_obstacles(self.robot, self.obstacles)
+        for index, point in enumerate(self.path.points):
+            check_point(self.robot, self.obstacles, "points", point, name=f"points[{index}] = ")
+
+    @cached_property
+    def knot_indices(self) -> tuple[int, ...]:
+        """Which points are knots: both ends, the corners and the points next to them, others evenly in between.
+
+        At rest and at a corner the tip is far from moving evenly, and a knot missing there costs the most accuracy.
+        """
+        last = len(self.path.points) - 1
+        wanted = self.knots if self.knots is not None else (last + 3) // 2
+        even = np.rint(np.linspace(0, last, min(wanted, last + 1))).astype(int).tolist()
+        around = [index + shift for index in (0, *self.path.corners, last) for shift in (-1, 0, 1)]
+        return tuple(sorted({*even, *(index for index in around if 0 <= index <= last)}))
+
+    def point_times(self, trajectory: Trajectory) -> FloatArray:
+        """When the points of the path are passed, (n,), s."""
+        return np.linspace(0.0, 1.0, len(self.path.points)) * trajectory.duration
+
+    def accuracy_constraint(self, trajectory: Trajectory) -> Constraint:
+        """(24) at every point of the path, numeric."""
+        tool = trajectory.samples(self.point_times(trajectory), self.robot).tool
+        return Accuracy(self.accuracy).at(tool, ca.DM(self.path.array))
+
+    def accuracy_of(self, trajectory: Trajectory) -> float:
+        """Trajectory accuracy: the largest distance from a given point, m."""
+        return float(largest(self.accuracy_constraint(trajectory).expression))
+
+    def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
+        """Accuracy at every point; start and goal."""
+        ends = end_conditions(self.robot, trajectory, self.path.points[0], self.path.points[-1])
+        return [(self.accuracy_constraint(trajectory), self.point_times(trajectory)), *ends]
+
+    def markers(self) -> tuple[Marker, ...]:
+        """The given points."""
+        return (Marker(label="given points", points=self.path.array, kind=MarkerKind.POINTS),)

@@ -1,0 +1,28 @@
+"""What every task offers: a statement of what is asked for, and what a finished motion has to meet."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from problems.base.arguments import Statement
+from problems.base.matrix import FloatArray
+from problems.limits.constraint import Constraint
+from problems.motions.trajectory import Trajectory
+from problems.robots.robot import Robot
+from problems.scene.obstacle import Obstacle
+from problems.tasks.drawing import Marker
+
+
+class Task(Statement, ABC):
+    """A statement: a robot, what it has to do, and what it has to keep clear of. A subclass is a frozen dataclass."""
+
+    robot: Robot
+    obstacles: tuple[Obstacle, ...]
+
+    @abstractmethod
+    def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
+        """What the task itself demands of a finished motion: numeric constraints, and the times of their rows in s."""
+
+    def markers(self) -> tuple[Marker, ...]:
+        """What the tool has to reach, for drawing; nothing by default."""
+        return ()

@@ -1,0 +1,1 @@
+"""Searches that follow gradients of a program: IPOPT from one start or from many."""

@@ -1,0 +1,20 @@
+"""Every metaheuristic of the registry, by name; those of libraries that are not installed skip the test."""
+
+from __future__ import annotations
+
+from pkgutil import resolve_name
+
+import pytest
+
+from solvers import EXTERNAL, SOLVERS, Solver
+
+NAMES = [*SOLVERS, *EXTERNAL]
+
+
+def named_solver(name: str) -> type[Solver]:
+    if name in SOLVERS:
+        return SOLVERS[name]
+    if EXTERNAL[name].extra:
+        pytest.importorskip(EXTERNAL[name].extra)
+    solver: type[Solver] = resolve_name(EXTERNAL[name].path)
+    return solver

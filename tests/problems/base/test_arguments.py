@@ -1,0 +1,149 @@
+"""Statements and their symbolic twins: which numbers become arguments, and what formulas make of them."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import casadi as ca
+import numpy as np
+import pytest
+from helpers.cases import equal_links
+from hypothesis import given
+from hypothesis import strategies as st
+
+from problems import Ellipse, PlanarArm
+from problems.base.arguments import Arguments, Statement
+from problems.base.matrix import as_array
+from problems.limits import limits_of
+from problems.limits.derivative import AccelerationLimit, SpeedLimit
+
+
+@dataclass(frozen=True)
+class Inner(Statement):
+    numbers: ClassVar[tuple[str, ...]] = ("length", "ranges", "turn")
+    zero_is_structure: ClassVar[tuple[str, ...]] = ("turn",)
+
+    length: float
+    ranges: tuple[tuple[float, float], ...] | None = None
+    turn: float = 0.0
+    name: str = "inner"
+
+
+@dataclass(frozen=True)
+class Outer(Statement):
+    numbers: ClassVar[tuple[str, ...]] = ("place", "weight")
+
+    place: tuple[float, ...]
+    weight: float
+    parts: tuple[Inner, ...]
+    twice: Inner
+    count: int = 3
+
+    def formula(self) -> Any:
+        """Of its own numbers and those of its parts."""
+        sizes = sum(part.length * self.count for part in self.parts)
+        return self.place[0] * self.place[1] + self.weight**2 * sizes + self.twice.length
+
+
+def check_formula(outer: Outer) -> None:
+    arguments = Arguments()
+    expression = arguments.twin(outer).formula()
+    evaluate = ca.Function("f", [arguments.symbols], [expression])
+    assert float(evaluate(arguments.values)) == pytest.approx(float(outer.formula()), rel=1e-12)
+
+
+def test_values_are_in_the_order_of_the_fields() -> None:
+    first, second = Inner(1.0, ((2.0, 3.0), (4.0, 5.0)), 6.0), Inner(7.0)
+    outer = Outer((8.0, 9.0), 10.0, (first, second), first)
+    arguments = Arguments()
+    twin = arguments.twin(outer)
+    assert arguments.values.tolist() == [8.0, 9.0, 10.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
+    assert arguments.symbols.shape == (10, 1)
+    assert [str(symbol) for symbol in (*twin.place, twin.weight, twin.parts[0].turn)] == ["p0", "p1", "p2", "p8"]
+    check_formula(outer)
+
+
+def test_what_occurs_twice_has_one_twin() -> None:
+    shared, arguments = Inner(1.0), Arguments()
+    outer = Outer((1.0, 2.0), 3.0, (shared, Inner(1.0)), shared)
+    twin = arguments.twin(outer)
+    assert twin.parts[0] is twin.twice
+    assert twin.parts[1] is not twin.twice
+    assert arguments.twin(shared) is twin.twice
+    assert arguments.twin(outer) is twin
+    assert arguments.values.size == 5
+    assert arguments.twin((shared, shared))[0] is twin.twice
+
+
+def test_none_and_what_is_no_number_stay() -> None:
+    arguments = Arguments()
+    twin = arguments.twin(Inner(1.0, None, 0.0, "name"))
+    assert (twin.ranges, twin.name) == (None, "name")
+    assert type(twin) is Inner
+    assert arguments.values.tolist() == [1.0]
+    assert arguments.symbol(None) is None
+    assert arguments.twin(5.0) == 5.0
+    assert arguments.twin("word") == "word"
+
+
+def test_a_zero_may_be_structure() -> None:
+    for turn, values in ((0.0, [1.0]), (-0.0, [1.0]), (0.5, [1.0, 0.5])):
+        arguments = Arguments()
+        twin = arguments.twin(Inner(1.0, turn=turn))
+        assert arguments.values.tolist() == values
+        assert isinstance(twin.turn, float) == (turn == 0.0)
+    arguments = Arguments()
+    arguments.twin(Inner(0.0))
+    assert arguments.values.tolist() == [0.0]  # only where the statement says so
+
+
+def test_nothing_to_say() -> None:
+    arguments = Arguments()
+    assert arguments.symbols.shape == (0, 1)
+    assert arguments.values.shape == (0,)
+
+
+def test_the_statement_itself_stays_as_it_is() -> None:
+    arm = equal_links(3)
+    twin = Arguments().twin(arm)
+    assert arm == equal_links(3)
+    assert isinstance(twin, PlanarArm)
+    assert twin.links == 3
+    assert all(isinstance(length, ca.SX) for length in twin.link_lengths)
+
+
+@given(st.lists(st.floats(-3.0, 3.0), min_size=4, max_size=4))
+def test_formulas_of_a_twin_give_the_same_numbers(numbers: list[float]) -> None:
+    a, b, c, d = numbers
+    check_formula(Outer((a, b), c, (Inner(d), Inner(a)), Inner(b)))
+
+
+@given(st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3), st.floats(-2.0, 2.0))
+def test_kinematics_and_clearance_of_twins(theta: list[float], angle: float) -> None:
+    arm, obstacle = equal_links(3), Ellipse((0.8, 0.7), (0.2, 0.3), angle)
+    arguments = Arguments()
+    robot, ellipse = arguments.twin((arm, obstacle))
+    posture = ca.DM(theta).T
+
+    def formulas(of: Any, around: Any) -> Any:
+        positions = of.positions(posture)
+        return ca.vertcat(*(around.segment_clearance(*pair) for pair in itertools.pairwise(positions)))
+
+    evaluate = ca.Function("f", [arguments.symbols], [formulas(robot, ellipse)])
+    expected = as_array(formulas(arm, obstacle))
+    assert as_array(evaluate(arguments.values)) == pytest.approx(expected, abs=1e-12)
+
+
+def test_limits_share_their_robot() -> None:
+    arm = equal_links(3, joint_limits=((-1.0, 1.0),) * 3)
+    arguments = Arguments()
+    twins = arguments.twin(limits_of(arm, [Ellipse((0.8, 0.8), (0.1, 0.1))]))
+    assert len({id(limit.robot_or_none) for limit in twins}) == 1
+    speed, acceleration = (limit for limit in twins if isinstance(limit, SpeedLimit | AccelerationLimit))
+    assert speed.bounds is not None
+    assert acceleration.bounds is not None
+    numbers = arguments.values[[int(str(symbol)[1:]) for symbol in (*speed.bounds, *acceleration.bounds)]]
+    assert numbers.tolist() == [4.0] * 3 + [20.0] * 3
+    assert np.unique(arguments.values).size < arguments.values.size

@@ -1,0 +1,253 @@
+"""Limits by hand: one row or many, at samples and between them, with margins; and the time scales that they allow."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+import pytest
+from helpers.cases import OVAL, equal_links, moving
+
+from problems import CertificateStatus, Constraint, Ellipse, Limit, PlanarArm, Trajectory
+from problems.base.matrix import FloatArray, as_array
+from problems.certify.verification import limit_verdicts
+from problems.limits import LIMITS, limits_of
+from problems.limits.accuracy import Accuracy
+from problems.limits.clearance import STEP_SHARE, Clearance, StepLimit, reachable_pairs
+from problems.limits.constraint import PenaltyKind
+from problems.limits.derivative import AccelerationLimit, DerivativeLimit, SpeedLimit
+from problems.limits.joint_range import JointRange
+from problems.limits.point_constraints import end_point, reach_limit
+from problems.limits.time_scale import exact_time_scale, minimum_time_scale, peaks_of, safe_time_scale, scaling
+from problems.motions.samples import Samples
+from problems.motions.two_segments import Quantities
+
+RANGES = ((-2.0, 3.0), (-1.0, 1.0), (-3.0, 2.0))
+ARM = PlanarArm((0.8, 0.7, 0.5), (4.0, 3.0, 2.0), (20.0, 10.0, 30.0), RANGES)
+DISC, BESIDE = Ellipse((0.0, 1.0), (0.3, 0.3)), Ellipse((0.9, 0.5), (0.1, 0.2), 0.4)
+ROWS = 9
+
+
+@dataclass(frozen=True)
+class JerkLimit(DerivativeLimit):
+    """|d3theta_i(t)| <= 200 rad/s^3."""
+
+    name: ClassVar[str] = "jerk"
+    order: ClassVar[int] = 3
+    unit: ClassVar[str] = "rad/s^3"
+    equation: ClassVar[str] = "-"
+
+    @property
+    def bounds(self) -> tuple[float, ...] | None:
+        return (200.0,) * self.robot.dof
+
+
+EVERY: dict[str, Limit] = {
+    "speed": SpeedLimit(ARM),
+    "acceleration": AccelerationLimit(ARM),
+    "jerk": JerkLimit(ARM),
+    "joint range": JointRange(ARM),
+    "clearance": Clearance(ARM, reachable_pairs(ARM, [DISC, BESIDE])),
+    "step": StepLimit(ARM, 0.2),
+}
+
+
+def some_samples(rows: int = ROWS, seed: int = 0) -> Samples:
+    rng = np.random.default_rng(seed)
+    derivatives = tuple(ca.DM(rng.normal(size=(rows, 3)) * size) for size in (2.0, 4.0, 20.0, 200.0))
+    times = ca.DM(np.linspace(0.0, 1.0, rows))
+    return Samples(robot=ARM, derivatives=derivatives, duration=ca.DM(1.0), times=times)
+
+
+def straight() -> Samples:
+    """The arm stretched along x, then along y, half-way lifted, and bent."""
+    theta = ca.DM([[0.0, 0.0, 0.0], [np.pi / 2, 0.0, 0.0], [np.pi / 4, 0.0, 0.0], [0.0, np.pi / 2, 0.0]])
+    zeros = ca.DM.zeros(4, 3)
+    return Samples(robot=ARM, derivatives=(theta, zeros, zeros), duration=ca.DM(1.0))
+
+
+def rows_of(constraint: Constraint) -> FloatArray:
+    return as_array(constraint.expression)
+
+
+# One row or many
+
+
+@pytest.mark.parametrize("limit", EVERY.values(), ids=EVERY)
+@pytest.mark.parametrize("margin", [0.0, 0.01])
+def test_one_row_says_what_many_say(limit: Limit, margin: float) -> None:
+    samples = some_samples()
+    rows = [samples.rows(slice(i, i + 1)) for i in range(ROWS)]
+    every = limit.constraints(samples, margin)
+    alone = [limit.at(row, margin) for row in rows]
+    steps = [limit.between(before, after, margin) for before, after in itertools.pairwise(rows)]
+    assert len(every) == len(alone[0]) + len(steps[0])
+    for index, constraint in enumerate(every):
+        single = [row[index] for row in alone] if index < len(alone[0]) else [s[index - len(alone[0])] for s in steps]
+        assert (np.vstack([rows_of(c) for c in single]) == rows_of(constraint)).all()
+        assert constraint.rows == len(single)
+        assert len(constraint.columns) == rows_of(constraint).shape[1]
+        for one in single:
+            assert (one.name, one.unit, one.columns, one.formula) == (
+                constraint.name,
+                constraint.unit,
+                constraint.columns,
+                constraint.formula,
+            )
+            assert all((a == b).all() for a, b in zip(one.bounds, constraint.bounds, strict=True))
+        for penalty in ("paper_penalty", "graded_penalty"):
+            summed = sum(float(getattr(one, penalty)()) for one in single)
+            assert float(getattr(constraint, penalty)()) == pytest.approx(summed)
+
+
+@pytest.mark.parametrize("limit", EVERY.values(), ids=EVERY)
+def test_symbols_say_what_numbers_say(limit: Limit) -> None:
+    samples = some_samples()
+    symbols = [ca.SX.sym("d", ROWS, 3) for _ in samples.derivatives]
+    written = limit.constraints(Samples(robot=ARM, derivatives=tuple(symbols), duration=ca.SX(1)))
+    function = ca.Function("rows", symbols, [ca.densify(c.expression) for c in written])
+    for found, constraint in zip(function.call(list(samples.derivatives)), limit.constraints(samples), strict=True):
+        assert as_array(found) == pytest.approx(rows_of(constraint), abs=1e-12)
+
+
+def test_a_single_sample_has_no_steps() -> None:
+    single = some_samples(1)
+    assert [c.name for c in EVERY["clearance"].constraints(single)] == ["clearance"]
+    assert EVERY["step"].constraints(single) == []
+
+
+# Each by hand
+
+
+@pytest.mark.parametrize(
+    ("limit", "order", "bound", "unit"),
+    [
+        (SpeedLimit(ARM), 1, [4.0, 3.0, 2.0], "rad/s"),
+        (AccelerationLimit(ARM), 2, [20.0, 10.0, 30.0], "rad/s^2"),
+        (JerkLimit(ARM), 3, [200.0] * 3, "rad/s^3"),
+    ],
+    ids=["speed", "acceleration", "jerk"],
+)
+def test_derivatives(limit: DerivativeLimit, order: int, bound: list[float], unit: str) -> None:
+    samples = some_samples()
+    [constraint] = limit.constraints(samples, 0.5)  # a margin is not theirs
+    values = as_array(samples.derivatives[order])
+    assert (rows_of(constraint) == values).all()
+    assert [b.tolist() for b in constraint.bounds] == [[-b for b in bound], bound]
+    assert constraint.scales.tolist() == bound
+    assert (constraint.unit, constraint.symmetric, constraint.penalty) == (unit, True, PenaltyKind.MAGNITUDE)
+    assert constraint.columns == ("joint 1", "joint 2", "joint 3")
+    broken = np.abs(values) > bound
+    assert 0 < broken.sum() < broken.size
+    assert float(constraint.paper_penalty()) == pytest.approx(np.abs(values)[broken].sum())
+    assert float(constraint.graded_penalty()) == pytest.approx(np.maximum(0.0, np.abs(values) / bound - 1.0).sum())
+
+
+def test_joint_range_keeps_a_share_of_each_range() -> None:
+    [constraint] = JointRange(ARM).constraints(some_samples(), 0.1)
+    assert constraint.bounds[0] == pytest.approx([-1.5, -0.8, -2.5])
+    assert constraint.bounds[1] == pytest.approx([2.5, 0.8, 1.5])
+    assert constraint.penalty is PenaltyKind.COUNT
+
+
+def test_clearance_by_hand() -> None:
+    limit = Clearance(ARM, reachable_pairs(ARM, [DISC]))
+    assert [str(pair) for pair in limit.pairs] == [f"link {i}, obstacle 1" for i in (1, 2, 3)]
+    links, swept = limit.constraints(straight(), 0.01)
+    assert rows_of(links)[0] == pytest.approx([0.7, np.hypot(0.8, 1.0) - 0.3, np.hypot(1.5, 1.0) - 0.3])
+    assert rows_of(links)[1] == pytest.approx([-0.1, -0.3, 0.2])
+    assert rows_of(links)[3] == pytest.approx([0.7, np.hypot(0.8, 0.3) - 0.3, 0.5])
+    # The tip goes straight from (2, 0) to (0, 2), sqrt(1/2) from the centre; joint 2 from (0.8, 0) to (0, 0.8).
+    assert rows_of(swept)[0] == pytest.approx([-0.1, np.hypot(0.25, 0.25) * 1.0 - 0.3, np.sqrt(0.5) - 0.3])
+    assert links.bounds[0] == pytest.approx(0.01 * 2.0)
+    assert (links.bounds[1] == np.inf).all()
+    assert swept.columns == tuple(f"end of link {i}, obstacle 1" for i in (1, 2, 3))
+
+
+def test_steps_by_hand() -> None:
+    limit = StepLimit.holding(ARM, [DISC, BESIDE])
+    assert limit is not None
+    assert limit.width == 0.2
+    [step] = limit.constraints(straight())
+    assert rows_of(step)[0] == pytest.approx([2 * 0.8**2, 2 * 1.5**2, 2 * 2.0**2])
+    assert step.bounds[1] == pytest.approx((STEP_SHARE * 0.2) ** 2)
+    assert StepLimit.holding(ARM, []) is None
+
+
+def test_accuracy_by_hand() -> None:
+    tool, points = ca.DM([[1.0, 0.0], [3.0, 4.0]]), ca.DM([[1.0, 0.0], [0.0, 0.0]])
+    constraint = Accuracy(0.5).at(tool, points)
+    assert rows_of(constraint).ravel() == pytest.approx([0.0, 5.0], abs=1e-14)
+    assert float(constraint.paper_penalty()) == pytest.approx(5.0)
+    assert float(constraint.graded_penalty()) == pytest.approx(9.0)
+    assert as_array(constraint.row_values()).ravel() == pytest.approx([0.0, 100.0])
+    assert constraint.row_bounds()[1].tolist() == [1.0, 1.0]
+
+
+def test_points_by_hand() -> None:
+    reach = reach_limit(ca.DM([[0.5, -1.5]]))
+    assert as_array(reach.broken()).tolist() == [[0.0, 1.0]]
+    end = end_point("goal", ca.DM([[3.0, 4.0]]), (0.0, 0.0))
+    assert (end.name, float(end.expression), end.for_all_t) == ("goal", 5.0, False)
+
+
+# Which of them hold
+
+
+def test_limits_of_a_robot_among_obstacles() -> None:
+    assert list(LIMITS) == ["speed", "acceleration", "joint range", "clearance"]
+    assert [limit.name for limit in limits_of(ARM, [DISC])] == list(LIMITS)
+    assert [limit.name for limit in limits_of(equal_links(3), [])] == ["speed", "acceleration"]
+    far = Ellipse((9.0, 0.0), (0.1, 0.1))
+    assert [limit.name for limit in limits_of(ARM, [far])] == ["speed", "acceleration", "joint range"]
+    assert [limit.name for limit in limits_of(equal_links(3), [], [JerkLimit])] == ["speed", "acceleration", "jerk"]
+    assert [limit.name for limit in scaling(EVERY.values())] == ["speed", "acceleration", "jerk"]
+    with pytest.raises(NotImplementedError):
+        Limit.holding(ARM, [])
+
+
+# How slowly a shape has to be run
+
+
+def test_time_scales_by_hand() -> None:
+    speed, acceleration, jerk = SpeedLimit(ARM), AccelerationLimit(ARM), JerkLimit(ARM)
+    assert float(speed.time_scale(ca.DM([[2.0, 6.0, 1.0]]))) == pytest.approx(2.0)
+    assert float(acceleration.time_scale(ca.DM([[20.0, 10.0, 270.0]]))) == pytest.approx(3.0)
+    assert float(jerk.time_scale(ca.DM([[25.0, 1600.0, 200.0]]))) == pytest.approx(2.0)
+    samples = some_samples()
+    assert as_array(peaks_of(speed, samples))[0].tolist() == np.abs(as_array(samples.speed)).max(axis=0).tolist()
+    peaks = [ca.DM([[2.0, 6.0, 1.0]]), ca.DM([[20.0, 10.0, 270.0]])]
+    assert float(minimum_time_scale([speed, acceleration], peaks)) == pytest.approx(3.0)
+
+
+def a_motion(seed: int) -> Trajectory:
+    rng = np.random.default_rng(seed)
+    parts = [ca.DM(rng.uniform(-2.0, 2.0, (1, 3))) for _ in range(4)]
+    return Quantities(*parts, ca.DM(rng.uniform(0.3, 1.0)), ca.DM(rng.uniform(0.3, 1.0))).trajectory()
+
+
+@pytest.mark.parametrize(
+    "names", [("speed",), ("acceleration",), ("jerk",), ("speed", "acceleration", "jerk")], ids=str
+)
+@pytest.mark.parametrize("seed", range(8))
+def test_the_least_time_just_keeps_the_limits_and_is_certified(names: tuple[str, ...], seed: int) -> None:
+    limits, motion = [EVERY[name] for name in names], a_motion(seed)
+    scale = exact_time_scale(limits, motion)
+    held = limit_verdicts(limits, motion.time_scaled(safe_time_scale(limits, motion)))
+    assert [verdict.status for verdict in held] == [CertificateStatus.CERTIFIED] * len(names)
+    faster = limit_verdicts(limits, motion.time_scaled(scale * (1.0 - 1e-6)))
+    assert CertificateStatus.VIOLATED in {verdict.status for verdict in faster}
+    dense = motion.time_scaled(scale).samples(np.linspace(0.0, scale * motion.duration, 100_001))
+    for limit in limits:
+        assert float(limit.constraints(dense)[0].graded_penalty()) < 1e-6
+
+
+def test_a_limit_of_a_new_kind_belongs_to_a_problem() -> None:
+    problem = moving(equal_links(3), (1.0, 0.0), (0.5, 1.5), "length", "up", obstacles=(OVAL,))
+    assert isinstance(problem.limits[0], SpeedLimit)
+    trajectory = a_motion(1)
+    names = [verdict.name for verdict in limit_verdicts([*problem.limits, JerkLimit(problem.robot)], trajectory)]
+    assert names == ["speed", "acceleration", "clearance", "jerk"]

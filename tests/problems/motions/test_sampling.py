@@ -1,0 +1,132 @@
+"""Motions row by row and all at once: the same bits, times and quadrature; and the exact motion at these times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import chain, combinations
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from helpers.cases import equal_links
+
+from problems.base.matrix import as_array
+from problems.motions.knot_spline import KnotSpline, SplineShape
+from problems.motions.motion import Motion
+from problems.motions.samples import Samples
+from problems.motions.trajectory import SMOOTH_ORDERS
+from problems.motions.two_segments import Quantities, TwoSegments
+
+RNG = np.random.default_rng(0)
+ROBOT = equal_links(3)
+UNEVEN = (0.0, 0.02, 0.06, 0.1, 0.5, 0.52, 0.9, 0.98, 1.0)
+
+
+def quantities(t1: float, t2: float) -> Quantities:
+    return Quantities(*(ca.DM(RNG.normal(size=(1, 3))) for _ in range(4)), ca.DM(t1), ca.DM(t2))
+
+
+def spline(knots: Sequence[float], steps: int, time: float) -> tuple[KnotSpline, SplineShape]:
+    motion = KnotSpline(ROBOT, tuple(knots), 11, steps)
+    shape = motion.spline.coefficients(ca.DM(RNG.normal(size=(len(knots), 3))))
+    return motion, SplineShape(shape, ca.DM(time))
+
+
+MOTIONS: dict[str, tuple[Motion[Any], Any]] = {
+    "two segments": (TwoSegments(ROBOT, 7), quantities(0.3, 1.7)),
+    "two segments, few steps": (TwoSegments(ROBOT, 1), quantities(2.1, 0.4)),
+    "spline": spline(np.linspace(0.0, 1.0, 6).tolist(), 4, 1.3),
+    "spline, uneven knots": spline(UNEVEN, 6, 0.37),
+    "spline of two knots": spline((0.0, 1.0), 2, 2.0),
+}
+ORDERS = list(chain.from_iterable(combinations(range(3), n) for n in (1, 2, 3)))
+each_motion = pytest.mark.parametrize(("motion", "parameters"), MOTIONS.values(), ids=MOTIONS)
+
+
+def row_by_row(motion: Motion[Any], parameters: Any, orders: tuple[int, ...]) -> list[Samples]:
+    """What a compiled loop would see."""
+    blocks = motion.blocks(parameters, orders)
+    size, width = motion.piece_sizes(orders)
+    assert blocks.shape[1] == 1
+    return [
+        motion.at(blocks[piece * size : piece * size + width], ca.DM(row), motion.durations(parameters), orders)
+        for row, piece in zip(motion.grid.rows, motion.grid.pieces, strict=True)
+    ]
+
+
+@each_motion
+@pytest.mark.parametrize("orders", ORDERS, ids=str)
+def test_rows_have_the_bits_of_all_samples(motion: Motion[Any], parameters: Any, orders: tuple[int, ...]) -> None:
+    every, rows = motion.samples(parameters), row_by_row(motion, parameters, orders)
+    assert len(rows) == every.count
+    for order in motion.orders:
+        found = [sample.derivatives[order] for sample in rows]
+        if order not in orders:
+            assert all(value is None for value in found)
+            continue
+        assert all(value.shape == (1, 3) for value in found)
+        assert (np.vstack([as_array(value) for value in found]) == as_array(every.derivatives[order])).all()
+    for name in ("times", "weights"):
+        assert (np.vstack([as_array(getattr(row, name)) for row in rows]) == as_array(getattr(every, name))).all()
+    assert {float(row.duration) for row in rows} == {float(every.duration)}
+
+
+@each_motion
+def test_samples_are_the_exact_motion(motion: Motion[Any], parameters: Any) -> None:
+    samples, trajectory = motion.samples(parameters), motion.trajectory(parameters)
+    times = as_array(samples.times).ravel()
+    assert times[0] == 0.0
+    assert times[-1] == pytest.approx(trajectory.duration)
+    assert (np.diff(times) > 0.0).all()
+    assert float(samples.duration) == pytest.approx(trajectory.duration)
+    assert float(motion.duration(motion.durations(parameters))) == float(samples.duration)
+    assert motion.durations(parameters).shape == (motion.duration_count, 1)
+    for order in motion.orders:
+        exact = trajectory.at(np.minimum(times, trajectory.duration), order)
+        scale = 1e-8 * max(1.0, np.abs(exact).max())
+        inner = np.abs(times[:, None] - trajectory.breakpoints[1:-1]).min(axis=1) > 1e-9
+        chosen = inner if order > SMOOTH_ORDERS - 1 else slice(None)  # a jerk may jump where two pieces meet
+        assert as_array(samples.derivatives[order])[chosen] == pytest.approx(exact[chosen], abs=scale)
+
+
+@each_motion
+def test_weights_are_those_of_the_trapezoidal_rule(motion: Motion[Any], parameters: Any) -> None:
+    """Exact for lines; for a square too large by (b - a) h^2 / 6 in a stretch from a to b of equal steps h."""
+    samples = motion.samples(parameters)
+    times, weights = (as_array(part).ravel() for part in (samples.times, samples.weights))
+    steps, end = np.diff(times), times[-1]
+    assert weights.sum() == pytest.approx(end)
+    assert weights @ times == pytest.approx(end**2 / 2.0)
+    assert weights @ (3.0 - 2.0 * times) == pytest.approx(3.0 * end - end**2)
+    assert weights @ times**2 == pytest.approx(end**3 / 3.0 + (steps**3).sum() / 6.0)
+
+
+@each_motion
+def test_parameters_travel_as_matrices(motion: Motion[Any], parameters: Any) -> None:
+    matrices = motion.as_matrices(parameters)
+    again = motion.as_matrices(motion.from_matrices(matrices))
+    assert all((as_array(a) == as_array(b)).all() for a, b in zip(matrices, again, strict=True))
+    if isinstance(parameters, Quantities):
+        vector = parameters.vector()
+        assert (as_array(Quantities.from_vector(vector).vector()) == as_array(vector)).all()
+
+
+@each_motion
+def test_rows_of_a_table_hold_the_samples(motion: Motion[Any], parameters: Any) -> None:
+    trajectory, times = motion.trajectory(parameters), as_array(motion.samples(parameters).times).ravel()
+    rows = motion.row_times(trajectory, 201)
+    assert rows.size >= 201
+    assert (np.diff(rows) > 0.0).all()
+    assert np.abs(rows[:, None] - times).min(axis=0).max() <= 1e-12 * trajectory.duration
+
+
+def test_symbols_and_numbers_give_the_same_rows() -> None:
+    for motion, parameters in MOTIONS.values():
+        numbers = motion.as_matrices(parameters)
+        symbols = [ca.SX.sym("p", *value.shape) for value in numbers]
+        samples = motion.samples(motion.from_matrices(symbols))
+        results = ca.Function("samples", symbols, list(samples.derivatives)).call(numbers)
+        for found, expected in zip(results, motion.samples(parameters).derivatives, strict=True):
+            scale = max(1.0, np.abs(as_array(expected)).max())
+            assert as_array(found) == pytest.approx(as_array(expected), abs=1e-12 * scale)

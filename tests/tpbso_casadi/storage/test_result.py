@@ -1,0 +1,215 @@
+"""result.json: what is written is read again, and everything that is wrong is named."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from problems.base.matrix import FloatArray
+from solvers import Box, Search, Solver
+from tpbso_casadi import builtin, parse_scenario, plan, result_of, write_run
+from tpbso_casadi.storage.plain import as_json, plain, settings_of
+from tpbso_casadi.storage.result import InvalidResult, RunResult
+from tpbso_casadi.storage.stored_run import InvalidRun, read_run
+
+KINDS: dict[str, dict[str, Any]] = {
+    "search": {"name": "pso", "evaluations": 1000},
+    "polish": {"name": "pso", "evaluations": 1000, "polish_starts": 1},
+    "ipopt": {"name": "ipopt", "iterations": 1},
+    "plug-in": {"name": "my_module:Peculiar", "evaluations": 40},
+}
+
+
+class Colour(Enum):
+    RED = "red"
+
+
+@dataclass(frozen=True)
+class Inner:
+    rate: float = 0.5
+
+
+@dataclass(frozen=True)
+class Peculiar(Solver):
+    """Settings of every type that a plug-in may have."""
+
+    population: int = 10
+    weights: tuple[float, ...] = (0.1, float("inf"))
+    colour: Colour = Colour.RED
+    inner: Inner = Inner()
+    folder: Path = Path("here")
+    table: FloatArray = field(default_factory=lambda: np.eye(2))
+    function: Callable[[float], float] = abs
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+        yield box.sample(rng, self.population)
+        for _ in iterations:
+            yield box.sample(rng, self.population)
+
+
+@cache
+def result(kind: str, case: str = "time-2") -> RunResult:
+    content = builtin(case).model_dump()
+    content["model"]["formulation"] = "reduced"
+    content["solver"] |= KINDS[kind]
+    return result_of(plan(parse_scenario(content)))
+
+
+@pytest.fixture(autouse=True)
+def plug_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "my_module", SimpleNamespace(Peculiar=Peculiar))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_written_is_read_again(kind: str) -> None:
+    written = result(kind)
+    text = written.to_json()
+    read = RunResult.from_json(text)
+    assert read == written
+    assert read.to_json() == text
+    assert ("polish" in json.loads(text)) == (kind == "polish")
+    assert (read.solution.variables is None) == (kind == "ipopt")
+    assert list(json.loads(text))[:8] == [
+        "scenario",
+        "solver",
+        "seed",
+        "objective",
+        "cost",
+        "feasible",
+        "constraints",
+        "certificate",
+    ]
+
+
+def test_settings_of_any_solver_fit() -> None:
+    settings = result("plug-in").solver.settings
+    assert settings == settings_of(Peculiar())
+    assert settings["weights"] == [0.1, None] and settings["colour"] == "red" and settings["inner"] == {"rate": 0.5}
+    assert settings["table"] == [[1.0, 0.0], [0.0, 1.0]] and settings["folder"] == "here"
+    assert "abs" in settings["function"]
+
+
+def test_a_number_that_is_not_finite_is_null() -> None:
+    content = result("search").model_dump()
+    content["cost"] = float("inf")
+    content["history"]["cost"][0] = float("nan")
+    content["constraints"][0]["worst"] = float("-inf")
+    odd = RunResult.model_validate(content)
+    assert (odd.cost, odd.history.cost[0], odd.constraints[0].worst) == (None, None, None)
+    assert '"cost": null' in odd.to_json() and "NaN" not in odd.to_json() and "Infinity" not in odd.to_json()
+    assert RunResult.from_json(odd.to_json()) == odd
+    assert plain([np.float64(1.5), np.nan, {1: np.int64(2)}]) == [1.5, None, {"1": 2}]
+    assert as_json({"a": float("inf")}, indent=None) == '{"a": null}\n'
+
+
+def edited(path: str, value: object) -> str:
+    """The text of a polished result with one key set, or removed where the value is ``...``."""
+    content = json.loads(result("polish").to_json())
+    *keys, last = [int(key) if key.isdecimal() else key for key in path.split(".")]
+    table: Any = content
+    for key in keys:
+        table = table[key]
+    if value is ...:
+        del table[last]
+    else:
+        table[last] = value
+    return json.dumps(content)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "reason"),
+    [
+        ("feasibel", True, "unknown key; did you mean feasible?"),
+        ("objective.valeu", 1.0, "unknown key; did you mean value?"),
+        ("constraints.0.satisfied_", True, "unknown key; did you mean satisfied?"),
+        ("polish.before.objectiv", 1.0, "unknown key; did you mean objective?"),
+        ("solution.time_stretch", 1.0, "unknown key; did you mean time_scale?"),
+        ("cost", ..., "missing key"),
+        ("solution.coefficients", ..., "missing key"),
+        ("constraints.1.status", ..., "missing key"),
+        ("polish.residuals", ..., "missing key"),
+        ("scenario.arm", ..., "missing key"),
+        ("scenario.task.gaol", [1.0, 0.0], "unknown key; did you mean goal?"),
+        ("scenario.arm.max_speed", -1.0, "input should be greater than 0, not -1.0"),
+        ("scenario", "time-2", "a scenario is needed"),
+        ("seed", "1", "input should be a valid integer, not '1'"),
+        ("seed", -1, "input should be greater than or equal to 0, not -1"),
+        ("feasible", 1, "input should be a valid boolean, not 1"),
+        ("objective.value", "fast", "input should be a valid number, not 'fast'"),
+        ("constraints.0.status", "certain", "input should be 'certified', 'violated' or 'undecided', not 'certain'"),
+        ("stop_reason", "bored", "input should be 'evaluations',"),
+        ("solution.breakpoints.0", None, "input should be a valid number, not None"),
+        ("solution.breakpoints", [0.0], "list should have at least 2 items"),
+        ("solution.coefficients", "none", "input should be a valid array, not 'none'"),
+        ("solution.coefficients.0.0", [1.0], "an array (order, pieces, joints) is needed"),
+        ("solution.coefficients.0.0.0", float("nan"), "input should be a finite number, not nan"),
+        ("solution.variables.0.value", None, "input should be a valid number, not None"),
+        ("solution.time_scale", 0.0, "input should be greater than 0, not 0.0"),
+        ("solver.settings.c1", float("nan"), "holds a number that is not finite"),
+        ("history.evaluations.0", 0.5, "input should be a valid integer"),
+        ("rounds", 0, "input should be greater than or equal to 1, not 0"),
+        ("polish", [], "input should be"),
+        ("versions.casadi", 3, "input should be a valid string, not 3"),
+    ],
+)
+def test_what_is_wrong_is_named(path: str, value: object, reason: str, tmp_path: Path) -> None:
+    text = edited(path, value)
+    with pytest.raises(InvalidResult) as caught:
+        RunResult.from_json(text)
+    key, _, message = str(caught.value).partition(": ")
+    assert path.startswith(key) and message.startswith(reason), str(caught.value)
+    if value is ... or "unknown" in reason:
+        assert key == path
+    (tmp_path / "result.json").write_text(text)
+    with pytest.raises(InvalidRun) as refused:
+        read_run(tmp_path)
+    assert str(refused.value) == f"{tmp_path / 'result.json'}: {caught.value}"
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1, 2]", "null", '"text"'])
+def test_what_is_no_result_at_all(text: str) -> None:
+    with pytest.raises(InvalidResult) as caught:
+        RunResult.from_json(text)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "reason"),
+    [
+        ("seed", 7, "seed: 7 is stored, 1 is computed"),
+        ("solver.name", "bso", "solver.name: 'bso' is stored, 'pso' is computed"),
+        ("constraints.0.bound", 5.0, "constraints.speed.bound: 5.0 is stored"),
+        ("constraints.0.worst", None, "constraints.speed.worst: None is stored"),
+        ("constraints.0.satisfied", False, "constraints.speed.satisfied: False is stored"),
+        ("constraints.0.name", "pace", "constraints: ['pace', "),
+        ("certificate.verdict", "undecided", "certificate.verdict: 'undecided' is stored, 'certified' is computed"),
+        ("scenario.task.goal", [9.0, 9.0], "scenario.task.goal: (9.0, 9.0) is 12.7279 m from the base"),
+    ],
+)
+def test_what_contradicts_a_recomputation_is_named(path: str, value: object, reason: str, tmp_path: Path) -> None:
+    (tmp_path / "result.json").write_text(edited(path, value))
+    with pytest.raises(InvalidRun) as refused:
+        read_run(tmp_path)
+    assert str(refused.value).startswith(f"{tmp_path / 'result.json'}: {reason}"), str(refused.value)
+
+
+def test_a_folder_is_read_as_it_was_written(tmp_path: Path) -> None:
+    content = builtin("time-3").model_dump()
+    content["solver"] |= {"evaluations": 500}
+    solution = plan(parse_scenario(content))
+    write_run(tmp_path, solution, plots=False)
+    run = read_run(tmp_path)
+    assert run.result == result_of(solution)
+    assert run.scenario == solution.scenario
+    np.testing.assert_array_equal(run.motion.trajectory.coefficients, solution.trajectory.coefficients)

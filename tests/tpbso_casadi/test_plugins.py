@@ -1,0 +1,126 @@
+"""The lookup of everything pluggable, and each of its errors."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from numbers import Rational
+from pathlib import Path
+
+import pytest
+
+from tpbso_casadi.plugins import Catalogue, PluginError, instance_of, subclass_of
+
+MODULE = """
+from fractions import Fraction
+
+class Shape: ...
+class Third(Fraction): ...
+third = Fraction(1, 3)
+
+class Holder:
+    half = Fraction(1, 2)
+"""
+
+
+CLASSES: Catalogue[type[dict]] = Catalogue(
+    kind="mapping",
+    group="no.such.group",
+    registry={"plain": dict, "ordered": "collections:OrderedDict", "rare": "no_such_package:Rare", "list": list},
+    accepts=subclass_of(dict),
+    requirement="a subclass of dict",
+    extras={"rare": "no_such_package"},
+)
+NUMBERS: Catalogue[Rational] = Catalogue(
+    kind="number",
+    group="tpbso_casadi.test_numbers",
+    registry={"seven": 7},
+    accepts=instance_of(Rational),
+    requirement="a rational number",
+)
+
+
+@pytest.fixture(autouse=True)
+def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A module with fractions, one that cannot be imported, and two packages with entry points."""
+    (tmp_path / "fraction_plugin.py").write_text(MODULE)
+    (tmp_path / "broken_plugin.py").write_text("raise RuntimeError('two\\nlines')\n")
+    entries = {
+        "first": "third = fraction_plugin:third\nboth = fraction_plugin:third\nbroken = broken_plugin:x\nseven = x:y\n",
+        "second": "both = fraction_plugin:Holder.half\nthird = fraction_plugin:third\nclass = fraction_plugin:Third\n",
+    }
+    for name, lines in entries.items():
+        info = tmp_path / f"{name}_dist-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}-dist\nVersion: 1.0\n")
+        (info / "entry_points.txt").write_text(f"[tpbso_casadi.test_numbers]\n{lines}")
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+
+def test_from_the_registry_directly_or_by_path() -> None:
+    assert CLASSES.find("plain") is dict
+    assert CLASSES.find("ordered") is OrderedDict
+
+
+def test_by_entry_point_and_by_path() -> None:
+    assert str(NUMBERS.find("third")) == "1/3"  # offered twice, but it is the same
+    assert str(NUMBERS.find("fraction_plugin:third")) == "1/3"
+    assert str(NUMBERS.find("fraction_plugin:Holder.half")) == "1/2"
+
+
+def test_the_registry_goes_before_entry_points() -> None:
+    assert NUMBERS.find("seven") == 7
+
+
+def test_all_names() -> None:
+    assert NUMBERS.names() == ["seven", "both", "broken", "class", "third"]
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("thrid", "no number 'thrid'; did you mean third?"),
+        ("qqq", "no number 'qqq'; there are both, broken, class, seven, third"),
+        ("both", "number 'both' is ambiguous: say fraction_plugin:Holder.half or fraction_plugin:third"),
+        ("broken", "cannot load number 'broken': importing broken_plugin failed: RuntimeError: two lines"),
+        (
+            "nowhere:x",
+            "cannot load number 'nowhere:x': importing nowhere failed: ModuleNotFoundError: No module named 'nowhere'",
+        ),
+        (
+            "fraction_plugin:thrid",
+            "cannot load number 'fraction_plugin:thrid': fraction_plugin has no thrid; did you mean third?",
+        ),
+        (":x", "cannot load number ':x': ':x' is not package.module:Attribute"),
+        ("x:", "cannot load number 'x:': 'x:' is not package.module:Attribute"),
+        (".x:y", "cannot load number '.x:y': '.x:y' is not package.module:Attribute"),
+        ("fraction_plugin:Shape", "number 'fraction_plugin:Shape' is not a rational number"),
+        ("class", "number 'class' is not a rational number"),
+    ],
+)
+def test_every_error_is_one_line(name: str, message: str) -> None:
+    with pytest.raises(PluginError) as caught:
+        NUMBERS.find(name)
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("rare", "rare needs the package no_such_package: pip install 'tpbso-casadi[no_such_package]'"),
+        ("list", "mapping 'list' is not a subclass of dict"),
+        ("plane", "no mapping 'plane'; did you mean plain?"),
+        ("fraction_plugin:third", "mapping 'fraction_plugin:third' is not a subclass of dict"),
+    ],
+)
+def test_errors_of_a_catalogue_of_classes(name: str, message: str) -> None:
+    with pytest.raises(PluginError) as caught:
+        CLASSES.find(name)
+    assert str(caught.value) == message
+
+
+def test_an_empty_catalogue_has_nothing_to_offer() -> None:
+    empty: Catalogue[int] = Catalogue(
+        kind="limit", group="no.such.group", registry={}, accepts=instance_of(int), requirement="a limit"
+    )
+    with pytest.raises(PluginError, match="no limit 'x'; there are none"):
+        empty.find("x")

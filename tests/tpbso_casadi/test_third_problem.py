@@ -1,0 +1,94 @@
+"""A problem that only has what every problem must have is planned, drawn, animated, audited and compared."""
+
+from __future__ import annotations
+
+import json
+import re
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from helpers.third_problem import JointMoveProblem, JointMoveTask
+
+from tpbso_casadi import parse_scenario, plan, read_scenario
+from tpbso_casadi.animation import frames_of, page
+from tpbso_casadi.campaign import ExecutorFactory, Store, grid, parse_solvers, run_campaign
+from tpbso_casadi.campaign.export import write_summary
+from tpbso_casadi.campaign.statistics import summarise
+from tpbso_casadi.cli.audit import main as audit
+from tpbso_casadi.cli.solve import main as solve
+from tpbso_casadi.reproduction.case_figures import illustrate
+from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario.tasks import TASKS
+
+SCENARIO = """
+[arm]
+link_lengths = [1.0, 0.8, 0.7]
+max_speed = 4.0
+max_acceleration = 20.0
+[task]
+kind = "joint-move"
+start = [0.0, 0.5, 0.5]
+goal = [1.5, -0.5, 0.2]
+[[obstacles]]
+center = [-1.5, -1.0]
+semi_axes = [0.2, 0.3]
+angle = 0.3
+[solver]
+evaluations = 600
+"""
+
+
+@pytest.fixture(autouse=True)
+def registered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(TASKS, "joint-move", JointMoveTask)
+    Path("move.toml").write_text(SCENARIO)
+
+
+@pytest.mark.parametrize("options", [[], ["--polish"], ["--solver", "ipopt", "--iterations", "2"]])
+def test_it_is_planned_drawn_animated_and_audited(options: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve(["move.toml", *options, "--out", "run", "--animate", "run/move.html"]) == 0
+    pictures = {path.name for path in Path("run").glob("*.png")}
+    assert pictures == {"convergence.png", "path.png", "joints.png"}
+    data = re.search(r'<script type="application/json">(.*?)</script>', Path("run/move.html").read_text())
+    assert data is not None and json.loads(data[1])["points"] == []
+    assert audit(["run"]) == 0
+    assert "certified" in capsys.readouterr().out
+    assert audit(["move.toml"]) == 0
+
+
+def test_it_is_compared(tmp_path: Path) -> None:
+    runs = grid({"move": read_scenario(Path("move.toml"))}, parse_solvers("bso,pso+polish"), (1, 2))
+    executors = ExecutorFactory(lambda: ThreadPoolExecutor(2), lambda: ThreadPoolExecutor(1), 4)
+    with Store(tmp_path / "store") as store:
+        run_campaign(runs, store, executors)
+        assert [record.error for record in store.records(runs)] == [""] * 4
+        assert {store.result(run).scenario.task.kind for run in runs} == {"joint-move"}
+        summaries = summarise(store.records(runs))
+    assert [summary.infeasible for summary in summaries] == [0, 0]
+    write_summary(Path("out"), summaries, plots=True)
+    assert Path("out/comparison.png").exists()
+
+
+def test_it_is_illustrated_and_shown_without_markers() -> None:
+    scenario = read_scenario(Path("move.toml"))
+    illustration = illustrate("move", scenario.model_dump_json(), [])
+    assert [picture.caption for picture in illustration.pictures] == [
+        "(a) convergence; grey: the other runs",
+        "(b) path and postures",
+        "(c) joints",
+    ]
+    frames = frames_of(plan(scenario).motion, 5)
+    assert isinstance(frames.problem, JointMoveProblem)
+    assert frames.task_points.shape == (0, 2)
+    assert "joint" in page("move", frames)
+
+
+def test_its_keys_are_checked_like_all_others() -> None:
+    content = read_scenario(Path("move.toml")).model_dump()
+    content["task"]["goals"] = [1.0]
+    with pytest.raises(ScenarioError, match=r"^task.goals: unknown key; did you mean goal\?$"):
+        parse_scenario(content)
+    with pytest.raises(ScenarioError, match=r"needs kind = .*'joint-move'.*; did you mean joint-move\?$"):
+        parse_scenario(content | {"task": {"kind": "joint-moves"}})

@@ -1,0 +1,129 @@
+"""Everything pluggable by name: from a registry, from an entry point of another package, or by its path.
+
+A :class:`Catalogue` describes one kind of thing (solvers, robots, ...) and finds its members. Every error is a
+:class:`PluginError` of one line that says what is wrong and names the nearest known name.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import reduce
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from typing import Generic, TypeGuard, TypeVar
+
+T = TypeVar("T")
+
+
+class PluginError(ValueError):
+    """A name that cannot be resolved; the message is one line."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Catalogue(Generic[T]):
+    """All things of one kind that a user can name.
+
+    Attributes:
+        kind: what they are called in messages: "solver".
+        group: name of the entry-point group: "tpbso_casadi.solvers".
+        registry: by name, the thing itself, or its path "package.module:Attribute", imported when it is used.
+        accepts: whether an object is of that kind, see :func:`subclass_of` and :func:`instance_of`.
+        requirement: the same in words: "a subclass of solvers.Solver".
+        extras: by name, the extra of this distribution that installs the package of the same name; for those that need
+            one.
+    """
+
+    kind: str
+    group: str
+    registry: Mapping[str, T | str]
+    accepts: Callable[[object], TypeGuard[T]]
+    requirement: str
+    extras: Mapping[str, str] = field(default_factory=dict)
+
+    def find(self, name: str) -> T:
+        """The thing of that name.
+
+        Args:
+            name: in the registry, of an entry point, or "package.module:Attribute"; the first of these that fits.
+
+        Raises:
+            PluginError: there is none, it cannot be imported, it is of another kind, or it needs an extra package.
+        """
+        if name in self.registry:
+            return self._registered(name)
+        if ":" in name:
+            return self._checked(name, self._load(name, name))
+        entries = self._entries(name)
+        if not entries:
+            raise PluginError(f"no {self.kind} {name!r}; {_hint(name, self.names())}")
+        if len({entry.value for entry in entries}) > 1:
+            offers = " and ".join(sorted({entry.value for entry in entries}))
+            raise PluginError(f"{self.kind} {name!r} is ambiguous: say {offers.replace(' and ', ' or ')}")
+        return self._checked(name, self._load(name, entries[0].value))
+
+    def names(self) -> list[str]:
+        """All names, those of the registry first, then those of entry points."""
+        offered = {entry.name for entry in entry_points(group=self.group)}
+        return [*self.registry, *sorted(offered - set(self.registry))]
+
+    def _entries(self, name: str) -> list[EntryPoint]:
+        return list(entry_points(group=self.group, name=name))
+
+    def _registered(self, name: str) -> T:
+        extra = self.extras.get(name, "")
+        if extra and find_spec(extra) is None:
+            raise PluginError(f"{name} needs the package {extra}: pip install 'tpbso-casadi[{extra}]'")
+        entry = self.registry[name]
+        return self._checked(name, self._load(name, entry) if isinstance(entry, str) else entry)
+
+    def _load(self, name: str, path: str) -> object:
+        """Import "package.module:Attribute"; exceptions of the module become one line."""
+        module_name, _, attribute = path.partition(":")
+        prefix = f"cannot load {self.kind} {name!r}"
+        if not (module_name and attribute) or module_name.startswith("."):
+            raise PluginError(f"{prefix}: {path!r} is not package.module:Attribute")
+        try:
+            module = import_module(module_name)
+        except Exception as error:
+            raise PluginError(f"{prefix}: importing {module_name} failed: {_one_line(error)}") from error
+        try:
+            return reduce(getattr, attribute.split("."), module)
+        except AttributeError as error:
+            public = [known for known in vars(module) if not known.startswith("_")]
+            raise PluginError(f"{prefix}: {module_name} has no {attribute}; {_hint(attribute, public)}") from error
+
+    def _checked(self, name: str, candidate: object) -> T:
+        if self.accepts(candidate):
+            return candidate
+        raise PluginError(f"{self.kind} {name!r} is not {self.requirement}")
+
+
+def subclass_of(base: type[T] | tuple[type[T], ...]) -> Callable[[object], TypeGuard[type[T]]]:
+    """A check for :class:`Catalogue`: a class derived from ``base``, or from one of several."""
+
+    def accepts(candidate: object) -> TypeGuard[type[T]]:
+        return isinstance(candidate, type) and issubclass(candidate, base)
+
+    return accepts
+
+
+def instance_of(base: type[T]) -> Callable[[object], TypeGuard[T]]:
+    """A check for :class:`Catalogue`: an object of the class ``base``."""
+
+    def accepts(candidate: object) -> TypeGuard[T]:
+        return isinstance(candidate, base)
+
+    return accepts
+
+
+def _hint(name: str, known: Iterable[str]) -> str:
+    known = sorted(known)
+    nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+    return f"did you mean {nearest[0]}?" if nearest else f"there are {', '.join(known) or 'none'}"
+
+
+def _one_line(error: Exception) -> str:
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"

@@ -1,0 +1,111 @@
+"""Strict models of files, and descriptions of validation errors in one line: ``key.path: reason``."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Callable, Collection, Iterable, Sequence
+from typing import Any, TypeAlias, get_args
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic_core import PydanticKnownError
+
+Location: TypeAlias = Sequence[int | str]
+LONGEST_INPUT = 60  # characters of a wrong value that are shown
+
+
+class StrictModel(BaseModel):
+    """A table of a file: unknown keys and NaN or infinite numbers are errors, types are not guessed."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class NestedError(ValueError):
+    """An error in a table that is validated on its own; the message starts with a key of that table."""
+
+
+def choice_of(known: Collection[str], find: Callable[[str], object] | None = None) -> AfterValidator:
+    """A validator of text that must be one of the names in a registry, as it is when a file is read.
+
+    Args:
+        known: the names.
+        find: looks up what a plug-in offers, by ``package.module:Attribute`` or by a name; raises ValueError.
+    """
+
+    def check(name: str) -> str:
+        if find is not None and ":" in name:
+            find(name)
+        elif name not in known:
+            raise PydanticKnownError("literal_error", {"expected": in_words([repr(option) for option in known])})
+        return name
+
+    return AfterValidator(check)
+
+
+def in_words(options: Sequence[str]) -> str:
+    """``a, b or c``."""
+    return " or ".join(filter(None, [", ".join(options[:-1]), options[-1]]))
+
+
+def describe(error: ValidationError, model: type[BaseModel], content: Any) -> str:
+    """The first error of a validation as ``key.path: reason``.
+
+    Args:
+        error: of pydantic.
+        model: that was validated.
+        content: the plain data that does not fit it.
+    """
+    first = error.errors(include_url=False)[0]
+    kind, cause = first["type"], first.get("ctx", {}).get("error")
+    keys = _keys(first["loc"], content, kind == "missing")
+    path = ".".join(map(str, keys))
+    if isinstance(cause, NestedError):
+        return f"{path}.{cause}" if path else str(cause)
+    if kind == "extra_forbidden":
+        return f"{path}: unknown key{hint(str(keys[-1]), _known_keys(model, keys[:-1]))}"
+    if kind == "missing":
+        return f"{path}: missing key"
+    reason = str(cause) if cause is not None else first["msg"][0].lower() + first["msg"][1:]
+    if cause is not None or kind == "unknown_task":
+        return f"{path}: {reason}" if path else reason
+    given = repr(first["input"])
+    given = given if len(given) <= LONGEST_INPUT else given[: LONGEST_INPUT - 3] + "..."
+    near = hint(first["input"], re.findall(r"'([^']*)'", reason)) if kind == "literal_error" else ""
+    return f"{path}: {reason}, not {given}{near}" if path else f"{reason}, not {given}"
+
+
+def hint(word: object, known: Iterable[str]) -> str:
+    """The end of a message that names the nearest known word; empty where none is near."""
+    near = difflib.get_close_matches(str(word), list(known), n=1)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def _keys(location: Location, content: Any, missing: bool) -> list[int | str]:
+    """The parts of pydantic's location that are keys or indices; the others name members of unions."""
+    keys: list[int | str] = []
+    for part in location:
+        is_key = isinstance(content, dict) and part in content
+        is_index = isinstance(content, (list, tuple)) and isinstance(part, int) and part < len(content)
+        if is_key or is_index:
+            content = content[part]
+        elif not (missing and part == location[-1]):
+            continue
+        keys.append(part)
+    return keys
+
+
+def _known_keys(model: type[BaseModel], path: Location) -> list[str]:
+    """The keys that a model knows at a path."""
+    table: type[BaseModel] | None = model
+    for key in path:
+        if table is not None and isinstance(key, str):
+            field = table.model_fields.get(key)
+            table = None if field is None else _model_in(field.annotation)
+    return [] if table is None else list(table.model_fields)
+
+
+def _model_in(annotation: Any) -> type[BaseModel] | None:
+    """The model in a type such as ``list[Model]`` or ``Model | None``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next(filter(None, map(_model_in, get_args(annotation))), None)

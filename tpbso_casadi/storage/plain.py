@@ -1,0 +1,40 @@
+"""Any value as plain JSON data."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, is_dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+
+def plain(value: Any) -> Any:
+    """The value as JSON can hold it: a number that is not finite as None, an unknown kind of object as its text."""
+    if isinstance(value, Enum):
+        value = value.value
+    elif isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    elif is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, (bool, int, str)) else str(value)
+
+
+def settings_of(solver: object) -> dict[str, Any]:
+    """The hyper-parameters of any solver, by name."""
+    settings = plain(solver if is_dataclass(solver) else vars(solver))
+    assert isinstance(settings, dict)
+    return settings
+
+
+def as_json(content: dict[str, Any], indent: int | None = 2) -> str:
+    """Strict JSON with a line break at its end."""
+    return json.dumps(plain(content), indent=indent, allow_nan=False) + "\n"

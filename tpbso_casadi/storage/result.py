@@ -1,0 +1,240 @@
+"""The content of ``result.json``: one typed model that writes it and reads it.
+
+A number that is not finite is null on disk and None in the model. Unknown and missing keys and wrong types are errors
+of one line that name the key.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any, Self, TypeAlias
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+)
+
+from problems import CertificateStatus
+from problems.base.matrix import FloatArray
+from solvers import StopReason
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario.validation import NestedError, StrictModel, describe
+from tpbso_casadi.storage.plain import as_json, plain
+
+
+class InvalidResult(ValueError):
+    """Text that is not a ``result.json``; the message is one line: key path and reason."""
+
+
+def _scenario(content: Any) -> Any:
+    if isinstance(content, Scenario):
+        return content
+    if not isinstance(content, dict):
+        raise ValueError("a scenario is needed")
+    try:
+        return parse_scenario(content)
+    except ScenarioError as error:
+        raise NestedError(str(error)) from error
+
+
+def _all_finite(settings: dict[str, Any]) -> dict[str, Any]:
+    if plain(settings) != settings:
+        raise ValueError("holds a number that is not finite")
+    return settings
+
+
+def _rectangular(coefficients: list[list[list[float]]]) -> list[list[list[float]]]:
+    if len({len(pieces) for pieces in coefficients}) > 1 or len({len(row) for p in coefficients for row in p}) > 1:
+        raise ValueError("an array (order, pieces, joints) is needed")
+    return coefficients
+
+
+Number: TypeAlias = Annotated[float | None, BeforeValidator(plain)]  # None where it is not finite
+Count: TypeAlias = Annotated[int, Field(ge=0)]
+Seconds: TypeAlias = Annotated[float, Field(ge=0.0)]
+
+
+class SolverResult(StrictModel):
+    """The solver and its hyper-parameters, which may be those of any plug-in."""
+
+    name: str
+    settings: Annotated[dict[str, Any], AfterValidator(_all_finite)]
+
+
+class ObjectiveResult(StrictModel):
+    """The objective of the plan, measured at the rows of ``trajectory.csv``."""
+
+    name: str
+    value: Number
+    unit: str
+
+
+class ConstraintResult(StrictModel):
+    """One constraint, judged for all t; worst and bound in ``unit``."""
+
+    name: str
+    worst: Number
+    bound: Number
+    unit: str
+    status: CertificateStatus
+    where: str
+    satisfied: bool
+
+
+class CertificateResult(StrictModel):
+    """All constraints together, for all t."""
+
+    verdict: CertificateStatus
+
+
+class VariableResult(StrictModel):
+    """One entry of the search vector, in ``unit``."""
+
+    name: str
+    value: float
+    unit: str
+
+
+class SolutionResult(StrictModel):
+    """The motion itself.
+
+    Attributes:
+        variables: the best search vector, before any polish; None where there was none.
+        quantities: by symbol, those of the paper.
+        time_scale: the factor by which the search's motion has been slowed.
+        breakpoints: (pieces + 1,), s.
+        coefficients: (order, pieces, joints), highest power first, rad / s^n.
+    """
+
+    variables: list[VariableResult] | None
+    quantities: dict[str, list[float]]
+    time_scale: Annotated[float, Field(gt=0.0)]
+    breakpoints: Annotated[list[float], Field(min_length=2)]
+    coefficients: Annotated[list[list[list[float]]], Field(min_length=1), AfterValidator(_rectangular)]
+
+    @property
+    def vector(self) -> FloatArray | None:
+        """The search vector (d,); None where there was none."""
+        return None if self.variables is None else np.array([variable.value for variable in self.variables])
+
+
+class PolishedMotion(StrictModel):
+    """A motion before or after a polish; the violation in the unit of the constraint that is broken most."""
+
+    objective: Number
+    worst_violation: Number
+    feasible: bool
+
+
+class PolishResult(StrictModel):
+    """A polish; ``iterations`` and ``status`` are those of the descent that led to the best.
+
+    Attributes:
+        before: the search's motion.
+        after: the refined one.
+        accepted: whether the refined one is the plan.
+        starts: descents made.
+        iterations: of IPOPT.
+        evaluations: of the objective, in all descents.
+        seconds: with the compilation of the program.
+        status: IPOPT's own word.
+        stop_reason: the same in the words of all solvers.
+        residuals: of the first-order conditions, unscaled.
+        multipliers: by constraint, the sum of the absolute multipliers of its scaled rows.
+    """
+
+    before: PolishedMotion
+    after: PolishedMotion
+    accepted: bool
+    starts: Count
+    iterations: Count
+    evaluations: Count
+    seconds: Seconds
+    status: str
+    stop_reason: StopReason
+    residuals: dict[str, Number]
+    multipliers: dict[str, Number]
+
+
+class HistoryResult(StrictModel):
+    """Evaluations and the best cost so far after each iteration, both (n,)."""
+
+    evaluations: list[Count]
+    cost: list[Number]
+
+
+class RunResult(StrictModel):
+    """Everything to rerun and judge a plan; the keys of ``result.json``, in their order.
+
+    Attributes:
+        scenario: complete, defaults filled in.
+        solver: with all its settings.
+        seed: of the search.
+        objective: of the plan.
+        cost: of the search's best candidate.
+        feasible: whether every constraint is certified.
+        constraints: each judged for all t.
+        certificate: all together.
+        solution: the motion.
+        polish: None, and no key, where there was none.
+        rounds: searches made; only the best is described here.
+        evaluations: of the search.
+        iterations: of the search.
+        seconds: that the search took.
+        stop_reason: which criterion ended the search.
+        history: of the search.
+        versions: of the packages that decide a result.
+    """
+
+    scenario: Annotated[Scenario, BeforeValidator(_scenario)]
+    solver: SolverResult
+    seed: Count
+    objective: ObjectiveResult
+    cost: Number
+    feasible: bool
+    constraints: list[ConstraintResult]
+    certificate: CertificateResult
+    solution: SolutionResult
+    polish: PolishResult | None = None
+    rounds: Annotated[int, Field(ge=1)]
+    evaluations: Count
+    iterations: Count
+    seconds: Seconds
+    stop_reason: StopReason
+    history: HistoryResult
+    versions: dict[str, str]
+
+    @model_serializer(mode="wrap")
+    def _without_missing_polish(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content: dict[str, Any] = serialize(self)
+        if self.polish is None:
+            del content["polish"]
+        return content
+
+    def to_json(self, indent: int | None = 2) -> str:
+        """The text of ``result.json``."""
+        return as_json(self.model_dump(mode="json"), indent)
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """Read a ``result.json``.
+
+        Raises:
+            InvalidResult: naming the first wrong key.
+        """
+        try:
+            return cls.model_validate_json(text, strict=True)
+        except ValidationError as error:
+            raise InvalidResult(_one_line(error, cls, text)) from error
+
+
+def _one_line(error: ValidationError, model: type[RunResult], text: str) -> str:
+    if error.errors(include_url=False)[0]["type"] == "json_invalid":
+        return f"not JSON: {error.errors(include_url=False)[0]['ctx']['error']}"
+    return describe(error, model, json.loads(text))
