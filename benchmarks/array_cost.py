@@ -100,18 +100,18 @@ class Kinematics:
         return self.xp.sqrt(dx * dx + dy * dy).sum(-1)
 
     def clearances(self, x: Array, y: Array) -> list[Array]:
-        """Of links at the samples and of what joints draw between them; joints (..., n, k)."""
+        """Clearances of links at the samples and of the joints' lines between them; joints (..., n, k)."""
         base = self.xp.zeros_like(x[..., :1])
         xs, ys = self.xp.concatenate([base, x], -1), self.xp.concatenate([base, y], -1)
-        found = []
+        parts = []
         for pair in self.pairs:
             first, last = pair.body.start, pair.body.end
-            found.append(self._clearance(pair.obstacle, xs[..., first], ys[..., first], xs[..., last], ys[..., last]))
+            parts.append(self._clearance(pair.obstacle, xs[..., first], ys[..., first], xs[..., last], ys[..., last]))
             x_end, y_end = xs[..., last], ys[..., last]
-            found.append(
+            parts.append(
                 self._clearance(pair.obstacle, x_end[..., :-1], y_end[..., :-1], x_end[..., 1:], y_end[..., 1:])
             )
-        return found
+        return parts
 
     def _clearance(self, obstacle: Obstacle, *ends: Array) -> Array:
         xp = self.xp
@@ -140,7 +140,7 @@ class Kinematics:
         return sum(self.xp.maximum(0.0, self.margin - values).sum(-1) for values in clearances)
 
     def time_scale(self, speed: Array, acceleration: Array) -> Array:
-        """The least factor that time needs."""
+        """The minimum time scale."""
         by_speed = (self.xp.abs(speed) / self.speed).max((-1, -2))
         return self.xp.maximum(by_speed, self.xp.sqrt((self.xp.abs(acceleration) / self.acceleration).max((-1, -2))))
 
@@ -210,9 +210,9 @@ class PointToPointCost(Kinematics):
     def _sampled(self, *quantities: Array) -> list[Array]:
         first, second = self._data(*quantities)
         t1, t2 = quantities[-2][..., None], quantities[-1][..., None]
-        wanted = range(1, 3) if self.reduced else range(3)
+        orders = range(1, 3) if self.reduced else range(3)
         blocks = [
-            self.xp.concatenate([self.early[n] @ first / t1**n, self.late[n] @ second / t2**n], -2) for n in wanted
+            self.xp.concatenate([self.early[n] @ first / t1**n, self.late[n] @ second / t2**n], -2) for n in orders
         ]
         return [None, *blocks] if self.reduced else blocks
 

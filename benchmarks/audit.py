@@ -1,4 +1,4 @@
-"""What an audit costs, in milliseconds, for every built-in case: of its scenario, and of a polished run of it.
+"""Time of an audit in milliseconds, for every built-in case: of its scenario, and of a polished run of it.
 
 python -m benchmarks.audit
 """

@@ -22,7 +22,7 @@ from tpbso_casadi.reproduction.paper import TABLE_1
 from tpbso_casadi.scenario.builtin import THREE_METRES
 from tpbso_casadi.scenario.scenario import parse_scenario
 
-REFERENCE = 3000.0  # rad/s^2, at which times are measured
+REFERENCE_ACCELERATION = 3000.0  # rad/s^2, at which times are measured
 STARS = [{"shape": "pentagram", "radius": radius} for radius in (0.8, 0.9, 1.0, 1.1, 1.2)]
 CURVES = [
     {"shape": "closed-curve", "radius": radius, "waves": waves, "depth": depth}
@@ -33,18 +33,18 @@ CURVES = [
 def mean(shape: dict[str, Any], objective: str, runs: int) -> float:
     """BSO's mean over feasible runs; NaN when there is none."""
     common = {"kind": "path", "objective": objective, "elbow": "up", "accuracy": 0.1}
-    arm = THREE_METRES | {"max_acceleration": REFERENCE}
+    arm = THREE_METRES | {"max_acceleration": REFERENCE_ACCELERATION}
     problem = parse_scenario({"arm": arm, "task": {**common, **shape}}).problem()
     box = Box(*problem.bounds)
     costs = [minimize(problem.cost, box, BSO(), BSO.default_budget, seed).cost for seed in range(1, runs + 1)]
-    held = [cost for cost in costs if cost <= problem.objective_upper_bound]
-    return float(np.mean(held)) if held else float("nan")
+    feasible_costs = [cost for cost in costs if cost <= problem.objective_upper_bound]
+    return float(np.mean(feasible_costs)) if feasible_costs else float("nan")
 
 
 def calibrated(shape: dict[str, Any], runs: int) -> tuple[float, float]:
     """Mean rotation in rad, and the acceleration limit in rad/s^2 that brings the mean time to the paper's."""
     goal = TABLE_1[f"{shape['shape']}-time"]["bso"].mean
-    return mean(shape, "rotation", runs), REFERENCE * (mean(shape, "time", runs) / goal) ** 2
+    return mean(shape, "rotation", runs), REFERENCE_ACCELERATION * (mean(shape, "time", runs) / goal) ** 2
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""What a second process is worth to a campaign: the same runs with one worker and with two, in turn.
+"""Speedup of a campaign by a second process: the same runs with one worker and with two, in turn.
 
     python -m benchmarks.campaign
 
@@ -22,7 +22,7 @@ CASES = ["time-3", "rotation-5", "obstacle-3", "pentagram-time"]
 
 
 def seconds(folders: Sequence[Path], workers: int, runs: int) -> float:
-    """Of campaigns side by side, as commands."""
+    """Seconds of campaigns run side by side, as commands."""
     command = [sys.executable, "-m", "tpbso_casadi.compare", *CASES, "--solvers", "bso,pso,bso+polish", "--no-plots"]
     command += ["--runs", str(runs), "--quiet", "--workers", str(workers), "--out"]
     began = time.perf_counter()
@@ -49,7 +49,9 @@ def main() -> None:
             words = f"ratio {ratios[-1]:.2f}, ceiling {ceilings[-1]:.2f}"
             print(f"one worker {one:.1f} s, two {two:.1f} s, two commands {both:.1f} s: {words}", flush=True)
     spread = f"{min(ratios):.2f} to {max(ratios):.2f}"
-    print(f"two processes are worth {np.median(ratios):.2f} (median; {spread}), of {np.median(ceilings):.2f} possible")
+    print(
+        f"speedup by two processes: {np.median(ratios):.2f} (median; {spread}), of {np.median(ceilings):.2f} possible"
+    )
 
 
 if __name__ == "__main__":

@@ -38,14 +38,14 @@ from problems.limits.clearance import Clearance, reachable_pairs
 from problems.limits.time_scale import exact_time_scale
 from solvers import PSO, Box, Budget, minimize
 
-DENSE = 100_000
-PART = 5_000  # samples at once
-TOLERANCE = 1e-8  # relative: what counts as broken
+CHECK_SAMPLES = 100_000
+SAMPLES_PER_CHUNK = 5_000
+RELATIVE_TOLERANCE = 1e-8  # a limit exceeded by more counts as broken
 
 
 @dataclass(frozen=True)
 class Checked:
-    """One trajectory: by constraint how the certificate stands, and whether the samples break it."""
+    """One trajectory: the certificate's status by constraint, and which constraints the samples break."""
 
     statuses: dict[str, CertificateStatus]
     broken: frozenset[str]
@@ -77,7 +77,7 @@ def random_problem(rng: np.random.Generator) -> Problem[Any]:
 
 
 def check(seed: int) -> Checked:
-    """Certify one random motion, and look at it very closely."""
+    """Certify one random motion, and check it at very many samples."""
     rng = np.random.default_rng(seed)
     problem = random_problem(rng)
     x = Box(*problem.bounds).sample(rng, 1)[0]
@@ -101,16 +101,17 @@ def broken_limits(problem: Problem[Any], trajectory: Trajectory) -> Iterator[str
     arm = problem.robot
     assert isinstance(arm, PlanarArm)
     clearance = Clearance(arm, reachable_pairs(arm, problem.obstacles))
-    for times in np.array_split(np.linspace(0.0, trajectory.duration, DENSE), DENSE // PART):
+    chunks = CHECK_SAMPLES // SAMPLES_PER_CHUNK
+    for times in np.array_split(np.linspace(0.0, trajectory.duration, CHECK_SAMPLES), chunks):
         at = trajectory.samples(times, arm)
         theta, speed, acceleration = (as_array(part) for part in (at.theta, at.speed, at.acceleration))
-        if (np.abs(speed) > np.array(arm.max_speed) * (1.0 + TOLERANCE)).any():
+        if (np.abs(speed) > np.array(arm.max_speed) * (1.0 + RELATIVE_TOLERANCE)).any():
             yield "speed"
-        if (np.abs(acceleration) > np.array(arm.max_acceleration) * (1.0 + TOLERANCE)).any():
+        if (np.abs(acceleration) > np.array(arm.max_acceleration) * (1.0 + RELATIVE_TOLERANCE)).any():
             yield "acceleration"
         if arm.joint_limits is not None:
             low, high = np.array(arm.joint_limits).T
-            if ((theta < low - TOLERANCE) | (theta > high + TOLERANCE)).any():
+            if ((theta < low - RELATIVE_TOLERANCE) | (theta > high + RELATIVE_TOLERANCE)).any():
                 yield "joint range"
         if clearance.pairs and float(ca.mmin(clearance.at(at)[0].expression)) < 0.0:
             yield "clearance"
@@ -126,10 +127,10 @@ def main() -> None:
     print("| constraint | certified | violated | undecided | false certified | violated that no sample saw |")
     print("|---|---|---|---|---|---|")
     for name in ("speed", "acceleration", "joint range", "clearance"):
-        held = [(c.statuses[name], name in c.broken) for c in every if name in c.statuses]
-        count = Counter(status for status, _ in held)
-        false = sum(status is CertificateStatus.CERTIFIED and broken for status, broken in held)
-        unseen = sum(status is CertificateStatus.VIOLATED and not broken for status, broken in held)
+        outcomes = [(c.statuses[name], name in c.broken) for c in every if name in c.statuses]
+        count = Counter(status for status, _ in outcomes)
+        false = sum(status is CertificateStatus.CERTIFIED and broken for status, broken in outcomes)
+        unseen = sum(status is CertificateStatus.VIOLATED and not broken for status, broken in outcomes)
         print(f"| {name} | {' | '.join(str(count[s]) for s in CertificateStatus)} | {false} | {unseen} |")
     milliseconds = [c.milliseconds for c in every]
     print(f"\nmilliseconds a certificate: median {np.median(milliseconds):.1f}, worst {max(milliseconds):.1f}")

@@ -1,4 +1,4 @@
-"""What a solver adds to an evaluation, and ways to evaluate a path's spline.
+"""Overhead of each solver per evaluation, and ways to evaluate a path's spline.
 
 Medians within one run on one core; compare ratios, not seconds, between machines. What an evaluation itself
 takes: ``benchmarks.population``.
@@ -26,7 +26,7 @@ EVALUATIONS = 20_000
 
 
 def overheads(console: Console) -> None:
-    """What a solver itself adds to an evaluation: the search of a cost that takes no time."""
+    """Overhead of a solver per evaluation: a search whose cost function takes no time."""
     table = Table("solver", "overhead [us]", title="a solver's own overhead per evaluation, 10 variables, defaults")
     box = Box(np.zeros(10), np.ones(10))
     jobs = {
@@ -39,7 +39,7 @@ def overheads(console: Console) -> None:
 
 
 def spline_structure(console: Console) -> None:
-    """Three ways from knot angles to the angles at the samples, and what each costs a candidate."""
+    """Three ways from knot angles to the angles at the samples, and the time of each per candidate."""
     problem = builtin("pentagram-rotation").problem()
     assert isinstance(problem, PathFollowingProblem)
     spline, grid = problem.motion.spline, problem.motion.parameters_u

@@ -22,12 +22,12 @@ from tpbso_casadi.planning.plan import plan
 from tpbso_casadi.scenario.builtin import TITLES, builtin
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 
-WITHIN = 1e-3
+SOLVED_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """One run of one way: NaN when infeasible."""
+    """One run of one method: NaN when infeasible."""
 
     objective: float
     seconds: float
@@ -45,7 +45,7 @@ def solving(scenario: Scenario, **solver: object) -> Scenario:
 
 
 def run(case: str, elbow: str, seed: int, starts: int) -> tuple[Outcome, Outcome, Outcome]:
-    """The three ways with one seed."""
+    """The three methods with one seed."""
     content = builtin(case).model_dump()
     content["task"]["elbow"] = elbow
     scenario = parse_scenario(content)
@@ -61,13 +61,13 @@ def run(case: str, elbow: str, seed: int, starts: int) -> tuple[Outcome, Outcome
 def cells(outcomes: Sequence[Outcome], best: float) -> str:
     """Mean, best, share solved, seconds."""
     objectives = np.array([o.objective for o in outcomes])
-    held = objectives[np.isfinite(objectives)]
-    solved = np.mean(np.nan_to_num(objectives, nan=np.inf) <= best * (1.0 + WITHIN))
+    feasible = objectives[np.isfinite(objectives)]
+    solved = np.mean(np.nan_to_num(objectives, nan=np.inf) <= best * (1.0 + SOLVED_TOLERANCE))
     seconds = np.mean([o.seconds for o in outcomes])
-    if not held.size:
+    if not feasible.size:
         return f"- | - | 0 % | {seconds:.2f}"
-    missing = "" if held.size == objectives.size else f" ({held.size} of {objectives.size})"
-    return f"{held.mean():.4f}{missing} | {held.min():.4f} | {solved:.0%} | {seconds:.2f}"
+    missing = "" if feasible.size == objectives.size else f" ({feasible.size} of {objectives.size})"
+    return f"{feasible.mean():.4f}{missing} | {feasible.min():.4f} | {solved:.0%} | {seconds:.2f}"
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""What it takes to evaluate a population: every way to do it, on every built-in problem, in one run.
+"""Time to evaluate a population: every method, on every built-in problem, in one run.
 
 Medians; compare ratios, not microseconds, between machines. The columns: CasADi's ``Function.map`` of the model as it
 is; our virtual machine and our compiled code; the same cost written by hand for NumPy; and the same lines under JAX's
@@ -45,8 +45,8 @@ from tpbso_casadi.scenario.builtin import TITLES, builtin
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 
 FORMULATIONS = ("paper", "reduced")
-AGREES = 1e-8  # what postures near a singularity make of rounding in the hand-written versions
-MOVES = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT)
+AGREEMENT_TOLERANCE = 1e-8  # what postures near a singularity make of rounding in the hand-written versions
+MOVE_INSTRUCTIONS = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT)
 
 Evaluator = Callable[[FloatArray], FloatArray]
 
@@ -59,7 +59,7 @@ def changed(scenario: Scenario, **model: object) -> Scenario:
 
 
 def mapped(function: ca.Function, size: int) -> Evaluator:
-    """CasADi's own way to evaluate a function many times."""
+    """CasADi's own ``map`` of a function over a population."""
     buffer, call = function.map(size).buffer()
     costs = np.empty(size)
     buffer.set_res(0, costs.data)
@@ -82,25 +82,25 @@ def jax_cost(problem: Problem[Any]) -> Evaluator:
 
 
 def ways(problem: Problem[Any], population: int) -> dict[str, Evaluator]:
-    """All ways to evaluate the populations of a problem."""
-    found: dict[str, Evaluator] = {
+    """All methods that evaluate the populations of a problem."""
+    evaluators: dict[str, Evaluator] = {
         "map": mapped(problem.cost_function, population),
         "vm": problem.evaluator(EvaluationOptions("vm")),
         "native": problem.evaluator(EvaluationOptions("native")),
         "NumPy": array_cost(problem, np),
     }
     if find_spec("jax") is not None:
-        found["JAX"] = jax_cost(problem)
-    return found
+        evaluators["JAX"] = jax_cost(problem)
+    return evaluators
 
 
 def operations(function: ca.Function) -> int:
     """Arithmetic operations a candidate takes."""
-    return sum(function.instruction_id(k) not in MOVES for k in range(function.n_instructions()))
+    return sum(function.instruction_id(k) not in MOVE_INSTRUCTIONS for k in range(function.n_instructions()))
 
 
 def attainable() -> float:
-    """Operations a microsecond that compiled code of ours reaches when nothing but arithmetic holds it up.
+    """Operations per microsecond of our compiled code when it is limited by arithmetic alone.
 
     Short independent chains of multiplications and additions, all in registers: lanes x clock x issue width.
     """
@@ -119,7 +119,7 @@ def attainable() -> float:
 
 
 def table(console: Console, population: int, names: list[str]) -> None:
-    """Microseconds a candidate, and how many times longer than compiled code the others take."""
+    """Microseconds per candidate, and the ratio to compiled code for the other methods."""
     shown = Table(title=f"microseconds a candidate, population {population}")
     others = ["map", "vm", "NumPy"] + (["JAX"] if find_spec("jax") is not None else [])
     for column in ("case", "form", "operations", "native", "of limit", *others):
@@ -138,15 +138,15 @@ def table(console: Console, population: int, names: list[str]) -> None:
 
 
 def microseconds(problem: Problem[Any], population: int) -> dict[str, float]:
-    """Time a candidate of every way, after checking that all agree."""
+    """Time per candidate of every method, after checking that all agree."""
     points = Box(*problem.bounds).sample(np.random.default_rng(1), population)
     evaluators = ways(problem, population)
     expected = evaluators["map"](points).copy()
     for way, evaluate in evaluators.items():
-        for _ in range(3000 // population):  # until everything that warms up has
-            found = evaluate(points)
-        if not np.allclose(found, expected, rtol=AGREES, atol=0.0):
-            raise SystemExit(f"{way} does not agree: {np.abs(found / expected - 1.0).max():.1e}")
+        for _ in range(3000 // population):  # until caches and the virtual machine's batch are ready
+            costs = evaluate(points)
+        if not np.allclose(costs, expected, rtol=AGREEMENT_TOLERANCE, atol=0.0):
+            raise SystemExit(f"{way} does not agree: {np.abs(costs / expected - 1.0).max():.1e}")
     batches = max(1, 2000 // population)
     jobs = {way: partial(repeat, evaluate, points, batches) for way, evaluate in evaluators.items()}
     return {way: seconds / batches / population * 1e6 for way, seconds in medians(jobs).items()}
@@ -159,7 +159,7 @@ def repeat(evaluate: Evaluator, points: FloatArray, times: int) -> None:
 
 
 def compiling(console: Console, names: list[str]) -> None:
-    """What a first scene has to compile, and a second one of the same make, each case with an empty cache."""
+    """Compilations of a first scene and of a second one of the same structure, each case with an empty cache."""
     shown = Table(title="compiled before the first candidate is evaluated, natively")
     for column in ("case", "form", "steps", "operations", "unrolled", "CPU [s]", "files", "second CPU [s]", "files"):
         shown.add_column(column, justify="left" if column in ("case", "form") else "right")
@@ -179,7 +179,7 @@ def compiling(console: Console, names: list[str]) -> None:
 
 
 def moved(scenario: Scenario) -> Scenario:
-    """Another scene of the same make: other places, limits and sizes."""
+    """Another scene of the same structure: other places, limits and sizes."""
     content = scenario.model_dump()
     task, arm = content["task"], content["arm"]
     elsewhere = {"start": [0.95, -0.1], "goal": [0.4, 1.45], "center": [0.03, -0.02]}
@@ -223,7 +223,7 @@ def growth(console: Console) -> None:
 
 
 def growing() -> list[tuple[str, str, list[int], list[Callable[[str], Callable[[], object]]]]]:
-    """What the cost of a search depends on: name, unit, sizes, and for each size a job of a backend."""
+    """Quantities on which the time of a search depends: name, unit, sizes, and for each size a job of a backend."""
 
     def evaluating(scenario: Scenario, population: int, backend: str) -> Callable[[], object]:
         problem = scenario.problem()
@@ -259,7 +259,7 @@ def with_links(links: int) -> Scenario:
 
 
 def remembering() -> list[tuple[str, list[int], Callable[[int], float]]]:
-    """What the memory of a search depends on: name, sizes, and the peak in bytes."""
+    """Quantities on which the memory of a search depends: name, sizes, and the peak in bytes."""
 
     def search(population: int, iterations: int) -> float:
         problem = builtin("time-3").problem()
@@ -315,7 +315,7 @@ def solving(name: str) -> dict[str, float]:
 
 
 def wait_for_compilers(caches: Path) -> None:
-    """Until nobody compiles aside any more."""
+    """Wait until no background compiler is running."""
     while any(caches.glob("*/.*")):
         time.sleep(0.1)
 

@@ -35,10 +35,10 @@ from tpbso_casadi.scenario.builtin import TITLES, builtin
 from tpbso_casadi.scenario.generator import random_scenarios
 
 GENERATED_SEED = 2024
-WORST = 3.0
-WITHIN = 0.01
+MAX_SHORTFALL = 3.0
+SOLVED_SHORTFALL = 0.01
 EQUAL_ITERATIONS = 200
-REFERENCE = "abso"
+REFERENCE_SOLVER = "abso"
 TARGETS = np.logspace(0.0, -4.0, 41)  # shortfalls
 MOMENTS = np.logspace(1.0, 5.0, 81)  # evaluations
 
@@ -55,7 +55,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Run(Job):
-    """What it reached."""
+    """A job and its result."""
 
     cost: float
     feasible: bool
@@ -90,25 +90,22 @@ def solve(job: Job) -> Run:
     equal_iterations = job.budget == 0
     solver = kind(population=50) if equal_iterations else kind()
     budget = Budget(iterations=EQUAL_ITERATIONS) if equal_iterations else Budget(job.budget)
-    found = minimize(evaluator(job.case), Box(*planned.bounds), solver, budget, job.seed)
-    assert job.budget in (0, found.evaluations)
-    at = np.searchsorted(found.history.evaluations, MOMENTS, side="right") - 1
-    so_far = np.where(at >= 0, found.history.cost[at], np.inf)
-    feasible = found.cost <= planned.objective_upper_bound
-    return Run(*astuple(job), found.cost, feasible, found.evaluations, found.seconds, tuple(so_far.tolist()))
+    result = minimize(evaluator(job.case), Box(*planned.bounds), solver, budget, job.seed)
+    assert job.budget in (0, result.evaluations)
+    at = np.searchsorted(result.history.evaluations, MOMENTS, side="right") - 1
+    so_far = np.where(at >= 0, result.history.cost[at], np.inf)
+    feasible = result.cost <= planned.objective_upper_bound
+    return Run(*astuple(job), result.cost, feasible, result.evaluations, result.seconds, tuple(so_far.tolist()))
 
 
 def shortfalls(runs: Sequence[Run]) -> dict[Job, float]:
-    """By job, how far it stayed behind the best known."""
+    """The shortfall of each job: how far its cost is above the best known."""
     best = {case: min(run.cost for run in group if run.feasible) for case, group in by(runs, "case").items()}
-    return {
-        Job(run.case, run.solver, run.budget, run.seed): shortfall(run.cost, best[run.case]) if run.feasible else WORST
-        for run in runs
-    }
+    return {job_of(run): shortfall(run.cost, best[run.case]) if run.feasible else MAX_SHORTFALL for run in runs}
 
 
 def shortfall(cost: float, best: float) -> float:
-    return min(float(np.log(max(cost, best) / best)), WORST)
+    return min(float(np.log(max(cost, best) / best)), MAX_SHORTFALL)
 
 
 def by(runs: Sequence[Run], field: str) -> dict[str, list[Run]]:
@@ -134,7 +131,7 @@ def summary(title: str, runs: Sequence[Run], behind: dict[Job, float]) -> None:
     values = {(case, solver): [behind[job_of(run)] for run in group] for (case, solver), group in grouped(runs).items()}
     means = np.array([[np.mean(values[case, solver]) for solver in solvers] for case in cases])
     ranks = rankdata(np.round(means, 9), axis=1).mean(axis=0)
-    others = [solver for solver in solvers if solver != REFERENCE and REFERENCE in solvers]
+    others = [solver for solver in solvers if solver != REFERENCE_SOLVER and REFERENCE_SOLVER in solvers]
     p_values = dict(zip(others, holm([against(means, solvers, solver) for solver in others]), strict=True))
     print(f"\n{title}: {len(cases)} cases\n")
     print("| solver | rank | mean shortfall | std over seeds | within 1 % | infeasible | abso: + = - | p |")
@@ -144,10 +141,10 @@ def summary(title: str, runs: Sequence[Run], behind: dict[Job, float]) -> None:
         mine = [run for run in runs if run.solver == solver]
         every = [values[case, solver] for case in cases]
         spread = np.mean([np.std(part, ddof=1) for part in every if len(part) > 1])
-        within = np.mean([value <= WITHIN for part in every for value in part])
+        within = np.mean([value <= SOLVED_SHORTFALL for part in every for value in part])
         lost = sum(not run.feasible for run in mine)
-        tally = "" if solver == REFERENCE else score(values, cases, solver)
-        p = "" if solver == REFERENCE else f"{p_values.get(solver, np.nan):.1e}"
+        tally = "" if solver == REFERENCE_SOLVER else score(values, cases, solver)
+        p = "" if solver == REFERENCE_SOLVER else f"{p_values.get(solver, np.nan):.1e}"
         cells = f"{means[:, column].mean():.4f} | {spread:.4f} | {within:.0%} | {lost} of {len(mine)}"
         print(f"| {solver} | {ranks[column]:.2f} | {cells} | {tally} | {p} |")
 
@@ -157,15 +154,15 @@ def job_of(run: Run) -> Job:
 
 
 def grouped(runs: Sequence[Run]) -> dict[tuple[str, str], list[Run]]:
-    found: dict[tuple[str, str], list[Run]] = {}
+    groups: dict[tuple[str, str], list[Run]] = {}
     for run in runs:
-        found.setdefault((run.case, run.solver), []).append(run)
-    return found
+        groups.setdefault((run.case, run.solver), []).append(run)
+    return groups
 
 
 def against(means: FloatArray, solvers: Sequence[str], solver: str) -> float:
     """p-value that a solver's case means differ from the reference's by chance."""
-    difference = means[:, solvers.index(solver)] - means[:, solvers.index(REFERENCE)]
+    difference = means[:, solvers.index(solver)] - means[:, solvers.index(REFERENCE_SOLVER)]
     return 1.0 if np.allclose(difference, 0.0) else float(wilcoxon(difference).pvalue)
 
 
@@ -175,7 +172,7 @@ def score(values: dict[tuple[str, str], list[float]], cases: Sequence[str], solv
 
     count = {"win": 0, "tie": 0, "loss": 0}
     for case in cases:
-        ours, theirs = np.round(values[case, REFERENCE], 6), np.round(values[case, solver], 6)
+        ours, theirs = np.round(values[case, REFERENCE_SOLVER], 6), np.round(values[case, solver], 6)
         if np.ptp([*ours, *theirs]) == 0.0 or mannwhitneyu(ours, theirs).pvalue >= 0.05:
             count["tie"] += 1
         else:

@@ -33,5 +33,5 @@ def medians(
 
 
 def slope(sizes: list[int], values: list[float]) -> float:
-    """Of the line through the points in a log-log plot: 1 is linear growth."""
+    """Slope of the line through the points in a log-log plot: 1 is linear growth."""
     return float(np.polyfit(np.log(sizes), np.log(values), 1)[0])

@@ -25,7 +25,7 @@ from tpbso_casadi.scenario.generator import random_scenarios
 
 TRAINING_SEED, TRAINING_CASES = 7, 16  # not the seed of benchmarks.solvers
 FINALISTS, CONFIRMING_SEEDS = 3, 8
-WORST = 3.0
+MAX_SHORTFALL = 3.0
 
 
 def draw(solver: str, rng: np.random.Generator) -> dict[str, Any]:
@@ -95,15 +95,15 @@ def run(solver: str, settings: dict[str, Any], evaluations: int, seeds: range) -
         planned = problem(case)
         for column, seed in enumerate(seeds):
             search, budget = SOLVERS[solver](**settings), Budget(evaluations)
-            found = minimize(evaluator(case), Box(*planned.bounds), search, budget, seed)
-            if found.cost <= planned.objective_upper_bound:
-                costs[case, column] = found.cost
+            result = minimize(evaluator(case), Box(*planned.bounds), search, budget, seed)
+            if result.cost <= planned.objective_upper_bound:
+                costs[case, column] = result.cost
     return costs
 
 
 def score(costs: FloatArray, best: FloatArray) -> float:
     """Mean shortfall of one setting's costs (cases, seeds) against the best known (cases,)."""
-    return float(np.minimum(np.log(costs / best[:, None]), WORST).mean())
+    return float(np.minimum(np.log(costs / best[:, None]), MAX_SHORTFALL).mean())
 
 
 Trials = dict[str, list[tuple[dict[str, Any], FloatArray]]]
@@ -129,13 +129,13 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
     solvers = options.solvers.split(",")
-    drawn = {s: [{}, *(draw(s, np.random.default_rng(k)) for k in range(1, options.trials))] for s in solvers}
+    settings = {s: [{}, *(draw(s, np.random.default_rng(k)) for k in range(1, options.trials))] for s in solvers}
     with ProcessPoolExecutor(options.workers) as pool:
         list(pool.map(evaluator, range(TRAINING_CASES)))
-        first = tried(pool, drawn, options.evaluations, range(1000, 1000 + options.seeds))
+        first = tried(pool, settings, options.evaluations, range(1000, 1000 + options.seeds))
         best = best_known([first])
-        chosen = {s: finalists(trials, best) for s, trials in first.items()}
-        second = tried(pool, chosen, options.evaluations, range(2000, 2000 + CONFIRMING_SEEDS))
+        final_settings = {s: finalists(trials, best) for s, trials in first.items()}
+        second = tried(pool, final_settings, options.evaluations, range(2000, 2000 + CONFIRMING_SEEDS))
     best = best_known([first, second])
     print("| solver | setting | first score | second score |\n|---|---|---|---|")
     for solver in solvers:

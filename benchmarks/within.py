@@ -18,7 +18,7 @@ from tpbso_casadi.planning.plan import plan
 from tpbso_casadi.scenario.builtin import TITLES, builtin
 from tpbso_casadi.scenario.scenario import parse_scenario
 
-CLOSE = 1e-3
+SOLVED_TOLERANCE = 1e-3
 BEST_KNOWN = {  # of docs/ipopt.md
     "time-2": 0.7016,
     "time-3": 0.4618,
@@ -44,9 +44,9 @@ def run(case: str, solver: str, seconds: float, seed: int) -> tuple[float, float
     content["solver"] |= {"name": solver, "within": seconds, "seed": 1000 * seed}
     scenario = parse_scenario(content)
     began = time.perf_counter()
-    found = plan(scenario)
+    solution = plan(scenario)
     taken = time.perf_counter() - began
-    return found.objective if found.feasible else float("inf"), taken, found.rounds
+    return solution.objective if solution.feasible else float("inf"), taken, solution.rounds
 
 
 def main() -> None:
@@ -62,10 +62,10 @@ def main() -> None:
             run(case, options.solver, options.seconds, 0)  # compiled code is in the cache
             seeds = range(1, options.seeds + 1)
             jobs = [pool.submit(run, case, options.solver, options.seconds, seed) for seed in seeds]
-            found = np.array([job.result() for job in jobs])
-            objectives, (seconds, rounds) = found[:, 0], np.median(found[:, 1:], axis=0)
+            results = np.array([job.result() for job in jobs])
+            objectives, (seconds, rounds) = results[:, 0], np.median(results[:, 1:], axis=0)
             best = min(objectives.min(), BEST_KNOWN[case])
-            solved = np.mean(objectives <= best * (1.0 + CLOSE))
+            solved = np.mean(objectives <= best * (1.0 + SOLVED_TOLERANCE))
             cells = f"{objectives.min():.4f} | {objectives.mean():.4f} | {solved:.0%} | {seconds:.2f} | {rounds:.0f}"
             print(f"| {case} | {cells} |", flush=True)
 

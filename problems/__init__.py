@@ -1,4 +1,4 @@
-"""What is planned: robots, tasks and limits as symbolic CasADi models. Knows nothing of how they are searched."""
+"""Planning problems: robots, tasks and limits as symbolic CasADi models. Knows nothing of how they are searched."""
 
 from problems.assembly.path_following import PathFollowingProblem, path_following
 from problems.assembly.point_to_point import PointToPointProblem, point_to_point

@@ -28,7 +28,7 @@ FLOORS = {
     "nlp": 7,
     "assembly": 8,
 }
-MOST_MODULES = 16  # of its own in one folder
+MOST_MODULES = 13  # of its own in one folder
 KIND_NAMES = {"paper", "reduced", "time", "rotation", "length", "point-to-point", "path"}
 KIND_CLASSES = {"Problem", "PointToPointProblem", "PathFollowingProblem", "Task", "PointToPoint", "PathFollowing"}
 DRAWING = ("figures", "moving_figures")  # folders and modules that may load matplotlib

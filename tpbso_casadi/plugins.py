@@ -87,7 +87,7 @@ class Catalogue(Generic[T]):
             raise PluginError(f"{prefix}: {path!r} is not package.module:Attribute")
         try:
             module = import_module(module_name)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise PluginError(f"{prefix}: importing {module_name} failed: {_one_line(error)}") from error
         try:
             return reduce(getattr, attribute.split("."), module)
@@ -125,5 +125,5 @@ def _hint(name: str, known: Iterable[str]) -> str:
     return f"did you mean {nearest[0]}?" if nearest else f"there are {', '.join(known) or 'none'}"
 
 
-def _one_line(error: Exception) -> str:
+def _one_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())}"

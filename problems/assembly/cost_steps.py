@@ -52,7 +52,7 @@ class CostSteps(ABC, Generic[P]):
         return self.encoding.restored(self.limits)
 
     def program(self) -> Program:
-        """All steps."""
+        """The program of all steps."""
         penalised, penalty = self.encoding.penalised(self.limits), self.encoding.penalty
         loop = cost_loop(self.motion, penalised, self.objective, penalty, self.least_orders, self.p)
         orders = tuple(sorted({*(loop.orders if loop else ()), *self.least_orders}))
@@ -62,7 +62,7 @@ class CostSteps(ABC, Generic[P]):
 
     @abstractmethod
     def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
-        """From the candidate to the vectors of :meth:`motion_vectors`.
+        """The steps that decode a candidate: from the search vector to the vectors of :meth:`motion_vectors`.
 
         Args:
             orders: of the derivatives that the blocks hold.
@@ -84,7 +84,7 @@ class CostSteps(ABC, Generic[P]):
 
     @property
     def further_penalties(self) -> tuple[str, ...]:
-        """Scalars that further steps write."""
+        """Names of the scalars that further steps write."""
         return ()
 
     @property
@@ -95,7 +95,7 @@ class CostSteps(ABC, Generic[P]):
     def motion_vectors(
         self, parameters: P, orders: tuple[int, ...], starting_values: dict[str, int]
     ) -> dict[str, Matrix]:
-        """What the loop over samples reads: durations, blocks, zeros to start from."""
+        """The vectors that the loop over samples reads: durations, blocks, accumulators set to zero."""
         blocks = {"blocks": self.motion.blocks(parameters, orders)} if orders else {}
         zeros = {name: ca.SX.zeros(size) for name, size in starting_values.items()}
         return {"durations": self.motion.durations(parameters), **blocks, **zeros}
@@ -106,7 +106,7 @@ class CostSteps(ABC, Generic[P]):
         return [part.T for part in ca.vertsplit(peaks, np.cumsum([0, *sizes]).tolist())]
 
     def _finish(self, loop: SampleLoop | None) -> Step:
-        """One number from the sums."""
+        """The last step: the cost from the accumulated sums."""
         inputs: dict[str, ca.SX] = {"p": self.p, "durations": ca.SX.sym("durations", self.motion.duration_count)}
         if loop is not None:
             inputs["sums"] = ca.SX.sym("sums", loop.starting_values["sums"])

@@ -15,7 +15,7 @@ from problems.assembly.problem import Problem
 from problems.base.matrix import FloatArray, Matrix, as_array, largest
 from problems.encodings import KNOT_ENCODINGS, KnotsEncoding
 from problems.encodings.encoding import Decoded
-from problems.encodings.knots import USUAL_TIMES
+from problems.encodings.knots import DEFAULT_TIME_BOUNDS
 from problems.evaluation import Loop, PopulationFunction, Program, Step
 from problems.limits import limits_of
 from problems.limits.accuracy import Accuracy
@@ -40,10 +40,10 @@ def path_following(
     redundancy_values: int = 5,
     limits: Sequence[type[Limit]] = (),
 ) -> PathFollowingProblem:
-    """The problem of a statement.
+    """The problem that a task states.
 
     Args:
-        task: what is asked for.
+        task: the statement: robot, path, accuracy, obstacles.
         objective: what is minimised: an objective, or a key of ``OBJECTIVES``.
         formulation: a key of ``KNOT_ENCODINGS``: ``paper``, the cost (25) over the paper's solution vector x_phi and
             t_T; or ``reduced``, where t_T is a closed form of the shape.
@@ -61,7 +61,7 @@ def path_following(
     problem = PathFollowingProblem(
         task=task,
         motion=motion,
-        encoding=KNOT_ENCODINGS[formulation](task, motion, redundancy_values, task.total_time or USUAL_TIMES),
+        encoding=KNOT_ENCODINGS[formulation](task, motion, redundancy_values, task.total_time or DEFAULT_TIME_BOUNDS),
         objective=objective_named(objective),
         limits=limits_of(task.robot, task.obstacles, limits),
     )
@@ -88,7 +88,7 @@ def usual_time_box(problem: PathFollowingProblem) -> tuple[float, float]:
     encoding = KNOT_ENCODINGS["reduced"](task, problem.motion, problem.encoding.redundancy_values)
     middle = replace(problem, task=task, encoding=encoding)
     time = middle.decoded(ca.DM([0.5] * len(middle.variables))).parameters.time
-    return USUAL_TIMES[0], max(USUAL_TIMES[1], 2.0 * float(time))
+    return DEFAULT_TIME_BOUNDS[0], max(DEFAULT_TIME_BOUNDS[1], 2.0 * float(time))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,17 +113,17 @@ class PathFollowingProblem(Problem[SplineShape]):
 
     @property
     def accuracy(self) -> Accuracy:
-        """(24)."""
+        """The trajectory accuracy (24), as a limit."""
         return Accuracy(self.task.accuracy)
 
     def point_constraints(self, parameters: SplineShape) -> list[Constraint]:
-        """(24) at the points of the path."""
+        """The trajectory accuracy (24) at the points of the path."""
         spline = self.motion.spline
         at_points = ca.mtimes(spline.sampling_matrix(self.motion.point_parameters), parameters.coefficients)
         return [self.accuracy.at(self.robot.tool(at_points), ca.DM(self.task.path.array))]
 
     def objective_bound(self) -> float:
-        """From bounds of the spline on knot angles that do not turn by more than pi from knot to knot."""
+        """An upper bound of the objective, for knot angles that change by at most pi from knot to knot."""
         return self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
 
     def cost_program(self) -> Program:
@@ -205,7 +205,7 @@ class KnotSteps(CostSteps[SplineShape]):
         self.accuracy = self.arguments.twin(problem.accuracy)
 
     def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
-        """From the candidate to the motion's blocks."""
+        """The steps from the candidate to the motion's blocks."""
         k = self.motion.robot.dof
         theta = ca.SX.sym("theta", k * len(self.encoding.knot_points))
         shape = self.encoding.shape(ca.reshape(theta, k, -1).T, self.encoding.parts(self.x)[2])
@@ -229,7 +229,7 @@ class KnotSteps(CostSteps[SplineShape]):
 
     @property
     def least_orders(self) -> tuple[int, ...]:
-        """The angles at the points of the path."""
+        """The angles, which the points of the path need even if no sample does."""
         return (0,)
 
     def _knots(self) -> list[Step]:
@@ -269,7 +269,7 @@ class KnotSteps(CostSteps[SplineShape]):
         return Step.of("nodes", inputs, outputs, loop), int(peaks.shape[0])
 
     def further_steps(self, orders: tuple[int, ...]) -> list[Step]:
-        """How far the tool passes from the points of the path."""
+        """A loop over the points of the path that adds up how far the tool misses each."""
         grid, (size, width) = self.motion.point_grid, self.motion.piece_sizes(orders)
         points = self.encoding.task.path.array
         window, row = ca.SX.sym("window", width), ca.SX.sym("row", grid.rows.shape[1] + points.shape[1])
@@ -284,5 +284,5 @@ class KnotSteps(CostSteps[SplineShape]):
 
     @property
     def further_penalties(self) -> tuple[str, ...]:
-        """The accuracy's."""
+        """The penalty of the accuracy."""
         return ("accuracy",)

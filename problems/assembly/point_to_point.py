@@ -34,10 +34,10 @@ def point_to_point(
     samples: int = 50,
     limits: Sequence[type[Limit]] = (),
 ) -> PointToPointProblem:
-    """The problem of a statement.
+    """The problem that a task states.
 
     Args:
-        task: what is asked for.
+        task: the statement: robot, start, goal, obstacles.
         objective: what is minimised: an objective, or a key of ``OBJECTIVES``.
         formulation: a key of ``SEGMENT_ENCODINGS``: ``paper``, the cost (15) over the paper's solution vector; or
             ``reduced``, feasible by construction.
@@ -60,7 +60,7 @@ def point_to_point(
 
 
 def objective_named(objective: Objective | str) -> Objective:
-    """An objective, or that of a name.
+    """An objective, given itself or by its name.
 
     Raises:
         InvalidProblem: there is none of that name.
@@ -89,11 +89,11 @@ class PointToPointProblem(Problem[Quantities]):
         return Decoded(parameters=self.encoding.timed(shape.parameters, limits, peaks), reach=shape.reach)
 
     def point_constraints(self, parameters: Quantities) -> list[Constraint]:
-        """Nothing but what inverse kinematics demands."""
+        """None: start and goal are met by inverse kinematics, whose condition is a constraint of its own."""
         return []
 
     def objective_bound(self) -> float:
-        """From the Bernstein form of both segments."""
+        """An upper bound of the objective, from the Bernstein form of both segments."""
         return self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
 
     def cost_program(self) -> Program:
@@ -119,7 +119,7 @@ class SegmentSteps(CostSteps[Quantities]):
     encoding: SegmentsEncoding
 
     def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
-        """From the candidate to the motion's blocks."""
+        """The steps from the candidate to the motion's blocks."""
         decoded = self.encoding.decode(self.x)
         reach = {} if decoded.reach is None else {"reach": decoded.reach.expression.T}
         if not self.encoding.scales_time:
@@ -144,5 +144,5 @@ class SegmentSteps(CostSteps[Quantities]):
 
     @property
     def reach_size(self) -> int:
-        """k_s and k_f."""
+        """Two: k_s and k_f."""
         return 2

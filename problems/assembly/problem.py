@@ -47,10 +47,10 @@ class Model:
 
 @dataclass(frozen=True, kw_only=True)
 class Problem(ABC, Generic[P]):
-    """What is planned, with one set of formulas behind everything it answers.
+    """A planning problem: cost, constraints, nonlinear program and verification from one set of formulas.
 
     Attributes:
-        task: what is asked for.
+        task: the statement: robot, start and goal or path, obstacles.
         motion: the family of motions in which an answer is sought.
         encoding: what a search vector means, and what it costs.
         objective: what is minimised.
@@ -70,7 +70,7 @@ class Problem(ABC, Generic[P]):
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
-        """What it has to keep clear of."""
+        """The obstacles to keep clear of."""
         return self.task.obstacles
 
     @property
@@ -89,7 +89,7 @@ class Problem(ABC, Generic[P]):
 
     @abstractmethod
     def point_constraints(self, parameters: P) -> list[Constraint]:
-        """What the task demands of single points of a motion while it is searched."""
+        """Constraints of the task on single points of a motion, as a search sees them."""
 
     @abstractmethod
     def cost_program(self) -> Program:
@@ -105,7 +105,7 @@ class Problem(ABC, Generic[P]):
 
     @abstractmethod
     def objective_bound(self) -> float:
-        """What the objective cannot exceed in the search box, in its unit."""
+        """An upper bound of the objective over the search box, in its unit."""
 
     @cached_property
     def model(self) -> Model:
@@ -126,7 +126,7 @@ class Problem(ABC, Generic[P]):
 
     @cached_property
     def weights(self) -> CostWeights:
-        """The numbers of the cost."""
+        """The weights in the cost."""
         samples = self.motion.samples(self._middle.parameters)
         penalised = self.encoding.penalised(self.limits)
         constraints = [c for limit in penalised for c in limit.constraints(samples, SAMPLING_MARGIN)]
@@ -140,7 +140,7 @@ class Problem(ABC, Generic[P]):
 
     @property
     def objective_upper_bound(self) -> float:
-        """No feasible candidate costs more, every infeasible one does."""
+        """The cost that separates feasible candidates (at most this) from infeasible ones (more)."""
         return self.weights.objective_upper_bound
 
     @cached_property
@@ -190,13 +190,13 @@ class Problem(ABC, Generic[P]):
         return exact_time_scale(self.limits, trajectory)
 
     def safe_time_scale(self, trajectory: Trajectory) -> float:
-        """The same and a little more, so that rounding breaks no limit."""
+        """The exact time scale and a little more, so that rounding breaks no limit."""
         return safe_time_scale(self.limits, trajectory)
 
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
         """Judge a finished trajectory against every constraint, far more densely than the search does."""
-        judged = limit_verdicts(self.limits, trajectory)
-        return [*judged, *(verdict(constraint, times) for constraint, times in self.task.conditions(trajectory))]
+        verdicts = limit_verdicts(self.limits, trajectory)
+        return [*verdicts, *(verdict(constraint, times) for constraint, times in self.task.conditions(trajectory))]
 
     def objective_value(self, trajectory: Trajectory, times: FloatArray) -> float:
         """The objective of a trajectory, measured at times (n,) in s."""
@@ -204,17 +204,17 @@ class Problem(ABC, Generic[P]):
         return float(self.objective.value(samples))
 
     def markers(self) -> tuple[Marker, ...]:
-        """What the tool has to reach, for drawing."""
+        """Positions that the tool has to reach, for drawing."""
         return self.task.markers()
 
     def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
-        """Times that mean something in a motion; none by default."""
+        """Times of interest within a motion; none by default."""
         return ()
 
     def bounded_curves(self, trajectory: Trajectory) -> tuple[BoundedCurve, ...]:
-        """What changes along a motion between bounds; nothing by default."""
+        """Quantities to plot over a motion together with their bounds; none by default."""
         return ()
 
     def progress_measures(self) -> tuple[ProgressMeasure, ...]:
-        """What is worth following while a search goes on; nothing by default."""
+        """Quantities to record and plot during a search; none by default."""
         return ()

@@ -55,14 +55,17 @@ class Instant:
     def before(self, now: Samples) -> tuple[Samples, list[tuple[ca.SX, Matrix]]]:
         """The sample before, and its symbols with what this sample passes on in their place."""
         base, frames = ((), ()) if now.derivatives[0] is None else (now.positions[:1], now.positions[1:])
-        passed_on = [*(d for d in now.derivatives if d is not None), *frames]
+        known = [derivative for derivative in now.derivatives if derivative is not None]
+        passed_on = [*known, *(clock for clock in (now.times, now.weights) if clock is not None), *frames]
         symbols = [ca.SX.sym("before", *value.shape) for value in passed_on]
-        derivatives = iter(symbols)
+        values = iter(symbols)
         before = Samples(
             robot=now.robot,
-            derivatives=tuple(None if d is None else next(derivatives) for d in now.derivatives),
+            derivatives=tuple(None if derivative is None else next(values) for derivative in now.derivatives),
             duration=now.duration,
-            known_positions=(*base, *derivatives),
+            times=None if now.times is None else next(values),
+            weights=None if now.weights is None else next(values),
+            known_positions=(*base, *values),
         )
         return before, list(zip(symbols, passed_on, strict=True))
 
@@ -156,7 +159,7 @@ def _contributions(
     now: Samples,
     inner: Matrix,
 ) -> tuple[Matrix, int]:
-    """What one sample adds to each penalty and, last, to the objective, (c, 1); and how many penalties there are.
+    """The contributions of one sample to each penalty and, last, to the objective, (c, 1); and the number of penalties.
 
     Args:
         limits: that are penalised.
@@ -169,11 +172,16 @@ def _contributions(
     parts: list[Matrix] = []
     for limit in limits:
         parts += [penalty(constraint) for constraint in limit.at(now, SAMPLING_MARGIN)]
-        parts += [inner * penalty(constraint) for constraint in limit.between(before, now, SAMPLING_MARGIN)]
+        parts += [_if(inner, penalty(c)) for c in limit.between(before, now, SAMPLING_MARGIN)]
     penalties = len(parts)
     sample, step = objective.at(now), objective.between(before, now)
     added = [total(part) for part in (sample,) if part is not None]
-    added += [inner * total(part) for part in (step,) if part is not None]
+    added += [_if(inner, total(part)) for part in (step,) if part is not None]
     if added:
-        parts.append(sum(added))
+        parts.append(sum(added, ca.DM(0)))
     return ca.vertcat(*parts) if parts else ca.SX(0, 1), penalties
+
+
+def _if(inner: Matrix, value: Matrix) -> Matrix:
+    """The value where there is a sample before, else 0, whatever the value is then."""
+    return ca.if_else(inner > 0.5, value, 0.0)

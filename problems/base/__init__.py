@@ -1,1 +1,1 @@
-"""What every floor above uses: matrices, symbolic or numeric, and what a statement that makes no sense raises."""
+"""Foundations: matrices, symbolic or numeric; arguments of compiled code; the error for impossible statements."""

@@ -1,4 +1,4 @@
-"""What a problem raises when it cannot be stated."""
+"""The error for a problem that cannot be stated."""
 
 from __future__ import annotations
 

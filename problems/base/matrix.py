@@ -7,17 +7,18 @@ model that is compiled, differentiated and audited; given numbers it evaluates t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-Matrix: TypeAlias = Any  # ca.SX | ca.DM; CasADi's operators do not type over the union
+Matrix: TypeAlias = ca.SX | ca.DM
+Operand: TypeAlias = Matrix | float  # of a formula: a matrix, or a plain number in its place
 FloatArray: TypeAlias = NDArray[np.float64]
 
 
-def total(values: Matrix) -> Matrix:
+def total(values: Operand) -> Matrix:
     """Sum of all entries, whatever the shape (a scalar, 0 for an empty matrix)."""
     return ca.sum1(ca.sum2(values))
 

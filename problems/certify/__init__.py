@@ -1,1 +1,1 @@
-"""What is proven of a finished motion, for all t."""
+"""Proofs about a finished motion, for all t."""

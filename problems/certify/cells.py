@@ -2,7 +2,7 @@
 
 In a cell of time every joint angle and derivative lies between its Bernstein coefficients. Interval arithmetic bounds
 what the limit makes of them; cells that this does not settle are halved. It works for any expression, and is as sharp
-as its intervals: a limit that is held with room to spare is soon proven, one that is touched stays undecided.
+as its intervals: a limit that holds with a margin is soon proven, one that is touched stays undecided.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from problems.motions.bernstein import bernstein
 from problems.motions.samples import Samples
 from problems.motions.trajectory import SAMPLED_ORDERS, Trajectory
 
-LOOKED_AT = 401  # times at which a violation is looked for first
-MOST_CELLS = 4000
+FIRST_TIMES = 401  # times at which a violation is looked for first
+MAX_CELLS = 4000
 
 
 def prove_by_cells(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
-    """How a motion stands to a limit: violated where a sample breaks it, certified where all cells are settled.
+    """Verdicts on a limit: violated where a sample breaks it, certified where interval arithmetic settles all cells.
 
-    It is about every time, so that what the limit says of steps from one sample to the next does not count.
+    The verdict is about every time, so that constraints on steps from one sample to the next are left out.
     """
-    times = trajectory.times(LOOKED_AT)
+    times = trajectory.times(FIRST_TIMES)
     sampled = limit.at(trajectory.samples(times, limit.robot_or_none))
     symbolic = [_expression(limit, trajectory, index) for index in range(len(sampled))]
     return [
@@ -52,26 +52,28 @@ def _expression(limit: Limit, trajectory: Trajectory, index: int) -> ca.Function
     )
 
 
-def _settled(judged: Verdict, expression: ca.Function, constraint: Constraint, trajectory: Trajectory) -> Verdict:
+def _settled(outcome: Verdict, expression: ca.Function, constraint: Constraint, trajectory: Trajectory) -> Verdict:
     """A verdict at samples, raised to all t or lowered to undecided."""
-    if not judged.satisfied:
-        return judged
+    if not outcome.satisfied:
+        return outcome
+    if constraint.rows != len(trajectory.times(FIRST_TIMES)):  # it is not about one time after the other
+        return replace(outcome, status=CertificateStatus.UNDECIDED)
     (low, high), slack = constraint.bounds, TOLERANCE * constraint.scales
     cells = [(piece, 0.0, 1.0) for piece in range(trajectory.breakpoints.size - 1)]
     curves = [_curves(trajectory, order) for order in range(SAMPLED_ORDERS)]
-    for count in range(MOST_CELLS):
+    for count in range(MAX_CELLS):
         if not cells:
-            return judged
+            return outcome
         piece, start, end = cells.pop()
         ranges = [_range(curve[:, piece], start, end) for curve in curves]
         ranges.append(_times(trajectory, piece, start, end))
         lower, upper = bounds(expression, *(np.concatenate(side) for side in zip(*ranges, strict=True)))
-        if count + len(cells) > MOST_CELLS:
+        if count + len(cells) > MAX_CELLS:
             break
         if (lower < low - slack).any() or (upper > high + slack).any():
             middle = (start + end) / 2.0
             cells += [(piece, start, middle), (piece, middle, end)]
-    return replace(judged, status=CertificateStatus.UNDECIDED)
+    return replace(outcome, status=CertificateStatus.UNDECIDED)
 
 
 def _times(trajectory: Trajectory, piece: int, start: float, end: float) -> tuple[FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""Clearance for all t, not only at samples: a lower bound that subdivision of time proves.
+"""Clearance for all t, not only at samples: a lower bound proven by subdivision of time.
 
 Around the middle m of a time cell of length h, no point of the links 1..i moves farther than
 
@@ -22,19 +22,19 @@ from problems.limits.clearance import Clearance, CollisionPair
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 
-FIRST_CELLS = 400
-PROOF_GAP = 0.1  # share of the smallest clearance met that the proof gives away, so that few cells are needed
-MOST_CELLS = 200_000
+INITIAL_CELLS = 400
+RELATIVE_PROOF_GAP = 0.1  # of the smallest clearance seen: the bound proven is lower by this, so that few cells do
+MAX_CELLS = 200_000
 
 
 @dataclass(frozen=True)
 class ClearanceProof:
-    """What is known of the clearance of a whole motion.
+    """Bounds of the clearance of a whole motion.
 
     Attributes:
-        proven: the clearance is at least this for all t, m; -inf when it is negative somewhere, or when ``MOST_CELLS``
+        proven: the clearance is at least this for all t, m; -inf when it is negative somewhere, or when ``MAX_CELLS``
             cells were not enough.
-        smallest: the smallest clearance met at any time looked at, m.
+        smallest: the smallest clearance at any time that was evaluated, m.
         time: of that, s.
         where: the link and the obstacle of that.
     """
@@ -59,20 +59,20 @@ def prove_clearance(limit: Clearance, trajectory: Trajectory) -> ClearanceProof 
     if not pairs:
         return None
     motion = _MovingPairs(robot, pairs, trajectory)
-    edges = trajectory.times(FIRST_CELLS)
+    edges = trajectory.times(INITIAL_CELLS)
     cells = np.column_stack([edges[:-1], edges[1:]])
-    met: list[tuple[float, float, str]] = []
+    minima: list[tuple[float, float, str]] = []
     cell_count = 0
     while True:
         clearance, fall = motion.around_middles(cells)
         cell, column = np.unravel_index(np.argmin(clearance), clearance.shape)
-        met.append((float(clearance[cell, column]), float(cells[cell].mean()), str(pairs[column])))
-        smallest, cell_count = min(met), cell_count + len(cells)
-        proven = smallest[0] * (1.0 - PROOF_GAP)
+        minima.append((float(clearance[cell, column]), float(cells[cell].mean()), str(pairs[column])))
+        smallest, cell_count = min(minima), cell_count + len(cells)
+        proven = smallest[0] * (1.0 - RELATIVE_PROOF_GAP)
         cells = _halves(cells[(clearance - fall).min(axis=1) < proven])
         if not len(cells) and smallest[0] >= 0.0:
             return ClearanceProof(proven, *smallest)
-        if smallest[0] < 0.0 or cell_count + len(cells) > MOST_CELLS:
+        if smallest[0] < 0.0 or cell_count + len(cells) > MAX_CELLS:
             return ClearanceProof(-np.inf, *smallest)
 
 
@@ -86,7 +86,7 @@ class _MovingPairs:
 
     @cached_property
     def turning(self) -> Trajectory:
-        """What turns the bodies over time: for a planar arm the orientations of its links."""
+        """The angles over time whose rates bound how bodies move: for a planar arm the orientations of its links."""
         coefficients = np.einsum("mj,ipj->ipm", self.robot.turns, self.trajectory.coefficients)
         return Trajectory(self.trajectory.breakpoints, coefficients)
 

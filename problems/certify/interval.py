@@ -15,7 +15,7 @@ import numpy as np
 from problems.base.matrix import FloatArray
 
 Interval = tuple[float, float]
-ENDLESS: Interval = (-np.inf, np.inf)
+UNBOUNDED: Interval = (-np.inf, np.inf)
 TRUE_OR_FALSE: Interval = (0.0, 1.0)
 
 
@@ -28,7 +28,7 @@ def bounds(function: ca.Function, lower: FloatArray, upper: FloatArray) -> tuple
         upper: likewise.
     """
     work: dict[int, Interval] = {}
-    found = np.zeros((2, function.nnz_out(0)))
+    ranges = np.zeros((2, function.nnz_out(0)))
     with np.errstate(all="ignore"):
         for k in range(function.n_instructions()):
             code, inputs, outputs = (
@@ -37,7 +37,7 @@ def bounds(function: ca.Function, lower: FloatArray, upper: FloatArray) -> tuple
                 function.instruction_output(k),
             )
             if code == ca.OP_OUTPUT:
-                found[:, outputs[1]] = work[inputs[0]]
+                ranges[:, outputs[1]] = work[inputs[0]]
             elif code == ca.OP_INPUT:
                 work[outputs[0]] = float(lower[inputs[1]]), float(upper[inputs[1]])
             elif code == ca.OP_CONST:
@@ -47,11 +47,11 @@ def bounds(function: ca.Function, lower: FloatArray, upper: FloatArray) -> tuple
                 operation = OPERATIONS.get(code, _unknown)
                 low, high = operation(*(work[i] for i in inputs))
                 work[outputs[0]] = (-np.inf if np.isnan(low) else low), (np.inf if np.isnan(high) else high)
-    return found[0], found[1]
+    return ranges[0], ranges[1]
 
 
 def _unknown(*_: Interval) -> Interval:
-    return ENDLESS
+    return UNBOUNDED
 
 
 def _times(a: Interval, b: Interval) -> Interval:
@@ -61,7 +61,7 @@ def _times(a: Interval, b: Interval) -> Interval:
 
 def _inverse(a: Interval) -> Interval:
     if a[0] <= 0.0 <= a[1]:
-        return ENDLESS
+        return UNBOUNDED
     return 1.0 / a[1], 1.0 / a[0]
 
 
@@ -76,7 +76,7 @@ def _power(a: Interval, b: Interval) -> Interval:
         if int(b[0]) % 2:
             return low, high
         return (0.0 if a[0] <= 0.0 <= a[1] else min(low, high)), max(low, high)
-    return ENDLESS
+    return UNBOUNDED
 
 
 def _cosine(a: Interval) -> Interval:
@@ -94,12 +94,16 @@ def _sine(a: Interval) -> Interval:
 def _increasing(
     function: Callable[[float], float], low: float = -np.inf, high: float = np.inf
 ) -> Callable[[Interval], Interval]:
-    """A function that rises over its domain [low, high]."""
-    return lambda a: (float(function(min(max(a[0], low), high))), float(function(min(max(a[1], low), high))))
+    """A function that rises over its domain [low, high]; nothing is known of it outside."""
+
+    def of(a: Interval) -> Interval:
+        return (float(function(a[0])), float(function(a[1]))) if low <= a[0] and a[1] <= high else UNBOUNDED
+
+    return of
 
 
-def _arccos(value: float) -> float:
-    return float(np.arccos(min(max(value, -1.0), 1.0)))
+def _arccos(a: Interval) -> Interval:
+    return (float(np.arccos(a[1])), float(np.arccos(a[0]))) if a[0] >= -1.0 and a[1] <= 1.0 else UNBOUNDED
 
 
 def _absolute(a: Interval) -> Interval:
@@ -130,7 +134,7 @@ OPERATIONS: dict[int, Callable[..., Interval]] = {
     ca.OP_LOG: _increasing(np.log, low=0.0),
     ca.OP_SIN: _sine,
     ca.OP_COS: _cosine,
-    ca.OP_ACOS: lambda a: (_arccos(a[1]), _arccos(a[0])),
+    ca.OP_ACOS: _arccos,
     ca.OP_ASIN: _increasing(np.arcsin, -1.0, 1.0),
     ca.OP_ATAN: _increasing(np.arctan),
     ca.OP_ATAN2: lambda a, b: (-pi, pi),

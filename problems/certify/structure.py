@@ -1,4 +1,4 @@
-"""What a constraint is, before any number is put in: dependence, degree, sparsity, kinks, rows that say nothing."""
+"""The structure of a constraint, without any numbers: dependence, degree, sparsity, kinks, redundant rows."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ KINKS = {
     ca.OP_CEIL: "ceil",
     ca.OP_IF_ELSE_ZERO: "if",
 }  # not differentiable somewhere
-PROBES = 3  # random points at which rows are told apart
-SAME = 1e-12  # relative: rows no more different than that at every probe are the same
+PROBE_POINTS = 3  # random points at which rows are compared
+SAME_ROW_TOLERANCE = 1e-12  # relative; rows that differ by less at every probe point are the same
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Structure:
 def structure_of(
     constraint: Constraint, x: ca.SX, names: Sequence[str], lower: FloatArray, upper: FloatArray
 ) -> Structure:
-    """Look at a constraint.
+    """Analyse a constraint.
 
     Args:
         constraint: whose expression is symbolic.
@@ -125,8 +125,8 @@ def degree_of(rows: Matrix, x: ca.SX) -> str:
 
 def kinks_of(function: ca.Function) -> dict[str, int]:
     """How often each non-smooth operation occurs in a function."""
-    found = Counter(function.instruction_id(k) for k in range(function.n_instructions()))
-    return {name: found[code] for code, name in KINKS.items() if found[code]}
+    counts = Counter(function.instruction_id(k) for k in range(function.n_instructions()))
+    return {name: counts[code] for code, name in KINKS.items() if counts[code]}
 
 
 def duplicates_of(
@@ -135,9 +135,9 @@ def duplicates_of(
     """How many rows, with their bounds, repeat another: the same values at a few random points of the box."""
     rng = np.random.default_rng(0)
     box = np.clip(lower, -3.0, 3.0), np.clip(upper, -3.0, 3.0)
-    values = [np.asarray(function(rng.uniform(*box))).ravel() for _ in range(PROBES)]
+    values = [np.asarray(function(rng.uniform(*box))).ravel() for _ in range(PROBE_POINTS)]
     scale = np.maximum(1.0, np.abs(np.array(values)).max(axis=1, keepdims=True))
-    fingerprints = np.round(np.array(values) / scale / SAME).T
+    fingerprints = np.round(np.array(values) / scale / SAME_ROW_TOLERANCE).T
     return int(low.size - len(np.unique(np.column_stack([fingerprints, low, high]), axis=0)))
 
 

@@ -1,4 +1,4 @@
-"""What is known of a constraint on a finished motion."""
+"""The result of checking a constraint on a finished motion."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 from problems.base.matrix import FloatArray, as_array
 from problems.limits.constraint import Constraint
 
-TOLERANCE = 1e-9  # relative to the constraint's scale: rounding, nothing else
+TOLERANCE = 1e-9  # relative to the constraint's scale; allows for rounding only
 
 
 class CertificateStatus(StrEnum):
-    """What is known of a constraint."""
+    """Whether a constraint is proven to hold, known to be broken, or neither."""
 
     CERTIFIED = "certified"  # holds, proven
     VIOLATED = "violated"  # broken, at a time that is known
@@ -23,7 +23,7 @@ class CertificateStatus(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """How a trajectory stands to one constraint.
+    """The result of checking one constraint on a trajectory.
 
     Attributes:
         name: the constraint's.
@@ -48,12 +48,12 @@ class Verdict:
 
     @property
     def excess(self) -> float:
-        """By how much the bound is broken, in ``unit``; 0 where it holds or nothing worse is known."""
+        """The amount by which the bound is broken, in ``unit``; 0 where it holds or nothing worse is known."""
         return abs(self.worst - self.bound) if self.status is CertificateStatus.VIOLATED else 0.0
 
 
 def verdict(constraint: Constraint, times: FloatArray) -> Verdict:
-    """Judge a constraint whose expression is numeric, at the times (rows,) in s of its rows."""
+    """Check a constraint whose expression is numeric, at the times (rows,) in s of its rows."""
     values, (lower, upper) = as_array(constraint.expression), constraint.bounds
     margins = np.minimum(values - lower, upper - values) / constraint.scales
     at, column = np.unravel_index(np.argmin(margins), margins.shape)

@@ -1,4 +1,4 @@
-"""Judging a finished trajectory for all t, limit by limit.
+"""Check a finished trajectory for all t, limit by limit.
 
 How a limit is proven depends on its kind; a kind without a proof of its own is proven by interval arithmetic.
 """
@@ -18,16 +18,16 @@ from problems.motions.trajectory import Trajectory
 
 
 def limit_verdicts(limits: Iterable[Limit], trajectory: Trajectory) -> list[Verdict]:
-    """How a motion stands to each of its limits, for all t."""
-    return [judged for limit in limits for judged in _judged(limit, trajectory)]
+    """The verdicts on all limits of a motion, for all t."""
+    return [outcome for limit in limits for outcome in _verdicts_of(limit, trajectory)]
 
 
-def _judged(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
+def _verdicts_of(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
     return polynomial_verdicts(limit, limit.order, trajectory) if limit.order is not None else prove(limit, trajectory)
 
 
 def polynomial_verdicts(limit: Limit, order: int, trajectory: Trajectory) -> list[Verdict]:
-    """Of a limit on a derivative of the joint angles.
+    """The verdicts on a limit of a derivative of the joint angles.
 
     The worst values are found at the roots of derivatives; that they hold is proven without these, by Bernstein
     coefficients.
@@ -35,23 +35,23 @@ def polynomial_verdicts(limit: Limit, order: int, trajectory: Trajectory) -> lis
     times = trajectory.extreme_times(order)
     verdicts = []
     for constraint in limit.at(trajectory.samples(times)):
-        judged = verdict(constraint, times)
+        outcome = verdict(constraint, times)
         (lower, upper), slack = constraint.bounds, TOLERANCE * constraint.scales
-        if judged.satisfied and not trajectory.stays_within(order, lower - slack, upper + slack):
-            judged = replace(judged, status=CertificateStatus.UNDECIDED)
-        verdicts.append(judged)
+        if outcome.satisfied and not trajectory.stays_within(order, lower - slack, upper + slack):
+            outcome = replace(outcome, status=CertificateStatus.UNDECIDED)
+        verdicts.append(outcome)
     return verdicts
 
 
 @singledispatch
 def prove(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
-    """Of any other limit; register a proof for a kind of limit that has a sharper one than interval arithmetic."""
+    """The verdicts on any other limit; register a function for a kind of limit with a sharper proof than intervals."""
     return prove_by_cells(limit, trajectory)
 
 
 @prove.register
 def _(limit: Clearance, trajectory: Trajectory) -> list[Verdict]:
-    """Of the clearance, of which a lower bound is proven."""
+    """The verdict on the clearance, from a proven lower bound."""
     proof = prove_clearance(limit, trajectory)
     if proof is None:
         return []

@@ -1,4 +1,4 @@
-"""From a search vector to a motion and back to one number: decision variables and penalties.
+"""Encodings: decision variables, the motion of a search vector, and its cost with penalties.
 
 A formulation is a name for an encoding and its cost: ``paper``, the cost exactly as (15) and (25) have it, or
 ``reduced``, feasible by construction.

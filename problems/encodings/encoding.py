@@ -1,4 +1,4 @@
-"""What every encoding offers: decision variables, the motion that they mean, and what it costs."""
+"""The interface of encodings: decision variables, the motion that they stand for, and its cost."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Variable:
 
 @dataclass(frozen=True, kw_only=True)
 class Decoded(Generic[P]):
-    """What a search vector means.
+    """The motion that a search vector stands for.
 
     Attributes:
         parameters: of the motion.
@@ -60,7 +60,7 @@ class CostWeights(Statement):
 
 
 class Encoding(Statement, ABC, Generic[P]):
-    """From a search vector to the parameters P of a motion. A subclass is a frozen dataclass.
+    """The mapping from a search vector to the parameters P of a motion. A subclass is a frozen dataclass.
 
     Attributes:
         name: of the formulation, as in a scenario file.
@@ -85,7 +85,7 @@ class Encoding(Statement, ABC, Generic[P]):
 
     @abstractmethod
     def decode(self, x: Matrix) -> Decoded[P]:
-        """From a search vector (d, 1) to a motion, or to its shape where time is scaled afterwards."""
+        """The motion of a search vector (d, 1), or its shape where time is scaled afterwards."""
 
     def restored(self, limits: Sequence[Limit]) -> list[Limit]:
         """The limits that scaling time makes hold at the samples; none where time is not scaled."""
@@ -97,12 +97,12 @@ class Encoding(Statement, ABC, Generic[P]):
         return [limit for limit in limits if limit not in restored]
 
     def timed(self, shape: P, limits: Sequence[Limit], peaks: Sequence[Matrix]) -> P:
-        """A shape as fast as limits allow, given their peaks; as it is where time is not scaled."""
+        """The shape run as fast as the limits allow, given their peaks; unchanged where time is not scaled."""
         return shape
 
     @abstractmethod
     def penalty(self, constraint: Constraint) -> Matrix:
-        """What the rows of a constraint add to the cost where they are broken; scalar, 0 where they hold."""
+        """The penalty for the rows of a constraint that are broken; scalar, 0 where all hold."""
 
     @abstractmethod
     def cost(

@@ -1,4 +1,4 @@
-"""Search vectors of a motion along a path: how redundancy is spent on the way, and how long the motion takes.
+"""Search vectors of a motion along a path: the redundancy along it, and the duration.
 
 What is decided are a few normalised values x_phi for each redundant link, interpolated along the path, [the elbow,]
 and, in the paper's form, t_T. In the reduced form t_T is a closed form of the shape: the speed and acceleration limits
@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from problems.base.matrix import FloatArray, Matrix, constant, split
+from problems.base.matrix import FloatArray, Matrix, Operand, constant, split
 from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
 from problems.encodings.penalty import graded_cost, limit_weight, paper_cost
 from problems.limits.constraint import Constraint
@@ -29,12 +29,12 @@ from problems.tasks.elbow import elbow_signs
 from problems.tasks.path_following import PathFollowing
 
 EXACT_ORDERS = (1, 2)  # of the derivatives whose extremes over all t a cubic spline gives in closed form
-USUAL_TIMES = (0.1, 10.0)  # s, bounds of t_T
+DEFAULT_TIME_BOUNDS = (0.1, 10.0)  # s, bounds of t_T
 
 
 @dataclass(frozen=True)
 class KnotsEncoding(Encoding[SplineShape]):
-    """What both forms have in common: postures at the knots by inverse kinematics.
+    """The common part of both formulations: postures at the knots by inverse kinematics.
 
     Args:
         task: whose path and elbow.
@@ -49,7 +49,7 @@ class KnotsEncoding(Encoding[SplineShape]):
     task: PathFollowing
     motion: KnotSpline
     redundancy_values: int = 5
-    time_box: tuple[float, float] = USUAL_TIMES
+    time_box: tuple[float, float] = DEFAULT_TIME_BOUNDS
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -62,7 +62,7 @@ class KnotsEncoding(Encoding[SplineShape]):
 
     @cached_property
     def interpolation(self) -> FloatArray:
-        """From decided values to values at the knots, (M, n): a cubic spline."""
+        """Matrix (M, n) from the decision variables of one link to its values at the knots: a cubic spline."""
         decided = np.linspace(0.0, 1.0, self.redundancy_values)
         return np.asarray(CubicSpline(decided, np.eye(self.redundancy_values))(self.motion.spline.knots))
 
@@ -71,8 +71,8 @@ class KnotsEncoding(Encoding[SplineShape]):
         """The points at the knots, (M, dim), m."""
         return self.task.path.array[list(self.task.knot_indices)]
 
-    def parts(self, x: Matrix) -> tuple[Matrix, Matrix, Matrix]:
-        """Decided values (n, redundancy), the elbow's sign, t_T or nothing."""
+    def parts(self, x: Matrix) -> tuple[Matrix, Operand, Matrix]:
+        """The parts of a search vector: redundancy values (n, redundancy), the elbow's sign, t_T or nothing."""
         extra = self.task.robot.redundancy
         free = int(self.task.elbow == "free")
         x_phi, branch, time = split(x, [extra * self.redundancy_values, free, self.time_variables])
@@ -84,14 +84,14 @@ class KnotsEncoding(Encoding[SplineShape]):
         normalised = ca.fmin(1.0, ca.fmax(0.0, ca.mtimes(weights, values)))
         return self.task.robot.restore_redundancy(point, normalised.T)
 
-    def posture(self, point: Matrix, redundancy: Matrix, elbow: Matrix, before: Matrix) -> Matrix:
+    def posture(self, point: Matrix, redundancy: Matrix, elbow: Operand, before: Matrix) -> Matrix:
         """Joint angles (1, dof) at a knot, each in the turn nearest those at the knot before."""
         angles, _ = self.task.robot.inverse(point, redundancy, elbow)
         return wrap_to(angles, before)
 
     @property
     def first_turn(self) -> Matrix:
-        """What the angles at the first knot are to be near to, (1, dof), rad: the middle of their first turn."""
+        """The angles near which those of the first knot are wrapped, (1, dof), rad: the middle of their first turn."""
         return self.task.robot.middle
 
     def at_knots(self, x: Matrix) -> tuple[Matrix, Matrix]:
@@ -120,7 +120,7 @@ class KnotsEncoding(Encoding[SplineShape]):
         return [limit for limit in scaling(limits) if limit.order in EXACT_ORDERS]
 
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
-        """What no candidate of the search box exceeds: angles turn by at most pi a knot."""
+        """Bounds that no candidate of the search box exceeds: angles turn by at most pi per knot."""
         increments = np.diff(self.motion.spline.operator(self.motion.parameters_u), axis=0)
         return MotionBounds(
             duration=self._longest(limits),
@@ -141,37 +141,37 @@ class PaperKnots(KnotsEncoding):
     time_variables: ClassVar[int] = 1
 
     def penalty(self, constraint: Constraint) -> Matrix:
-        """h_i(x) g_i(x) of (25)."""
+        """The penalty h_i(x) g_i(x) of (25)."""
         return constraint.paper_penalty()
 
     def cost(
         self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
     ) -> Matrix:
-        """(25)."""
+        """The cost (25)."""
         return paper_cost(objective, penalties, None, weights)
 
     def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
-        """The weight of the penalties; (25) prints none."""
+        """The weight of the penalties; (25) prints them without one."""
         limit = limit_weight(constraints, objective_upper_bound)
         return CostWeights(objective_upper_bound=objective_upper_bound, limit=limit, reach=0.0)
 
 
 @dataclass(frozen=True)
 class ReducedKnots(KnotsEncoding):
-    """Feasible by construction, but for the accuracy, obstacles and joint ranges."""
+    """Feasible by construction, except for the accuracy, obstacles and joint ranges."""
 
     name: ClassVar[str] = "reduced"
     scales_time: ClassVar[bool] = True
     time_variables: ClassVar[int] = 0
 
     def restored(self, limits: Sequence[Limit]) -> list[Limit]:
-        """Those whose extremes over all t are known."""
+        """The limits whose extremes over all t have a closed form."""
         return self.exact_limits(limits)
 
     def timed(self, shape: SplineShape, limits: Sequence[Limit], peaks: Sequence[Matrix]) -> SplineShape:
         """The closed form of t_T: the limits then hold for all t, exactly, given their peaks over u in [0, 1]."""
         shortest = self.time_box[0]
-        time = ca.fmax(shortest, minimum_time_scale(limits, peaks)) if limits else shortest
+        time = ca.fmax(shortest, minimum_time_scale(limits, peaks)) if limits else ca.vertcat(shortest)
         return SplineShape(shape.coefficients, time)
 
     def _longest(self, limits: Sequence[Limit]) -> float:
@@ -183,17 +183,17 @@ class ReducedKnots(KnotsEncoding):
         return max(self.time_box[0], longest_time_scale(self.exact_limits(limits), peaks))
 
     def penalty(self, constraint: Constraint) -> Matrix:
-        """How far it is broken."""
+        """The sum of the dimensionless excesses."""
         return constraint.graded_penalty()
 
     def cost(
         self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
     ) -> Matrix:
-        """Feasibility first."""
+        """Feasibility first: the objective if all constraints hold, else more than any objective."""
         return graded_cost(objective, penalties, weights)
 
     def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
-        """The bound of the objective is all that is needed."""
+        """Only the upper bound of the objective is needed."""
         return CostWeights(objective_upper_bound=objective_upper_bound, limit=0.0, reach=0.0)
 
 

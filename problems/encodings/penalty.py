@@ -1,9 +1,9 @@
-"""From objective and constraints to one number for a metaheuristic: two rules.
+"""The two rules that make one number of objective and constraints, for a metaheuristic.
 
 (15) adds lambda_1 times the broken limits to the objective and replaces both by lambda_2 (k_s + k_f) where the arm
-cannot reach. With the round values that one would try first the order is inverted: most reachable but too fast
-points cost more than unreachable ones, and a search settles on the latter. Here lambda_1 and lambda_2 follow from
-bounds of what they multiply, so that always: feasible < breaks a limit < unreachable.
+cannot reach. With round values (100; 10,000) the order is inverted: most points that are reachable but too
+fast cost more than unreachable ones, and a search settles on the latter. Here lambda_1 and lambda_2 follow from
+bounds of the terms that they multiply, so that always: feasible < breaks a limit < unreachable.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from problems.base.matrix import FloatArray, Matrix, largest
 from problems.encodings.encoding import CostWeights
 from problems.limits.constraint import Constraint, PenaltyKind
 
-UNKNOWN_MAGNITUDE = 1e12  # of a constraint that is weighed by magnitude and has no bound that is known
+UNKNOWN_MAGNITUDE = 1e12  # stands for the unknown upper bound of a constraint that is penalised by its magnitude
 
 
 def paper_weights(

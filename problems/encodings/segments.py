@@ -28,14 +28,14 @@ from problems.objectives.objective import MotionBounds
 from problems.tasks.elbow import elbow_signs
 from problems.tasks.point_to_point import PointToPoint
 
-SHARE = (0.1, 0.9)  # reduced: t1 / (t1 + t2)
-DETOUR = pi  # reduced: how far theta_m may lie from the middle of theta_s and theta_f, rad
-SHAPE_SPEED = 8.0  # reduced: bound of dtheta_m in rad per duration of the motion
+TIME_SHARES = (0.1, 0.9)  # reduced: t1 / (t1 + t2)
+MAX_DETOUR = pi  # reduced: how far theta_m may lie from the middle of theta_s and theta_f, rad
+MAX_SHAPE_SPEED = 8.0  # reduced: bound of dtheta_m in rad per duration of the motion
 
 
 @dataclass(frozen=True)
 class SegmentsEncoding(Encoding[Quantities]):
-    """What both have in common: postures at the ends by inverse kinematics.
+    """The common part of both formulations: postures at the ends by inverse kinematics.
 
     Args:
         task: whose start, goal and elbow.
@@ -48,7 +48,7 @@ class SegmentsEncoding(Encoding[Quantities]):
     motion: TwoSegments
 
     def decode(self, x: Matrix) -> Decoded[Quantities]:
-        """The arm's own quantities, and k_s, k_f of (13)."""
+        """The quantities of the motion, and k_s, k_f of (13)."""
         robot, task = self.task.robot, self.task
         k, extra, branches = robot.dof, robot.redundancy, 2 if task.elbow == "free" else 0
         sizes = [k, k, extra, extra, branches, self.time_variables]
@@ -73,7 +73,7 @@ class SegmentsEncoding(Encoding[Quantities]):
         """The quantities of decoded ends and the rest of the search vector."""
 
     def _variables(self, middle: Sequence[Variable], extra: Variable, times: Sequence[Variable]) -> list[Variable]:
-        """In the paper's order."""
+        """The decision variables in the paper's order."""
         links = range(3, 3 + self.task.robot.redundancy)
         listed = list(middle)
         listed += [
@@ -84,7 +84,7 @@ class SegmentsEncoding(Encoding[Quantities]):
         return [*listed, *times]
 
     def magnitudes(self) -> tuple[FloatArray, FloatArray]:
-        """What speeds and accelerations cannot exceed in the search box, from the Bernstein form of (3) and (5).
+        """Upper bounds of speeds and accelerations over the search box, from the Bernstein form of (3) and (5).
 
         Crude, but proven; both (k,), rad/s and rad/s^2.
         """
@@ -105,7 +105,7 @@ class SegmentsEncoding(Encoding[Quantities]):
         """Bounds of t1 and t2 before any time scaling, s."""
 
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
-        """What no candidate of the search box exceeds."""
+        """Bounds that no candidate of the search box exceeds."""
         t1, t2 = self.time_boxes
         duration, (fastest, sharpest) = t1[1] + t2[1], self.magnitudes()
         rotation = duration * fastest
@@ -139,28 +139,28 @@ class PaperSegments(SegmentsEncoding):
         return tuple(self._variables(middle, Variable("phi", -pi, pi, "rad"), times))
 
     def redundancy(self, point: Matrix, values: Matrix) -> Matrix:
-        """As they are."""
+        """The redundancy angles, which are decision variables themselves."""
         return values
 
     def quantities(
         self, theta_s: Matrix, theta_m: Matrix, dtheta_m: Matrix, theta_f: Matrix, times: Matrix
     ) -> Quantities:
-        """As they are."""
+        """The quantities, which are decision variables themselves."""
         return Quantities(theta_s, theta_m, dtheta_m, theta_f, times[0], times[1])
 
     @property
     def time_boxes(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Of the task."""
+        """The bounds of t1 and t2 that the task states."""
         return self.task.segment_time, self.task.segment_time
 
     def penalty(self, constraint: Constraint) -> Matrix:
-        """h_i(x) g_i(x) of (15)."""
+        """The penalty h_i(x) g_i(x) of (15)."""
         return constraint.paper_penalty()
 
     def cost(
         self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
     ) -> Matrix:
-        """(15)."""
+        """The cost (15)."""
         return paper_cost(objective, penalties, reach, weights)
 
     def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
@@ -171,7 +171,7 @@ class PaperSegments(SegmentsEncoding):
 
 @dataclass(frozen=True)
 class ReducedSegments(SegmentsEncoding):
-    """Feasible by construction, but for obstacles and joint ranges: what is decoded is a shape of duration 1."""
+    """Feasible by construction, except for obstacles and joint ranges: the decoded motion is a shape of duration 1."""
 
     name: ClassVar[str] = "reduced"
     scales_time: ClassVar[bool] = True
@@ -181,18 +181,18 @@ class ReducedSegments(SegmentsEncoding):
     def variables(self) -> tuple[Variable, ...]:
         """Detour from the middle, dtheta_m per duration, x_phi_s, x_phi_f, [elbows,] t1/T."""
         joints = range(1, self.task.robot.dof + 1)
-        middle = [Variable(f"detour[{i}]", -DETOUR, DETOUR, "rad") for i in joints]
-        middle += [Variable(f"dtheta_m[{i}]", -SHAPE_SPEED, SHAPE_SPEED, "rad/T") for i in joints]
-        return tuple(self._variables(middle, Variable("x_phi", 0.0, 1.0, "1"), [Variable("t1/T", *SHARE, "1")]))
+        middle = [Variable(f"detour[{i}]", -MAX_DETOUR, MAX_DETOUR, "rad") for i in joints]
+        middle += [Variable(f"dtheta_m[{i}]", -MAX_SHAPE_SPEED, MAX_SHAPE_SPEED, "rad/T") for i in joints]
+        return tuple(self._variables(middle, Variable("x_phi", 0.0, 1.0, "1"), [Variable("t1/T", *TIME_SHARES, "1")]))
 
     def redundancy(self, point: Matrix, values: Matrix) -> Matrix:
-        """By (7), generalised."""
+        """Redundancy angles from normalised values, by (7) generalised to any link."""
         return self.task.robot.restore_redundancy(point, values)
 
     def quantities(
         self, theta_s: Matrix, theta_m: Matrix, dtheta_m: Matrix, theta_f: Matrix, times: Matrix
     ) -> Quantities:
-        """Of a shape of duration 1."""
+        """The quantities of a shape of duration 1."""
         middle = (theta_s + theta_f) / 2.0 + theta_m
         return Quantities(theta_s, middle, dtheta_m, theta_f, times[0], 1.0 - times[0])
 
@@ -204,23 +204,23 @@ class ReducedSegments(SegmentsEncoding):
 
     @property
     def time_boxes(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Of a shape of duration 1."""
-        return SHARE, SHARE
+        """The bounds of t1 and t2 for a shape of duration 1."""
+        return TIME_SHARES, TIME_SHARES
 
     def _longest(self, duration: float, limits: Sequence[Limit], fastest: FloatArray, sharpest: FloatArray) -> float:
         peaks = {1: ca.DM(fastest).T, 2: ca.DM(sharpest).T}
-        return max(longest_time_scale(scaling(limits), peaks), self.task.segment_time[0] / SHARE[0])
+        return max(longest_time_scale(scaling(limits), peaks), self.task.segment_time[0] / TIME_SHARES[0])
 
     def penalty(self, constraint: Constraint) -> Matrix:
-        """How far it is broken."""
+        """The sum of the dimensionless excesses."""
         return constraint.graded_penalty()
 
     def cost(
         self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
     ) -> Matrix:
-        """Feasibility first; every vector is within reach."""
+        """Feasibility first: the objective if all constraints hold, else more than any objective."""
         return graded_cost(objective, penalties, weights)
 
     def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
-        """The bound of the objective is all that is needed."""
+        """Only the upper bound of the objective is needed."""
         return CostWeights(objective_upper_bound=objective_upper_bound, limit=0.0, reach=0.0)

@@ -1,12 +1,12 @@
-"""Batch evaluation: the costs of thousands of candidates, by whatever the machine offers.
+"""Batch evaluation: the costs of thousands of candidates, by compiled code or by CasADi's virtual machine.
 
 A cost is a :class:`Program`: small functions (``step``), of which some run once for each sample of a motion
 (``program``). Each becomes a tape of operations (``tape``) that every processor rounds alike (``portable_math``),
 without those that depend on the scene alone (``kernel``). CasADi's virtual machine runs it anywhere
 (``virtual_machine``, built by ``assembly`` and ``columns``); where there is a C++ compiler it is written as loops
 (``statements``, ``codegen``), compiled (``compiler``, ``background``), kept (``cache``) and loaded (``native``).
-The numbers of a scene are arguments of compiled code: another scene of the same make compiles nothing. All backends
-give the same bits, so that ``population`` may change from one to the other during a search.
+The numbers of a scene are arguments of compiled code: another scene of the same structure compiles nothing. All
+backends give the same bits, so that ``population`` may change from one to the other during a search.
 """
 
 from problems.evaluation.population import (

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from itertools import chain
+from typing import Generic
 
 import casadi as ca
 import numpy as np
 
-from problems.base.matrix import Matrix
-from problems.evaluation.tape import Symbolic, interpret
+from problems.evaluation.tape import BINARY, UNARY, E, interpret
 
 
 @contextmanager
@@ -29,7 +28,7 @@ def as_written() -> Iterator[None]:
         ca.GlobalOptions.setSimplificationOnTheFly(before)
 
 
-class Columns(Symbolic):
+class Columns(Generic[E]):
     """Interpreter in symbols that hides constants, which CasADi would fold even so.
 
     Args:
@@ -39,19 +38,27 @@ class Columns(Symbolic):
         constants: every constant and the scalar symbol that stands for it, by its bits.
     """
 
-    def __init__(self, kind: Matrix) -> None:
-        super().__init__(kind)
-        self.constants: dict[str, tuple[float, Matrix]] = {}
+    def __init__(self, kind: type[E]) -> None:
+        self._kind: type[E] = kind
+        self.constants: dict[str, tuple[float, E]] = {}
 
-    def constant(self, value: float) -> Matrix:
+    def symbol(self, name: str, rows: int = 1) -> E:
+        """A column of symbols."""
+        return self._kind.sym(name, rows)
+
+    def constant(self, value: float) -> E:
         """A symbol for a constant."""
         if value.hex() not in self.constants:
-            self.constants[value.hex()] = value, self.kind.sym("constant")
+            self.constants[value.hex()] = value, self.symbol("constant")
         return self.constants[value.hex()][1]
 
-    def unary(self, name: str, a: Matrix) -> Matrix:
+    def unary(self, name: str, a: E) -> E:
         """One operation, column by column; two reciprocals of each other would cancel."""
-        return super().binary("div", self.constant(1.0), a) if name == "inv" else super().unary(name, a)
+        return self.binary("div", self.constant(1.0), a) if name == "inv" else self._kind.unary(UNARY[name], a)
+
+    def binary(self, name: str, a: E, b: E) -> E:
+        """One operation, column by column."""
+        return self._kind.binary(BINARY[name], a, b)
 
 
 class ColumnFunction:
@@ -68,21 +75,30 @@ class ColumnFunction:
 
     def __init__(self, function: ca.Function, width: int, shared: Sequence[str]) -> None:
         self._sizes = [function.size1_out(i) for i in range(function.n_out())]
-        kind: Matrix = ca.SX if width == 1 else ca.MX  # one operation after the other is quickest in SX
-        columns = Columns(kind)
         with as_written():
-            arguments = [
-                [kind.sym(name, 1 if name in shared else width) for _ in range(function.size1_in(name))]
-                for name in function.name_in()
-            ]
-            results = [entry for result in interpret(function, arguments, columns) for entry in result]
-            results = [entry if entry.numel() == width else ca.repmat(entry, width) for entry in results]
-            self.constants = np.array([value for value, _ in columns.constants.values()])
-            inputs = [*chain.from_iterable(arguments), *(symbol for _, symbol in columns.constants.values())]
-            self._function = ca.Function("columns", inputs, results)
+            if width == 1:  # one operation after the other is quickest in SX
+                self._function, numbers = _in_columns(function, width, shared, Columns(ca.SX))
+            else:
+                self._function, numbers = _in_columns(function, width, shared, Columns(ca.MX))
+        self.constants = np.array(numbers)
 
-    def __call__(self, arguments: Sequence[Sequence[Matrix]], constants: Sequence[Matrix]) -> list[list[Matrix]]:
-        """The entries of each output, given those of each input and symbols for the constants; MX."""
+    def __call__(self, arguments: Sequence[Sequence[ca.MX]], constants: Sequence[ca.MX]) -> list[list[ca.MX]]:
+        """The entries of each output, given those of each input and symbols for the constants."""
         given = [entry for argument in arguments for entry in argument]
         results = iter(self._function.call([*given, *constants]))
         return [[next(results) for _ in range(size)] for size in self._sizes]
+
+
+def _in_columns(
+    function: ca.Function, width: int, shared: Sequence[str], columns: Columns[E]
+) -> tuple[ca.Function, list[float]]:
+    """The function of a batch, of entries and then constants, and these constants."""
+    arguments = [
+        [columns.symbol(name, 1 if name in shared else width) for _ in range(function.size1_in(name))]
+        for name in function.name_in()
+    ]
+    results = [entry for result in interpret(function, arguments, columns) for entry in result]
+    results = [entry if entry.numel() == width else ca.repmat(entry, width) for entry in results]
+    constants = columns.constants.values()
+    inputs = [entry for argument in arguments for entry in argument] + [symbol for _, symbol in constants]
+    return ca.Function("columns", inputs, results), [value for value, _ in constants]

@@ -1,4 +1,4 @@
-"""What of a step has to be computed for each candidate, and what follows from parameters and rows alone.
+"""Separates what a step computes for each candidate from what follows from parameters and rows alone.
 
 A step is a function of a candidate's vectors, of the parameters and of a row. Operations that see no candidate give the
 same for all of them: they are taken out, evaluated once when the program is loaded, and their results handed to what is
@@ -22,7 +22,7 @@ from problems.evaluation.tape import SAME_NAMES, Symbolic, column, entries, inte
 
 
 class Stage(IntEnum):
-    """What a value depends on, and so how often it has to be computed."""
+    """The latest input that a value depends on, and so how often it is computed."""
 
     CONSTANT = 0
     PARAMETERS = 1  # once
@@ -96,7 +96,7 @@ def kernel(step: Step) -> Kernel:
 
 
 def kernel_data(split: Kernel, step: Step, parameters: FloatArray) -> KernelData:
-    """What a kernel works on in one scene."""
+    """The numbers of one scene for a kernel."""
     rows = np.empty((1, 0)) if step.loop is None else step.loop.rows
     starts = None if step.loop is None else step.loop.starts
     p = parameters if PARAMETERS in step.inputs else parameters[:0]
@@ -114,7 +114,7 @@ def kernels(program: Program) -> tuple[Kernel, ...]:
 
 
 def data(program: Program, split: tuple[Kernel, ...]) -> tuple[KernelData, ...]:
-    """What the kernels of a program work on."""
+    """The numbers of a program's scene for its kernels."""
     each = zip(split, program.steps, strict=True)
     return tuple(kernel_data(part, step, program.parameters) for part, step in each)
 
@@ -138,7 +138,7 @@ class Splitter:
     def __init__(self) -> None:
         self.symbols: dict[Stage, list[ca.SX]] = {Stage.PARAMETERS: [], Stage.ROW: []}
         self.values: dict[Stage, list[ca.SX]] = {Stage.PARAMETERS: [], Stage.ROW: []}
-        self._symbolic = Symbolic(ca.SX)
+        self._symbolic = Symbolic()
         self._handed_over: dict[Staged, Staged] = {}
 
     def constant(self, value: float) -> Staged:
@@ -157,7 +157,7 @@ class Splitter:
         return Staged(self._symbolic.binary(name, a.value, b.value), stage)
 
     def handed_over(self, a: Staged) -> Staged:
-        """What stands for a value where candidates' values are computed."""
+        """The value itself, or for a value of an early stage the symbol that replaces it in the kernel."""
         if a.stage in (Stage.CONSTANT, Stage.CANDIDATE):
             return a
         if a not in self._handed_over:

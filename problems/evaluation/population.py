@@ -1,4 +1,4 @@
-"""Evaluate a whole population, by the fastest means that this machine and this much work allow."""
+"""Evaluate a whole population by the fastest backend that this machine and this amount of work justify."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from problems.evaluation.virtual_machine import VirtualMachine
 Backend = Literal["auto", "vm", "native"]
 BACKENDS: tuple[str, ...] = get_args(Backend)
 VARIABLE = "TPBSO_CASADI_BACKEND"
-COMPILE_AFTER_SECONDS = 2.0  # seconds in the virtual machine after which compiling would have paid: about what it takes
-WORTH_SECONDS = 0.1  # seconds in the virtual machine that the next search of the same program may well be spared
+COMPILE_AFTER_SECONDS = 2.0  # in the virtual machine; about what compiling takes, so that a long search gains by it
+WORTH_COMPILING_SECONDS = 0.1  # in the virtual machine; from here on the next search of the same program gains by it
 log = logging.getLogger(__name__)
 
 
 class InvalidEvaluation(ValueError):
-    """A way to evaluate that does not exist; the message names it."""
+    """Evaluation options that do not exist; the message names them."""
 
 
 def _default() -> str:
@@ -106,13 +106,13 @@ class PopulationFunction:
         started = time.perf_counter()
         self._evaluate(points, costs)
         self._seconds += time.perf_counter() - started
-        if self._may_compile and self._seconds > WORTH_SECONDS:
+        if self._may_compile and self._seconds > WORTH_COMPILING_SECONDS:
             self._consider_compiling()
         return costs
 
     @property
     def backend(self) -> str:
-        """What evaluates now: ``vm`` or ``native``."""
+        """The backend in use now: ``vm`` or ``native``."""
         return "native" if isinstance(self._evaluate, Native) else "vm"
 
     @cached_property
@@ -134,7 +134,7 @@ class PopulationFunction:
         return Native(library, self._data, self.options.threads)
 
     def _first(self) -> Callable[[FloatArray, FloatArray], None]:
-        """What to begin with."""
+        """The backend to begin with."""
         if self.options.backend == "vm":
             return self._virtual_machine()
         try:

@@ -11,17 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import pi
-from typing import Any, TypeAlias
 
 import casadi as ca
 
+from problems.base.matrix import Matrix, Operand
 from problems.evaluation.tape import Symbolic, rebuilt
-
-Scalar: TypeAlias = Any  # ca.SX | float; CasADi's operators do not type over the union
 
 # pi in two parts: the first has 33 bits, so that its product with an integer below 2^20 is exact (Cody and Waite)
 PI_HIGH, PI_LOW = float.fromhex("0x1.921fb544p+1"), float.fromhex("0x1.0b4611a626331p-33")
-TINY = 1e-300  # keeps 0 / 0 out of the angle of a vanishing vector
+LENGTH_FLOOR = 1e-300  # added to a length: the angle of a zero vector is then 0, not 0 / 0
 
 # Convergents of the continued fractions of tan h / h and atan h / h (Gauss, Lambert), as polynomials in h^2, lowest
 # power first: relative error 9e-19 for |h| <= pi / 4 and 2e-17 for |h| <= tan(pi / 8).
@@ -51,12 +49,11 @@ class Portable(Symbolic):
     """Symbols in which angles are written out."""
 
     def __init__(self) -> None:
-        super().__init__(ca.SX)
         x, y = ca.SX.sym("x"), ca.SX.sym("y")
         angle_of = ca.Function("angle", [y, x], [angle(y, x)])
         self._sine_cosine_of = ca.Function("sine_cosine", [x], sine_cosine(x))
-        self._known: dict[int, tuple[Scalar, Scalar, Scalar]] = {}
-        self._unary: dict[str, Callable[[Scalar], Scalar]] = {
+        self._known: dict[int, tuple[ca.SX, ca.SX, ca.SX]] = {}
+        self._unary: dict[str, Callable[[ca.SX], ca.SX]] = {
             "sin": lambda a: self._sine_cosine(a)[0],
             "cos": lambda a: self._sine_cosine(a)[1],
             "tan": lambda a: self._sine_cosine(a)[0] / self._sine_cosine(a)[1],
@@ -64,19 +61,19 @@ class Portable(Symbolic):
             "asin": lambda a: angle_of(a, _other_leg(a)),
             "acos": lambda a: angle_of(_other_leg(a), a),
         }
-        self._binary: dict[str, Callable[[Scalar, Scalar], Scalar]] = {"atan2": angle_of}
+        self._binary: dict[str, Callable[[ca.SX, ca.SX], ca.SX]] = {"atan2": angle_of}
 
-    def unary(self, name: str, a: Scalar) -> Scalar:
+    def unary(self, name: str, a: ca.SX) -> ca.SX:
         """One operation; functions of and to angles become arithmetic."""
         return self._unary[name](a) if name in self._unary else super().unary(name, a)
 
-    def binary(self, name: str, a: Scalar, b: Scalar) -> Scalar:
+    def binary(self, name: str, a: ca.SX, b: ca.SX) -> ca.SX:
         """One operation; the angle of a vector becomes arithmetic."""
         if name in ("fmin", "fmax") and a.is_constant():
             a, b = b, a  # the same number, and one instruction on processors that take the second where they are equal
         return self._binary[name](a, b) if name in self._binary else super().binary(name, a, b)
 
-    def _sine_cosine(self, a: Scalar) -> tuple[Scalar, Scalar]:
+    def _sine_cosine(self, a: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Both at once, and once for each angle (kept with its pair: a hash may be reused after its owner)."""
         key = a.element_hash()
         if key not in self._known:
@@ -84,7 +81,7 @@ class Portable(Symbolic):
         return self._known[key][:2]
 
 
-def sine_cosine(x: Scalar) -> tuple[Scalar, Scalar]:
+def sine_cosine(x: Matrix) -> tuple[Matrix, Matrix]:
     """Sine and cosine of x in rad.
 
     With n half turns taken off, h = (x - n pi) / 2 lies within pi / 4; from tan h = N / D,
@@ -100,27 +97,27 @@ def sine_cosine(x: Scalar) -> tuple[Scalar, Scalar]:
     return 2.0 * (top * bottom) * scale, (bottom_squared - top_squared) * scale
 
 
-def angle(y: Scalar, x: Scalar) -> Scalar:
+def angle(y: Matrix, x: Matrix) -> Matrix:
     """Angle in rad, within [-pi, pi], of the vector (x, y); 0 for (0, 0).
 
     Within the first octant the half angle has the tangent h = min / (max + r), at most tan(pi / 8).
     """
     r = ca.sqrt(x * x + y * y)
     wide, high = ca.fabs(x), ca.fabs(y)
-    h = ca.fmin(wide, high) / (ca.fmax(wide, high) + r + TINY)
+    h = ca.fmin(wide, high) / (ca.fmax(wide, high) + r + LENGTH_FLOOR)
     z = h * h
     octant = 2.0 * h * (_polynomial(ATAN[0], z) / _polynomial(ATAN[1], z))
     quadrant = octant + (high > wide) * (pi / 2 - 2.0 * octant)
     return ca.copysign(quadrant + (x < 0.0) * (pi - 2.0 * quadrant), y)
 
 
-def _other_leg(a: Scalar) -> Scalar:
+def _other_leg(a: ca.SX) -> ca.SX:
     """The other leg of a right triangle with hypotenuse 1; NaN where |a| > 1."""
     return ca.sqrt((1.0 - a) * (1.0 + a))
 
 
-def _polynomial(coefficients: tuple[float, ...], z: Scalar) -> Scalar:
-    value: Scalar = coefficients[-1]
+def _polynomial(coefficients: tuple[float, ...], z: Matrix) -> Operand:
+    value: Operand = coefficients[-1]
     for coefficient in coefficients[-2::-1]:
         value = value * z + coefficient
     return value

@@ -91,7 +91,7 @@ class Program:
 
 
 def _inlined(step: Step, values: dict[str, ca.SX]) -> dict[str, ca.SX]:
-    """What a step leaves behind, as expressions."""
+    """The vectors that a step writes, as expressions."""
     values = dict(values)
     stacks: dict[str, list[ca.SX]] = {name: [] for name in step.stacked}
     for i in range(step.runs):

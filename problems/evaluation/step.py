@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base.matrix import FloatArray
+from problems.base.matrix import FloatArray, Matrix
 from problems.evaluation.tape import SAME_NAMES, UnsupportedOperation
 
 CANDIDATE, PARAMETERS, ROW, WINDOW, COST = "x", "p", "row", "window", "cost"
@@ -23,7 +23,7 @@ class InvalidProgram(ValueError):
 
 @dataclass(frozen=True, kw_only=True)
 class Loop:
-    """What a step that runs once for each of n rows is given.
+    """The n rows for which a step runs, and what each of them reads.
 
     Attributes:
         rows: the numbers that each row brings, input ``row``, (n, r); r may be 0.
@@ -71,7 +71,7 @@ class Step:
         cls,
         name: str,
         inputs: Mapping[str, ca.SX],
-        outputs: Mapping[str, ca.SX],
+        outputs: Mapping[str, Matrix],
         loop: Loop | None = None,
         stacked: Sequence[str] = (),
     ) -> Step:
@@ -109,7 +109,7 @@ class Step:
 
 
 def check_step(step: Step, sizes: dict[str, int]) -> None:
-    """Whether a step fits the vectors written so far.
+    """Check that a step fits the vectors written so far.
 
     Raises:
         InvalidProgram: it does not.

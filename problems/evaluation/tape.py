@@ -12,9 +12,8 @@ from typing import Protocol, TypeVar
 
 import casadi as ca
 
-from problems.base.matrix import Matrix
-
 V = TypeVar("V")
+E = TypeVar("E", ca.SX, ca.MX)  # an expression
 SAME_NAMES = {"allow_duplicate_io_names": True}  # CasADi's option for functions with an output that replaces an input
 
 UNARY = {
@@ -75,7 +74,7 @@ class UnsupportedOperation(Exception):
 
 
 class Interpreter(Protocol[V]):
-    """What an instruction does to values of one kind."""
+    """How to compute with values of one kind: numbers, symbols or text."""
 
     def constant(self, value: float) -> V:
         """A number written in the expression."""
@@ -138,34 +137,27 @@ def rebuilt(function: ca.Function, interpreter: Interpreter[ca.SX]) -> ca.Functi
     return ca.Function(function.name(), arguments, columns, function.name_in(), function.name_out(), SAME_NAMES)
 
 
-def entries(vector: Matrix) -> list[Matrix]:
+def entries(vector: E) -> list[E]:
     """The entries of a column."""
     return list(ca.vertsplit(vector)) if vector.numel() else []
 
 
-def column(values: Sequence[Matrix]) -> Matrix:
-    """A dense column of scalars (SX), which may be none."""
+def column(values: Sequence[ca.SX]) -> ca.SX:
+    """A dense column of scalars, which may be none."""
     return ca.densify(ca.vertcat(*values)) if values else ca.SX(0, 1)
 
 
 class Symbolic:
-    """Interpreter in CasADi's own symbols, SX or MX.
+    """Interpreter in CasADi's own scalar symbols, SX."""
 
-    Args:
-        kind: ``ca.SX`` or ``ca.MX``.
-    """
-
-    def __init__(self, kind: Matrix) -> None:
-        self.kind = kind
-
-    def constant(self, value: float) -> Matrix:
+    def constant(self, value: float) -> ca.SX:
         """A scalar constant."""
-        return self.kind(value)
+        return ca.SX(value)
 
-    def unary(self, name: str, a: Matrix) -> Matrix:
-        """One operation, entry by entry."""
-        return self.kind.unary(UNARY[name], a)
+    def unary(self, name: str, a: ca.SX) -> ca.SX:
+        """One operation."""
+        return ca.SX.unary(UNARY[name], a)
 
-    def binary(self, name: str, a: Matrix, b: Matrix) -> Matrix:
-        """One operation, entry by entry."""
-        return self.kind.binary(BINARY[name], a, b)
+    def binary(self, name: str, a: ca.SX, b: ca.SX) -> ca.SX:
+        """One operation."""
+        return ca.SX.binary(BINARY[name], a, b)

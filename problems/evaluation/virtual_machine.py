@@ -16,10 +16,10 @@ from problems.base.matrix import FloatArray
 from problems.evaluation.kernel import Kernel, KernelData
 from problems.evaluation.native.assembly import batch_of_calls, batch_of_unrolled, numbers_of, operations, unrolled
 
-BATCH = 64  # candidates a batch at the most: the columns of a large model still fit the processor's cache
-FEW = 16  # so many cost as much one by one as a whole batch, of which most would be padding
-WARM = 2000  # candidates after which building the batch has paid
-UNROLLED_OPERATIONS = 50_000  # of a candidate: above, functions are called for each row and not written out for it
+BATCH_SIZE = 64  # candidates per batch at most: the columns of a large model still fit the processor's cache
+MAX_UNBATCHED = 16  # up to so many candidates are evaluated one by one: a batch, mostly padding, takes as long
+BATCH_AFTER_CANDIDATES = 2000  # evaluations after which the time to build the batch is won back
+UNROLLED_OPERATIONS = 50_000  # per candidate; larger programs call a function for each row instead of writing it out
 
 
 class VirtualMachine:
@@ -42,12 +42,12 @@ class VirtualMachine:
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:
         """Write the costs (m,) of contiguous points (m, d)."""
         self._evaluations += len(points)
-        if self._batch is None and len(points) > FEW and self._evaluations > WARM:
-            self._batch = self._batch_of(min(len(points), BATCH))
-        width = self._batch.width if self._batch is not None else BATCH
+        if self._batch is None and len(points) > MAX_UNBATCHED and self._evaluations > BATCH_AFTER_CANDIDATES:
+            self._batch = self._batch_of(min(len(points), BATCH_SIZE))
+        width = self._batch.width if self._batch is not None else BATCH_SIZE
         for start in range(0, len(points), width):
             part, into = points[start : start + width], costs[start : start + width]
-            if self._batch is not None and len(part) > FEW:
+            if self._batch is not None and len(part) > MAX_UNBATCHED:
                 self._batch(part, into)
             else:
                 for k in range(len(part)):

@@ -1,18 +1,29 @@
-"""What a motion must keep: one constraint object, from which penalty, program and audit derive."""
+"""Limits of motions: one constraint object each, from which penalty, nonlinear program and audit derive."""
 
 from collections.abc import Sequence
 
+from problems.base.errors import InvalidProblem
 from problems.limits.clearance import Clearance
-from problems.limits.derivative import AccelerationLimit, SpeedLimit
+from problems.limits.derivative import AccelerationLimit, JerkLimit, SpeedLimit
 from problems.limits.joint_range import JointRange
 from problems.limits.limit import Limit
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 
-LIMITS: dict[str, type[Limit]] = {limit.name: limit for limit in (SpeedLimit, AccelerationLimit, JointRange, Clearance)}
+KINDS = (SpeedLimit, AccelerationLimit, JerkLimit, JointRange, Clearance)
+LIMITS: dict[str, type[Limit]] = {limit.name: limit for limit in KINDS}
 
 
 def limits_of(robot: Robot, obstacles: Sequence[Obstacle], more: Sequence[type[Limit]] = ()) -> tuple[Limit, ...]:
-    """Every registered limit that applies to a robot among obstacles, and those of further kinds that do."""
+    """Every registered limit that applies to a robot among obstacles, and those of further kinds that do.
+
+    Raises:
+        InvalidProblem: two of them have the same name.
+    """
     built = (kind.holding(robot, obstacles) for kind in (*LIMITS.values(), *more))
-    return tuple(limit for limit in built if limit is not None)
+    limits = tuple(limit for limit in built if limit is not None)
+    names = [limit.name for limit in limits]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InvalidProblem("limits", f"the limit {twice!r} is there twice")
+    return limits

@@ -17,7 +17,7 @@ from problems.motions.samples import Samples
 from problems.robots.robot import Body, Robot
 from problems.scene.obstacle import Obstacle
 
-STEP_SHARE = 0.9  # the longest step of a joint between two samples, as a share of the smallest obstacle's width
+MAX_STEP_SHARE = 0.9  # the longest step of a joint between two samples, as a share of the smallest obstacle's width
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class CollisionPair(Statement):
 
 
 def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], margin: float = 0.0) -> tuple[CollisionPair, ...]:
-    """All bodies and obstacles but those that can never come within ``margin`` m of each other."""
+    """All pairs of body and obstacle except those that can never come within ``margin`` m of each other."""
     return tuple(
         CollisionPair(body, number, obstacle)
         for number, obstacle in enumerate(obstacles, start=1)
@@ -54,9 +54,9 @@ def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], margin: float =
 class Clearance(Limit):
     """(14): no link meets an obstacle at a sample, no joint crosses one between two samples.
 
-    Links at the samples alone would let the tip jump a corner from one sample to the next, which the travel length
-    rewards. The straight line that each joint draws between two samples closes the gap: together with the links
-    it bounds the area that a link sweeps.
+    With checks at the samples alone the tip could cut a corner of an obstacle between two samples, which the travel
+    length rewards. The straight line from each joint's position at one sample to the next closes this gap: together
+    with the links it bounds the area that a link sweeps.
 
     Args:
         robot: whose bodies.
@@ -81,7 +81,7 @@ class Clearance(Limit):
         return [self._constraint(self.name, "", clearances, margin, formula)]
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
-        """What the joints sweep in each step."""
+        """Clearance of the straight line from each joint's position at one sample to that at the next."""
         swept = ca.horzcat(*(pair.swept_clearance(before.positions, after.positions) for pair in self.pairs))
         formula = "clearance(line from a link's end at t_j to the same at t_j+1, obstacle) >= margin"
         return [self._constraint("swept clearance", "end of ", swept, margin, formula)]
@@ -106,10 +106,10 @@ class Clearance(Limit):
 
 @dataclass(frozen=True)
 class StepLimit(Limit):
-    """No joint moves so far between two samples that a link could leap over an obstacle; for nonlinear programs.
+    """No joint moves so far between two samples that a link could pass over an obstacle; for nonlinear programs.
 
-    What a link sweeps in a step shorter than an obstacle's width cannot hold that obstacle: with the links at the
-    samples and the lines between them clear, all of it is, but for the curvature of the motion.
+    The area that a link sweeps in a step shorter than an obstacle's width cannot contain that obstacle: if the links at
+    the samples and the lines between them are clear, so is all of it, except for the curvature of the motion.
 
     Args:
         robot: whose joints.
@@ -127,14 +127,14 @@ class StepLimit(Limit):
         return cls(robot, min(obstacle.width for obstacle in obstacles)) if obstacles else None
 
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        """Nothing: it is about steps."""
+        """None: the limit is on steps."""
         return []
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """The squared length of each joint's step."""
         bodies = self.robot.bodies
         steps = [after.positions[body.end] - before.positions[body.end] for body in bodies]
-        bound = ca.DM(np.full((1, len(bodies)), (STEP_SHARE * self.width) ** 2))
+        bound = ca.DM(np.full((1, len(bodies)), (MAX_STEP_SHARE * self.width) ** 2))
         return [
             Constraint(
                 name=self.name,

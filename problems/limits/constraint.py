@@ -9,11 +9,11 @@ from enum import Enum
 import casadi as ca
 import numpy as np
 
-from problems.base.matrix import FloatArray, Matrix, as_array, total
+from problems.base.matrix import FloatArray, Matrix, Operand, as_array, total
 
 
 class PenaltyKind(Enum):
-    """What g_i(x) of (15) and (25) adds up where h_i(x) says that a limit is broken."""
+    """The summand of g_i(x) in (15) and (25) where h_i(x) says that a limit is broken."""
 
     MAGNITUDE = "sum of absolute values"  # (16), (17): speeds and accelerations
     COUNT = "number of broken rows"  # (18): lapped points
@@ -56,7 +56,7 @@ class Constraint:
 
     @property
     def rows(self) -> int:
-        """How many samples it has."""
+        """The number of samples."""
         return int(self.expression.shape[0])
 
     @property
@@ -90,9 +90,9 @@ class Constraint:
         values = as_array(self.transform(ca.DM(np.where(finite, bound, 0.0)).T)).ravel()
         return np.where(finite, values, bound)
 
-    def excess(self) -> Matrix:
-        """By how much each entry breaks its bounds, in the constraint's unit; 0 where it holds."""
-        over: Matrix = 0.0
+    def excess(self) -> Operand:
+        """The amount by which each entry breaks its bounds, in the constraint's unit; 0 where it holds."""
+        over: Operand = 0.0
         if self.upper is not None:
             over = ca.fmax(0.0, self.expression - self._repeated(self.upper))
         if self.lower is not None:
@@ -102,15 +102,17 @@ class Constraint:
     def broken(self) -> Matrix:
         """H of (16)-(18): 1 where a bound is broken, else 0."""
         if self.symmetric:
+            assert self.upper is not None
             return ca.fabs(self.expression) > self._repeated(self.upper)
         below = None if self.lower is None else self.expression < self._repeated(self.lower)
         above = None if self.upper is None else self.expression > self._repeated(self.upper)
         if above is None:
+            assert below is not None
             return below
         return above if below is None else ca.logic_or(below, above)
 
     def paper_penalty(self) -> Matrix:
-        """h_i(x) g_i(x) of (15) or (25): jumps when a limit breaks, so an optimum never leans over it."""
+        """h_i(x) g_i(x) of (15) or (25): discontinuous at the limit, so an optimum never exceeds it slightly."""
         if self.penalty is PenaltyKind.COUNT:
             return total(self.broken())
         return total(ca.if_else(self.broken(), ca.fabs(self.expression), 0.0))

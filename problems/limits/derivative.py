@@ -33,7 +33,7 @@ class DerivativeLimit(Limit):
 
     @property
     def symbol(self) -> str:
-        """Of the derivative, as in the paper: dtheta_i, d2theta_i."""
+        """The symbol of the derivative, as in the paper: dtheta_i, d2theta_i."""
         return f"d{self.order if self.order > 1 else ''}theta_i"
 
     @classmethod
@@ -55,7 +55,7 @@ class DerivativeLimit(Limit):
                 name=self.name,
                 equation=self.equation,
                 unit=self.unit,
-                expression=samples.derivatives[self.order],
+                expression=samples.derivative(self.order),
                 lower=-bound,
                 upper=bound,
                 symmetric=True,
@@ -68,12 +68,12 @@ class DerivativeLimit(Limit):
 
     @property
     def scales_with_time(self) -> bool:
-        """Any shape can be run slowly enough."""
+        """Always: any shape can be run slowly enough."""
         return True
 
     def magnitudes(self, samples: Samples) -> Matrix:
         """Absolute values, (n, dof)."""
-        return ca.fabs(samples.derivatives[self.order])
+        return ca.fabs(samples.derivative(self.order))
 
     def time_scale(self, peaks: Matrix) -> Matrix:
         """The n-th root of the largest ratio of a joint's peak to its bound."""
@@ -111,3 +111,18 @@ class AccelerationLimit(DerivativeLimit):
     def bounds(self) -> tuple[float, ...] | None:
         """The robot's largest joint accelerations, rad/s^2."""
         return self.robot.limits.acceleration
+
+
+@dataclass(frozen=True)
+class JerkLimit(DerivativeLimit):
+    """|d3theta_i(t)| <= d3theta_max: ours, the paper has none."""
+
+    name: ClassVar[str] = "jerk"
+    order: ClassVar[int] = 3
+    unit: ClassVar[str] = "rad/s^3"
+    equation: ClassVar[str] = "-"
+
+    @property
+    def bounds(self) -> tuple[float, ...] | None:
+        """The robot's largest jerks, rad/s^3."""
+        return self.robot.limits.jerk

@@ -1,4 +1,4 @@
-"""What every limit offers: the constraint that it is, and the durations that it allows a shape."""
+"""The interface of limits: the constraint itself, and the durations with which a shape satisfies it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from problems.motions.samples import Samples
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 
-SAMPLING_MARGIN = 1e-3  # kept at the samples for what lies between them, of the arm's reach or a joint's range
+SAMPLING_MARGIN = 1e-3  # margin at the samples for what lies between them; relative to the reach or a joint's range
 
 
 class Limit(Statement, ABC):
-    """Something that a whole motion must keep.
+    """A limit on a whole motion.
 
     A subclass is a frozen dataclass. What it says is written once, over n samples: one symbolic row for compiled code,
     all rows for a nonlinear program, numbers for a verification.
@@ -38,7 +38,7 @@ class Limit(Statement, ABC):
 
     @abstractmethod
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        """Constraints with one row a sample.
+        """Constraints with one row per sample.
 
         Args:
             samples: of the motion, in order of time.
@@ -46,26 +46,26 @@ class Limit(Statement, ABC):
         """
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
-        """Constraints with one row a step from one sample to the next; none by default."""
+        """Constraints with one row per step from one sample to the next; none by default."""
         return []
 
     def constraints(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        """All of them."""
+        """All constraints, at samples and between them."""
         steps = self.between(*samples.steps, margin) if samples.count > 1 else []
         return [*self.at(samples, margin), *steps]
 
     @property
     def robot_or_none(self) -> Robot | None:
-        """The robot that it is about, where it looks at more than joints."""
+        """The robot, for a limit that needs more than joint angles; else None."""
         return getattr(self, "robot", None)
 
     @property
     def scales_with_time(self) -> bool:
-        """Whether every shape keeps the limit if only it is run slowly enough."""
+        """Whether every shape satisfies the limit if it is run slowly enough."""
         return False
 
     def magnitudes(self, samples: Samples) -> Matrix:
-        """What decides how slowly, (n, m): the larger, the slower; only where the limit scales with time."""
+        """Quantities (n, m) whose peaks determine the time scale; only where the limit scales with time."""
         raise NotImplementedError
 
     def time_scale(self, peaks: Matrix) -> Matrix:

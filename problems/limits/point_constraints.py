@@ -7,7 +7,7 @@ import casadi as ca
 from problems.base.matrix import Matrix
 from problems.limits.constraint import Constraint
 
-AT_THE_POINT = 1e-9  # m: rounding, nothing else
+POINT_TOLERANCE = 1e-9  # m; allows for rounding only
 
 
 def reach_limit(cosines: Matrix) -> Constraint:
@@ -29,7 +29,7 @@ def reach_limit(cosines: Matrix) -> Constraint:
 
 def end_point(name: str, tool: Matrix, point: tuple[float, ...]) -> Constraint:
     """The tool (1, dim) is where the task wants it, m: a distance, up to rounding."""
-    bound = ca.DM([[AT_THE_POINT]])
+    bound = ca.DM([[POINT_TOLERANCE]])
     return Constraint(
         name=name,
         unit="m",
@@ -40,5 +40,5 @@ def end_point(name: str, tool: Matrix, point: tuple[float, ...]) -> Constraint:
         columns=("tip",),
         scale=bound,
         for_all_t=False,
-        formula=f"|tip at the {name} - {name}| <= {AT_THE_POINT:g} m",
+        formula=f"|tip at the {name} - {name}| <= {POINT_TOLERANCE:g} m",
     )

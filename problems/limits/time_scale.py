@@ -1,4 +1,4 @@
-"""The least time that limits allow a shape: how much slower, or faster, it may be run."""
+"""Time scales: how much slower a shape has to be run, or how much faster it may be, for limits to hold."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ from collections.abc import Iterable, Mapping, Sequence
 import casadi as ca
 
 from problems.base.matrix import Matrix
-from problems.limits.limit import Limit
+from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.motions.samples import Samples
-from problems.motions.trajectory import Trajectory
+from problems.motions.trajectory import SAMPLED_ORDERS, Trajectory
 
-ENDLESS = 1e12  # a factor that no motion needs
-ROUNDING = 1e-12  # relative: keeps a time-scaled motion under its limits in floating point
+DENSE_SAMPLES = 401  # of a finished motion, for a limit whose peaks have no closed form
+UNREACHED_TIME_SCALE = 1e12  # a factor that no motion needs
+ROUNDING_ALLOWANCE = 1e-12  # relative: keeps a time-scaled motion under its limits in floating point
 
 
 def scaling(limits: Iterable[Limit]) -> list[Limit]:
-    """Those that every shape keeps if only it is run slowly enough."""
+    """The limits that every shape satisfies if it is run slowly enough."""
     return [limit for limit in limits if limit.scales_with_time]
 
 
@@ -46,22 +47,48 @@ def longest_time_scale(limits: Sequence[Limit], peaks: Mapping[int, Matrix]) -> 
         peaks: by order, bounds of the derivative, (1, dof).
 
     Returns:
-        The factor; 0 without limits, endless where one is about something of which no bound is known.
+        The factor; 0 without limits, ``UNREACHED_TIME_SCALE`` where no bound of a limited derivative is known.
     """
     if any(limit.order not in peaks for limit in limits):
-        return ENDLESS
+        return UNREACHED_TIME_SCALE
     return float(minimum_time_scale(limits, [peaks[limit.order or 0] for limit in limits])) if limits else 0.0
 
 
 def exact_time_scale(limits: Iterable[Limit], trajectory: Trajectory) -> float:
-    """The same for all t: of limits on derivatives, from the exact extremes of a finished motion; 0 without any."""
-    chosen = [(limit, limit.order) for limit in scaling(limits) if limit.order is not None]
+    """The time scale for all t, of limits on derivatives, from a finished motion's exact extremes; 0 without any."""
+    chosen = scaling(limits)
     if not chosen:
         return 0.0
-    peaks = [peaks_of(limit, trajectory.samples(trajectory.extreme_times(order))) for limit, order in chosen]
-    return float(minimum_time_scale([limit for limit, _ in chosen], peaks))
+    return float(minimum_time_scale(chosen, [_finished_peaks(limit, trajectory) for limit in chosen]))
+
+
+def _finished_peaks(limit: Limit, trajectory: Trajectory) -> Matrix:
+    """The largest magnitudes over all t: exact for a derivative; else those of many samples, and a little more."""
+    if limit.order is not None:
+        return peaks_of(limit, trajectory.samples(trajectory.extreme_times(limit.order)))
+    samples = trajectory.samples(trajectory.times(DENSE_SAMPLES), limit.robot_or_none)
+    return peaks_of(limit, samples) * (1.0 + SAMPLING_MARGIN)
+
+
+def holds_time(limits: Iterable[Limit]) -> bool:
+    """Whether a limit depends on how fast a motion is run, and is not restored by running it slower."""
+    return any(not limit.scales_with_time and _depends_on_time(limit) for limit in limits)
+
+
+def _depends_on_time(limit: Limit) -> bool:
+    robot = limit.robot_or_none
+    if robot is None:
+        return True
+    theta, *faster = (ca.SX.sym(f"derivative_{n}", 1, robot.dof) for n in range(SAMPLED_ORDERS))
+    duration, time, weight = ca.SX.sym("duration"), ca.SX.sym("time"), ca.SX.sym("weight")
+    now = Samples(robot=robot, derivatives=(theta, *faster), duration=duration, times=time, weights=weight)
+    expressions = [ca.vec(constraint.expression) for constraint in limit.at(now)]
+    if not expressions:
+        return False
+    timed = ca.vertcat(*(ca.vec(matrix) for matrix in (*faster, duration, time, weight)))
+    return any(ca.which_depends(ca.vertcat(*expressions), timed, 1, False))
 
 
 def safe_time_scale(limits: Iterable[Limit], trajectory: Trajectory) -> float:
     """:func:`exact_time_scale` and a little more, so that rounding breaks no limit."""
-    return exact_time_scale(limits, trajectory) * (1.0 + ROUNDING)
+    return exact_time_scale(limits, trajectory) * (1.0 + ROUNDING_ALLOWANCE)

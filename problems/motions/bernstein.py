@@ -12,7 +12,7 @@ import numpy as np
 
 from problems.base.matrix import FloatArray
 
-DEEPEST = 40  # halvings of a piece
+MAX_HALVINGS = 40  # halvings of a piece
 
 
 def bernstein(coefficients: FloatArray, durations: FloatArray) -> FloatArray:
@@ -37,14 +37,14 @@ def within(curves: FloatArray, lower: FloatArray, upper: FloatArray) -> bool:
         upper: likewise.
 
     Returns:
-        False where a curve breaks a bound, and where ``DEEPEST`` halvings could not decide.
+        False where a curve breaks a bound, and where ``MAX_HALVINGS`` halvings could not decide.
     """
     n = curves.shape[0] - 1
     half = np.array([[comb(i, j) / 2**i if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
     shape = curves.shape[1:]
     flat = curves.reshape(n + 1, -1)
     low, high = (np.broadcast_to(bound, shape).ravel() for bound in (lower, upper))
-    for _ in range(DEEPEST):
+    for _ in range(MAX_HALVINGS):
         ends = flat[[0, n]]
         if (ends < low).any() or (ends > high).any():
             return False

@@ -16,7 +16,7 @@ from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 
-ROWS_A_SAMPLE = 8  # of a tabulated trajectory
+ROWS_PER_SAMPLE = 8  # of a tabulated trajectory
 SUPPORT = DEGREE + 1  # B-spline coefficients that shape a sample
 
 
@@ -46,7 +46,7 @@ class KnotSpline(Motion[SplineShape]):
 
     @cached_property
     def spline(self) -> RestSpline:
-        """Through the knots."""
+        """The spline through the knots."""
         return RestSpline(np.array(self.knots))
 
     @cached_property
@@ -61,7 +61,7 @@ class KnotSpline(Motion[SplineShape]):
 
     @cached_property
     def weights_u(self) -> FloatArray:
-        """Of the trapezoidal rule over u, (n,)."""
+        """Weights of the trapezoidal rule over u, (n,)."""
         weights = np.full(self.parameters_u.size, 1.0 / (self.parameters_u.size - 1))
         weights[[0, -1]] /= 2.0
         return weights
@@ -88,22 +88,22 @@ class KnotSpline(Motion[SplineShape]):
 
     @cached_property
     def point_grid(self) -> SampleGrid:
-        """The same at the points of the path, for the angles alone."""
+        """The rows at the points of the path, for the angles alone."""
         basis, pieces = self.spline.local_basis(self.point_parameters, 0)
         return SampleGrid(rows=basis, pieces=pieces)
 
     def blocks(self, parameters: SplineShape, orders: tuple[int, ...]) -> Matrix:
-        """Coefficient after coefficient, each divided by the time to the power of each order."""
+        """The coefficients one after the other, divided by the duration to the power of each order."""
         return ca.vec(ca.horzcat(*(parameters.coefficients / parameters.time**order for order in orders)).T)
 
     def piece_sizes(self, orders: tuple[int, ...]) -> tuple[int, int]:
-        """A sample is shaped by four coefficients."""
+        """One coefficient per piece; four of them determine a sample."""
         size = len(orders) * self.robot.dof
         return size, SUPPORT * size
 
     def at(self, window: Matrix, row: Matrix, durations: Matrix, orders: tuple[int, ...]) -> Samples:
         """One sample."""
-        derivatives: list[Matrix] = [None] * len(self.orders)
+        derivatives: list[Matrix | None] = [None] * len(self.orders)
         for order in orders:
             derivatives[order] = self.combined(window, row[SUPPORT * order : SUPPORT * (order + 1)], orders, order)
         u, weight = row[SUPPORT * len(self.orders)], row[SUPPORT * len(self.orders) + 1]
@@ -123,20 +123,20 @@ class KnotSpline(Motion[SplineShape]):
         return ((parts[0] + parts[1]) + parts[2]) + parts[3]
 
     def durations(self, parameters: SplineShape) -> Matrix:
-        """How long it takes."""
+        """The duration t_T, s."""
         return parameters.time
 
     @property
     def duration_count(self) -> int:
-        """t_T alone."""
+        """One: t_T."""
         return 1
 
     def as_matrices(self, parameters: SplineShape) -> list[Matrix]:
-        """Coefficients, time."""
+        """The coefficients and the duration."""
         return [parameters.coefficients, parameters.time]
 
     def from_matrices(self, matrices: Sequence[Matrix]) -> SplineShape:
-        """Coefficients, time."""
+        """The coefficients and the duration."""
         return SplineShape(*matrices)
 
     @cached_property
@@ -148,17 +148,17 @@ class KnotSpline(Motion[SplineShape]):
         return SampleGrid(rows=np.column_stack([speed, acceleration, half_steps]), pieces=pieces)
 
     def trajectory(self, parameters: SplineShape) -> Trajectory:
-        """The spline, exactly."""
+        """The exact piecewise polynomial of the spline."""
         pieces = self.spline.pieces(as_array(parameters.coefficients))
         return Trajectory.from_pieces(np.diff(self.spline.nodes) * float(parameters.time), pieces)
 
     def quantities(self, phi: FloatArray, time: float) -> dict[str, FloatArray]:
-        """By name: redundant values at the knots (M, redundancy), t_T, and the knots themselves."""
+        """Quantities by name: redundant values at the knots (M, redundancy), t_T, and the knots themselves."""
         named = {f"phi_{j}": column for j, column in enumerate(phi.T, start=3)}
         return {"t_T": np.array([time]), **named, "u_knots": self.spline.knots}
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
         """Equal steps, the samples among them; many, as pieces are short."""
         intervals = self.parameters_u.size - 1
-        steps = intervals * max(ROWS_A_SAMPLE, int(np.ceil((at_least - 1) / intervals)))
+        steps = intervals * max(ROWS_PER_SAMPLE, int(np.ceil((at_least - 1) / intervals)))
         return np.linspace(0.0, trajectory.duration, steps + 1)

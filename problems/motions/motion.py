@@ -1,4 +1,4 @@
-"""What every family of motions offers: samples, exact pieces, and what a single sample is made of."""
+"""The interface of families of motions: samples, exact pieces, and the data of a single sample."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ P = TypeVar("P")
 
 @dataclass(frozen=True, kw_only=True)
 class SampleGrid:
-    """Where a motion is sampled, as numbers: what a compiled loop over samples runs through.
+    """The samples of a motion as numbers: the rows of a compiled loop.
 
     Attributes:
         rows: what is different from sample to sample, (n, r).
@@ -50,11 +50,11 @@ class Motion(Statement, ABC, Generic[P]):
     @property
     @abstractmethod
     def grid(self) -> SampleGrid:
-        """Where these samples are, for :meth:`at`."""
+        """The rows of these samples, for :meth:`at`."""
 
     @abstractmethod
     def blocks(self, parameters: P, orders: tuple[int, ...]) -> Matrix:
-        """What all samples are made of, as one vector (b, 1): for each derivative order asked for."""
+        """The numbers from which all samples are computed, as one vector (b, 1), for the given derivative orders."""
 
     @abstractmethod
     def piece_sizes(self, orders: tuple[int, ...]) -> tuple[int, int]:
@@ -73,16 +73,16 @@ class Motion(Statement, ABC, Generic[P]):
 
     @abstractmethod
     def durations(self, parameters: P) -> Matrix:
-        """The times that the motion is made of, (m, 1), s; they add up to its duration."""
+        """The durations of the motion's parts, (m, 1), s; they add up to its duration."""
 
     @property
     @abstractmethod
     def duration_count(self) -> int:
-        """How many these are, m."""
+        """The number m of these times."""
 
     def duration(self, durations: Matrix) -> Matrix:
-        """Of the whole motion, s, from the times that it is made of."""
-        return sum(ca.vertsplit(durations))
+        """The duration of the whole motion, s, from its parts."""
+        return sum(ca.vertsplit(durations), ca.DM(0))
 
     @abstractmethod
     def as_matrices(self, parameters: P) -> list[Matrix]:

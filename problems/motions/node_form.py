@@ -22,23 +22,23 @@ class NodeForm:
         self.unit = float(self.steps.mean()) ** 2  # scales second derivatives to rad
         self.knots = [int(np.argmin(np.abs(spline.nodes - u))) for u in spline.knots]
 
-    def samples(self, angles: Matrix, bends: Matrix, u: FloatArray) -> tuple[Matrix, Matrix, Matrix]:
-        """Angles, speeds and accelerations (n, k) at u (n,), from angles and scaled second derivatives (nodes, k)."""
+    def samples(self, angles: Matrix, bends: Matrix, u: FloatArray) -> tuple[Matrix, ...]:
+        """Angles, speeds, accelerations and jerks (n, k) at u (n,), from angles and scaled bends (nodes, k)."""
         i = np.clip(np.searchsorted(self.nodes, u, side="right") - 1, 0, self.steps.size - 1)
         h = self.steps[i]
         b = (u - self.nodes[i]) / h
         a = 1.0 - b
-        of_angles = ((a, b), (-1.0 / h, 1.0 / h), (0.0 * a, 0.0 * b))
+        of_angles = ((a, b), (-1.0 / h, 1.0 / h), (0.0 * a, 0.0 * b), (0.0 * a, 0.0 * b))
         of_bends = (
             ((a**3 - a) * h**2 / 6.0, (b**3 - b) * h**2 / 6.0),
             (-(3.0 * a**2 - 1.0) * h / 6.0, (3.0 * b**2 - 1.0) * h / 6.0),
             (a, b),
+            (-1.0 / h, 1.0 / h),
         )
-        first, second, third = (
+        return tuple(
             ca.mtimes(self._between(i, *pair), angles) + ca.mtimes(self._between(i, *bend), bends) / self.unit
             for pair, bend in zip(of_angles, of_bends, strict=True)
         )
-        return first, second, third
 
     def _between(self, i: np.ndarray, left: FloatArray, right: FloatArray) -> ca.DM:
         matrix = np.zeros((i.size, self.nodes.size))

@@ -20,7 +20,7 @@ from scipy.sparse.linalg import splu
 from problems.base.matrix import FloatArray, Matrix, constant
 
 DEGREE = 3
-NEGLIGIBLE = 1e-12  # relative: what rounding leaves where a basis function is zero
+RELATIVE_ROUNDING = 1e-12  # relative: what rounding leaves where a basis function is zero
 
 
 class RestSpline:
@@ -48,7 +48,7 @@ class RestSpline:
         at_knots = self.basis(self.knots)
         rows = np.vstack([at_knots[:1], *start, at_knots[1:-1], *reversed(end), at_knots[-1:]])
         rows /= np.abs(rows).max(axis=1, keepdims=True)
-        return np.where(np.abs(rows) < NEGLIGIBLE, 0.0, rows)
+        return np.where(np.abs(rows) < RELATIVE_ROUNDING, 0.0, rows)
 
     def known(self, angles: Matrix) -> Matrix:
         """Right-hand side (M + 4, k) of ``conditions`` for knot angles (M, k): rest, knots, rest."""
@@ -67,7 +67,7 @@ class RestSpline:
     def sampling_matrix(self, u: FloatArray, derivative: int = 0) -> ca.DM:
         """The constant sparse matrix (n, M + 4) from coefficients to derivatives with respect to u at times (n,)."""
         rows = self.basis.derivative(derivative)(u) if derivative else self.basis(u)
-        return constant(np.where(np.abs(rows) < NEGLIGIBLE * np.abs(rows).max(), 0.0, rows))
+        return constant(np.where(np.abs(rows) < RELATIVE_ROUNDING * np.abs(rows).max(), 0.0, rows))
 
     def local_basis(self, u: FloatArray, derivative: int = 0) -> tuple[FloatArray, NDArray[np.intp]]:
         """The four basis functions that can differ from zero at times (n,): values (n, 4), and which is the first."""

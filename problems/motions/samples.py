@@ -1,4 +1,4 @@
-"""A motion sampled in time: what every objective and constraint is written in."""
+"""A motion sampled in time, from which every objective and constraint is computed."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ class Samples:
     One row or many: an evaluated candidate is written with one row at a time, a nonlinear program with all of them.
 
     Attributes:
-        robot: that moves; None where only joints are looked at.
-        derivatives: joint angles and their derivatives with respect to time, each (n, dof); rad, rad/s, rad/s^2, ...
+        robot: that moves; None where only joint angles are needed.
+        derivatives: joint angles and their derivatives with respect to time, each (n, dof); rad, rad/s, rad/s^2, ...;
+            None for those that are not needed.
         duration: of the whole motion, scalar, s.
         times: of the rows, (n, 1), s.
         weights: of a quadrature rule over time, (n, 1), s: an integral is the sum of weights times values.
@@ -25,26 +26,37 @@ class Samples:
     """
 
     robot: Robot | None
-    derivatives: tuple[Matrix, ...]
+    derivatives: tuple[Matrix | None, ...]
     duration: Matrix
-    times: Matrix = None
-    weights: Matrix = None
+    times: Matrix | None = None
+    weights: Matrix | None = None
     known_positions: tuple[Matrix, ...] | None = None
+
+    def derivative(self, order: int) -> Matrix:
+        """The joint angles (order 0) or one of their derivatives, (n, dof).
+
+        Raises:
+            ValueError: these samples were made without it.
+        """
+        found = self.derivatives[order]
+        if found is None:
+            raise ValueError(f"these samples were made without derivative {order} of the joint angles")
+        return found
 
     @property
     def theta(self) -> Matrix:
         """Joint angles, (n, dof), rad."""
-        return self.derivatives[0]
+        return self.derivative(0)
 
     @property
     def speed(self) -> Matrix:
         """Joint speeds, (n, dof), rad/s."""
-        return self.derivatives[1]
+        return self.derivative(1)
 
     @property
     def acceleration(self) -> Matrix:
         """Joint accelerations, (n, dof), rad/s^2."""
-        return self.derivatives[2]
+        return self.derivative(2)
 
     @property
     def moving(self) -> Robot:
@@ -71,14 +83,14 @@ class Samples:
 
     @property
     def count(self) -> int:
-        """How many samples, n."""
+        """The number n of samples."""
         return int(self.theta.shape[0])
 
     def rows(self, chosen: slice) -> Samples:
         """Some of the samples."""
         return Samples(
             robot=self.robot,
-            derivatives=tuple(matrix[chosen, :] for matrix in self.derivatives),
+            derivatives=tuple(None if matrix is None else matrix[chosen, :] for matrix in self.derivatives),
             duration=self.duration,
             times=None if self.times is None else self.times[chosen, :],
             weights=None if self.weights is None else self.weights[chosen, :],

@@ -88,16 +88,16 @@ class Trajectory:
         """All times in s at which any joint's angle (0), speed (1), acceleration (2) or jerk (3) can be extreme.
 
         These are the breakpoints and the roots of the next derivative; the extremes over all t are at some of them.
-        What jumps at a breakpoint is looked at just before it too.
+        A derivative that jumps at a breakpoint is evaluated just before it too.
         """
         curve = self._derivatives[derivative + 1]
-        found = [self.breakpoints]
+        times = [self.breakpoints]
         if derivative >= SMOOTH_ORDERS:
-            found.append(np.nextafter(self.breakpoints[1:-1], 0.0))
+            times.append(np.nextafter(self.breakpoints[1:-1], 0.0))
         for joint in range(self.coefficients.shape[2]):
             roots = PPoly(curve.c[:, :, joint], curve.x).roots(discontinuity=False, extrapolate=False)
-            found.append(roots[np.isfinite(roots)])
-        return np.unique(np.concatenate(found))
+            times.append(roots[np.isfinite(roots)])
+        return np.unique(np.concatenate(times))
 
     def largest_jump(self) -> float:
         """Largest jump of angle, speed or acceleration, ends not at rest included, relative to their largest values."""

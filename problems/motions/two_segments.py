@@ -12,7 +12,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.motions.motion import Motion, SampleGrid
 from problems.motions.samples import Samples
 from problems.motions.segments import (
@@ -26,7 +26,7 @@ from problems.motions.segments import (
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 
-DATA = 4  # rows of a segment's boundary data; the quartic's three and a zero
+BOUNDARY_ROWS = 4  # rows of a segment's boundary data; the quartic's three and a zero
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Quantities:
     t1: Matrix
     t2: Matrix
 
-    def time_scaled(self, factor: Matrix) -> Quantities:
+    def time_scaled(self, factor: Operand) -> Quantities:
         """The same shape run ``factor`` times slower."""
         slower = self.dtheta_m / factor, self.theta_f, self.t1 * factor, self.t2 * factor
         return Quantities(self.theta_s, self.theta_m, *slower)
@@ -66,7 +66,8 @@ class Quantities:
 
     def vector(self) -> Matrix:
         """All of them one after the other, (4 k + 2, 1)."""
-        return ca.vertcat(*(ca.vec(getattr(self, field.name)) for field in fields(self)))
+        matrices: list[Matrix] = [getattr(self, field.name) for field in fields(self)]
+        return ca.vertcat(*(ca.vec(matrix) for matrix in matrices))
 
     @classmethod
     def from_vector(cls, vector: Matrix) -> Quantities:
@@ -150,23 +151,23 @@ class TwoSegments(Motion[Quantities]):
         return ca.vertcat(*parts)
 
     def piece_sizes(self, orders: tuple[int, ...]) -> tuple[int, int]:
-        """A sample is shaped by its segment's data alone."""
-        size = sum(DATA - bool(order) for order in orders) * self.robot.dof
+        """The boundary data of one segment, which alone determine a sample; window and piece are the same."""
+        size = sum(BOUNDARY_ROWS - bool(order) for order in orders) * self.robot.dof
         return size, size
 
     def at(self, window: Matrix, row: Matrix, durations: Matrix, orders: tuple[int, ...]) -> Samples:
         """One sample."""
         k, first = self.robot.dof, 0
-        derivatives: list[Matrix] = [None] * len(self.orders)
+        derivatives: list[Matrix | None] = [None] * len(self.orders)
         for order in orders:
-            count = DATA - bool(order)
+            count = BOUNDARY_ROWS - bool(order)
             data = [window[first + i * k : first + (i + 1) * k].T for i in range(count)]
-            weights = row[(DATA - 1) * order : (DATA - 1) * (order + 1)]
+            weights = row[(BOUNDARY_ROWS - 1) * order : (BOUNDARY_ROWS - 1) * (order + 1)]
             value = data[0] if order == 0 else weights[0] * data[0]
-            for i in range(1, DATA - 1 + (order == 0)):
+            for i in range(1, BOUNDARY_ROWS - 1 + (order == 0)):
                 value = value + weights[i - (order == 0)] * data[i]
             derivatives[order], first = value, first + count * k
-        timing = row[(DATA - 1) * len(self.orders) :]
+        timing = row[(BOUNDARY_ROWS - 1) * len(self.orders) :]
         return Samples(
             robot=self.robot,
             derivatives=tuple(derivatives),
@@ -176,24 +177,24 @@ class TwoSegments(Motion[Quantities]):
         )
 
     def durations(self, parameters: Quantities) -> Matrix:
-        """t1 and t2."""
+        """The durations t1 and t2."""
         return ca.vertcat(parameters.t1, parameters.t2)
 
     @property
     def duration_count(self) -> int:
-        """t1 and t2."""
+        """The durations t1 and t2."""
         return 2
 
     def as_matrices(self, parameters: Quantities) -> list[Matrix]:
-        """In the order of the fields."""
+        """The quantities, in the order of the fields."""
         return [getattr(parameters, field.name) for field in fields(parameters)]
 
     def from_matrices(self, matrices: Sequence[Matrix]) -> Quantities:
-        """In the order of the fields."""
+        """The quantities, in the order of the fields."""
         return Quantities(*matrices)
 
     def trajectory(self, parameters: Quantities) -> Trajectory:
-        """Quartic and quintic."""
+        """The exact quartic and quintic."""
         return parameters.trajectory()
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:

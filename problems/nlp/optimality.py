@@ -1,4 +1,4 @@
-"""Whether a motion is a KKT point, which limits hold it back, and what one more unit of each would buy.
+"""Whether a motion is a KKT point, which limits are active, and their shadow prices.
 
 At a point z of a nonlinear program with objective f, rows g and active rows A, multipliers lambda >= 0 are estimated by
 least squares, signs kept: the smallest |grad f + sum of lambda_i grad (row i)|. For the rows' bounds b they are the
@@ -18,18 +18,18 @@ from problems.limits.constraint import Constraint
 from problems.limits.limit import SAMPLING_MARGIN
 from problems.nlp.program import NonlinearProgram
 
-ACTIVE = 1e-3  # of the scaled rows: nearer than that to its bound, a row is active
-RANK = 1e-8  # relative size of a singular value that counts
+ACTIVE_ROW_DISTANCE = 1e-3  # a scaled row that is nearer than this to its bound is active
+RANK_TOLERANCE = 1e-8  # relative size of a singular value that counts
 
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """What moving one bound would change.
+    """The shadow price of one bound.
 
     Attributes:
         constraint: its name; ``bound`` for that of a variable.
         column: the joint, link, obstacle or variable.
-        active: how many of its rows push back.
+        active: how many of its rows have a multiplier other than 0.
         per_unit: change of the objective when the bound, or both bounds, are relaxed by one unit; at most 0.
         unit: of that, objective over constraint.
     """
@@ -68,13 +68,13 @@ class Optimality:
 
 
 def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str) -> Optimality:
-    """Judge a point (n,) of a program."""
+    """First-order conditions at a point (n,) of a program."""
     values, jacobian, gradient = _evaluated(program, z)
     lower, upper = _bounds(program, z)
     gap_low, gap_high = values - lower, upper - values
     equal = lower == upper
     near = np.minimum(gap_low, gap_high)
-    active = equal | (near <= ACTIVE)
+    active = equal | (near <= ACTIVE_ROW_DISTANCE)
     at_upper = gap_high <= gap_low
     least = np.where(equal | ~at_upper, -np.inf, 0.0)[active]
     most = np.where(equal | at_upper, np.inf, 0.0)[active]
@@ -85,7 +85,7 @@ def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str) ->
         multipliers[active] = lsq_linear(rows.T, -gradient, (least, most), method="bvls").x
     inexact = active & ~equal
     left = gradient + jacobian.T @ multipliers
-    independent = int(np.linalg.matrix_rank(rows, tol=RANK * max(1.0, np.abs(rows).max(initial=0.0))))
+    independent = int(np.linalg.matrix_rank(rows, tol=RANK_TOLERANCE * max(1.0, np.abs(rows).max(initial=0.0))))
     return Optimality(
         float(np.linalg.norm(left)) / size,
         float(np.abs(multipliers[inexact] * near[inexact]).max(initial=0.0)),
@@ -113,8 +113,8 @@ def _bounds(program: NonlinearProgram, z: FloatArray) -> tuple[FloatArray, Float
 
 
 def sensitivities(program: NonlinearProgram, multipliers: FloatArray, objective_unit: str) -> list[Sensitivity]:
-    """By constraint and column, from multipliers (r + n,): limits on the whole motion, and bounds of the variables."""
-    found, first = [], 0
+    """Shadow prices from multipliers (r + n,): of limits on the whole motion, by column, and of variables' bounds."""
+    entries, first = [], 0
     for constraint in program.constraints(SAMPLING_MARGIN):
         count, width = constraint.expression.shape
         forces = multipliers[first : first + count * width].reshape(width, count)
@@ -124,11 +124,11 @@ def sensitivities(program: NonlinearProgram, multipliers: FloatArray, objective_
             per_unit = -float(np.abs(forces[column]).sum()) * slope
             unit = f"{objective_unit} / ({constraint.unit})"
             rows = int(np.count_nonzero(forces[column]))
-            found.append(Sensitivity(constraint.name, constraint.columns[column], rows, per_unit, unit))
+            entries.append(Sensitivity(constraint.name, constraint.columns[column], rows, per_unit, unit))
     own = zip(program.names, multipliers[first:], strict=True)
     bounds = [(name, force) for name, force in own if force != 0.0 and not name.startswith("slack")]
-    found += [Sensitivity("bound", name, 1, -abs(float(force)), f"{objective_unit} / unit") for name, force in bounds]
-    return sorted(found, key=lambda s: s.per_unit)
+    entries += [Sensitivity("bound", name, 1, -abs(float(force)), f"{objective_unit} / unit") for name, force in bounds]
+    return sorted(entries, key=lambda s: s.per_unit)
 
 
 def _slope(constraint: Constraint, column: int, upper: bool) -> float:

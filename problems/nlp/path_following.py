@@ -27,13 +27,13 @@ from problems.limits.accuracy import Accuracy
 from problems.limits.clearance import StepLimit
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
-from problems.limits.time_scale import minimum_time_scale, peaks_of, safe_time_scale
+from problems.limits.time_scale import holds_time, minimum_time_scale, peaks_of, safe_time_scale
 from problems.motions.knot_spline import KnotSpline, SplineShape
 from problems.motions.node_form import NodeForm, knot_operators
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.nlp.point_to_point import AXES
-from problems.nlp.program import WINDOW, NonlinearProgram, equality, slack_constraints
+from problems.nlp.program import MAX_ANGLE_CHANGE, NonlinearProgram, equality, slack_constraints
 from problems.nlp.redundancy_rows import redundancy_rows
 from problems.nlp.starts.path_following import PathStarts
 from problems.objectives import Objective
@@ -48,10 +48,10 @@ ON_PATH = "tip(theta) = P* at every knot"
 
 @dataclass(frozen=True)
 class PathNlp(NonlinearProgram):
-    """Lead the tip along a path.
+    """The nonlinear program of a path: lead the tip along it.
 
     Args:
-        task: what is asked for.
+        task: the statement: robot, path, accuracy, obstacles.
         motion: that is sought.
         encoding: of a search vector, whose redundancy values may be kept to.
         objective: what is minimised.
@@ -74,7 +74,12 @@ class PathNlp(NonlinearProgram):
     @property
     def timed(self) -> bool:
         """Whether t_T is a variable."""
-        return self.objective.timed
+        return self.objective.timed or self.held
+
+    @cached_property
+    def held(self) -> bool:
+        """Whether a limit keeps a motion from being run faster than it was found."""
+        return holds_time(self.limits)
 
     @cached_property
     def form(self) -> NodeForm:
@@ -120,10 +125,10 @@ class PathNlp(NonlinearProgram):
     @cached_property
     def _motion(self) -> Samples:
         angles, bends, time, _, _ = self.split(self.x)
-        theta, speed, acceleration = self.form.samples(angles, bends, self.motion.parameters_u)
+        values = self.form.samples(angles, bends, self.motion.parameters_u)
         return Samples(
             robot=self.robot,
-            derivatives=(theta, speed / time, acceleration / time**2),
+            derivatives=tuple(value / time**order for order, value in enumerate(values)),
             duration=time,
             times=ca.DM(self.motion.parameters_u) * time,
             weights=ca.DM(self.motion.weights_u) * time,
@@ -157,21 +162,21 @@ class PathNlp(NonlinearProgram):
         return (*rows, *slack_constraints(self.objective, self._motion, slack))
 
     def _accuracy_rows(self) -> list[Constraint]:
-        """(24) at the points that are no knots."""
+        """The accuracy (24) at the points that are no knots."""
         angles, bends, _, _, _ = self.split(self.x)
         others = [index for index in range(len(self.task.path.points)) if index not in self.task.knot_indices]
         if not others:
             return []
-        theta, _, _ = self.form.samples(angles, bends, self.motion.point_parameters[others])
+        theta, *_ = self.form.samples(angles, bends, self.motion.point_parameters[others])
         return [Accuracy(self.task.accuracy).at(self.robot.tool(theta), ca.DM(self.task.path.array[others]))]
 
     def _exact_rows(self) -> dict[Limit, list[Constraint]]:
         """Limits that need other samples: acceleration at the nodes, which is exact; speed at nodes and between."""
         angles, bends, time, _, _ = self.split(self.x)
-        _, _, at_nodes = self.form.samples(angles, bends, self.form.nodes[1:-1])
+        _, _, at_nodes, _ = self.form.samples(angles, bends, self.form.nodes[1:-1])
         shares = np.arange(1, SPEED_SAMPLES + 1) / SPEED_SAMPLES
         inner = (self.form.nodes[:-1, None] + self.form.steps[:, None] * shares).ravel()[:-1]
-        _, speed, _ = self.form.samples(angles, bends, inner)
+        _, speed, _, _ = self.form.samples(angles, bends, inner)
         moments = Samples(robot=self.robot, derivatives=(angles, speed / time, at_nodes / time**2), duration=time)
         chosen = sorted(
             (limit for limit in self.limits if limit.order in (1, 2)), key=lambda limit: -(limit.order or 0)
@@ -181,12 +186,12 @@ class PathNlp(NonlinearProgram):
     def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Elbow and joint limits on the angles, the least time, [0, 1]; the rest is free.
 
-        Without joint limits an angle stays within ``WINDOW`` of where it starts.
+        Without joint limits an angle stays within ``MAX_ANGLE_CHANGE`` of where it starts.
         """
         task, nodes = self.task, self.form.nodes.size
         lower, upper = np.full(x.size, -np.inf), np.full(x.size, np.inf)
         angles = slice(0, nodes * self.robot.dof)
-        lower[angles], upper[angles] = x[angles] - WINDOW, x[angles] + WINDOW
+        lower[angles], upper[angles] = x[angles] - MAX_ANGLE_CHANGE, x[angles] + MAX_ANGLE_CHANGE
         if self.robot.limits.position is not None:
             ranges = np.repeat(np.array(self.robot.limits.position), nodes, axis=0)
             lower[: len(ranges)], upper[: len(ranges)] = ranges.T
@@ -221,9 +226,9 @@ class PathNlp(NonlinearProgram):
         return np.concatenate([part.ravel(order="F")[:size] for part, size in zip(parts, self.sizes, strict=True)])
 
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
-        """The cheapest ways over a grid of the redundancy, constant redundancy, random redundancy, by turns."""
+        """Cheapest sequences over a grid of the redundancy, constant redundancy and random redundancy, alternating."""
         limits = self.encoding.exact_limits(self.limits)
-        for knots, x_phi in self._starts.drawn(rng):
+        for knots, x_phi in self._starts.sequence(rng):
             angles, bends, speeds, grid = (operator @ knots for operator in self._operators)
             extremes = Samples(robot=self.robot, derivatives=(ca.DM(), ca.DM(speeds), ca.DM(bends)), duration=ca.DM(1))
             peaks = [peaks_of(limit, extremes) for limit in limits]
@@ -232,7 +237,7 @@ class PathNlp(NonlinearProgram):
 
     @cached_property
     def _operators(self) -> tuple[FloatArray, ...]:
-        """From angles at the knots to those at the nodes, second derivatives there, speeds and angles on the grid."""
+        """Matrices from knot angles to angles and second derivatives at the nodes, and speeds and angles on a grid."""
         nodes, grid = self.form.nodes, self.motion.parameters_u
         return knot_operators(self.motion.spline, (nodes, 0), (nodes, 2), (grid, 1), (grid, 0))
 
@@ -256,7 +261,7 @@ class PathNlp(NonlinearProgram):
         """The spline through a solution's knots, as fast as the limits allow for all t where sooner is better."""
         unit = self.motion.trajectory(SplineShape(self._shape(self._knot_angles(x)), ca.DM(1.0)))
         least = safe_time_scale(self.limits, unit)
-        if not self.objective.sooner_is_better:
+        if self.held or not self.objective.sooner_is_better:
             least = max(least, float(self.split(ca.DM(x))[2]))
         return unit.time_scaled(max(self.encoding.time_box[0], least))
 

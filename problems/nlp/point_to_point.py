@@ -18,16 +18,16 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix, as_array, split
-from problems.encodings.segments import SHARE
+from problems.encodings.segments import TIME_SHARES
 from problems.limits.clearance import StepLimit
 from problems.limits.constraint import Constraint
 from problems.limits.limit import SAMPLING_MARGIN, Limit
-from problems.limits.time_scale import safe_time_scale
+from problems.limits.time_scale import holds_time, safe_time_scale
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.motions.two_segments import Quantities, TwoSegments
 from problems.nlp.composition import composed_hessian
-from problems.nlp.program import WINDOW, NonlinearProgram, equality, slack_constraints
+from problems.nlp.program import MAX_ANGLE_CHANGE, NonlinearProgram, equality, slack_constraints
 from problems.nlp.starts.point_to_point import PointToPointStarts
 from problems.objectives import Objective
 from problems.robots.robot import Robot
@@ -45,7 +45,7 @@ class PointToPointNlp(NonlinearProgram):
     """Move the tip from rest at the start to rest at the goal.
 
     Args:
-        task: what is asked for.
+        task: the statement: robot, start, goal, obstacles.
         motion: that is sought.
         objective: what is minimised.
         limits: what holds.
@@ -66,11 +66,16 @@ class PointToPointNlp(NonlinearProgram):
     @property
     def timed(self) -> bool:
         """Whether t1 and t2 are variables."""
-        return self.objective.timed
+        return self.objective.timed or self.held
+
+    @cached_property
+    def held(self) -> bool:
+        """Whether a limit keeps a motion from being run faster than it was found."""
+        return holds_time(self.limits)
 
     @property
     def samples(self) -> int:
-        """Time steps a segment."""
+        """The number of time steps per segment."""
         timed = min(self.motion.steps, max(TIMED_STEPS, TIMED_ROWS // self.robot.dof))
         steps = self.objective.program_steps or timed
         return max(steps, CLEARANCE_STEPS) if self.task.obstacles else steps
@@ -97,7 +102,7 @@ class PointToPointNlp(NonlinearProgram):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """As in the paper; ``t1/T`` where the duration is 1."""
+        """Names of the variables, as in the paper; ``t1/T`` where the duration is 1."""
         joints = range(1, self.robot.dof + 1)
         own = [f"{symbol}[{i}]" for symbol in ("theta_s", "theta_m", "dtheta_m", "theta_f") for i in joints]
         slacks = self.x.shape[0] - self._symbols[0].shape[0]
@@ -142,7 +147,8 @@ class PointToPointNlp(NonlinearProgram):
         if not self.task.obstacles:
             return None
         motion, slack = self._symbols[2:]
-        parts = [*motion.derivatives, motion.duration, motion.times, motion.weights]
+        given = (*motion.derivatives, motion.duration, motion.times, motion.weights)
+        parts = [part for part in given if part is not None]  # all of them are
         symbols = [ca.SX.sym("y", *part.shape) for part in parts]
         *derivatives, duration, times, weights = symbols
         samples = replace(motion, derivatives=tuple(derivatives), duration=duration, times=times, weights=weights)
@@ -159,19 +165,19 @@ class PointToPointNlp(NonlinearProgram):
     def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Elbow and joint limits on the angles, the least times; the rest is free.
 
-        Without joint limits an angle stays within ``WINDOW`` of where it starts.
+        Without joint limits an angle stays within ``MAX_ANGLE_CHANGE`` of where it starts.
         """
         k, size, ranges = self.robot.dof, self.x.shape[0], self.robot.limits.position
         lower, upper = np.full(size, -np.inf), np.full(size, np.inf)
         for name, first in {"theta_s": 0, "theta_m": k, "theta_f": 3 * k}.items():
             block = slice(first, first + k)
             lower[block], upper[block] = (
-                (x[block] - WINDOW, x[block] + WINDOW) if ranges is None else np.array(ranges).T
+                (x[block] - MAX_ANGLE_CHANGE, x[block] + MAX_ANGLE_CHANGE) if ranges is None else np.array(ranges).T
             )
             if name != "theta_m":
                 narrow_elbow(self.task.elbow, x, first + 1, lower, upper)
         times = slice(4 * k, 4 * k + (2 if self.timed else 1))
-        lower[times], upper[times] = (self.task.segment_time[0], np.inf) if self.timed else SHARE
+        lower[times], upper[times] = (self.task.segment_time[0], np.inf) if self.timed else TIME_SHARES
         lower[times.stop :] = 0.0
         return lower, upper
 
@@ -199,8 +205,8 @@ class PointToPointNlp(NonlinearProgram):
         return ca.Function("angles", [x], [samples.theta])
 
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
-        """Least displacements between end postures, by turns with random postures at both ends."""
-        for quantities in self._starts.drawn(rng, self._violation):
+        """Least displacements between end postures, alternating with random postures at both ends."""
+        for quantities in self._starts.sequence(rng, self._violation):
             yield self._variables(quantities)
 
     def _violation(self, quantities: Quantities) -> float:
@@ -232,9 +238,9 @@ class PointToPointNlp(NonlinearProgram):
         return quantities.time_scaled(max(shortest, self._time_scale(quantities.trajectory())))
 
     def _time_scale(self, trajectory: Trajectory) -> float:
-        """How a solution is run: as fast as its limits allow, or, where that may be worse, no faster than it is."""
+        """The time scale of a solution: as fast as limits allow or, where that may be worse, no faster than it is."""
         scale = safe_time_scale(self.limits, trajectory)
-        return scale if self.objective.sooner_is_better else max(1.0, scale)
+        return scale if self.objective.sooner_is_better and not self.held else max(1.0, scale)
 
     def _exact_ends(self, quantities: Quantities) -> Quantities:
         ends = [as_array(theta).ravel() for theta in (quantities.theta_s, quantities.theta_f)]

@@ -21,7 +21,7 @@ from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.objectives import Objective
 
-WINDOW = 3.5  # rad: how far an angle may go from a start; without bounds some drift by thousands of turns
+MAX_ANGLE_CHANGE = 3.5  # rad, from a start; without this bound some angles drift by thousands of turns
 
 
 class NonlinearProgram(ABC):
@@ -60,7 +60,7 @@ class NonlinearProgram(ABC):
 
     @abstractmethod
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
-        """Endless starts (n,) that meet the task's points: those that know its structure, and random ones."""
+        """Endless starts (n,) that meet the task's points: structured ones and random ones."""
 
     @abstractmethod
     def trajectory(self, x: FloatArray) -> Trajectory:
@@ -92,16 +92,16 @@ class NonlinearProgram(ABC):
             margin: to keep at the samples for what lies between them, as a share of the reach and of the joints'
                 ranges; ``SAMPLING_MARGIN`` if None.
         """
-        kept = SAMPLING_MARGIN if margin is None else margin
-        if kept not in self._row_bounds:
-            rows = self.rows if kept == SAMPLING_MARGIN else self.constraints(kept)
+        used_margin = SAMPLING_MARGIN if margin is None else margin
+        if used_margin not in self._row_bounds:
+            rows = self.rows if used_margin == SAMPLING_MARGIN else self.constraints(used_margin)
             lower, upper = zip(*(constraint.row_bounds() for constraint in rows), strict=True)
-            self._row_bounds[kept] = np.concatenate(lower), np.concatenate(upper)
-        return self._row_bounds[kept]
+            self._row_bounds[used_margin] = np.concatenate(lower), np.concatenate(upper)
+        return self._row_bounds[used_margin]
 
     @cached_property
     def _row_bounds(self) -> dict[float, tuple[FloatArray, FloatArray]]:
-        """By margin: writing the rows takes long, and every descent needs their bounds."""
+        """Bounds of the rows by margin: constructing the rows takes long, and every descent needs their bounds."""
         return {}
 
 
@@ -121,7 +121,7 @@ def equality(name: str, expression: Matrix, unit: str, column_names: Sequence[st
 
 
 def slack_constraints(objective: Objective, samples: Samples, slack: Matrix) -> list[Constraint]:
-    """What the slacks of an objective's smooth form must keep, none below zero."""
+    """The constraints on the slacks of an objective's smooth form: none below zero."""
     joints = samples.moving.joint_names
     return [
         Constraint(

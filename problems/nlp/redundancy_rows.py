@@ -1,4 +1,4 @@
-"""Along a path with few values of redundancy: knots whose links stand where the interpolated values say."""
+"""Constraints for a path with few values of redundancy: links at the knots follow the interpolated values."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from problems.encodings import KnotsEncoding
 from problems.limits.constraint import Constraint
 from problems.nlp.program import equality
 
-INSIDE = 1e-3  # how far interpolated x_phi keep from the ends of [0, 1], where (7) has infinite slope
+REDUNDANCY_MARGIN = 1e-3  # distance of interpolated x_phi from the ends of [0, 1], where (7) has infinite slope
 
 
 def redundancy_rows(encoding: KnotsEncoding, theta: Matrix, values: Matrix) -> list[Constraint]:
@@ -36,8 +36,8 @@ def redundancy_rows(encoding: KnotsEncoding, theta: Matrix, values: Matrix) -> l
             equation="(7)",
             unit="1",
             expression=share,
-            lower=ca.DM(np.full((1, extra), INSIDE)),
-            upper=ca.DM(np.full((1, extra), 1.0 - INSIDE)),
+            lower=ca.DM(np.full((1, extra), REDUNDANCY_MARGIN)),
+            upper=ca.DM(np.full((1, extra), 1.0 - REDUNDANCY_MARGIN)),
             columns=links,
             for_all_t=False,
             formula="0 < x_phi interpolated at the knots < 1",

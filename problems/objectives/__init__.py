@@ -1,4 +1,4 @@
-"""What is minimised: execution time (8), joint rotation (9), travel length of the tip (10)."""
+"""Objectives: execution time (8), joint rotation (9), travel length of the tip (10)."""
 
 from problems.objectives.length import TipTravel
 from problems.objectives.objective import MotionBounds, Objective

@@ -10,7 +10,7 @@ from problems.base.matrix import Matrix
 from problems.motions.samples import Samples
 from problems.objectives.objective import MotionBounds, Objective
 
-SMOOTHING = 1e-3  # m: rounds the corner of a tip that stands still; costs 1e-4 of a length
+SMOOTHING_LENGTH = 1e-3  # m: rounds the corner of a tip that stands still; costs 1e-4 of a length
 
 
 class TipTravel(Objective):
@@ -35,7 +35,7 @@ class TipTravel(Objective):
         return bounds.radius * bounds.rotation
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
-        """The same with corners rounded off by ``SMOOTHING``."""
+        """The same with corners rounded off by ``SMOOTHING_LENGTH``."""
         before, after = samples.steps
         step = after.tool - before.tool
-        return ca.sum1(ca.sqrt(ca.sum2(step * step) + SMOOTHING**2) - SMOOTHING)
+        return ca.sum1(ca.sqrt(ca.sum2(step * step) + SMOOTHING_LENGTH**2) - SMOOTHING_LENGTH)

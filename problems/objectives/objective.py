@@ -1,4 +1,4 @@
-"""What every objective offers: its value over samples, and a smooth form of it for nonlinear programs."""
+"""The interface of objectives: the value over samples, and a smooth form of it for nonlinear programs."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from problems.base.matrix import FloatArray, Matrix, total
 from problems.motions.samples import Samples
 from problems.robots.robot import Robot
 
-ENDLESS = 1e12  # an upper bound for objectives that know none: whatever the unit, no motion comes near it
+UNKNOWN_UPPER_BOUND = 1e12  # for objectives that state none; no motion comes near it, whatever the unit
 
 
 @dataclass(frozen=True, kw_only=True)
 class MotionBounds:
-    """What no motion of a search can exceed.
+    """Upper bounds over all motions of a search.
 
     Attributes:
         duration: s.
@@ -32,10 +32,10 @@ class MotionBounds:
 
 
 class Objective(ABC):
-    """What is minimised: ``terminal(T) + sum over samples of at + sum over steps of between``.
+    """A function to minimise: ``terminal(T) + sum over samples of at + sum over steps of between``.
 
-    A subclass says what a single sample and a single step contribute, and at least one of the three. From these the
-    same number comes out whether samples are looked at one by one, as compiled code does, or all at once.
+    A subclass defines at least one of the three. The value is the same whether samples are evaluated one by one, as
+    compiled code does, or all at once.
 
     Attributes:
         name: as in a scenario file.
@@ -59,15 +59,15 @@ class Objective(ABC):
     program_steps: ClassVar[int | None] = None
 
     def terminal(self, duration: Matrix) -> Matrix:
-        """What depends on the duration alone, s; scalar."""
-        return 0.0
+        """The part that depends on the duration in s alone; scalar."""
+        return ca.DM(0.0)
 
     def at(self, samples: Samples) -> Matrix | None:
-        """What each sample contributes, (n, m); integrals multiply by ``samples.weights``."""
+        """The contribution of each sample, (n, m); integrals multiply by ``samples.weights``."""
         return None
 
     def between(self, before: Samples, after: Samples) -> Matrix | None:
-        """What each step from one sample to the next contributes, (n - 1, m); 0 where nothing moves."""
+        """The contribution of each step from one sample to the next, (n - 1, m); 0 where nothing moves."""
         return None
 
     def value(self, samples: Samples) -> Matrix:
@@ -78,11 +78,11 @@ class Objective(ABC):
         return value
 
     def upper_bound(self, bounds: MotionBounds) -> float:
-        """What no motion within the bounds exceeds; a huge number where nothing better is known."""
-        return ENDLESS
+        """An upper bound over all motions within the bounds; a huge number where none is known."""
+        return UNKNOWN_UPPER_BOUND
 
     def slack_count(self, robot: Robot, steps: int) -> int:
-        """How many slack variables its smooth form takes over so many steps."""
+        """The number of slack variables of its smooth form over so many steps."""
         return 0
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
@@ -94,10 +94,5 @@ class Objective(ABC):
         return np.empty(0)
 
     def slack_rows(self, samples: Samples, slack: Matrix) -> list[tuple[str, str, Matrix]]:
-        """What must not be negative for the slacks to mean what they say: name, formula, (steps, dof)."""
+        """Expressions that must not be negative, which define the slacks: name, formula, (steps, dof)."""
         return []
-
-
-def no_slack() -> Matrix:
-    """The slacks of an objective that has none."""
-    return ca.SX(0, 1)

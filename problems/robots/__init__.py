@@ -1,4 +1,4 @@
-"""What moves: robots by their kinematics and their limits."""
+"""Robots: kinematics and limits of the joints."""
 
 from problems.robots.planar import PlanarArm
 from problems.robots.robot import Robot

@@ -7,16 +7,17 @@ links j = 3..k are the redundancy angles: once they are chosen, links 1 and 2 fo
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
 import casadi as ca
 import numpy as np
 
 from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, Matrix, columns
+from problems.base.matrix import FloatArray, Matrix, Operand, columns
 from problems.robots.redundancy import angular_range, annulus, restore
 from problems.robots.robot import JointLimits, Robot
 from problems.robots.turns import wrap_to
@@ -43,6 +44,19 @@ class PlanarArm(Robot):
     max_acceleration: tuple[float, ...]
     joint_limits: tuple[tuple[float, float], ...] | None = None
 
+    @classmethod
+    def from_settings(cls, settings: Mapping[str, Any]) -> Self:
+        """The arm that a table of a file describes; one speed or acceleration stands for all joints."""
+        lengths = settings.get("link_lengths")
+        if not isinstance(lengths, (list, tuple)):
+            raise InvalidProblem("link_lengths", "missing key" if lengths is None else "a list of numbers is needed")
+        per_joint = {
+            key: [settings[key]] * len(lengths)
+            for key in ("max_speed", "max_acceleration")
+            if isinstance(settings.get(key), (int, float))
+        }
+        return super().from_settings({**settings, **per_joint})
+
     def __post_init__(self) -> None:
         if self.links < 2:
             raise InvalidProblem("link_lengths", f"an arm has at least 2 links, not {self.links}")
@@ -59,9 +73,9 @@ class PlanarArm(Robot):
                     raise InvalidProblem("joint_limits", reason)
 
     def _check_length(self, field: str) -> None:
-        found = len(getattr(self, field))
-        if found != self.links:
-            raise InvalidProblem(field, f"{found} values for {self.links} links")
+        count = len(getattr(self, field))
+        if count != self.links:
+            raise InvalidProblem(field, f"{count} values for {self.links} links")
 
     @property
     def links(self) -> int:
@@ -75,7 +89,7 @@ class PlanarArm(Robot):
 
     @property
     def limits(self) -> JointLimits:
-        """What the joints can do."""
+        """Limits of the joints."""
         return JointLimits(speed=self.max_speed, acceleration=self.max_acceleration, position=self.joint_limits)
 
     @property
@@ -90,8 +104,8 @@ class PlanarArm(Robot):
 
     def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
         """Forward kinematics of n postures (n, k) in rad: base, joints and tip, k + 1 matrices (n, 2), m."""
-        psi: Matrix = 0
-        positions = [ca.DM.zeros(theta.shape[0], 2)]
+        psi: Operand = 0
+        positions: list[Matrix] = [ca.DM.zeros(theta.shape[0], 2)]
         for length, angle in zip(self.link_lengths, columns(theta), strict=True):
             psi = psi + angle
             x, y = columns(positions[-1])
@@ -99,7 +113,7 @@ class PlanarArm(Robot):
         return tuple(positions)
 
     @property
-    def radius(self) -> Matrix:
+    def radius(self) -> Operand:
         """All links stretched out, m."""
         return sum(self.link_lengths)
 
@@ -138,7 +152,7 @@ class PlanarArm(Robot):
                 target = target - self.link_lengths[link - 1] * ca.DM([np.cos(angle), np.sin(angle)])
         return lower, upper
 
-    def inverse(self, point: Matrix, phi: Matrix, elbow: Matrix) -> tuple[Matrix, Matrix]:
+    def inverse(self, point: Matrix, phi: Matrix, elbow: Operand) -> tuple[Matrix, Matrix]:
         """Inverse kinematics (1)-(2), with atan2 where the paper's arccos loses the sign.
 
         Args:

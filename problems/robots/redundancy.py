@@ -16,18 +16,18 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from problems.base.matrix import Matrix, largest
+from problems.base.matrix import Matrix, Operand, largest
 
-TINY = 1e-300  # a target on the base has no direction: every angle is as good, none may become NaN
+SCALE_FLOOR = 1e-300  # least divisor: at a target on the base every angle will do, and none may become NaN
 
 
-def annulus(lengths: Sequence[Matrix]) -> tuple[Matrix, Matrix]:
+def annulus(lengths: Sequence[Operand]) -> tuple[Matrix, Operand]:
     """Inner and outer radius in m of what the end of a chain of links can reach."""
     outer = sum(lengths)
     return ca.fmax(0.0, 2.0 * largest(ca.vertcat(*lengths)) - outer), outer
 
 
-def angular_range(lengths: Sequence[Matrix], link: int, target: Matrix) -> tuple[Matrix, Matrix, Matrix]:
+def angular_range(lengths: Sequence[Operand], link: int, target: Matrix) -> tuple[Matrix, Matrix, Matrix]:
     """The angles at which ``link`` (3..k) can stand when its end is at ``target``.
 
     Args:
@@ -41,12 +41,12 @@ def angular_range(lengths: Sequence[Matrix], link: int, target: Matrix) -> tuple
     length = lengths[link - 1]
     inner, outer = annulus(lengths[: link - 1])
     square = ca.sumsqr(target) + length**2
-    scale = ca.fmax(2.0 * length * ca.sqrt(ca.sumsqr(target)), TINY)
+    scale = ca.fmax(2.0 * length * ca.sqrt(ca.sumsqr(target)), SCALE_FLOOR)
     beta_in, beta_out = (_arccos((square - radius**2) / scale) for radius in (inner, outer))
     return ca.atan2(target[1], target[0]), beta_in, beta_out
 
 
-def restore(lengths: Sequence[Matrix], target: Matrix, normalised: Matrix) -> Matrix:
+def restore(lengths: Sequence[Operand], target: Matrix, normalised: Matrix) -> Matrix:
     """Redundancy angles of normalised values, (7) for each of the links k..3.
 
     Args:

@@ -1,10 +1,10 @@
-"""What every robot offers: kinematics, limits, bodies; and how a point is reached."""
+"""The interface of robots: kinematics, limits, bodies, and inverse kinematics."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from typing import Any, Self
 
 import casadi as ca
@@ -12,26 +12,24 @@ import numpy as np
 
 from problems.base.arguments import Statement
 from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointLimits:
-    """What the joints can do, one value a joint; None where nothing is known or asked for.
+    """Limits of the joints, one value per joint; None where there is no limit.
 
     Attributes:
         speed: bounds of |dq/dt|, rad/s.
         acceleration: bounds of |d2q/dt2|, rad/s^2.
         position: (lowest, highest) of q, rad.
         jerk: bounds of |d3q/dt3|, rad/s^3.
-        torque: bounds of |tau|, N m.
     """
 
     speed: tuple[float, ...]
     acceleration: tuple[float, ...]
     position: tuple[tuple[float, float], ...] | None = None
     jerk: tuple[float, ...] | None = None
-    torque: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -67,10 +65,13 @@ class Robot(Statement, ABC):
         unknown = next((key for key in settings if key not in names), None)
         if unknown is not None:
             raise InvalidProblem(unknown, f"{cls.__name__} has no such setting; there are {', '.join(names)}")
-        try:
-            return cls(**{key: _as_tuple(value) for key, value in settings.items()})
-        except TypeError as error:
-            raise InvalidProblem("settings", str(error).replace("__init__() ", "")) from error
+        for field in fields(cls):  # type: ignore[arg-type]
+            if field.name not in settings and field.default is MISSING and field.default_factory is MISSING:
+                raise InvalidProblem(field.name, "missing key")
+        for key in set(cls.numbers) & set(settings):
+            if not _are_numbers(settings[key]):
+                raise InvalidProblem(key, f"numbers are needed, not {settings[key]!r}")
+        return cls(**{key: _as_tuple(value) for key, value in settings.items()})
 
     @property
     @abstractmethod
@@ -80,7 +81,7 @@ class Robot(Statement, ABC):
     @property
     @abstractmethod
     def limits(self) -> JointLimits:
-        """What the joints can do."""
+        """Limits of the joints."""
 
     @property
     def dim(self) -> int:
@@ -95,7 +96,7 @@ class Robot(Statement, ABC):
     @property
     @abstractmethod
     def redundancy(self) -> int:
-        """How many values beyond the tool's position a posture has."""
+        """The number of values beyond the tool's position that determine a posture."""
 
     @property
     def base(self) -> tuple[float, ...]:
@@ -116,7 +117,7 @@ class Robot(Statement, ABC):
 
     @property
     def bodies(self) -> tuple[Body, ...]:
-        """What must not touch anything; every segment between consecutive frames."""
+        """The bodies that must not touch anything; by default every segment between consecutive frames."""
         return tuple(Body(f"link {link}", link - 1, link) for link in range(1, self.dof + 1))
 
     @abstractmethod
@@ -124,14 +125,14 @@ class Robot(Statement, ABC):
         """The smallest and largest distance in m from the base at which the end of so many links can be."""
 
     @property
-    def radius(self) -> Matrix:
+    def radius(self) -> Operand:
         """The largest distance in m that the tool can have from the base; symbolic where the robot is."""
         return self.reach()[1]
 
     @property
     @abstractmethod
     def turns(self) -> FloatArray:
-        """What turns the bodies: rates u = turns @ dq/dt, (m, dof)."""
+        """Matrix (m, dof) from joint speeds to the angular rates u = turns @ dq/dt that move the bodies."""
 
     @property
     @abstractmethod
@@ -139,7 +140,7 @@ class Robot(Statement, ABC):
         """No point of body b moves faster than the sum over j of levers[b, j] |u_j|; (bodies, m), m."""
 
     @abstractmethod
-    def inverse(self, point: Matrix, redundancy: Matrix, elbow: Matrix) -> tuple[Matrix, Matrix]:
+    def inverse(self, point: Matrix, redundancy: Matrix, elbow: Operand) -> tuple[Matrix, Matrix]:
         """Inverse kinematics.
 
         Args:
@@ -184,3 +185,10 @@ class Robot(Statement, ABC):
 def _as_tuple(value: Any) -> Any:
     """Lists as tuples, all the way down."""
     return tuple(_as_tuple(entry) for entry in value) if isinstance(value, (list, tuple)) else value
+
+
+def _are_numbers(value: Any) -> bool:
+    """A number, or a list of numbers or of such lists."""
+    if isinstance(value, (list, tuple)):
+        return all(_are_numbers(entry) for entry in value)
+    return isinstance(value, (int, float)) and not isinstance(value, bool)

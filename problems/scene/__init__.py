@@ -1,1 +1,1 @@
-"""What the robot has to keep clear of: obstacles, still or moving."""
+"""Obstacles that the robot has to keep clear of."""

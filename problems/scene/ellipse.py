@@ -14,12 +14,13 @@ import casadi as ca
 import numpy as np
 
 from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, Matrix, columns
+from problems.base.matrix import FloatArray, Matrix, Operand, columns
 from problems.scene.obstacle import Obstacle
 
-SHORTEST = 1e-12  # squared dimensionless length below which a segment is a point; keeps 0 / 0 and its gradient away
-CORE = 1e-3  # squared dimensionless radius of the core in which the logarithm levels off
-CENTRAL = 1e-30  # squared dimensionless distance from the centre that keeps the square root's gradient finite
+# All three are squared and dimensionless: in units of the semi-axes.
+POINT_LENGTH_SQUARED = 1e-12  # a shorter segment counts as a point; avoids 0 / 0 and its gradient
+CORE_RADIUS_SQUARED = 1e-3  # within this radius of the centre the logarithm levels off
+CENTRE_DISTANCE_SQUARED = 1e-30  # added to the distance from the centre: keeps the square root's gradient finite
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Ellipse(Obstacle):
         return self.center
 
     @property
-    def smaller_axis(self) -> Matrix:
+    def smaller_axis(self) -> Operand:
         """The smaller semi-axis, m."""
         return ca.fmin(*self.semi_axes)
 
@@ -86,10 +87,10 @@ class Ellipse(Obstacle):
         """
         (u0, v0), (u1, v1) = self.to_unit_circle(start), self.to_unit_circle(end)
         du, dv = u1 - u0, v1 - v0
-        length = ca.fmax(du * du + dv * dv, SHORTEST)
+        length = ca.fmax(du * du + dv * dv, POINT_LENGTH_SQUARED)
         along = ca.fmin(1.0, ca.fmax(0.0, -(u0 * du + v0 * dv) / length))
         nearest_u, nearest_v = u0 + along * du, v0 + along * dv
-        distance = ca.sqrt(nearest_u * nearest_u + nearest_v * nearest_v + CENTRAL)
+        distance = ca.sqrt(nearest_u * nearest_u + nearest_v * nearest_v + CENTRE_DISTANCE_SQUARED)
         return (distance - 1.0) * self.smaller_axis
 
     def smooth(self, clearance: Matrix) -> Matrix:
@@ -97,7 +98,7 @@ class Ellipse(Obstacle):
 
         Its gradient does not fade inside the ellipse, where an optimiser has to find its way out.
         """
-        return 0.5 * ca.log((clearance / self.smaller_axis + 1.0) ** 2 + CORE)
+        return 0.5 * ca.log((clearance / self.smaller_axis + 1.0) ** 2 + CORE_RADIUS_SQUARED)
 
     def distance_to(self, point: tuple[float, ...]) -> float:
         """A lower bound in m of the distance from a point: that of the circle around the ellipse."""

@@ -1,4 +1,4 @@
-"""What every obstacle offers."""
+"""The interface of obstacles."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Obstacle(Statement, ABC):
     @property
     @abstractmethod
     def width(self) -> float:
-        """The least distance in m between two parallel planes that hold it: what a step may not leap over."""
+        """The least distance in m between two parallel planes that hold it: a bound for the steps of joints."""
 
     @abstractmethod
     def contains(self, point: tuple[float, ...]) -> bool:

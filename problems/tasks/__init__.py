@@ -1,1 +1,1 @@
-"""What is asked for: start, goal, path, elbow."""
+"""Statements of tasks: start, goal, path, elbow."""

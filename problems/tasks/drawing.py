@@ -1,4 +1,4 @@
-"""What a problem offers for drawing and tables, as plain numbers: a figure need not know which problem it draws."""
+"""Data of a problem for figures and tables, as plain numbers: a figure need not know which problem it draws."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class BoundedCurve:
 
 @dataclass(frozen=True, kw_only=True)
 class ProgressMeasure:
-    """A number, beside the cost, that shows how a search gets on: smaller is better.
+    """A number, beside the cost, that shows the progress of a search: smaller is better.
 
     Attributes:
         name: short, for a file name.

@@ -9,14 +9,14 @@ import casadi as ca
 import numpy as np
 
 from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, Matrix
+from problems.base.matrix import FloatArray, Matrix, Operand
 from problems.robots.robot import Robot
 
 Elbow: TypeAlias = Literal["up", "down", "free"]
 
 
 def check_elbow(robot: Robot, elbow: Elbow) -> None:
-    """Raise InvalidProblem when the limits of joint 2 leave nothing of the half turn that the elbow asks for."""
+    """Raise InvalidProblem when the limits of joint 2 exclude the whole half turn of its elbow."""
     if robot.limits.position is not None and elbow != "free":
         low, high = robot.limits.position[1]
         if half_turn(elbow, (low + high) / 2.0, (low, high)) is None:
@@ -39,9 +39,9 @@ def half_turn(elbow: Elbow, theta_2: float, within: tuple[float, float]) -> tupl
     low = 0.0 if elbow == "up" else -pi
     nearest = int(np.rint((theta_2 - low - pi / 2.0) / (2.0 * pi)))
     for turn in sorted(range(nearest - 2, nearest + 3), key=lambda n: abs(n - nearest)):
-        found = max(low + 2.0 * pi * turn, within[0]), min(low + pi + 2.0 * pi * turn, within[1])
-        if found[0] < found[1]:
-            return found
+        interval = max(low + 2.0 * pi * turn, within[0]), min(low + pi + 2.0 * pi * turn, within[1])
+        if interval[0] < interval[1]:
+            return interval
     return None
 
 
@@ -49,12 +49,12 @@ def narrow_elbow(elbow: Elbow, x: FloatArray, index: int, lower: FloatArray, upp
     """Narrow, in place, the bounds of a theta_2 among the variables to the half turn of its elbow nearest to it."""
     if elbow == "free":
         return
-    found = half_turn(elbow, float(x[index]), (float(lower[index]), float(upper[index])))
-    if found is not None:
-        lower[index], upper[index] = found
+    interval = half_turn(elbow, float(x[index]), (float(lower[index]), float(upper[index])))
+    if interval is not None:
+        lower[index], upper[index] = interval
 
 
-def elbow_signs(elbow: Elbow, branch: Matrix, ends: int) -> list[Matrix]:
+def elbow_signs(elbow: Elbow, branch: Matrix, ends: int) -> list[Operand]:
     """+1 (up) or -1 (down) for each end; from the signs of the search variables when the elbow is free."""
     if elbow == "free":
         return [ca.if_else(branch[i] < 0.0, -1.0, 1.0) for i in range(ends)]

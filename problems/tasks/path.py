@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray
 
-SHARP = pi / 4.0  # a change of direction from here on is a corner
-SMOOTH = 4000  # points of the fine polygon from which a smooth shape is resampled
+CORNER_ANGLE = pi / 4.0  # a change of direction of at least this is a corner
+FINE_POLYGON_POINTS = 4000  # of the polygon from which a smooth shape is resampled
 
 
 @dataclass(frozen=True)
@@ -68,14 +68,14 @@ class Path:
         Raises:
             InvalidProblem: fewer points than ends and corners.
         """
-        kept = [0, *self.corners, len(self.points) - 1]
-        if count < len(kept):
-            raise InvalidProblem("count", f"{count} points cannot hold both ends and {len(kept) - 2} corners")
+        fixed_points = [0, *self.corners, len(self.points) - 1]
+        if count < len(fixed_points):
+            raise InvalidProblem("count", f"{count} points cannot hold both ends and {len(fixed_points) - 2} corners")
         along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self.array, axis=0).T))])
-        stretches = _shares(np.diff(along[kept]), count - 1)
+        stretches = _shares(np.diff(along[fixed_points]), count - 1)
         places = [
             np.linspace(along[start], along[end], pieces, endpoint=False)
-            for start, end, pieces in zip(kept[:-1], kept[1:], stretches, strict=True)
+            for start, end, pieces in zip(fixed_points[:-1], fixed_points[1:], stretches, strict=True)
         ]
         at = np.append(np.concatenate(places), along[-1])
         x, y = (np.interp(at, along, coordinate) for coordinate in self.array.T)
@@ -89,7 +89,7 @@ def _corners(points: FloatArray) -> tuple[int, ...]:
     steps = np.diff(points, axis=0)
     directions = np.arctan2(steps[:, 1], steps[:, 0])
     turns = (np.diff(directions) + pi) % (2.0 * pi) - pi
-    return tuple((np.flatnonzero(np.abs(turns) >= SHARP) + 1).tolist())
+    return tuple((np.flatnonzero(np.abs(turns) >= CORNER_ANGLE) + 1).tolist())
 
 
 def _shares(lengths: FloatArray, total: int) -> list[int]:
@@ -128,7 +128,7 @@ def closed_curve(
         depth: height of a crest over the radius, in (-1, 1); negative starts in a trough.
         count: number of points, equally spaced along the curve.
     """
-    phi = angle + np.linspace(0.0, 2.0 * pi, SMOOTH + 1)
+    phi = angle + np.linspace(0.0, 2.0 * pi, FINE_POLYGON_POINTS + 1)
     rho = radius * (1.0 + depth * np.cos(waves * (phi - angle)))
     fine = np.array(center) + np.column_stack([rho * np.cos(phi), rho * np.sin(phi)])
     fine[-1] = fine[0]

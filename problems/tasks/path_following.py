@@ -1,7 +1,7 @@
 """Following a given path, Section III-A, second case: (7), (19)-(25), for robots with redundancy.
 
 The tool passes the path's points at equal intervals of time. At some of the points, the knots, inverse kinematics gives
-the joint angles; the other points are met only nearly: the trajectory accuracy (24).
+the joint angles; the other points are passed within the trajectory accuracy (24).
 """
 
 from __future__ import annotations
@@ -85,8 +85,8 @@ class PathFollowing(Task):
         At rest and at a corner the tip is far from moving evenly, and a knot missing there costs the most accuracy.
         """
         last = len(self.path.points) - 1
-        wanted = self.knots if self.knots is not None else (last + 3) // 2
-        even = np.rint(np.linspace(0, last, min(wanted, last + 1))).astype(int).tolist()
+        knot_count = self.knots if self.knots is not None else (last + 3) // 2
+        even = np.rint(np.linspace(0, last, min(knot_count, last + 1))).astype(int).tolist()
         around = [index + shift for index in (0, *self.path.corners, last) for shift in (-1, 0, 1)]
         return tuple(sorted({*even, *(index for index in around if 0 <= index <= last)}))
 
@@ -95,7 +95,7 @@ class PathFollowing(Task):
         return np.linspace(0.0, 1.0, len(self.path.points)) * trajectory.duration
 
     def accuracy_constraint(self, trajectory: Trajectory) -> Constraint:
-        """(24) at every point of the path, numeric."""
+        """The trajectory accuracy (24) at every point of the path, numeric."""
         tool = trajectory.samples(self.point_times(trajectory), self.robot).tool
         return Accuracy(self.accuracy).at(tool, ca.DM(self.path.array))
 

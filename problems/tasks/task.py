@@ -1,4 +1,4 @@
-"""What every task offers: a statement of what is asked for, and what a finished motion has to meet."""
+"""The interface of tasks: the statement, and the conditions on a finished motion."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Task(Statement, ABC):
 
     @abstractmethod
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        """What the task itself demands of a finished motion: numeric constraints, and the times of their rows in s."""
+        """The task's own conditions on a finished motion: numeric constraints, and the times of their rows in s."""
 
     def markers(self) -> tuple[Marker, ...]:
-        """What the tool has to reach, for drawing; nothing by default."""
+        """Positions that the tool has to reach, for drawing; none by default."""
         return ()

@@ -29,7 +29,7 @@ from problems.scene.obstacle import Obstacle
 from problems.tasks.task import Task
 from tpbso_casadi.scenario.tasks import ModelSection, TaskSection
 
-SHORTEST, LONGEST = 0.1, 10.0  # s
+MIN_DURATION, MAX_DURATION = 0.1, 10.0  # s
 PHASE = np.linspace(0.0, 1.0, 41)
 BLEND = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])  # of the phase, lowest power first; at rest at both ends
 
@@ -118,7 +118,7 @@ class Duration(Encoding[Matrix]):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        return (Variable("T", SHORTEST, LONGEST, "s"),)
+        return (Variable("T", MIN_DURATION, MAX_DURATION, "s"),)
 
     def decode(self, x: Matrix) -> Decoded[Matrix]:
         return Decoded(parameters=x[0])
@@ -148,7 +148,7 @@ class JointMoveProblem(Problem[Matrix]):
         return []
 
     def objective_bound(self) -> float:
-        return LONGEST
+        return MAX_DURATION
 
     def cost_program(self) -> Program:
         return JointMoveSteps(self).program()
@@ -190,7 +190,7 @@ class JointMoveProgram(NonlinearProgram):
         return tuple(constraint for limit in self.limits for constraint in limit.constraints(samples, margin))
 
     def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return np.array([SHORTEST]), np.array([LONGEST])
+        return np.array([MIN_DURATION]), np.array([MAX_DURATION])
 
     def from_search(self, x: FloatArray) -> FloatArray:
         return x
@@ -200,7 +200,7 @@ class JointMoveProgram(NonlinearProgram):
 
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
         while True:
-            yield rng.uniform(SHORTEST, LONGEST, 1)
+            yield rng.uniform(MIN_DURATION, MAX_DURATION, 1)
 
     def trajectory(self, x: FloatArray) -> Trajectory:
         trajectory = self.motion.trajectory(ca.DM(x))

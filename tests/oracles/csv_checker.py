@@ -1,4 +1,4 @@
-"""Judges a run folder from ``trajectory.csv`` and what ``result.json`` says was asked, in NumPy alone.
+"""Checks a run folder from ``trajectory.csv`` and the scenario in ``result.json``, in NumPy alone.
 
 The one thing taken from the package is the list of points of a built-in shape of path.
 """
@@ -85,9 +85,9 @@ def check_task(scenario: dict[str, Any], t: np.ndarray, tip: np.ndarray) -> None
         points, allowed = path.array, task["accuracy"] * (1.0 + 1e-9)
         corners = tip_at(np.array(path.corners) / (len(points) - 1), t, tip)
         assert np.linalg.norm(corners - points[list(path.corners)], axis=1).max(initial=0.0) < 1e-3
-    met = tip_at(np.arange(len(points)) / (len(points) - 1), t, tip)
-    assert np.linalg.norm(met - points, axis=1).max() <= allowed
-    assert np.linalg.norm(met[[0, -1]] - points[[0, -1]], axis=1).max() <= 1e-6
+    passed_points = tip_at(np.arange(len(points)) / (len(points) - 1), t, tip)
+    assert np.linalg.norm(passed_points - points, axis=1).max() <= allowed
+    assert np.linalg.norm(passed_points[[0, -1]] - points[[0, -1]], axis=1).max() <= 1e-6
 
 
 def tip_at(share: np.ndarray, t: np.ndarray, tip: np.ndarray) -> np.ndarray:

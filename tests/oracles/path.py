@@ -117,21 +117,21 @@ class PathOracle:
         theta = spline(self.u_grid)
         joints = self._joints(theta)
         miss = np.abs(self._joints(spline(self.u_points))[..., -1] - (p.path.array @ [1.0, 1j])[:, None])
-        found = {"accuracy": np.where(miss > p.accuracy, miss, 0.0)}
+        broken_by = {"accuracy": np.where(miss > p.accuracy, miss, 0.0)}
         if self.formulation == "paper":
             for name, order, bound in (("speed", 1, arm.max_speed), ("acceleration", 2, arm.max_acceleration)):
                 value = np.abs(spline.derivative(order)(self.u_grid)) / time[:, None] ** order
-                found[name] = _rows(np.where(value > bound, value, 0.0))
+                broken_by[name] = _rows(np.where(value > bound, value, 0.0))
         if arm.joint_limits is not None:
             low, high = np.array(arm.joint_limits).T
             low, high = low + MARGIN * (high - low), high - MARGIN * (high - low)
-            found["range"] = _rows(np.maximum(0.0, np.maximum(low - theta, theta - high)))
+            broken_by["range"] = _rows(np.maximum(0.0, np.maximum(low - theta, theta - high)))
         for number, obstacle in enumerate(p.obstacles):
             links = clearance(obstacle, joints[..., :-1], joints[..., 1:])
             sweeps = clearance(obstacle, joints[:-1, :, 1:], joints[1:, :, 1:])
             for kind, values in (("links", links), ("sweeps", sweeps)):
-                found[f"{kind} {number}"] = _rows(np.maximum(0.0, MARGIN * self.lengths.sum() - values))
-        return found
+                broken_by[f"{kind} {number}"] = _rows(np.maximum(0.0, MARGIN * self.lengths.sum() - values))
+        return broken_by
 
 
 def _rows(values: np.ndarray) -> np.ndarray:

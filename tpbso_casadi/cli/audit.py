@@ -16,7 +16,7 @@ from tpbso_casadi.cli.audit_tables import print_run_audit, print_scenario_audit
 from tpbso_casadi.cli.common import Exit, OneLineParser, print_error
 from tpbso_casadi.scenario.builtin import TITLES
 from tpbso_casadi.scenario.loading import load
-from tpbso_casadi.scenario.scenario import Scenario
+from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import OutputError, check_writable
 from tpbso_casadi.storage.plain import as_json
@@ -54,7 +54,9 @@ def parser() -> argparse.ArgumentParser:
 
 def of_run(folder: Path, options: argparse.Namespace) -> int:
     """Read, recompute and audit a run; returns the exit status."""
-    audit = audit_run(read_run(folder))
+    run = read_run(folder)
+    with plugin_failures_named(run.scenario):
+        audit = audit_run(run)
     if options.json:
         sys.stdout.write(as_json(audit))
     else:
@@ -67,14 +69,12 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
     if options.plots is not None:
         check_writable(options.plots)
     try:
-        audit = audit_scenario(scenario)
+        with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
+            audit = audit_scenario(scenario)
+            if options.plots is not None:
+                draw(scenario, options.plots)
     except ScenarioError as error:
         raise ScenarioError(f"{options.what}: {error}") from error
-    if options.plots is not None:
-        from tpbso_casadi.figures.structure import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
-
-        options.plots.mkdir(parents=True, exist_ok=True)
-        draw_structure(options.plots, scenario)
     if options.json:
         sys.stdout.write(as_json(audit))
     else:
@@ -83,3 +83,11 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
         print_error(f"{options.what}: nothing in the search box meets {', '.join(impossible(audit))}")
         return Exit.INFEASIBLE
     return Exit.FEASIBLE
+
+
+def draw(scenario: Scenario, folder: Path) -> None:
+    """Draw the structure of the scenario's constraints."""
+    from tpbso_casadi.figures.structure import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
+
+    folder.mkdir(parents=True, exist_ok=True)
+    draw_structure(folder, scenario)

@@ -75,7 +75,8 @@ def print_run_audit(audit: dict[str, Any], console: Console) -> None:
     """The certificate, the margins, the first-order conditions and the shadow prices of the limits."""
     verdict = audit["certificate"]["verdict"]
     objective, seconds = audit["objective"], audit["certificate"]["seconds"]
-    title = f"{verdict} in {seconds * 1e3:.1f} ms: {objective['name']} {objective['value']:.6g} {objective['unit']}"
+    value = "not a number" if objective["value"] is None else f"{objective['value']:.6g}"
+    title = f"{verdict} in {seconds * 1e3:.1f} ms: {objective['name']} {value} {objective['unit']}"
     table = Table(title=title, title_justify="left")
     for heading in ("constraint", "worst", "bound", "margin", "unit", "", "active", "where"):
         table.add_column(heading, justify="right" if heading in ("worst", "bound", "margin") else "left")

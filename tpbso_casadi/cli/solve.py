@@ -21,7 +21,7 @@ from tpbso_casadi.cli.display import print_plan, print_scenarios, search_progres
 from tpbso_casadi.planning.plan import Plan, plan
 from tpbso_casadi.scenario.builtin import DEFAULT
 from tpbso_casadi.scenario.loading import load
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.scenario.solvers import SOLVER_CATALOGUE
 from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, export_motion
@@ -110,9 +110,15 @@ def solve(options: argparse.Namespace) -> int:
     folder = run_folder(options, scenario)
     check_output(folder, options)
     try:
-        solution = search(scenario, evaluation, quiet=options.quiet)
+        with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
+            return planned(scenario, evaluation, folder, options)
     except ScenarioError as error:
         raise ScenarioError(f"{options.scenario}: {error}") from error
+
+
+def planned(scenario: Scenario, evaluation: EvaluationOptions, folder: Path | None, options: argparse.Namespace) -> int:
+    """Search, then write and print what was found; returns the exit status."""
+    solution = search(scenario, evaluation, quiet=options.quiet)
     if folder is not None:
         write_run(folder, solution, plots=not options.no_plots)
         for kind in options.export:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import isfinite
 from typing import Any
 
 from problems import CertificateStatus, Problem, Trajectory, Verdict
 from problems.base.matrix import FloatArray
 
+INFEASIBLE_MERIT = 1e9  # of a motion that breaks nothing by anything; whatever the unit, no objective comes near it
 MINIMUM_ROWS = 201  # of trajectory.csv
 
 
@@ -43,8 +45,8 @@ class Motion:
 
     @property
     def feasible(self) -> bool:
-        """Whether every constraint is certified to hold."""
-        return self.status is CertificateStatus.CERTIFIED
+        """Whether every constraint is certified to hold, and the objective is a number."""
+        return self.status is CertificateStatus.CERTIFIED and isfinite(self.objective)
 
     @property
     def worst_violation(self) -> float:
@@ -68,7 +70,7 @@ class Motion:
     @property
     def merit(self) -> float:
         """One number to compare motions by, lower is better: the objective; more than any where a limit is broken."""
-        return self.objective if self.feasible else self.problem.objective_upper_bound + 1.0 + self.worst_violation
+        return self.objective if self.feasible else INFEASIBLE_MERIT * (1.0 + self.worst_violation)
 
 
 def motion_of(problem: Problem[Any], x: FloatArray) -> Motion:

@@ -12,7 +12,7 @@ from problems import Problem, Trajectory, Verdict
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import IPOPT, Archive, Box, Result, Solver, Status, StopReason, minimize
-from tpbso_casadi.planning.motion import Motion, motion_of
+from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
 from tpbso_casadi.planning.refinement import Polish, Refinement, polish
 from tpbso_casadi.planning.within import best_within
 from tpbso_casadi.scenario.scenario import Scenario
@@ -131,7 +131,9 @@ def convergence(search: Result) -> tuple[FloatArray, FloatArray]:
 
 def first_feasible(plan: Plan) -> int | None:
     """The index in the history from which the best candidate was feasible at the samples; None if there was none."""
-    feasible = np.flatnonzero(plan.search.history.cost <= plan.problem.objective_upper_bound)
+    descended = plan.search.in_program_variables
+    least_infeasible = INFEASIBLE_MERIT if descended else np.nextafter(plan.problem.objective_upper_bound, np.inf)
+    feasible = np.flatnonzero(plan.search.history.cost < least_infeasible)
     return int(feasible[0]) if feasible.size else None
 
 

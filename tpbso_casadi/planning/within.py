@@ -58,13 +58,13 @@ def best_within(
     """
     assert asked.within is not None
     ends = time.perf_counter() + asked.within
-    box, price, refinement = Box(*problem.bounds), problem.evaluator(evaluation), Refinement(problem, IPOPT())
+    box, evaluate, refinement = Box(*problem.bounds), problem.evaluator(evaluation), Refinement(problem, IPOPT())
     structured = refinement.program.starts(np.random.default_rng(asked.seed))
     rounds: list[Round] = []
     while not rounds or (time.perf_counter() < ends and not rounds[-1].interrupted):
         left, archive = ends - time.perf_counter(), Archive(box)
         budget = Budget(asked.evaluations or ROUND, asked.iterations, SEARCH_SHARE * left if left > 0.0 else None)
-        search = minimize(price, box, solver, budget, asked.seed + len(rounds), callback, archive)
+        search = minimize(evaluate, box, solver, budget, asked.seed + len(rounds), callback, archive)
         motion, left = motion_of(problem, search.x), ends - time.perf_counter()
         if left <= 0.0 or search.stop_reason is StopReason.INTERRUPTED:
             rounds.append(Round(search, motion, None))

@@ -8,6 +8,9 @@ from __future__ import annotations
 import json
 import pathlib
 import tomllib
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Self
 
 from pydantic import Field, ValidationError, model_validator
@@ -15,11 +18,11 @@ from pydantic import Field, ValidationError, model_validator
 from problems import Ellipse, InvalidProblem, PlanarArm, Problem, Robot
 from solvers import AnySolver, Budget
 from tpbso_casadi.plugins import PluginError
-from tpbso_casadi.scenario.catalogues import ROBOT_CATALOGUE
+from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE, ROBOT_CATALOGUE
 from tpbso_casadi.scenario.points import read_text
 from tpbso_casadi.scenario.section import Interval, PlanarPoint, Positive, ScenarioError, Section
-from tpbso_casadi.scenario.solvers import find_solver
-from tpbso_casadi.scenario.tasks import AnyTask, ModelSection
+from tpbso_casadi.scenario.solvers import SOLVER_CATALOGUE, find_solver
+from tpbso_casadi.scenario.tasks import TASKS, AnyTask, ModelSection
 from tpbso_casadi.scenario.validation import describe, hint
 
 NEEDED: dict[type, tuple[type | tuple[type, ...], str]] = {  # of a setting, by the type of its default
@@ -153,6 +156,14 @@ class Scenario(Section):
     model: ModelSection = ModelSection()
     solver: SolverSection = SolverSection()
 
+    @property
+    def plugins(self) -> list[str]:
+        """What of it is not ours: names of plug-ins, which may raise anything."""
+        named = [self.task.kind, getattr(self.task, "objective", ""), *self.model.limits, self.solver.name]
+        named += [] if self.robot is None else [self.robot.model]
+        ours = {*TASKS, *OBJECTIVE_CATALOGUE.registry, *LIMIT_CATALOGUE.registry, *ROBOT_CATALOGUE.registry}
+        return [name for name in named if name and name not in ours | {"path", *SOLVER_CATALOGUE.registry}]
+
     @model_validator(mode="after")
     def _one_robot(self) -> Self:
         if self.arm is None and self.robot is None:
@@ -174,11 +185,32 @@ class Scenario(Section):
         except InvalidProblem as error:
             raise ScenarioError(f"{robot_table}{error.field}: {error.reason}") from error
         tables = {"link_lengths": robot_table, "joint_limits": robot_table, "obstacles": ""}
-        tables |= dict.fromkeys(("samples", "knots", "knot_redundancy", "formulation"), "model.")
+        tables |= dict.fromkeys(("samples", "knots", "knot_redundancy", "formulation", "limits"), "model.")
         try:
             return self.task.build(robot, obstacles, self.model)
         except InvalidProblem as error:
             raise ScenarioError(f"{tables.get(error.field, 'task.')}{error.field}: {error.reason}") from error
+
+
+@contextmanager
+def plugin_failures_named(scenario: Scenario, *known: type[Exception]) -> Iterator[None]:
+    """Turn whatever a scenario's plug-ins raise into one line.
+
+    Args:
+        scenario: whose plug-ins run in this context.
+        known: errors of ours, which pass, as do those of the operating system.
+
+    Raises:
+        ScenarioError: naming the plug-ins and what was raised; exceptions of scenarios without plug-ins pass.
+    """
+    try:
+        yield
+    except Exception as error:
+        if not scenario.plugins or isinstance(error, (ScenarioError, OSError, *known)):
+            raise
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        line = f"{type(error).__name__}: {error} ({pathlib.Path(where.filename).name}:{where.lineno})"
+        raise ScenarioError(f"plug-ins ({', '.join(scenario.plugins)}) failed: {' '.join(line.split())}") from error
 
 
 def read_scenario(path: pathlib.Path) -> Scenario:

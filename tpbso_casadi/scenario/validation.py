@@ -33,13 +33,22 @@ def choice_of(known: Collection[str], find: Callable[[str], object] | None = Non
     """
 
     def check(name: str) -> str:
-        if find is not None and ":" in name:
-            find(name)
-        elif name not in known:
-            raise PydanticKnownError("literal_error", {"expected": in_words([repr(option) for option in known])})
-        return name
+        if name in known or (find is not None and _is_found(name, find)):
+            return name
+        raise PydanticKnownError("literal_error", {"expected": in_words([repr(option) for option in known])})
 
     return AfterValidator(check)
+
+
+def _is_found(name: str, find: Callable[[str], object]) -> bool:
+    """Whether a plug-in offers a name; what is wrong with a path ``package.module:Attribute`` is raised."""
+    try:
+        find(name)
+    except ValueError:
+        if ":" in name:
+            raise
+        return False
+    return True
 
 
 def in_words(options: Sequence[str]) -> str:

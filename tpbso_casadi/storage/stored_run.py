@@ -11,7 +11,7 @@ import numpy as np
 from problems import Trajectory
 from problems.base.matrix import FloatArray
 from tpbso_casadi.planning.motion import Motion, motion_of
-from tpbso_casadi.scenario.scenario import Scenario
+from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.plain import plain
 from tpbso_casadi.storage.result import InvalidResult, RunResult
@@ -51,8 +51,9 @@ def read_run(folder: Path) -> StoredRun:
     path = folder / "result.json"
     try:
         result = RunResult.from_json(path.read_text(encoding="utf-8"))
-        motion = motion_in(result)
-        _check_result(result, motion)
+        with plugin_failures_named(result.scenario, Contradiction, InvalidRun):
+            motion = motion_in(result)
+            _check_result(result, motion)
     except OSError as error:
         raise InvalidRun(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:

@@ -12,14 +12,13 @@ from typing import TypeAlias
 import casadi as ca
 import numpy as np
 
-from problems.base.matrix import FloatArray, Matrix
+from problems.base.matrix import FloatArray
 from problems.evaluation.columns import ColumnFunction, as_written
 from problems.evaluation.kernel import Kernel, KernelData
 from problems.evaluation.step import CANDIDATE, COST, PARAMETERS, ROW, WINDOW
-from problems.evaluation.tape import column, entries
+from problems.evaluation.tape import E, column, entries
 
-Entries: TypeAlias = list[Matrix]  # of a vector, one expression each
-Call: TypeAlias = Callable[[Sequence[Entries]], list[Entries]]
+Call: TypeAlias = Callable[[Sequence[list[E]]], list[list[E]]]  # of the entries of vectors
 NUMBERS = "numbers"
 
 
@@ -76,14 +75,14 @@ def batch_of_calls(
     return ca.Function("batch", [points, numbers], [cost]), constants
 
 
-def _called(function: ca.Function, arguments: Sequence[Entries]) -> list[Entries]:
+def _called(function: ca.Function, arguments: Sequence[list[ca.SX]]) -> list[list[ca.SX]]:
     """An SX function of entries."""
     return [entries(result) for result in function.call([column(argument) for argument in arguments])]
 
 
 def _cost(
-    kernels: Sequence[Kernel], data: Sequence[KernelData], calls: Sequence[Call], x: Entries, numbers: Entries
-) -> Matrix:
+    kernels: Sequence[Kernel], data: Sequence[KernelData], calls: Sequence[Call[E]], x: list[E], numbers: list[E]
+) -> E:
     """The cost of a candidate, or of a column of candidates."""
     vectors, remaining = {CANDIDATE: x}, iter(numbers)
     for kernel, each, call in zip(kernels, data, calls, strict=True):
@@ -92,12 +91,12 @@ def _cost(
     return cost
 
 
-def _run(kernel: Kernel, data: KernelData, call: Call, vectors: dict[str, Entries], numbers: Iterator[Matrix]) -> None:
+def _run(kernel: Kernel, data: KernelData, call: Call[E], vectors: dict[str, list[E]], numbers: Iterator[E]) -> None:
     """Run a kernel for all of its rows and add what it writes to the vectors."""
     names, outputs = kernel.function.name_in(), kernel.function.name_out()
     width = kernel.function.size1_in(WINDOW) if kernel.window else 0
     given = {PARAMETERS: [next(numbers) for _ in data.parameters]}
-    stacks: dict[str, Entries] = {name: [] for name in kernel.stacked}
+    stacks: dict[str, list[E]] = {name: [] for name in kernel.stacked}
     for row, start in zip(data.rows, data.starts, strict=True):
         given[ROW] = [next(numbers) for _ in row]
         if kernel.window:

@@ -1,7 +1,7 @@
-"""What an objective makes of the angles through which the joints turn.
+"""How an objective weighs the angles through which the joints turn.
 
-Without obstacles it is all that couples the joints: the least time is that of the joint with the longest way, the
-rotation adds all ways up. The one place of the starts where the objective matters.
+Without obstacles nothing else couples the joints: the least time is that of the joint with the largest displacement,
+the rotation adds all displacements. Only here do the starts depend on the objective.
 """
 
 from __future__ import annotations

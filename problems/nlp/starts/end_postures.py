@@ -1,8 +1,8 @@
 """End postures between which the joints turn least.
 
-Without obstacles the joints of a point-to-point motion meet in its end postures alone. What is left of the problem is
-a small program: postures at start and goal, with the tip on its points, of the least time that any joint needs for
-its way, or the least sum of the ways. Its solutions are not unique but few, and random postures find them quickly.
+Without obstacles only its end postures couple the joints of a point-to-point motion. What remains is
+a small program: postures at start and goal, with the tip on its points, that minimise the time of the slowest joint
+or the sum of all displacements. Its solutions are not unique but few, and random postures lead to them quickly.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, as_array, repeated, total
-from problems.nlp.program import WINDOW
+from problems.nlp.program import MAX_ANGLE_CHANGE
 from problems.nlp.starts.displacement import Displacement
 from problems.nlp.starts.postures import Postures
 from problems.nlp.starts.profiles import Profile
@@ -27,7 +27,7 @@ OPTIONS: dict[str, Any] = {
     "calc_lam_p": False,
     "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-7, "max_iter": 100},
 }
-SAME = 1e-3  # relative: solutions that are closer than that in value count as one
+SAME_VALUE_TOLERANCE = 1e-3  # relative: solutions that are closer than that in value count as one
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class EndPostures:
 
     @cached_property
     def postures(self) -> Postures:
-        """At start and goal."""
+        """The postures at start and goal."""
         return Postures(self.robot, [self.start, self.goal])
 
     @cached_property
@@ -86,7 +86,7 @@ class EndPostures:
         return 1 if self.displacement.longest else self.robot.dof
 
     def _allowed(self, size: ca.SX) -> list[ca.SX]:
-        """How far the joints get: in a time, at their largest speed and acceleration; or the ways themselves."""
+        """Bounds of displacements: what a time ``size`` allows at full speed and acceleration, or ``size`` itself."""
         if not self.displacement.longest:
             return [size]
         speed, acceleration = (
@@ -96,7 +96,7 @@ class EndPostures:
         return [speed * size / fastest, acceleration * size**2 / sharpest]
 
     def value(self, way: FloatArray) -> float:
-        """What displacements (k,) in rad are worth: s or rad."""
+        """The value of displacements (k,) in rad: s or rad."""
         if not self.displacement.longest:
             return float(np.abs(way).sum())
         return self.profile.duration(
@@ -115,7 +115,7 @@ class EndPostures:
         """The nearest solution of the program; None where IPOPT finds none."""
         k = self.robot.dof
         x = np.concatenate([ends.theta_s, ends.theta_f, self._first_sizes(ends)])
-        lower, upper = x - WINDOW, x + WINDOW
+        lower, upper = x - MAX_ANGLE_CHANGE, x + MAX_ANGLE_CHANGE
         lower[2 * k :], upper[2 * k :] = 0.0, np.inf
         for first in (0, k):
             if self.robot.limits.position is not None:
@@ -141,8 +141,8 @@ class EndPostures:
     def best(self, rng: np.random.Generator, draws: int, count: int) -> list[Ends]:
         """The best ``count`` different solutions from so many random postures, the best first; maybe none."""
         solved = [ends for ends in (self.descend(self.draw(rng)) for _ in range(draws)) if ends is not None]
-        kept: list[Ends] = []
+        distinct: list[Ends] = []
         for ends in sorted(solved, key=lambda each: each.value):
-            if all(abs(ends.value - other.value) > SAME * other.value for other in kept):
-                kept.append(ends)
-        return kept[:count]
+            if all(abs(ends.value - other.value) > SAME_VALUE_TOLERANCE * other.value for other in distinct):
+                distinct.append(ends)
+        return distinct[:count]

@@ -23,13 +23,13 @@ from problems.nlp.starts.redundancy_grid import RedundancyGrid
 from problems.objectives import Objective
 from problems.robots.robot import Robot
 
-CONSTANTS = 3  # ways of constant redundancy for each one over the grid
+CONSTANT_STARTS = 3  # starts of constant redundancy for each one from the grid
 ELBOWS = {"up": (1.0,), "down": (-1.0,), "free": (1.0, -1.0)}
 
 
 @dataclass(frozen=True)
 class PathStarts:
-    """Ways of the joints through the knots of a path.
+    """Sequences of postures through the knots of a path.
 
     Args:
         encoding: whose path, knots and values of redundancy.
@@ -46,12 +46,12 @@ class PathStarts:
 
     @property
     def displacement(self) -> Displacement:
-        """What counts of the joints' steps."""
+        """How the joints' steps count."""
         return displacement_of(self.objective)
 
     @cached_property
     def postures(self) -> Postures:
-        """At the knots."""
+        """The postures at the knots."""
         return Postures(self.robot, [tuple(point) for point in self.encoding.knot_points.tolist()])
 
     @cached_property
@@ -62,7 +62,7 @@ class PathStarts:
             weights = min(self.robot.limits.acceleration) / np.array(self.robot.limits.acceleration)
         return RedundancyGrid(self.postures, ELBOWS[task.elbow], task.obstacles, weights, self.displacement.exponent)
 
-    def drawn(self, rng: np.random.Generator) -> Iterator[tuple[FloatArray, FloatArray]]:
+    def sequence(self, rng: np.random.Generator) -> Iterator[tuple[FloatArray, FloatArray]]:
         """Endless angles at the knots (M, k) in rad, and the x_phi behind them; the best over the grid comes first.
 
         The x_phi are (redundancy_values, k - 2), in the middle where none are behind them.
@@ -74,7 +74,7 @@ class PathStarts:
             first = float(rng.random())  # other ways begin at other postures
             if cheapest is not None:
                 yield cheapest, np.full(shape, 0.5)
-            for values in (*islice(constants, CONSTANTS), rng.random(shape)):
+            for values in (*islice(constants, CONSTANT_STARTS), rng.random(shape)):
                 x_phi = np.broadcast_to(values, shape)
                 yield self.interpolated(x_phi, float(rng.choice(self.grid.elbows))), x_phi
 

@@ -22,14 +22,14 @@ from problems.nlp.starts.profiles import PROFILES, SKEWED, SYMMETRIC, Profile
 from problems.objectives import Objective
 from problems.tasks.point_to_point import PointToPoint
 
-DRAWS = 8  # random end postures from which the least displacements are sought
-ENDS = 2  # of them that are started from
-TIMED_PROFILES = 2  # between the same ends, where time counts
+END_POSTURE_DRAWS = 8  # random end postures from which the program of least displacement descends
+BEST_END_POSTURES = 2  # of its solutions that become starts
+TIMED_PROFILES = 2  # profiles tried between the same ends, where time counts
 GOAL_DRAWS = 8  # a random start takes the goal posture nearest to its start posture among so many
-SPREAD = 0.3  # rad, of theta_m around the middle of a random start's ends
-CLEAREST_OF = 24  # random motions, around obstacles
-CLEAR_STARTS = 4  # of them in a row
-CLEAR_SPREAD = 0.8  # rad, likewise
+MIDDLE_SPREAD = 0.3  # rad, of theta_m around the middle of a random start's ends
+MOTIONS_PER_CLEAR_START = 24  # around obstacles: random motions, of which the clearest is a start
+CLEAR_STARTS = 4  # consecutive starts of this kind
+CLEAR_MIDDLE_SPREAD = 0.8  # rad, the same for these motions
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class PointToPointStarts:
     """Motions that meet start and goal.
 
     Args:
-        task: what is asked for.
+        task: the statement: robot, start, goal, obstacles.
         objective: what is minimised.
     """
 
@@ -46,7 +46,7 @@ class PointToPointStarts:
 
     @property
     def displacement(self) -> Displacement:
-        """What counts of the joints' ways."""
+        """How the joints' displacements count."""
         return displacement_of(self.objective)
 
     @cached_property
@@ -55,30 +55,30 @@ class PointToPointStarts:
         task = self.task
         return EndPostures(task.robot, task.start, task.goal, task.elbow, self.displacement, SKEWED)
 
-    def drawn(self, rng: np.random.Generator, violation: Callable[[Quantities], float]) -> Iterator[Quantities]:
-        """Endless; the most promising come first.
+    def sequence(self, rng: np.random.Generator, violation: Callable[[Quantities], float]) -> Iterator[Quantities]:
+        """An endless sequence of starts; the most promising come first.
 
         Args:
-            rng: from which they are drawn.
+            rng: source of the random starts.
             violation: by how much a motion breaks the limits.
         """
         while True:
             if not self.task.obstacles:
                 yield from self.direct(rng)
-                yield self.random(rng, SPREAD)
+                yield self.random(rng, MIDDLE_SPREAD)
                 continue
             for _ in range(CLEAR_STARTS):
-                many = [self.random(rng, CLEAR_SPREAD) for _ in range(CLEAREST_OF)]
+                many = [self.random(rng, CLEAR_MIDDLE_SPREAD) for _ in range(MOTIONS_PER_CLEAR_START)]
                 yield min(many, key=violation)
             yield from self.direct(rng)
 
     def direct(self, rng: np.random.Generator) -> Iterator[Quantities]:
-        """Between end postures of least displacement."""
-        for ends in self.ends.best(rng, DRAWS, ENDS):
+        """Starts between end postures of least displacement."""
+        for ends in self.ends.best(rng, END_POSTURE_DRAWS, BEST_END_POSTURES):
             yield from (self.along(ends, profile) for profile in self.profiles(ends))
 
     def profiles(self, ends: Ends) -> list[Profile]:
-        """Those by which the ends are joined soonest; a symmetric one where time does not count."""
+        """The profiles that join the ends soonest; a symmetric one where time does not count."""
         if not self.displacement.longest:
             return [SYMMETRIC]
         return sorted(PROFILES, key=lambda profile: self._duration(ends, profile))[:TIMED_PROFILES]
@@ -107,6 +107,6 @@ class PointToPointStarts:
 def quantities(
     theta_s: FloatArray, theta_m: FloatArray, dtheta_m: FloatArray, theta_f: FloatArray, t1: float, t2: float
 ) -> Quantities:
-    """Of numbers: angles and speeds (k,), rad and rad/s; times, s."""
+    """The quantities of numbers: angles and speeds (k,), rad and rad/s; times, s."""
     first, middle, speed, last = (ca.DM(angles).T for angles in (theta_s, theta_m, dtheta_m, theta_f))
     return Quantities(first, middle, speed, last, ca.DM(t1), ca.DM(t2))

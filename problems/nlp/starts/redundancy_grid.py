@@ -1,4 +1,4 @@
-"""The way of the joints along a path, by dynamic programming over a grid of the redundancy angles.
+"""The cheapest postures along a path, by dynamic programming over a grid of the redundancy angles.
 
 At every knot the links 3..k stand at one of the angles of a grid, which with the elbow makes a posture; a step from
 one knot to the next costs sum_i |w_i dtheta_i|^p. The cheapest sequence of postures is exact on the grid, and in the
@@ -19,13 +19,13 @@ from problems.limits.clearance import reachable_pairs
 from problems.nlp.starts.postures import Postures
 from problems.scene.obstacle import Obstacle
 
-STATES = 100  # postures a knot and elbow, at most
+MAX_POSTURES_PER_KNOT = 100  # for each elbow
 TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
 class RedundancyGrid:
-    """Postures at M knots and what steps between them cost.
+    """Postures at M knots and the costs of the steps between them.
 
     Args:
         postures: of the arm at the knots.
@@ -45,7 +45,7 @@ class RedundancyGrid:
     def angles(self) -> FloatArray:
         """The grid of phi of links 3..k, (states, k - 2), rad, before it is shifted."""
         links = self.postures.robot.redundancy
-        steps = int(STATES ** (1.0 / links) + 1e-9)
+        steps = int(MAX_POSTURES_PER_KNOT ** (1.0 / links) + 1e-9)
         axis = TURN * np.arange(steps) / steps
         return np.stack(np.meshgrid(*[axis] * links, indexing="ij"), axis=-1).reshape(-1, links)
 
@@ -54,8 +54,8 @@ class RedundancyGrid:
         phi = np.tile(self.angles + shift, (len(self.elbows), 1))
         elbow = np.repeat(np.array(self.elbows), len(self.angles))
         knots = range(self.postures.points.shape[0])
-        found = [self.postures.at_angles(i, phi, elbow) for i in knots]
-        theta, reached = (np.array(part) for part in zip(*found, strict=True))
+        reached_postures = [self.postures.at_angles(i, phi, elbow) for i in knots]
+        theta, reached = (np.array(part) for part in zip(*reached_postures, strict=True))
         return theta, reached & self._allowed(theta)
 
     def _allowed(self, theta: FloatArray) -> NDArray[np.bool_]:
@@ -72,13 +72,13 @@ class RedundancyGrid:
         return allowed
 
     def difference(self, theta: FloatArray, before: FloatArray) -> FloatArray:
-        """What the joints turn from ``before`` to ``theta`` (..., k), rad: the short way round where they can turn."""
+        """Joint displacements from ``before`` to ``theta`` (..., k), rad: the short way round where they can turn."""
         step = theta - before
         return step - TURN * np.round(step / TURN) * self.endless
 
     @cached_property
     def endless(self) -> NDArray[np.bool_]:
-        """Which joints have a whole turn, (k,)."""
+        """Which joints can turn without end, (k,)."""
         ranges = self.postures.robot.limits.position
         if ranges is None:
             return np.ones(self.postures.robot.dof, dtype=bool)
@@ -109,12 +109,12 @@ class RedundancyGrid:
         return self.unwrapped(theta[np.arange(len(theta)), chosen[::-1]])
 
     def step_costs(self, before: FloatArray, after: FloatArray) -> FloatArray:
-        """From each posture (S, k) to each of the next knot (S, k): (S, S)."""
+        """The cost of the step from each posture (S, k) to each of the next knot (S, k): (S, S)."""
         steps = self.difference(after[None, :, :], before[:, None, :])
         return np.asarray((np.abs(self.weights * steps) ** self.exponent).sum(axis=2))
 
     def unwrapped(self, theta: FloatArray) -> FloatArray:
-        """Postures (M, k) with each step the one that was paid for, around the middle of limited joints."""
+        """Postures (M, k) unwrapped, with the steps whose cost was counted; limited joints near their middle."""
         steps = self.difference(theta[1:], theta[:-1])
         joined = np.vstack([theta[:1], theta[0] + np.cumsum(steps, axis=0)])
         ranges = self.postures.robot.limits.position

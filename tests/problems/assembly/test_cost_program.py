@@ -112,7 +112,7 @@ LIMITED = equal_links(3, joint_limits=RANGES)
 MOVE = moving(LIMITED, START, GOAL, "length", "free", obstacles=(TURNED,))
 FASTER = PlanarArm((0.6, 0.7, 0.8), (5.0, 6.0, 7.0), (30.0, 20.0, 10.0), ((-2.6, 3.1), (-2.2, 2.4), (-1.2, 4.0)))
 TRACE = following(THREE_METRES, STAR, 0.1, "rotation", "free", obstacles=(BESIDE,))
-SAME: dict[str, tuple[Problem[Any], dict[str, Any]]] = {
+SAME_STRUCTURE: dict[str, tuple[Problem[Any], dict[str, Any]]] = {
     "start": (MOVE, {"start": (0.9, -0.3)}),
     "goal": (MOVE, {"goal": (-0.5, 1.2)}),
     "arm and its limits": (MOVE, {"robot": FASTER}),
@@ -126,7 +126,7 @@ SAME: dict[str, tuple[Problem[Any], dict[str, Any]]] = {
     "total time": (TRACE, {"total_time": (0.2, 3.0)}),
     "samples of a path": (TRACE, {"samples": 200}),
 }
-DIFFERENT: dict[str, tuple[Problem[Any], dict[str, Any]]] = {
+DIFFERENT_STRUCTURE: dict[str, tuple[Problem[Any], dict[str, Any]]] = {
     "objective": (MOVE, {"objective": "rotation"}),
     "elbow": (MOVE, {"elbow": "up"}),
     "one more obstacle": (MOVE, {"obstacles": (TURNED, BEHIND)}),
@@ -141,8 +141,8 @@ DIFFERENT: dict[str, tuple[Problem[Any], dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize("formulation", ["paper", "reduced"])
-@pytest.mark.parametrize(("problem", "changes"), SAME.values(), ids=SAME)
-def test_another_scene_of_the_same_make_has_the_same_source(
+@pytest.mark.parametrize(("problem", "changes"), SAME_STRUCTURE.values(), ids=SAME_STRUCTURE)
+def test_another_scene_of_the_same_structure_has_the_same_source(
     problem: Problem[Any], changes: dict[str, Any], formulation: str
 ) -> None:
     problem = changed(problem, formulation=formulation)
@@ -156,7 +156,7 @@ def test_another_scene_of_the_same_make_has_the_same_source(
 
 
 @pytest.mark.parametrize("formulation", ["paper", "reduced"])
-@pytest.mark.parametrize(("problem", "changes"), DIFFERENT.values(), ids=DIFFERENT)
+@pytest.mark.parametrize(("problem", "changes"), DIFFERENT_STRUCTURE.values(), ids=DIFFERENT_STRUCTURE)
 def test_another_structure_has_another_source(problem: Problem[Any], changes: dict[str, Any], formulation: str) -> None:
     problem = changed(problem, formulation=formulation)
     assert source(problem) != source(changed(problem, **changes))

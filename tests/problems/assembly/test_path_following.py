@@ -35,9 +35,9 @@ CASES = {
 
 @pytest.fixture(params=CASES.values(), ids=CASES)
 def problem(request: pytest.FixtureRequest) -> PathFollowingProblem:
-    found = request.param
-    assert isinstance(found, PathFollowingProblem)
-    return found
+    following_problem = request.param
+    assert isinstance(following_problem, PathFollowingProblem)
+    return following_problem
 
 
 def candidates(problem: PathFollowingProblem, count: int, seed: int = 0) -> np.ndarray:
@@ -116,10 +116,10 @@ def test_accuracy_is_that_of_the_verified_trajectory(problem: PathFollowingProbl
 
 def test_search_follows_the_star_between_samples_too() -> None:
     problem = following(ARM, STAR, 0.1, "time", "up", "reduced")
-    found = minimize(problem.cost, Box(*problem.bounds), BSO(), Budget(4000), 1)
-    verdicts = problem.verify(problem.trajectory(found.x))
+    result = minimize(problem.cost, Box(*problem.bounds), BSO(), Budget(4000), 1)
+    verdicts = problem.verify(problem.trajectory(result.x))
     assert [verdict.name for verdict in verdicts if not verdict.satisfied] == []
-    assert found.cost == pytest.approx(problem.trajectory(found.x).duration)
+    assert result.cost == pytest.approx(problem.trajectory(result.x).duration)
 
 
 def test_slow_arm_gets_a_box_that_holds_its_time() -> None:

@@ -21,7 +21,7 @@ from problems.motions.samples import Samples
 from problems.motions.two_segments import Quantities
 
 CERTIFIED, VIOLATED, UNDECIDED = CertificateStatus
-DENSE = 20_000
+CHECK_SAMPLES = 20_000
 ARM = equal_links(2)
 
 
@@ -68,7 +68,7 @@ def motion_of(numbers: list[float], t1: float = 0.8, t2: float = 1.1) -> Traject
     return Quantities(*parts, ca.DM(t1), ca.DM(t2)).trajectory()
 
 
-def densest(formula: Callable[[Samples], Any], trajectory: Trajectory, count: int = DENSE) -> float:
+def densest(formula: Callable[[Samples], Any], trajectory: Trajectory, count: int = CHECK_SAMPLES) -> float:
     """The largest absolute value at equally spaced times, and just before the pieces join."""
     times = np.linspace(0.0, trajectory.duration, count)
     times = np.unique(np.concatenate([times, trajectory.breakpoints, np.nextafter(trajectory.breakpoints[1:-1], 0.0)]))
@@ -125,7 +125,7 @@ def test_a_violation_is_named_with_its_time() -> None:
 
 
 def test_a_spike_between_two_samples_is_no_certificate() -> None:
-    """Breaks its bound for a hundredth of the distance between two of the times that are looked at."""
+    """Breaks its bound for a hundredth of the distance between two of the times that are evaluated."""
     trajectory = motion_of([0.0, 0.0, 1.0, 0.5, 0.5, 0.2, 2.0, 0.75], 1.0, 1.0)
     hidden = (trajectory.times(401)[100] + trajectory.times(401)[101]) / 2.0
     angle = float(trajectory.at(np.array([hidden]))[0, 0])

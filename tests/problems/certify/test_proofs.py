@@ -1,4 +1,4 @@
-"""What is said for all inputs or all t: interval arithmetic, Bernstein bounds."""
+"""Statements for all inputs or all t: interval arithmetic, Bernstein bounds."""
 
 from __future__ import annotations
 

@@ -34,9 +34,9 @@ CASES = {
 
 @pytest.fixture(params=CASES.values(), ids=CASES)
 def problem(request: pytest.FixtureRequest) -> PointToPointProblem:
-    found = request.param
-    assert isinstance(found, PointToPointProblem)
-    return found
+    case = request.param
+    assert isinstance(case, PointToPointProblem)
+    return case
 
 
 def candidates(problem: PointToPointProblem) -> np.ndarray:
@@ -49,12 +49,12 @@ def candidates(problem: PointToPointProblem) -> np.ndarray:
 
 def test_agrees_with_numpy_and_keeps_the_order(problem: PointToPointProblem) -> None:
     points, oracle = candidates(problem), PointToPointOracle(problem)
-    found, expected = problem.cost(points), oracle.cost(points)
+    costs, expected = problem.cost(points), oracle.cost(points)
     # A limit met within rounding may count on one side only; that is rare and changes the cost by one jump.
-    agrees = np.abs(found - expected) <= 1e-8 * np.abs(expected)
+    agrees = np.abs(costs - expected) <= 1e-8 * np.abs(expected)
     assert agrees.mean() > 0.999
     kinds = oracle.kinds(points)[agrees]
-    feasible, broken, unreachable = (found[agrees][kinds == kind] for kind in range(3))
+    feasible, broken, unreachable = (costs[agrees][kinds == kind] for kind in range(3))
     assert feasible.size > 0
     assert broken.size > 0
     assert feasible.max() <= problem.objective_upper_bound < broken.min()
@@ -69,9 +69,9 @@ def test_reduced_form_evaluates_the_same_motions(problem: PointToPointProblem) -
     lower, upper = reduced.bounds  # at the very edge of x_phi the arm is time_scaled, and rounding puts it out of reach
     points = np.clip(candidates(reduced)[5000:5600], lower + 1e-6, upper - 1e-6)
     cost = reduced.cost(points)
-    held = cost <= reduced.objective_upper_bound
-    assert held.any()
-    for x, value in zip(points[held][:40], cost[held][:40], strict=True):
+    feasible = cost <= reduced.objective_upper_bound
+    assert feasible.any()
+    for x, value in zip(points[feasible][:40], cost[feasible][:40], strict=True):
         q = reduced.quantities(x)
         phi = [np.cumsum(q[name])[2:] for name in ("theta_s", "theta_f")]
         branch = [np.sin(q[name][1]) for name in ("theta_s", "theta_f")] if problem.task.elbow == "free" else []
@@ -84,6 +84,6 @@ def test_check_values_of_two_links(objective: str) -> None:
     best = {"time": (0.7015, 0.4908), "rotation": (2.4135, 1.637)}[objective]
     for elbow, value in zip(("up", "free"), best, strict=True):
         problem = moving(equal_links(2), START, GOAL, objective, elbow, "reduced")
-        found = minimize(problem.cost, Box(*problem.bounds), PSO(), Budget(15_000), 1)
-        assert found.cost == pytest.approx(value, rel=0.02)
-        assert found.cost > value * (1.0 - 1e-3)
+        result = minimize(problem.cost, Box(*problem.bounds), PSO(), Budget(15_000), 1)
+        assert result.cost == pytest.approx(value, rel=0.02)
+        assert result.cost > value * (1.0 - 1e-3)

@@ -29,7 +29,7 @@ from problems.evaluation.native.compiler import find_compiler
 from problems.evaluation.native.native import find_library
 from problems.evaluation.portable_math import angle, portable, sine_cosine
 from problems.evaluation.tape import BINARY, UNARY, UnsupportedOperation
-from problems.evaluation.virtual_machine import BATCH, WARM
+from problems.evaluation.virtual_machine import BATCH_AFTER_CANDIDATES, BATCH_SIZE
 from solvers import BSO, Box, Budget, minimize
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
@@ -116,7 +116,7 @@ def test_logic_reads_numbers_and_numbers_read_logic() -> None:
 def test_costs_without_operations(expression: object) -> None:
     x = ca.SX.sym("x", 2)
     function = ca.Function("plain", [x], [expression(x)])  # type: ignore[operator]
-    candidates = points(WARM + BATCH, 2)
+    candidates = points(BATCH_AFTER_CANDIDATES + BATCH_SIZE, 2)
     expected = [float(function(row)) for row in candidates]
     for backend in ("vm", "native"):
         evaluate = PopulationFunction(function, EvaluationOptions(backend))
@@ -180,7 +180,7 @@ def test_what_cannot_be_read_is_refused() -> None:
 @needs_compiler
 def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(population, "processors", lambda: 2)
-    monkeypatch.setattr(population, "WORTH_SECONDS", 0.0)
+    monkeypatch.setattr(population, "WORTH_COMPILING_SECONDS", 0.0)
     monkeypatch.setattr(population, "COMPILE_AFTER_SECONDS", 0.0)
     box = Box(np.full(3, -3.0), np.full(3, 3.0))
     auto = PopulationFunction(small(), EvaluationOptions("auto"))
@@ -210,7 +210,7 @@ def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatc
 @needs_compiler
 def test_after_a_search_the_next_one_finds_compiled_code(monkeypatch: pytest.MonkeyPatch, cache_folder: Path) -> None:
     monkeypatch.setattr(population, "processors", lambda: 2)
-    monkeypatch.setattr(population, "WORTH_SECONDS", 0.0)
+    monkeypatch.setattr(population, "WORTH_COMPILING_SECONDS", 0.0)
     first = PopulationFunction(small(), EvaluationOptions("auto"))
     first(points())
     assert first.backend == "vm"
@@ -230,7 +230,7 @@ def test_auto_does_not_compile_in_vain(reason: str, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(population, "processors", lambda: 1 if reason == "one processor" else 2)
     monkeypatch.setattr(cache, "writable", lambda: reason != "read-only cache")
     if reason != "little work":
-        monkeypatch.setattr(population, "WORTH_SECONDS", 0.0)
+        monkeypatch.setattr(population, "WORTH_COMPILING_SECONDS", 0.0)
         monkeypatch.setattr(population, "COMPILE_AFTER_SECONDS", 0.0)
     evaluate = PopulationFunction(small(), EvaluationOptions("auto"))
     for _ in range(3):

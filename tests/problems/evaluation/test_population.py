@@ -9,17 +9,17 @@ import pytest
 from helpers.cases import BUILTIN, builtin
 
 from benchmarks.array_cost import array_cost
-from problems.evaluation.virtual_machine import BATCH, FEW, WARM
+from problems.evaluation.virtual_machine import BATCH_AFTER_CANDIDATES, BATCH_SIZE, MAX_UNBATCHED
 
 
 @pytest.mark.parametrize("case", ["time-3", "obstacle-4", "pentagram-rotation"])
 def test_population_equals_a_loop(case: str) -> None:
     problem = builtin(case)
     lower, upper = problem.bounds
-    points = np.random.default_rng(0).uniform(lower, upper, (WARM + 2 * BATCH + 3, lower.size))
+    points = np.random.default_rng(0).uniform(lower, upper, (BATCH_AFTER_CANDIDATES + 2 * BATCH_SIZE + 3, lower.size))
     alone = np.array([problem.cost(x[None])[0] for x in points])
     np.testing.assert_allclose(alone[:200], [float(problem.cost_function(x)) for x in points[:200]], rtol=1e-11)
-    for size in (0, 1, FEW, FEW + 1, BATCH - 1, BATCH, BATCH + 1, len(points)):
+    for size in (0, 1, MAX_UNBATCHED, MAX_UNBATCHED + 1, BATCH_SIZE - 1, BATCH_SIZE, BATCH_SIZE + 1, len(points)):
         assert (problem.cost(points[:size]) == alone[:size]).all()
     assert (problem.cost(points[::-1]) == alone[::-1]).all()
     assert (problem.cost(np.asfortranarray(points)) == alone).all()

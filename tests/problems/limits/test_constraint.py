@@ -34,9 +34,9 @@ def test_excess_counts_and_magnitudes() -> None:
 
 
 def test_a_limit_that_is_met_exactly_holds() -> None:
-    met = limit([[2.0, -4.0]], PenaltyKind.MAGNITUDE)
-    assert float(met.paper_penalty()) == 0.0
-    assert float(met.graded_penalty()) == 0.0
+    satisfied = limit([[2.0, -4.0]], PenaltyKind.MAGNITUDE)
+    assert float(satisfied.paper_penalty()) == 0.0
+    assert float(satisfied.graded_penalty()) == 0.0
 
 
 @pytest.mark.parametrize(("lower", "upper", "broken"), [(None, 1.0, [0, 1]), (0.5, None, [1, 0]), (0.5, 1.0, [1, 1])])
@@ -66,14 +66,14 @@ def test_transformed_rows_break_exactly_when_the_limit_does() -> None:
     two = ca.DM(2.0)
     rows = single(values, lower=None, upper=two, scale=two, transform=lambda v: v**3)
     lower, upper = rows.row_bounds()
-    found = np.asarray(rows.row_values()).ravel()
+    row_entries = np.asarray(rows.row_values()).ravel()
     assert (lower == -np.inf).all()
-    assert ((found > upper) == (values > 2.0)).all()
+    assert ((row_entries > upper) == (values > 2.0)).all()
 
 
 def test_verdict_names_the_worst_entry() -> None:
-    judged = verdict(limit([[1.0, -5.0], [1.9, 4.0]]), np.array([0.5, 1.5]))
-    assert (judged.worst, judged.bound, judged.satisfied, judged.excess) == (-5.0, -4.0, False, 1.0)
-    assert judged.where == "b, t = 0.5 s"
-    held = verdict(limit([[1.0, -3.0], [1.9, 3.0]], for_all_t=False), np.array([0.5, 1.5]))
-    assert (held.worst, held.bound, held.satisfied, held.excess, held.where) == (1.9, 2.0, True, 0.0, "a")
+    broken = verdict(limit([[1.0, -5.0], [1.9, 4.0]]), np.array([0.5, 1.5]))
+    assert (broken.worst, broken.bound, broken.satisfied, broken.excess) == (-5.0, -4.0, False, 1.0)
+    assert broken.where == "b, t = 0.5 s"
+    inside = verdict(limit([[1.0, -3.0], [1.9, 3.0]], for_all_t=False), np.array([0.5, 1.5]))
+    assert (inside.worst, inside.bound, inside.satisfied, inside.excess, inside.where) == (1.9, 2.0, True, 0.0, "a")

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from helpers.cases import OVAL, equal_links, moving
 
-from problems import CertificateStatus, Constraint, Ellipse, Limit, PlanarArm, Trajectory
+from problems import CertificateStatus, Constraint, Ellipse, InvalidProblem, Limit, PlanarArm, Trajectory
 from problems.base.matrix import FloatArray, as_array
 from problems.certify.verification import limit_verdicts
 from problems.limits import LIMITS, limits_of
 from problems.limits.accuracy import Accuracy
-from problems.limits.clearance import STEP_SHARE, Clearance, StepLimit, reachable_pairs
+from problems.limits.clearance import MAX_STEP_SHARE, Clearance, StepLimit, reachable_pairs
 from problems.limits.constraint import PenaltyKind
 from problems.limits.derivative import AccelerationLimit, DerivativeLimit, SpeedLimit
 from problems.limits.joint_range import JointRange
@@ -109,8 +109,8 @@ def test_symbols_say_what_numbers_say(limit: Limit) -> None:
     symbols = [ca.SX.sym("d", ROWS, 3) for _ in samples.derivatives]
     written = limit.constraints(Samples(robot=ARM, derivatives=tuple(symbols), duration=ca.SX(1)))
     function = ca.Function("rows", symbols, [ca.densify(c.expression) for c in written])
-    for found, constraint in zip(function.call(list(samples.derivatives)), limit.constraints(samples), strict=True):
-        assert as_array(found) == pytest.approx(rows_of(constraint), abs=1e-12)
+    for rows, constraint in zip(function.call(list(samples.derivatives)), limit.constraints(samples), strict=True):
+        assert as_array(rows) == pytest.approx(rows_of(constraint), abs=1e-12)
 
 
 def test_a_single_sample_has_no_steps() -> None:
@@ -173,7 +173,7 @@ def test_steps_by_hand() -> None:
     assert limit.width == 0.2
     [step] = limit.constraints(straight())
     assert rows_of(step)[0] == pytest.approx([2 * 0.8**2, 2 * 1.5**2, 2 * 2.0**2])
-    assert step.bounds[1] == pytest.approx((STEP_SHARE * 0.2) ** 2)
+    assert step.bounds[1] == pytest.approx((MAX_STEP_SHARE * 0.2) ** 2)
     assert StepLimit.holding(ARM, []) is None
 
 
@@ -198,12 +198,13 @@ def test_points_by_hand() -> None:
 
 
 def test_limits_of_a_robot_among_obstacles() -> None:
-    assert list(LIMITS) == ["speed", "acceleration", "joint range", "clearance"]
-    assert [limit.name for limit in limits_of(ARM, [DISC])] == list(LIMITS)
+    assert list(LIMITS) == ["speed", "acceleration", "jerk", "joint range", "clearance"]
+    assert [limit.name for limit in limits_of(ARM, [DISC])] == [name for name in LIMITS if name != "jerk"]
     assert [limit.name for limit in limits_of(equal_links(3), [])] == ["speed", "acceleration"]
     far = Ellipse((9.0, 0.0), (0.1, 0.1))
     assert [limit.name for limit in limits_of(ARM, [far])] == ["speed", "acceleration", "joint range"]
-    assert [limit.name for limit in limits_of(equal_links(3), [], [JerkLimit])] == ["speed", "acceleration", "jerk"]
+    with pytest.raises(InvalidProblem, match="'speed' is there twice"):
+        limits_of(ARM, [], [SpeedLimit])
     assert [limit.name for limit in scaling(EVERY.values())] == ["speed", "acceleration", "jerk"]
     with pytest.raises(NotImplementedError):
         Limit.holding(ARM, [])
@@ -236,8 +237,8 @@ def a_motion(seed: int) -> Trajectory:
 def test_the_least_time_just_keeps_the_limits_and_is_certified(names: tuple[str, ...], seed: int) -> None:
     limits, motion = [EVERY[name] for name in names], a_motion(seed)
     scale = exact_time_scale(limits, motion)
-    held = limit_verdicts(limits, motion.time_scaled(safe_time_scale(limits, motion)))
-    assert [verdict.status for verdict in held] == [CertificateStatus.CERTIFIED] * len(names)
+    verdicts = limit_verdicts(limits, motion.time_scaled(safe_time_scale(limits, motion)))
+    assert [verdict.status for verdict in verdicts] == [CertificateStatus.CERTIFIED] * len(names)
     faster = limit_verdicts(limits, motion.time_scaled(scale * (1.0 - 1e-6)))
     assert CertificateStatus.VIOLATED in {verdict.status for verdict in faster}
     dense = motion.time_scaled(scale).samples(np.linspace(0.0, scale * motion.duration, 100_001))

@@ -37,8 +37,8 @@ def test_agrees_with_scipy_interpolation(knots: np.ndarray) -> None:
     u = np.linspace(0.0, 1.0, 333)
     for derivative in range(3):
         expected = oracle.derivative(derivative)(u) if derivative else oracle(u)
-        found = np.asarray(ca.mtimes(spline.sampling_matrix(u, derivative), spline.coefficients(ca.DM(angles))))
-        assert found == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+        values = np.asarray(ca.mtimes(spline.sampling_matrix(u, derivative), spline.coefficients(ca.DM(angles))))
+        assert values == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
         assert spline.operator(u, derivative) @ angles == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 

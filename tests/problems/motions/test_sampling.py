@@ -61,12 +61,12 @@ def test_rows_have_the_bits_of_all_samples(motion: Motion[Any], parameters: Any,
     every, rows = motion.samples(parameters), row_by_row(motion, parameters, orders)
     assert len(rows) == every.count
     for order in motion.orders:
-        found = [sample.derivatives[order] for sample in rows]
+        values = [sample.derivatives[order] for sample in rows]
         if order not in orders:
-            assert all(value is None for value in found)
+            assert all(value is None for value in values)
             continue
-        assert all(value.shape == (1, 3) for value in found)
-        assert (np.vstack([as_array(value) for value in found]) == as_array(every.derivatives[order])).all()
+        assert all(value.shape == (1, 3) for value in values)
+        assert (np.vstack([as_array(value) for value in values]) == as_array(every.derivatives[order])).all()
     for name in ("times", "weights"):
         assert (np.vstack([as_array(getattr(row, name)) for row in rows]) == as_array(getattr(every, name))).all()
     assert {float(row.duration) for row in rows} == {float(every.duration)}
@@ -127,6 +127,6 @@ def test_symbols_and_numbers_give_the_same_rows() -> None:
         symbols = [ca.SX.sym("p", *value.shape) for value in numbers]
         samples = motion.samples(motion.from_matrices(symbols))
         results = ca.Function("samples", symbols, list(samples.derivatives)).call(numbers)
-        for found, expected in zip(results, motion.samples(parameters).derivatives, strict=True):
+        for result, expected in zip(results, motion.samples(parameters).derivatives, strict=True):
             scale = max(1.0, np.abs(as_array(expected)).max())
-            assert as_array(found) == pytest.approx(as_array(expected), abs=1e-12 * scale)
+            assert as_array(result) == pytest.approx(as_array(expected), abs=1e-12 * scale)

@@ -63,8 +63,8 @@ def test_sampling_matrix_is_the_polynomial_itself(coefficients: np.ndarray, deri
     data = np.random.default_rng(1).normal(size=coefficients.shape[1])
     tau = np.linspace(0.0, 1.0, 9)
     polynomial = np.polynomial.Polynomial(coefficients @ data).deriv(derivative)
-    found = np.asarray(ca.mtimes(sampling_matrix(coefficients, tau, derivative), ca.DM(data))).ravel()
-    assert found == pytest.approx(polynomial(tau))
+    values = np.asarray(ca.mtimes(sampling_matrix(coefficients, tau, derivative), ca.DM(data))).ravel()
+    assert values == pytest.approx(polynomial(tau))
 
 
 def some_motion() -> Trajectory:

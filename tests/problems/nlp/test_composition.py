@@ -22,15 +22,15 @@ def test_hessian_of_a_program(objective: str) -> None:
     lagrangian = 1.3 * program.f + ca.dot(ca.DM(forces), program.g)
     expected = ca.Function("h", [program.x], [ca.triu(ca.hessian(lagrangian, program.x)[0])])(x)
     assert program.hessian is not None
-    found = program.hessian(x, [], 1.3, forces)
-    assert np.asarray(found.full()) == pytest.approx(np.asarray(expected.full()), rel=1e-9, abs=1e-8)
+    composed = program.hessian(x, [], 1.3, forces)
+    assert np.asarray(composed.full()) == pytest.approx(np.asarray(expected.full()), rel=1e-9, abs=1e-8)
 
 
 def test_by_hand() -> None:
     """f = y^2 with y = x^3: (x^6)'' = 30 x^4; g = x^2 + y: 2 + 6 x."""
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
-    found = composed_hessian(x, y, x**3, y**2, x**2 + y)(2.0, [], 1.0, 10.0)
-    assert float(found) == pytest.approx(30.0 * 16.0 + 10.0 * (2.0 + 12.0))
+    composed = composed_hessian(x, y, x**3, y**2, x**2 + y)(2.0, [], 1.0, 10.0)
+    assert float(composed) == pytest.approx(30.0 * 16.0 + 10.0 * (2.0 + 12.0))
 
 
 def test_a_term_of_both_is_refused() -> None:

@@ -36,9 +36,9 @@ CASES: dict[str, Problem[Any]] = {
 
 @pytest.fixture(params=CASES.values(), ids=CASES)
 def problem(request: pytest.FixtureRequest) -> Problem[Any]:
-    found = request.param
-    assert isinstance(found, Problem)
-    return found
+    case = request.param
+    assert isinstance(case, Problem)
+    return case
 
 
 def candidate(problem: Problem[Any], seed: int = 0) -> np.ndarray:
@@ -51,11 +51,11 @@ def candidate(problem: Problem[Any], seed: int = 0) -> np.ndarray:
 def test_a_search_vector_keeps_its_motion(problem: Problem[Any]) -> None:
     reduced = changed(problem, formulation="reduced")
     x, program = candidate(problem), reduced.nlp()
-    found, expected = program.trajectory(program.from_search(x)), reduced.trajectory(x)
+    program_motion, expected = program.trajectory(program.from_search(x)), reduced.trajectory(x)
     share = np.linspace(0.0, 1.0, 50)
-    theta, again = (as_array(motion.samples(share * motion.duration).theta) for motion in (expected, found))
+    theta, again = (as_array(motion.samples(share * motion.duration).theta) for motion in (expected, program_motion))
     assert again == pytest.approx(theta, abs=1e-6)
-    assert exact_time_scale(problem.limits, found) <= 1.0
+    assert exact_time_scale(problem.limits, program_motion) <= 1.0
     assert set(program.quantities(program.from_search(x))) == set(reduced.quantities(x))
 
 
@@ -171,9 +171,9 @@ def test_node_form_is_the_spline_of_its_angles() -> None:
     assert np.asarray(form.joins(at_nodes, bends)) == pytest.approx(0.0, abs=1e-9)
     assert np.asarray(at_nodes[form.knots, :]) == pytest.approx(angles)
     u = np.linspace(0.0, 1.0, 77)
-    for derivative, found in enumerate(form.samples(at_nodes, bends, u)):
+    for derivative, node_samples in enumerate(form.samples(at_nodes, bends, u)):
         expected = np.asarray(ca.mtimes(spline.sampling_matrix(u, derivative), shape))
-        assert np.asarray(found) == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+        assert np.asarray(node_samples) == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(
@@ -192,9 +192,9 @@ def test_moves_at_the_edge_do_not_break_anything(
 ) -> None:
     arm = PlanarArm((2.0 / links,) * links, (4.0,) * links, (20.0,) * links)
     program = moving(arm, start, goal, objective, "free").nlp()
-    found = Descent(program, IPOPT())(next(program.starts(np.random.default_rng(0))))
-    motion = program.trajectory(found.x)
-    assert np.isfinite(found.x).all()
+    result = Descent(program, IPOPT())(next(program.starts(np.random.default_rng(0))))
+    motion = program.trajectory(result.x)
+    assert np.isfinite(result.x).all()
     assert np.isfinite(motion.coefficients).all()
 
 
@@ -205,8 +205,8 @@ def test_pentagram_may_be_followed_with_a_value_at_every_knot_or_with_few() -> N
     for problem in (free, changed(free, knot_redundancy="values")):
         program = problem.nlp()
         descent = Descent(program, IPOPT())
-        found = [descent(x) for x in islice(program.starts(np.random.default_rng(0)), 4)]
-        held = [program.trajectory(f.x) for f in found if f.stop_reason is StopReason.CONVERGED]
-        feasible = [m for m in held if all(v.satisfied for v in problem.verify(m))]
+        results = [descent(x) for x in islice(program.starts(np.random.default_rng(0)), 4)]
+        motions = [program.trajectory(f.x) for f in results if f.stop_reason is StopReason.CONVERGED]
+        feasible = [m for m in motions if all(v.satisfied for v in problem.verify(m))]
         costs.append(min(problem.objective_value(m, problem.row_times(m, 201)) for m in feasible))
     assert costs[0] < costs[1]

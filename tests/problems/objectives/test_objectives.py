@@ -15,8 +15,8 @@ from problems import OBJECTIVES, Objective, PlanarArm
 from problems.base.matrix import Matrix, as_array
 from problems.motions.samples import Samples
 from problems.objectives import ExecutionTime, JointRotation, MotionBounds, TipTravel
-from problems.objectives.length import SMOOTHING
-from problems.objectives.objective import ENDLESS, no_slack
+from problems.objectives.length import SMOOTHING_LENGTH
+from problems.objectives.objective import UNKNOWN_UPPER_BOUND
 from solvers import Box
 
 ARM = PlanarArm((1.0, 1.0), (4.0, 4.0), (20.0, 20.0))
@@ -49,9 +49,9 @@ def bent(theta: Sequence[Sequence[float]]) -> Samples:
 
 def test_values_by_hand() -> None:
     samples = bent([[0.0, 0.0], [np.pi / 2, 0.0], [np.pi / 2, np.pi / 2], [np.pi / 2, 0.0]])
-    found = {name: float(objective.value(samples)) for name, objective in EVERY.items()}
+    values = {name: float(objective.value(samples)) for name, objective in EVERY.items()}
     root = np.sqrt(2.0)
-    assert found == {
+    assert values == {
         "time": 1.5,
         "rotation": pytest.approx(1.5 * np.pi),
         "length": pytest.approx(2.0 * root + root + root),
@@ -94,10 +94,10 @@ def test_smooth_forms_are_near(objective: Objective) -> None:
     samples = bent(np.random.default_rng(1).normal(size=(20, 2)).tolist())
     value, steps = float(objective.value(samples)), samples.count - 1
     size = objective.slack_count(ARM, steps)
-    least = ca.reshape(ca.DM(objective.slack_values(as_array(samples.theta))), -1, 2) if size else no_slack()
+    least = ca.reshape(ca.DM(objective.slack_values(as_array(samples.theta))), -1, 2) if size else ca.DM(0, 2)
     smooth = float(ca.DM(ca.evalf(objective.smooth(samples, least))))
     if objective.name == "length":  # its corners are rounded off downwards
-        assert value - steps * SMOOTHING <= smooth <= value
+        assert value - steps * SMOOTHING_LENGTH <= smooth <= value
     else:
         assert smooth == pytest.approx(value, rel=1e-12)
     rows = objective.slack_rows(samples, least)
@@ -111,7 +111,7 @@ def test_smooth_forms_are_near(objective: Objective) -> None:
 
 def test_upper_bounds_by_hand() -> None:
     bounds = MotionBounds(duration=3.0, rotation=5.0, radius=2.0)
-    assert [objective.upper_bound(bounds) for objective in EVERY.values()] == [3.0, 5.0, 10.0, ENDLESS]
+    assert [objective.upper_bound(bounds) for objective in EVERY.values()] == [3.0, 5.0, 10.0, UNKNOWN_UPPER_BOUND]
 
 
 CASES: list[tuple[str, str, str]] = list(product(BUILTIN, ("paper", "reduced"), ("up", "free")))

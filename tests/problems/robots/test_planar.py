@@ -47,8 +47,8 @@ def test_forward_kinematics_is_a_sum_of_turned_links(links: list[float], data: s
 def test_inverse_kinematics_finds_the_posture_again(links: list[float], data: st.DataObject) -> None:
     theta = np.array(data.draw(st.lists(angle, min_size=len(links), max_size=len(links))))
     arm, elbow = arm_of(links), 1.0 if np.sin(theta[1]) >= 0.0 else -1.0
-    found, cosine = arm.inverse(as_point(tip_of(links, theta)), ca.DM(np.cumsum(theta)[2:]), elbow)
-    again = np.asarray(found).ravel()
+    theta_found, cosine = arm.inverse(as_point(tip_of(links, theta)), ca.DM(np.cumsum(theta)[2:]), elbow)
+    again = np.asarray(theta_found).ravel()
     assert abs(tip_of(links, again) - tip_of(links, theta)) < 1e-6
     assert float(cosine) == pytest.approx(np.cos(theta[1]), abs=1e-6)
     assert np.sign(np.sin(again[1])) * elbow >= 0.0 or abs(np.sin(again[1])) < 1e-12
@@ -93,9 +93,9 @@ def test_edges_of_the_reach_are_no_nan(links: list[float], point: float) -> None
 
 @given(st.floats(-30.0, 30.0), st.floats(-30.0, 30.0))
 def test_nearest_turn(given_angle: float, reference: float) -> None:
-    found = float(wrap_to(ca.DM(given_angle), ca.DM(reference)))
-    assert abs(found - reference) <= np.pi + 1e-9
-    assert np.exp(1j * found) == pytest.approx(np.exp(1j * given_angle), abs=1e-9)
+    angle = float(wrap_to(ca.DM(given_angle), ca.DM(reference)))
+    assert abs(angle - reference) <= np.pi + 1e-9
+    assert np.exp(1j * angle) == pytest.approx(np.exp(1j * given_angle), abs=1e-9)
 
 
 def test_joint_limits_decide_the_turn() -> None:

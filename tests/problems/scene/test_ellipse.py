@@ -42,19 +42,19 @@ def test_sign_and_lower_bound_against_dense_points(
     start: tuple[float, float], end: tuple[float, float], wide: float, high: float, angle: float
 ) -> None:
     ellipse = Ellipse((0.3, -0.2), (wide, high), angle)
-    found = clearance_of(ellipse, start, end)
+    clearance = clearance_of(ellipse, start, end)
     along = np.linspace(0.0, 1.0, 2001)[:, None]
     points = np.array(start) + along * (np.array(end) - np.array(start))
     turn = np.linspace(0.0, 2.0 * np.pi, 1000)
     turned = np.exp(1j * angle) * (wide * np.cos(turn) + 1j * high * np.sin(turn)) + (0.3 - 0.2j)
     inside = any(ellipse.contains(tuple(p)) for p in points[::20])
     if inside:
-        assert found <= 0.0
-    if found < -1e-3:
+        assert clearance <= 0.0
+    if clearance < -1e-3:
         local = (points @ [1.0, 1j] - (0.3 - 0.2j)) * np.exp(-1j * angle)
         assert ((local.real / wide) ** 2 + (local.imag / high) ** 2).min() < 1.0
-    if found > 0.0:
-        assert np.abs(points[::10] @ [[1.0], [1j]] - turned).min() >= found - 1e-9
+    if clearance > 0.0:
+        assert np.abs(points[::10] @ [[1.0], [1j]] - turned).min() >= clearance - 1e-9
 
 
 def test_segments_hand_computed() -> None:
@@ -143,8 +143,8 @@ def test_no_proof_is_needed_where_nothing_can_touch() -> None:
 def test_a_found_plan_is_clear_at_100_000_times(center: tuple[float, float]) -> None:
     obstacle = Ellipse(center, (0.15, 0.15))
     problem = moving(ARM, (1.0, 0.0), (0.5, 1.5), "length", "up", "reduced", obstacles=(obstacle,))
-    found = minimize(problem.cost, Box(*problem.bounds), PSO(), Budget(10_000), 1)
-    trajectory = problem.trajectory(found.x)
+    result = minimize(problem.cost, Box(*problem.bounds), PSO(), Budget(10_000), 1)
+    trajectory = problem.trajectory(result.x)
     verdicts = {verdict.name: verdict for verdict in problem.verify(trajectory)}
     assert verdicts["clearance"].satisfied
     dense = densest(clearance_limit(obstacle), trajectory, np.linspace(0.0, trajectory.duration, 100_000))

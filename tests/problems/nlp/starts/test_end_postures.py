@@ -51,24 +51,24 @@ def test_no_other_solver_finds_a_shorter_way(displacement: Displacement, elbow: 
     box = [(-9.0, 9.0), (0.0, np.pi) if elbow == "up" else (-9.0, 9.0), (-9.0, 9.0)] * 2
     theirs, rng = [], np.random.default_rng(1)
     for _ in range(12):
-        drawn = program.draw(rng)
-        z = np.concatenate([drawn.theta_s, drawn.theta_f])
-        found = minimize(smooth, z, constraints=[on_points], bounds=box, method="SLSQP", options={"maxiter": 200})
-        if found.success and np.abs(miss(found.x)).max() < 1e-6:
-            theirs.append(program.value(found.x[3:] - found.x[:3]))
+        start = program.draw(rng)
+        z = np.concatenate([start.theta_s, start.theta_f])
+        result = minimize(smooth, z, constraints=[on_points], bounds=box, method="SLSQP", options={"maxiter": 200})
+        if result.success and np.abs(miss(result.x)).max() < 1e-6:
+            theirs.append(program.value(result.x[3:] - result.x[:3]))
     assert theirs
     assert best.value <= min(theirs) * (1.0 + 1e-3)
 
 
 def test_two_links_have_no_choice() -> None:
     """Elbow up at both ends: theta_2 from the law of cosines, theta_1 from the triangle."""
-    found = ends(SUM, links=2).best(np.random.default_rng(0), 2, 2)
+    solutions = ends(SUM, links=2).best(np.random.default_rng(0), 2, 2)
     theta = []
     for x, y in (START, GOAL):
         second = np.arccos((x * x + y * y) / 2.0 - 1.0)
         theta.append([np.arctan2(y, x) - second / 2.0, second])
-    assert len(found) == 1
-    assert found[0].value == pytest.approx(np.abs(np.subtract(*theta)).sum(), abs=1e-6)
+    assert len(solutions) == 1
+    assert solutions[0].value == pytest.approx(np.abs(np.subtract(*theta)).sum(), abs=1e-6)
 
 
 def test_the_same_seed_gives_the_same_ends() -> None:
@@ -81,7 +81,7 @@ def test_the_same_seed_gives_the_same_ends() -> None:
 def test_joint_limits_hold_at_both_ends() -> None:
     arm = PlanarArm((0.7, 0.7, 0.6), SPEED, ACCELERATION, ((-0.5, 1.2), (0.2, 2.8), (-2.0, 2.0)))
     low, high = np.array(arm.joint_limits).T
-    for found in EndPostures(arm, START, GOAL, "up", SUM, SKEWED).best(np.random.default_rng(0), 8, 8):
-        for theta in (found.theta_s, found.theta_f):
+    for solution in EndPostures(arm, START, GOAL, "up", SUM, SKEWED).best(np.random.default_rng(0), 8, 8):
+        for theta in (solution.theta_s, solution.theta_f):
             assert (theta >= low - 1e-6).all()
             assert (theta <= high + 1e-6).all()

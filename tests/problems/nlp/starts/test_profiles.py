@@ -22,8 +22,8 @@ def test_peaks_are_those_of_a_fine_grid(profile: Profile) -> None:
     motion = starts.along(Ends(np.zeros(2), np.ones(2), 0.0), profile).trajectory()
     at = motion.samples(np.linspace(0.0, motion.duration, 100_001))
     scale = motion.duration
-    found = [float(np.abs(np.asarray(v)).max()) for v in (at.speed * scale, at.acceleration * scale**2)]
-    assert profile.peaks == pytest.approx(found, rel=1e-6)
+    peak_values = [float(np.abs(np.asarray(v)).max()) for v in (at.speed * scale, at.acceleration * scale**2)]
+    assert profile.peaks == pytest.approx(peak_values, rel=1e-6)
 
 
 def test_the_symmetric_one_by_hand() -> None:

@@ -27,9 +27,9 @@ def grid(elbows: tuple[float, ...] = (1.0,), limited: bool = False, exponent: fl
 def test_no_sequence_is_cheaper(
     elbows: tuple[float, ...], limited: bool, exponent: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(redundancy_grid, "STATES", 7)
+    monkeypatch.setattr(redundancy_grid, "MAX_POSTURES_PER_KNOT", 7)
     small, shift = grid(elbows, limited, exponent), np.array([0.3])
-    found = small.cheapest(shift)
+    way = small.cheapest(shift)
     theta, possible = small.table(shift)
     costs = {}
     for chosen in product(range(theta.shape[1]), repeat=len(POINTS)):
@@ -37,27 +37,27 @@ def test_no_sequence_is_cheaper(
             steps = np.diff([theta[knot, state] for knot, state in enumerate(chosen)], axis=0)
             short = steps if limited else (steps + np.pi) % (2.0 * np.pi) - np.pi
             costs[chosen] = float((np.abs(WEIGHTS * short) ** exponent).sum())
-    assert found is not None
-    assert (np.abs(WEIGHTS * np.diff(found, axis=0)) ** exponent).sum() == pytest.approx(min(costs.values()))
+    assert way is not None
+    assert (np.abs(WEIGHTS * np.diff(way, axis=0)) ** exponent).sum() == pytest.approx(min(costs.values()))
     best = theta[range(len(POINTS)), min(costs, key=lambda chosen: costs[chosen])]
-    assert np.exp(1j * found) == pytest.approx(np.exp(1j * best))
+    assert np.exp(1j * way) == pytest.approx(np.exp(1j * best))
 
 
 def test_the_first_posture_can_be_asked_for() -> None:
     theta, possible = grid().table(np.zeros(1))
-    wanted = theta[0][possible[0]][int(0.6 * possible[0].sum())]
-    found = grid().cheapest(np.zeros(1), 0.6)
-    assert found is not None
-    assert found[0] == pytest.approx(wanted)
+    expected = theta[0][possible[0]][int(0.6 * possible[0].sum())]
+    way = grid().cheapest(np.zeros(1), 0.6)
+    assert way is not None
+    assert way[0] == pytest.approx(expected)
 
 
 def test_postures_that_touch_an_obstacle_are_left_out() -> None:
     free = grid()
     beside = Ellipse((0.45, 0.35), (0.1, 0.1))
     around = RedundancyGrid(free.postures, (1.0, -1.0), (beside,), WEIGHTS, 3.0)
-    found = around.cheapest(np.zeros(1))
-    assert found is not None
-    for theta in found:
+    way = around.cheapest(np.zeros(1))
+    assert way is not None
+    for theta in way:
         corners = np.append(0.0, np.cumsum(np.array([0.7, 0.7, 0.6]) * np.exp(1j * np.cumsum(theta))))
         along = np.linspace(corners[:-1], corners[1:], 200)
         assert np.abs(along - (0.45 + 0.35j)).min() > 0.1 - 1e-3

@@ -1,4 +1,4 @@
-"""What programs start from: deterministic, different, evenly spread."""
+"""Starts of programs: deterministic, different, evenly spread."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ CASES: dict[str, Problem[Any]] = {
 }
 
 
-def drawn(problem: Problem[Any], seed: int, count: int = 7) -> np.ndarray:
+def first_starts(problem: Problem[Any], seed: int, count: int = 7) -> np.ndarray:
     return np.array(list(islice(problem.nlp().starts(np.random.default_rng(seed)), count)))
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_seed_says_which(case: str) -> None:
-    first, again, other = (drawn(CASES[case], seed) for seed in (1, 1, 2))
+    first, again, other = (first_starts(CASES[case], seed) for seed in (1, 1, 2))
     assert (first == again).all()
     assert not np.array_equal(first, other)
     assert np.isfinite(first).all()
@@ -55,6 +55,6 @@ def test_starts_of_few_values_meet_the_rows_that_tie_the_knots_to_them() -> None
     program = problem.nlp()
     rows = next(c for c in program.rows if c.name == "redundancy")
     miss = ca.Function("miss", [program.x], [rows.expression])
-    _, *constants = drawn(problem, 0, 4)  # the first is the cheapest over the grid
+    _, *constants = first_starts(problem, 0, 4)  # the first is the cheapest over the grid
     for x in constants:
         assert np.asarray(miss(x)) == pytest.approx(0.0, abs=1e-9)
