@@ -184,7 +184,7 @@ def moved(scenario: Scenario) -> Scenario:
     task, arm = content["task"], content["arm"]
     elsewhere = {"start": [0.95, -0.1], "goal": [0.4, 1.45], "center": [0.03, -0.02]}
     task |= {key: value for key, value in elsewhere.items() if key in task}
-    arm["max_speed"] = [1.1 * speed for speed in arm["max_speed"]]
+    arm["max_speed"] = np.multiply(1.1, arm["max_speed"]).tolist()
     for obstacle in content["obstacles"]:
         x, y = obstacle["center"]
         obstacle |= {"center": [x + 0.03, y - 0.02], "semi_axes": [0.9 * axis for axis in obstacle["semi_axes"]]}

@@ -18,7 +18,7 @@ from scipy.interpolate import CubicSpline
 
 from problems.base.matrix import FloatArray, Matrix, Operand, constant, split
 from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
-from problems.encodings.penalty import graded_cost, limit_weight, paper_cost
+from problems.encodings.penalty import FeasibilityFirst, limit_weight, paper_cost
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.limits.time_scale import longest_time_scale, minimum_time_scale, scaling
@@ -157,7 +157,7 @@ class PaperKnots(KnotsEncoding):
 
 
 @dataclass(frozen=True)
-class ReducedKnots(KnotsEncoding):
+class ReducedKnots(FeasibilityFirst, KnotsEncoding):
     """Feasible by construction, except for the accuracy, obstacles and joint ranges."""
 
     name: ClassVar[str] = "reduced"
@@ -181,20 +181,6 @@ class ReducedKnots(KnotsEncoding):
         dof = self.task.robot.dof
         peaks = {1: ca.repmat(ca.DM(speed), 1, dof), 2: ca.repmat(ca.DM(acceleration), 1, dof)}
         return max(self.time_box[0], longest_time_scale(self.exact_limits(limits), peaks))
-
-    def penalty(self, constraint: Constraint) -> Matrix:
-        """The sum of the dimensionless excesses."""
-        return constraint.graded_penalty()
-
-    def cost(
-        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
-    ) -> Matrix:
-        """Feasibility first: the objective if all constraints hold, else more than any objective."""
-        return graded_cost(objective, penalties, weights)
-
-    def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
-        """Only the upper bound of the objective is needed."""
-        return CostWeights(objective_upper_bound=objective_upper_bound, limit=0.0, reach=0.0)
 
 
 def _largest(operator: FloatArray) -> FloatArray:

@@ -65,3 +65,21 @@ def graded_cost(objective: Matrix, penalties: Sequence[Matrix], weights: CostWei
     """The objective where all constraints hold, else more than any objective by how far they are broken."""
     excess = sum(penalties, ca.DM(0))
     return ca.if_else(excess > 0.0, weights.objective_upper_bound + excess, objective)
+
+
+class FeasibilityFirst:
+    """The part of an encoding that leaves the order to :func:`graded_cost`: penalties, cost, and no weights to find."""
+
+    def penalty(self, constraint: Constraint) -> Matrix:
+        """The sum of the dimensionless excesses."""
+        return constraint.graded_penalty()
+
+    def cost(
+        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
+    ) -> Matrix:
+        """Feasibility first: the objective if all constraints hold, else more than any objective."""
+        return graded_cost(objective, penalties, weights)
+
+    def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
+        """Only the upper bound of the objective is needed."""
+        return CostWeights(objective_upper_bound=objective_upper_bound, limit=0.0, reach=0.0)

@@ -18,7 +18,7 @@ import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix, split
 from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
-from problems.encodings.penalty import graded_cost, paper_cost, paper_weights
+from problems.encodings.penalty import FeasibilityFirst, paper_cost, paper_weights
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.limits.point_constraints import reach_limit
@@ -170,7 +170,7 @@ class PaperSegments(SegmentsEncoding):
 
 
 @dataclass(frozen=True)
-class ReducedSegments(SegmentsEncoding):
+class ReducedSegments(FeasibilityFirst, SegmentsEncoding):
     """Feasible by construction, except for obstacles and joint ranges: the decoded motion is a shape of duration 1."""
 
     name: ClassVar[str] = "reduced"
@@ -210,17 +210,3 @@ class ReducedSegments(SegmentsEncoding):
     def _longest(self, duration: float, limits: Sequence[Limit], fastest: FloatArray, sharpest: FloatArray) -> float:
         peaks = {1: ca.DM(fastest).T, 2: ca.DM(sharpest).T}
         return max(longest_time_scale(scaling(limits), peaks), self.task.segment_time[0] / TIME_SHARES[0])
-
-    def penalty(self, constraint: Constraint) -> Matrix:
-        """The sum of the dimensionless excesses."""
-        return constraint.graded_penalty()
-
-    def cost(
-        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
-    ) -> Matrix:
-        """Feasibility first: the objective if all constraints hold, else more than any objective."""
-        return graded_cost(objective, penalties, weights)
-
-    def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
-        """Only the upper bound of the objective is needed."""
-        return CostWeights(objective_upper_bound=objective_upper_bound, limit=0.0, reach=0.0)

@@ -27,13 +27,13 @@ from problems.limits.accuracy import Accuracy
 from problems.limits.clearance import StepLimit
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
-from problems.limits.time_scale import holds_time, minimum_time_scale, peaks_of, safe_time_scale
+from problems.limits.time_scale import minimum_time_scale, peaks_of, safe_time_scale
 from problems.motions.knot_spline import KnotSpline, SplineShape
 from problems.motions.node_form import NodeForm, knot_operators
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.nlp.point_to_point import AXES
-from problems.nlp.program import MAX_ANGLE_CHANGE, NonlinearProgram, equality, slack_constraints
+from problems.nlp.program import MAX_ANGLE_CHANGE, TimedProgram, equality, slack_constraints
 from problems.nlp.redundancy_rows import redundancy_rows
 from problems.nlp.starts.path_following import PathStarts
 from problems.objectives import Objective
@@ -47,7 +47,7 @@ ON_PATH = "tip(theta) = P* at every knot"
 
 
 @dataclass(frozen=True)
-class PathNlp(NonlinearProgram):
+class PathNlp(TimedProgram):
     """The nonlinear program of a path: lead the tip along it.
 
     Args:
@@ -70,16 +70,6 @@ class PathNlp(NonlinearProgram):
     def robot(self) -> Robot:
         """The robot that moves."""
         return self.task.robot
-
-    @property
-    def timed(self) -> bool:
-        """Whether t_T is a variable."""
-        return self.objective.timed or self.held
-
-    @cached_property
-    def held(self) -> bool:
-        """Whether a limit keeps a motion from being run faster than it was found."""
-        return holds_time(self.limits)
 
     @cached_property
     def form(self) -> NodeForm:

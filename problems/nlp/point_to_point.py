@@ -22,12 +22,12 @@ from problems.encodings.segments import TIME_SHARES
 from problems.limits.clearance import StepLimit
 from problems.limits.constraint import Constraint
 from problems.limits.limit import SAMPLING_MARGIN, Limit
-from problems.limits.time_scale import holds_time, safe_time_scale
+from problems.limits.time_scale import safe_time_scale
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.motions.two_segments import Quantities, TwoSegments
 from problems.nlp.composition import composed_hessian
-from problems.nlp.program import MAX_ANGLE_CHANGE, NonlinearProgram, equality, slack_constraints
+from problems.nlp.program import MAX_ANGLE_CHANGE, TimedProgram, equality, slack_constraints
 from problems.nlp.starts.point_to_point import PointToPointStarts
 from problems.objectives import Objective
 from problems.robots.robot import Robot
@@ -41,7 +41,7 @@ AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
-class PointToPointNlp(NonlinearProgram):
+class PointToPointNlp(TimedProgram):
     """Move the tip from rest at the start to rest at the goal.
 
     Args:
@@ -62,16 +62,6 @@ class PointToPointNlp(NonlinearProgram):
     def robot(self) -> Robot:
         """The robot that moves."""
         return self.task.robot
-
-    @property
-    def timed(self) -> bool:
-        """Whether t1 and t2 are variables."""
-        return self.objective.timed or self.held
-
-    @cached_property
-    def held(self) -> bool:
-        """Whether a limit keeps a motion from being run faster than it was found."""
-        return holds_time(self.limits)
 
     @property
     def samples(self) -> int:

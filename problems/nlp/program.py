@@ -16,7 +16,8 @@ import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix
 from problems.limits.constraint import Constraint
-from problems.limits.limit import SAMPLING_MARGIN
+from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.time_scale import holds_time
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.objectives import Objective
@@ -137,3 +138,20 @@ def slack_constraints(objective: Objective, samples: Samples, slack: Matrix) -> 
         )
         for name, formula, expression in objective.slack_rows(samples, slack)
     ]
+
+
+class TimedProgram(NonlinearProgram):
+    """A program of an objective and limits, which decide whether durations are variables or follow from the shape."""
+
+    objective: Objective
+    limits: tuple[Limit, ...]
+
+    @property
+    def timed(self) -> bool:
+        """Whether durations are variables."""
+        return self.objective.timed or self.held
+
+    @cached_property
+    def held(self) -> bool:
+        """Whether a limit keeps a motion from being run faster than it was found."""
+        return holds_time(self.limits)

@@ -16,8 +16,8 @@ import numpy as np
 from problems import OBJECTIVES, Constraint, Problem, Robot, Trajectory, Variable
 from problems.assembly.cost_steps import CostSteps
 from problems.base.matrix import FloatArray, Matrix
-from problems.encodings.encoding import CostWeights, Decoded, Encoding
-from problems.encodings.penalty import graded_cost
+from problems.encodings.encoding import Decoded, Encoding
+from problems.encodings.penalty import FeasibilityFirst
 from problems.evaluation import Program, Step
 from problems.limits import limits_of
 from problems.limits.limit import Limit
@@ -108,7 +108,7 @@ class Blend(Motion[Matrix]):
 
 
 @dataclass(frozen=True)
-class Duration(Encoding[Matrix]):
+class Duration(FeasibilityFirst, Encoding[Matrix]):
     """The search vector is the duration."""
 
     name: ClassVar[str] = "duration"
@@ -122,17 +122,6 @@ class Duration(Encoding[Matrix]):
 
     def decode(self, x: Matrix) -> Decoded[Matrix]:
         return Decoded(parameters=x[0])
-
-    def penalty(self, constraint: Constraint) -> Matrix:
-        return constraint.graded_penalty()
-
-    def cost(
-        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
-    ) -> Matrix:
-        return graded_cost(objective, penalties, weights)
-
-    def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
-        return CostWeights(objective_upper_bound=objective_upper_bound, limit=0.0, reach=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -18,12 +17,13 @@ from problems.limits import LIMITS, limits_of
 from problems.limits.accuracy import Accuracy
 from problems.limits.clearance import MAX_STEP_SHARE, Clearance, StepLimit, reachable_pairs
 from problems.limits.constraint import PenaltyKind
-from problems.limits.derivative import AccelerationLimit, DerivativeLimit, SpeedLimit
+from problems.limits.derivative import AccelerationLimit, DerivativeLimit, JerkLimit, SpeedLimit
 from problems.limits.joint_range import JointRange
 from problems.limits.point_constraints import end_point, reach_limit
 from problems.limits.time_scale import exact_time_scale, minimum_time_scale, peaks_of, safe_time_scale, scaling
 from problems.motions.samples import Samples
 from problems.motions.two_segments import Quantities
+from problems.robots.robot import JointLimits
 
 RANGES = ((-2.0, 3.0), (-1.0, 1.0), (-3.0, 2.0))
 ARM = PlanarArm((0.8, 0.7, 0.5), (4.0, 3.0, 2.0), (20.0, 10.0, 30.0), RANGES)
@@ -32,23 +32,19 @@ ROWS = 9
 
 
 @dataclass(frozen=True)
-class JerkLimit(DerivativeLimit):
-    """|d3theta_i(t)| <= 200 rad/s^3."""
-
-    name: ClassVar[str] = "jerk"
-    order: ClassVar[int] = 3
-    unit: ClassVar[str] = "rad/s^3"
-    equation: ClassVar[str] = "-"
+class SmoothArm(PlanarArm):
+    """An arm with a largest jerk of 200 rad/s^3."""
 
     @property
-    def bounds(self) -> tuple[float, ...] | None:
-        return (200.0,) * self.robot.dof
+    def limits(self) -> JointLimits:
+        return replace(super().limits, jerk=(200.0,) * self.dof)
 
 
+SMOOTH = SmoothArm(ARM.link_lengths, ARM.max_speed, ARM.max_acceleration, RANGES)
 EVERY: dict[str, Limit] = {
     "speed": SpeedLimit(ARM),
     "acceleration": AccelerationLimit(ARM),
-    "jerk": JerkLimit(ARM),
+    "jerk": JerkLimit(SMOOTH),
     "joint range": JointRange(ARM),
     "clearance": Clearance(ARM, reachable_pairs(ARM, [DISC, BESIDE])),
     "step": StepLimit(ARM, 0.2),
@@ -127,7 +123,7 @@ def test_a_single_sample_has_no_steps() -> None:
     [
         (SpeedLimit(ARM), 1, [4.0, 3.0, 2.0], "rad/s"),
         (AccelerationLimit(ARM), 2, [20.0, 10.0, 30.0], "rad/s^2"),
-        (JerkLimit(ARM), 3, [200.0] * 3, "rad/s^3"),
+        (JerkLimit(SMOOTH), 3, [200.0] * 3, "rad/s^3"),
     ],
     ids=["speed", "acceleration", "jerk"],
 )
@@ -199,7 +195,7 @@ def test_points_by_hand() -> None:
 
 def test_limits_of_a_robot_among_obstacles() -> None:
     assert list(LIMITS) == ["speed", "acceleration", "jerk", "joint range", "clearance"]
-    assert [limit.name for limit in limits_of(ARM, [DISC])] == [name for name in LIMITS if name != "jerk"]
+    assert [limit.name for limit in limits_of(SMOOTH, [DISC])] == list(LIMITS)
     assert [limit.name for limit in limits_of(equal_links(3), [])] == ["speed", "acceleration"]
     far = Ellipse((9.0, 0.0), (0.1, 0.1))
     assert [limit.name for limit in limits_of(ARM, [far])] == ["speed", "acceleration", "joint range"]
@@ -214,7 +210,7 @@ def test_limits_of_a_robot_among_obstacles() -> None:
 
 
 def test_time_scales_by_hand() -> None:
-    speed, acceleration, jerk = SpeedLimit(ARM), AccelerationLimit(ARM), JerkLimit(ARM)
+    speed, acceleration, jerk = SpeedLimit(ARM), AccelerationLimit(ARM), JerkLimit(SMOOTH)
     assert float(speed.time_scale(ca.DM([[2.0, 6.0, 1.0]]))) == pytest.approx(2.0)
     assert float(acceleration.time_scale(ca.DM([[20.0, 10.0, 270.0]]))) == pytest.approx(3.0)
     assert float(jerk.time_scale(ca.DM([[25.0, 1600.0, 200.0]]))) == pytest.approx(2.0)
@@ -250,5 +246,5 @@ def test_a_limit_of_a_new_kind_belongs_to_a_problem() -> None:
     problem = moving(equal_links(3), (1.0, 0.0), (0.5, 1.5), "length", "up", obstacles=(OVAL,))
     assert isinstance(problem.limits[0], SpeedLimit)
     trajectory = a_motion(1)
-    names = [verdict.name for verdict in limit_verdicts([*problem.limits, JerkLimit(problem.robot)], trajectory)]
+    names = [verdict.name for verdict in limit_verdicts([*problem.limits, JerkLimit(SMOOTH)], trajectory)]
     assert names == ["speed", "acceleration", "clearance", "jerk"]
