@@ -42,11 +42,12 @@ class Kinematics:
     def __init__(self, problem: PointToPointProblem | PathFollowingProblem, xp: ModuleType) -> None:
         robot = problem.robot
         assert isinstance(robot, PlanarArm)
-        self.robot, self.xp, self.measure = robot, xp, problem.objective.name
+        self.xp, self.measure = xp, problem.objective.name
         self.reduced, self.ceiling = problem.encoding.scales_time, problem.objective_upper_bound
         self.weights = problem.weights
         self.lengths = np.array(robot.link_lengths)
         self.speed, self.acceleration = np.array(robot.max_speed), np.array(robot.max_acceleration)
+        self.reaches = [robot.reach(link) for link in range(1, robot.links + 1)]
         self.elbow = -1.0 if problem.task.elbow == "down" else 1.0
         self.margin = SAMPLING_MARGIN * self.lengths.sum()
         self.pairs = reachable_pairs(robot, problem.obstacles, self.margin)
@@ -69,7 +70,7 @@ class Kinematics:
         """Redundancy angles (7) of normalised ones (..., k - 2) for the tip (...)."""
         xp, phi = self.xp, []
         for link in range(self.lengths.size - 1, 1, -1):
-            inner, outer = self.robot.reach(link)
+            inner, outer = self.reaches[link - 1]
             length = self.lengths[link]
             rho = xp.sqrt(x * x + y * y)
             square, scale = rho * rho + length**2, xp.maximum(2.0 * length * rho, 1e-300)
