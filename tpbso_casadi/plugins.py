@@ -30,7 +30,7 @@ class Catalogue(Generic[T]):
         kind: what they are called in messages: "solver".
         group: name of the entry-point group: "tpbso_casadi.solvers".
         registry: by name, the thing itself, or its path "package.module:Attribute", imported when it is used.
-        accepts: whether an object is of that kind, see :func:`subclass_of` and :func:`instance_of`.
+        accepts: whether an object is of that kind, see :func:`subclass_of`.
         requirement: the same in words: "a subclass of solvers.Solver".
         extras: by name, the extra of this distribution that installs the package of the same name; for those that need
             one.
@@ -106,15 +106,6 @@ def subclass_of(base: type[T] | tuple[type[T], ...]) -> Callable[[object], TypeG
 
     def accepts(candidate: object) -> TypeGuard[type[T]]:
         return isinstance(candidate, type) and issubclass(candidate, base)
-
-    return accepts
-
-
-def instance_of(base: type[T]) -> Callable[[object], TypeGuard[T]]:
-    """A check for :class:`Catalogue`: an object of the class ``base``."""
-
-    def accepts(candidate: object) -> TypeGuard[T]:
-        return isinstance(candidate, base)
 
     return accepts
 

@@ -29,11 +29,6 @@ class Instant:
 
     motion: Motion[Any]
 
-    @cached_property
-    def derivatives(self) -> tuple[ca.SX, ...]:
-        """Stand-ins for the derivatives of this sample, each (1, dof)."""
-        return tuple(ca.SX.sym(f"derivative_{n}", 1, self.motion.robot.dof) for n in self.motion.orders)
-
     def widths(self, limits: Sequence[Limit]) -> list[int]:
         """How many magnitudes each limit has."""
         return [int(limit.magnitudes(self.probe).shape[1]) for limit in limits]
@@ -41,16 +36,13 @@ class Instant:
     @cached_property
     def probe(self) -> Samples:
         """The sample with stand-ins for everything, to see what is needed of it."""
-        durations, time, weight = ca.SX.sym("duration"), ca.SX.sym("time"), ca.SX.sym("weight")
-        return Samples(
-            robot=self.motion.robot, derivatives=self.derivatives, duration=durations, times=time, weights=weight
-        )
+        return Samples.symbolic(self.motion.robot, len(self.motion.orders))
 
     def needed_orders(self, expressions: Sequence[Matrix]) -> tuple[int, ...]:
         """Which derivatives expressions of :attr:`probe` depend on."""
         everything = ca.vertcat(*(ca.vec(expression) for expression in expressions))
-        used = (any(ca.which_depends(everything, ca.vec(symbol), 1, False)) for symbol in self.derivatives)
-        return tuple(order for order, is_used in zip(self.motion.orders, used, strict=True) if is_used)
+        symbols = {order: ca.vec(self.probe.derivative(order)) for order in self.motion.orders}
+        return tuple(order for order, symbol in symbols.items() if any(ca.which_depends(everything, symbol, 1, False)))
 
     def before(self, now: Samples) -> tuple[Samples, list[tuple[ca.SX, Matrix]]]:
         """The sample before, and its symbols with what this sample passes on in their place."""

@@ -42,11 +42,6 @@ def split(vector: Matrix, sizes: Sequence[int]) -> list[Matrix]:
     return list(ca.vertsplit(vector, np.cumsum([0, *sizes]).tolist()))
 
 
-def differences(rows: Matrix) -> Matrix:
-    """Increments between consecutive rows: (n, k) -> (n - 1, k)."""
-    return rows[1:, :] - rows[:-1, :]
-
-
 def row(values: Sequence[float] | FloatArray) -> ca.DM:
     """A (1, n) numeric row, to be broadcast with :func:`repeated`."""
     return ca.DM(np.asarray(values, dtype=float).reshape(1, -1))

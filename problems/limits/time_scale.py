@@ -79,14 +79,13 @@ def _depends_on_time(limit: Limit) -> bool:
     robot = limit.robot_or_none
     if robot is None:
         return True
-    theta, *faster = (ca.SX.sym(f"derivative_{n}", 1, robot.dof) for n in range(SAMPLED_ORDERS))
-    duration, time, weight = ca.SX.sym("duration"), ca.SX.sym("time"), ca.SX.sym("weight")
-    now = Samples(robot=robot, derivatives=(theta, *faster), duration=duration, times=time, weights=weight)
+    now = Samples.symbolic(robot, SAMPLED_ORDERS)
     expressions = [ca.vec(constraint.expression) for constraint in limit.at(now)]
     if not expressions:
         return False
-    timed = ca.vertcat(*(ca.vec(matrix) for matrix in (*faster, duration, time, weight)))
-    return any(ca.which_depends(ca.vertcat(*expressions), timed, 1, False))
+    timed = (*now.derivatives[1:], now.duration, now.times, now.weights)
+    symbols = ca.vertcat(*(ca.vec(matrix) for matrix in timed if matrix is not None))
+    return any(ca.which_depends(ca.vertcat(*expressions), symbols, 1, False))
 
 
 def safe_time_scale(limits: Iterable[Limit], trajectory: Trajectory) -> float:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import casadi as ca
+
 from problems.base.matrix import Matrix
 from problems.robots.robot import Robot
 
@@ -31,6 +33,17 @@ class Samples:
     times: Matrix | None = None
     weights: Matrix | None = None
     known_positions: tuple[Matrix, ...] | None = None
+
+    @classmethod
+    def symbolic(cls, robot: Robot, orders: int) -> Samples:
+        """One sample in which angles, so many orders of derivatives, duration, time and weight are symbols."""
+        return cls(
+            robot=robot,
+            derivatives=tuple(ca.SX.sym(f"derivative_{n}", 1, robot.dof) for n in range(orders)),
+            duration=ca.SX.sym("duration"),
+            times=ca.SX.sym("time"),
+            weights=ca.SX.sym("weight"),
+        )
 
     def derivative(self, order: int) -> Matrix:
         """The joint angles (order 0) or one of their derivatives, (n, dof).

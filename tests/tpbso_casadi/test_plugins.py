@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections import OrderedDict
 from numbers import Rational
 from pathlib import Path
+from typing import TypeGuard
 
 import pytest
 
-from tpbso_casadi.plugins import Catalogue, PluginError, instance_of, subclass_of
+from tpbso_casadi.plugins import Catalogue, PluginError, subclass_of
 
 MODULE = """
 from fractions import Fraction
@@ -30,11 +31,17 @@ CLASSES: Catalogue[type[dict]] = Catalogue(
     requirement="a subclass of dict",
     extras={"rare": "no_such_package"},
 )
+
+
+def is_rational(candidate: object) -> TypeGuard[Rational]:
+    return isinstance(candidate, Rational)
+
+
 NUMBERS: Catalogue[Rational] = Catalogue(
     kind="number",
     group="tpbso_casadi.test_numbers",
     registry={"seven": 7},
-    accepts=instance_of(Rational),
+    accepts=is_rational,
     requirement="a rational number",
 )
 
@@ -119,8 +126,8 @@ def test_errors_of_a_catalogue_of_classes(name: str, message: str) -> None:
 
 
 def test_an_empty_catalogue_has_nothing_to_offer() -> None:
-    empty: Catalogue[int] = Catalogue(
-        kind="limit", group="no.such.group", registry={}, accepts=instance_of(int), requirement="a limit"
+    empty: Catalogue[Rational] = Catalogue(
+        kind="limit", group="no.such.group", registry={}, accepts=is_rational, requirement="a limit"
     )
     with pytest.raises(PluginError, match="no limit 'x'; there are none"):
         empty.find("x")
