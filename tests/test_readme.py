@@ -50,4 +50,4 @@ def test_the_example_of_a_solver_plans(tmp_path: Path, monkeypatch: pytest.Monke
         "--quiet",
     ]
     assert main(arguments) == 0
-    assert Path("runs/rotation-2-RandomWalk-1/result.json").exists()
+    assert Path("runs/rotation-2-RandomWalk-1-reduced/result.json").exists()

@@ -1,63 +1,21 @@
 """Plan robot-arm motions with metaheuristics on one symbolic CasADi model. A user needs this import alone."""
 
-from problems import (
-    OBJECTIVES,
-    Ellipse,
-    InvalidProblem,
-    Path,
-    PathFollowing,
-    PlanarArm,
-    PointToPoint,
-    Problem,
-    Trajectory,
-    Verdict,
-    closed_curve,
-    pentagram,
-)
-from problems.evaluation import EvaluationOptions, PopulationFunction
-from solvers import BSO, GA, PSO, SOLVERS, Box, Budget, Result, Solver, StopReason, minimize
-from tpbso_casadi.planning.plan import Plan, plan
-from tpbso_casadi.scenario.builtin import builtin
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, read_scenario
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.scenario.solvers import find_solver
-from tpbso_casadi.storage.result import RunResult
-from tpbso_casadi.storage.run_folder import result_of, write_run
+from __future__ import annotations
 
-__all__ = [
-    "BSO",
-    "GA",
-    "OBJECTIVES",
-    "PSO",
-    "SOLVERS",
-    "Box",
-    "Budget",
-    "Ellipse",
-    "EvaluationOptions",
-    "InvalidProblem",
-    "Path",
-    "PathFollowing",
-    "Plan",
-    "PlanarArm",
-    "PointToPoint",
-    "PopulationFunction",
-    "Problem",
-    "Result",
-    "RunResult",
-    "Scenario",
-    "ScenarioError",
-    "Solver",
-    "StopReason",
-    "Trajectory",
-    "Verdict",
-    "builtin",
-    "closed_curve",
-    "find_solver",
-    "minimize",
-    "parse_scenario",
-    "pentagram",
-    "plan",
-    "read_scenario",
-    "result_of",
-    "write_run",
-]
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tpbso_casadi.api import *  # noqa: F403
+
+
+def __getattr__(name: str) -> object:
+    """Load what is imported from here when it is: a command handles Ctrl-C before CasADi has been loaded."""
+    api = import_module("tpbso_casadi.api")
+    if name == "__all__" or name in api.__all__:
+        return getattr(api, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__getattr__("__all__")]  # type: ignore[misc]

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-
-from tpbso_casadi.cli.reproduce import main
+from tpbso_casadi.cli.entry import run
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run("tpbso_casadi.cli.reproduce")

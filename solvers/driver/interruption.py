@@ -1,37 +1,109 @@
-"""Ctrl-C during a search: finish the current batch, then stop and keep the best."""
+"""Ctrl-C as a request to stop: what has been found so far is kept."""
 
 from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Protocol
+from types import FrameType
+from typing import TypeVar
+
+T = TypeVar("T")
+
+PATIENCE = 2.0  # s after a request, in which further ones change nothing; a later one interrupts as usual
 
 
-class Interruptible(Protocol):
-    """Something that checks ``interrupted`` regularly and stops when it is set."""
+class Interruption:
+    """Whether the user has asked to stop, by Ctrl-C or another signal.
 
-    interrupted: bool
+    While its handler is installed, a signal only sets ``requested``, which whoever is working has to poll. Only work
+    of which nothing needs to be kept is interrupted at once, see :meth:`breakable`.
+
+    Attributes:
+        requested: whether to stop.
+    """
+
+    def __init__(self) -> None:
+        self.requested = False
+        self._breakable = False
+        self._since = 0.0
+
+    def request(self, number: int, frame: FrameType | None) -> None:
+        """Handle a signal.
+
+        Raises:
+            KeyboardInterrupt: this is the first request and the work is breakable, or the first was too long ago.
+        """
+        if self.requested:
+            if time.monotonic() - self._since > PATIENCE:
+                raise KeyboardInterrupt
+            return
+        self.requested, self._since = True, time.monotonic()
+        if self._breakable:
+            raise KeyboardInterrupt
+
+    def install(self, *numbers: int) -> None:
+        """Handle these signals from now on; one that is ignored stays ignored."""
+        for number in numbers:
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, self.request)
+
+    def breakable(self, work: Callable[[], T]) -> T:
+        """The result of work that a request interrupts at once.
+
+        Raises:
+            KeyboardInterrupt: there was a request, during the work or before it.
+        """
+        try:
+            self._breakable = True
+            if self.requested:
+                raise KeyboardInterrupt
+            return work()
+        finally:
+            self._breakable = False
+
+    def attempt(self, work: Callable[[], T]) -> T | None:
+        """The result of breakable work; None where a request cut it short.
+
+        Raises:
+            KeyboardInterrupt: an interruption that was no request.
+        """
+        try:
+            return self.breakable(work)
+        except KeyboardInterrupt:
+            if not self.requested:
+                raise
+            return None
+
+    @contextmanager
+    def holding(self) -> Iterator[None]:
+        """Within breakable work, a part that only polls."""
+        before, self._breakable = self._breakable, False
+        try:
+            yield
+        finally:
+            self._breakable = before
 
 
 @contextmanager
-def deferred_interrupt(run: Interruptible) -> Iterator[None]:
-    """Turn the first Ctrl-C into a request to stop; a second one interrupts as usual.
+def deferred_interrupt() -> Iterator[Interruption]:
+    """Turn Ctrl-C into a request for as long as this lasts.
 
-    If SIGINT is ignored, it stays ignored. Threads other than the main one receive no signals.
+    Within another one, yields that. Threads other than the main one receive no signals.
     """
-    previous_handler = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or previous_handler is signal.SIG_IGN:
-        yield
-        return
-
-    def request_stop(number: int, frame: object) -> None:
-        run.interrupted = True
-        signal.signal(signal.SIGINT, previous_handler)
-
-    signal.signal(signal.SIGINT, request_stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, previous_handler)
+    before = signal.getsignal(signal.SIGINT)
+    outer = getattr(before, "__self__", None)
+    if threading.current_thread() is not threading.main_thread():
+        yield Interruption()
+    elif isinstance(outer, Interruption):
+        with outer.holding():
+            yield outer
+    else:
+        interruption = Interruption()
+        interruption.install(signal.SIGINT)
+        try:
+            yield interruption
+        finally:
+            signal.signal(signal.SIGINT, before)

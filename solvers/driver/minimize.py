@@ -15,10 +15,11 @@ import numpy as np
 from solvers.box import Box, FloatArray
 from solvers.driver.archive import Archive
 from solvers.driver.budget import Budget, StopReason, Usage
-from solvers.driver.interruption import deferred_interrupt
+from solvers.driver.interruption import Interruption, deferred_interrupt
 from solvers.driver.iterations import Iterations
 from solvers.driver.result import History, Result, Status
 from solvers.solver import Solver
+from solvers.traits import Steps
 
 Cost = Callable[[FloatArray], FloatArray]
 
@@ -50,10 +51,10 @@ def minimize(
     Raises:
         ValueError: a candidate outside the box, or costs that do not match the candidates (a solver's bug).
     """
-    run = _Run(cost, box, budget, callback, archive)
-    with deferred_interrupt(run):
+    with deferred_interrupt() as interruption:
+        run = _Run(cost, box, budget, interruption, solver.steps, callback, archive)
         run.drive(solver, np.random.default_rng(seed))
-    return run.result(solver, seed if not isinstance(seed, np.random.Generator) else None)
+    return run.result(seed if not isinstance(seed, np.random.Generator) else None)
 
 
 @dataclass
@@ -63,6 +64,8 @@ class _Run:
     objective: Cost
     box: Box
     budget: Budget
+    interruption: Interruption
+    steps: Steps
     callback: Callable[[Status], object] | None
     archive: Archive | None
     evaluations: int = 0
@@ -70,7 +73,6 @@ class _Run:
     cost: float = np.inf
     x: FloatArray | None = None
     last_improvement: int = 0  # iteration
-    interrupted: bool = False
     start_time: float = field(default_factory=time.perf_counter)
     stop_reason: StopReason | None = None
     records: list[tuple[int, float, FloatArray]] = field(default_factory=list)
@@ -136,7 +138,7 @@ class _Run:
             seconds=self.seconds,
             cost=self.cost,
             unimproved=self.iterations - self.last_improvement,
-            interrupted=self.interrupted,
+            interrupted=self.interruption.requested,
         )
 
     @property
@@ -150,9 +152,9 @@ class _Run:
             return
         self.records.append((self.evaluations, self.cost, self.x))
         if self.callback is not None:
-            self.callback(Status.of(self._usage(), self.budget))
+            self.callback(Status.of(self._usage(), self.budget, self.steps))
 
-    def result(self, solver: Solver, seed: int | None) -> Result:
+    def result(self, seed: int | None) -> Result:
         assert self.x is not None and self.stop_reason is not None
         return Result(
             x=self.x,
@@ -162,5 +164,5 @@ class _Run:
             seconds=self.seconds,
             seed=seed,
             stop_reason=self.stop_reason,
-            history=History.of(self.records, solver.steps),
+            history=History.of(self.records, self.steps),
         )

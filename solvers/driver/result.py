@@ -22,6 +22,7 @@ class Status:
         seconds: since the start.
         cost: the lowest so far.
         progress: share of the budget used, from 0 to 1.
+        steps: what an iteration is.
     """
 
     evaluations: int
@@ -29,9 +30,10 @@ class Status:
     seconds: float
     cost: float
     progress: float
+    steps: Steps
 
     @classmethod
-    def of(cls, usage: Usage, budget: Budget) -> Status:
+    def of(cls, usage: Usage, budget: Budget, steps: Steps) -> Status:
         """The status of a search that has used so much of its budget."""
         return cls(
             evaluations=usage.evaluations,
@@ -39,6 +41,7 @@ class Status:
             seconds=usage.seconds,
             cost=usage.cost,
             progress=budget.share_used(usage),
+            steps=steps,
         )
 
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from solvers.box import FloatArray
 from solvers.driver.budget import Budget, StopReason
+from solvers.driver.interruption import Interruption
 from solvers.solver import require
 from solvers.traits import STARTS, SolverTraits, Steps
 
@@ -136,14 +137,14 @@ class Stop(ca.Callback):
     """IPOPT's iteration callback: stops it when the user interrupts or time is up.
 
     Attributes:
-        interrupted: whether to stop; set by the driver.
+        interruption: says whether to stop; set by the driver.
         deadline: of ``time.perf_counter``, s.
     """
 
     def __init__(self, variables: int, rows: int) -> None:
         ca.Callback.__init__(self)
         self.sizes = {"x": variables, "f": 1, "g": rows, "lam_x": variables, "lam_g": rows, "lam_p": 0}
-        self.interrupted = False
+        self.interruption = Interruption()
         self.deadline = np.inf
         self.construct("stop", {})
 
@@ -157,7 +158,7 @@ class Stop(ca.Callback):
         return ca.Sparsity.dense(self.sizes[ca.nlpsol_out(i)], 1)
 
     def eval(self, arg: Sequence[ca.DM]) -> list[float]:  # noqa: D102
-        return [float(self.interrupted or time.perf_counter() > self.deadline)]
+        return [float(self.interruption.requested or time.perf_counter() > self.deadline)]
 
 
 class Descent:

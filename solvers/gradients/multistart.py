@@ -65,7 +65,8 @@ def descend(
     cost = np.inf
     records: list[tuple[int, float, FloatArray]] = []
     evaluations, last_improvement, stop_reason = 0, 0, StopReason.EXHAUSTED
-    with deferred_interrupt(stop):
+    with deferred_interrupt() as interruption:
+        stop.interruption = interruption
         for number, start in enumerate(starts, start=1):
             solution = solve(start)
             evaluations += solution.evaluations
@@ -80,10 +81,10 @@ def descend(
                 seconds=time.perf_counter() - start_time,
                 cost=cost,
                 unimproved=number - last_improvement,
-                interrupted=stop.interrupted,
+                interrupted=interruption.requested,
             )
             if callback is not None:
-                callback(Status.of(usage, budget))
+                callback(Status.of(usage, budget, STARTS))
             reached = budget.reached(usage)
             if reached is not None:
                 stop_reason = reached

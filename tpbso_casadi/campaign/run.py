@@ -15,8 +15,8 @@ from problems import Problem
 from problems.evaluation import EvaluationOptions
 from tpbso_casadi.planning.plan import plan
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario
+from tpbso_casadi.storage.content import result_of
 from tpbso_casadi.storage.plain import settings_of
-from tpbso_casadi.storage.run_folder import result_of
 from tpbso_casadi.storage.versions import versions
 
 CACHED_PROBLEMS = 64  # of a worker: some 10 MB each

@@ -7,13 +7,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
-
 from problems import CertificateStatus
 from problems.evaluation import InvalidEvaluation
 from tpbso_casadi.audit.content import audit_run, audit_scenario, impossible
 from tpbso_casadi.cli.audit_tables import print_run_audit, print_scenario_audit
 from tpbso_casadi.cli.common import Exit, OneLineParser, print_error
+from tpbso_casadi.cli.console import OutputConsole
 from tpbso_casadi.scenario.builtin import TITLES
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
@@ -60,7 +59,7 @@ def of_run(folder: Path, options: argparse.Namespace) -> int:
     if options.json:
         sys.stdout.write(as_json(audit))
     else:
-        print_run_audit(audit, Console())
+        print_run_audit(audit, OutputConsole())
     return Exit.FEASIBLE if audit["certificate"]["verdict"] == CertificateStatus.CERTIFIED else Exit.INFEASIBLE
 
 
@@ -78,7 +77,7 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
     if options.json:
         sys.stdout.write(as_json(audit))
     else:
-        print_scenario_audit(audit, Console())
+        print_scenario_audit(audit, OutputConsole())
     if impossible(audit):
         print_error(f"{options.what}: nothing in the search box meets {', '.join(impossible(audit))}")
         return Exit.INFEASIBLE

@@ -6,27 +6,31 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import get_args
-
-from rich.console import Console
+from typing import Any, get_args
 
 from problems import OBJECTIVES
 from problems.encodings import FORMULATIONS
 from problems.evaluation import BACKENDS, EvaluationOptions, InvalidEvaluation
 from problems.tasks.elbow import Elbow
 from problems.tasks.path_following import KnotRedundancy
-from tpbso_casadi.animation import animate, check_animation
+from solvers.driver.interruption import Interruption, deferred_interrupt
 from tpbso_casadi.cli.common import Exit, OneLineParser, natural, positive_float, positive_int, print_error
-from tpbso_casadi.cli.display import print_plan, print_scenarios, search_progress
+from tpbso_casadi.cli.console import OutputConsole
+from tpbso_casadi.cli.output import Output
+from tpbso_casadi.cli.plan_tables import print_plan, print_scenarios, summary_of
+from tpbso_casadi.cli.planning_progress import planning_progress
+from tpbso_casadi.cli.run_name import run_folder
 from tpbso_casadi.planning.plan import Plan, plan
 from tpbso_casadi.scenario.builtin import DEFAULT
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.scenario.solvers import SOLVER_CATALOGUE
-from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, export_motion
-from tpbso_casadi.storage.files import OutputError, check_writable
-from tpbso_casadi.storage.run_folder import result_of, write_run
+from tpbso_casadi.storage.content import result_of
+from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS
+from tpbso_casadi.storage.files import OutputError
+
+DEFAULT_SOLVER = "abso"  # of a command that names none; with a polish
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -34,14 +38,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser().parse_args(arguments)
     try:
         if options.list:
-            print_scenarios(Console())
+            print_scenarios(OutputConsole())
             return Exit.FEASIBLE
         return solve(options)
     except (ScenarioError, OutputError, InvalidEvaluation) as error:
         print_error(str(error))
         return Exit.BAD_INPUT
     except KeyboardInterrupt:
-        print_error("interrupted before there was a plan")
+        print_error("interrupted before there was a plan; nothing was written")
         return Exit.INTERRUPTED
 
 
@@ -66,7 +70,8 @@ def parser() -> argparse.ArgumentParser:
     search.add_argument(
         "--solver",
         metavar="NAME",
-        help=f"{', '.join(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class",
+        help=f"{', '.join(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class; without it and without one "
+        f"in the scenario, {DEFAULT_SOLVER} with --polish",
     )
     search.add_argument("--population", type=natural, metavar="M", help="members of the swarm")
     search.add_argument(
@@ -89,7 +94,12 @@ def parser() -> argparse.ArgumentParser:
     speed.add_argument("--backend", choices=BACKENDS, help="evaluates populations; auto by default")
     speed.add_argument("--threads", type=positive_int, default=1, metavar="N", help="for populations of thousands")
     output = command_line.add_argument_group("the output")
-    output.add_argument("--out", type=Path, metavar="DIR", help="run folder; runs/SCENARIO-SOLVER-SEED by default")
+    output.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="run folder, replaced as a whole; runs/SCENARIO-SOLVER-SEED... by default",
+    )
     output.add_argument("--json", action="store_true", help="print result.json; writes no folder unless --out is given")
     output.add_argument("--no-plots", action="store_true", help="draw no figures")
     output.add_argument("--animate", type=Path, metavar="FILE", help="the motion as .gif, .mp4 or .html")
@@ -107,44 +117,35 @@ def parser() -> argparse.ArgumentParser:
 def solve(options: argparse.Namespace) -> int:
     """Plan the scenario of the options, write and print the plan; returns the exit status."""
     scenario, evaluation = overridden(load(options.scenario), options), evaluation_options(options)
-    folder = run_folder(options, scenario)
-    check_output(folder, options)
+    output = Output(
+        folder=options.out if options.out is not None or options.json else run_folder(options, scenario),
+        plots=not options.no_plots,
+        exports=options.export,
+        rate=options.rate,
+        film=options.animate,
+        title=Path(options.scenario).stem,
+    )
+    output.check()
     try:
         with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
-            return planned(scenario, evaluation, folder, options)
+            return planned(scenario, evaluation, output, options)
     except ScenarioError as error:
         raise ScenarioError(f"{options.scenario}: {error}") from error
 
 
-def planned(scenario: Scenario, evaluation: EvaluationOptions, folder: Path | None, options: argparse.Namespace) -> int:
+def planned(scenario: Scenario, evaluation: EvaluationOptions, output: Output, options: argparse.Namespace) -> int:
     """Search, then write and print what was found; returns the exit status."""
-    solution = search(scenario, evaluation, quiet=options.quiet)
-    if folder is not None:
-        write_run(folder, solution, plots=not options.no_plots)
-        for kind in options.export:
-            export_motion(folder, solution.motion, kind, options.rate)
-    if options.animate is not None:
-        animate(options.animate, Path(options.scenario).stem, solution.motion)
-    if options.json:
-        sys.stdout.write(result_of(solution).to_json())
-    elif not options.quiet:
-        print_plan(solution, Console())
-        Console().print(f"written to {folder}", highlight=False, soft_wrap=True)
-    return exit_status(solution)
-
-
-def check_output(folder: Path | None, options: argparse.Namespace) -> None:
-    """Make sure before the search that the output can be written.
-
-    Raises:
-        OutputError: it cannot.
-    """
-    if folder is not None:
-        check_writable(folder)
-    elif options.export:
-        raise OutputError("--export: needs a run folder; say --out DIR too")
-    if options.animate is not None:
-        check_animation(options.animate)
+    problem = scenario.problem()
+    with deferred_interrupt() as interruption:
+        with planning_progress(problem, options.quiet) as progress:
+            solution = plan(scenario, progress, evaluation, problem)
+            output.write(solution, progress, interruption)
+        if options.json:
+            sys.stdout.write(result_of(solution).to_json())
+        elif not options.quiet:
+            print_plan(solution, OutputConsole())
+            OutputConsole().print(f"written to {output.folder}", markup=False, soft_wrap=True)
+        return exit_status(solution, output.folder, interruption)
 
 
 def evaluation_options(options: argparse.Namespace) -> EvaluationOptions:
@@ -156,15 +157,11 @@ def evaluation_options(options: argparse.Namespace) -> EvaluationOptions:
     )
 
 
-def search(scenario: Scenario, evaluation: EvaluationOptions, quiet: bool) -> Plan:
-    """Plan with a progress bar on standard error."""
-    with search_progress(scenario.problem(), Console(stderr=True, quiet=quiet)) as callback:
-        return plan(scenario, callback, evaluation)
-
-
-def exit_status(solution: Plan) -> int:
-    """0 feasible, 1 not, 130 interrupted."""
-    if solution.interrupted:
+def exit_status(solution: Plan, folder: Path | None, interruption: Interruption) -> int:
+    """0 feasible, 1 not, 130 interrupted; the last two with a line that says what there is."""
+    if interruption.requested:
+        what = f"best plan so far, {summary_of(solution)}," if solution.feasible else "best attempt, not feasible,"
+        print_error(f"interrupted; the {what} is {'printed' if folder is None else f'in {folder}'}")
         return Exit.INTERRUPTED
     if not solution.feasible:
         broken = ", ".join(
@@ -195,13 +192,12 @@ def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
         content[section] |= {key: getattr(options, key) for key in keys if getattr(options, key) is not None}
     if options.solver is not None and options.solver != scenario.solver.name:
         content["solver"] |= {"name": options.solver, "settings": {}}
+    if options.solver is None and "name" not in scenario.solver.model_fields_set:
+        content["solver"] = with_default(content["solver"], scenario.solver.model_fields_set)
     return parse_scenario(content)
 
 
-def run_folder(options: argparse.Namespace, scenario: Scenario) -> Path | None:
-    """The folder of the run; None where only JSON is printed."""
-    if options.out is not None or options.json:
-        chosen: Path | None = options.out
-        return chosen
-    solver = scenario.solver.name.rsplit(":")[-1]
-    return Path("runs") / f"{Path(options.scenario).stem}-{solver}-{scenario.solver.seed}"
+def with_default(solver: dict[str, Any], stated: set[str]) -> dict[str, Any]:
+    """The [solver] table of a scenario that names no solver: the best there is, polished unless it says otherwise."""
+    polished_anyway = solver["polish_starts"] or solver["within"] is not None or "polish_starts" in stated
+    return solver | {"name": DEFAULT_SOLVER} | ({} if polished_anyway else {"polish_starts": 1})

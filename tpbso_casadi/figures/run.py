@@ -5,6 +5,7 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from problems.base.matrix import FloatArray, as_array
 from tpbso_casadi.figures.measures import curve_figures, progress_figures
 from tpbso_casadi.figures.scene import draw_scene
 from tpbso_casadi.planning.plan import Plan, convergence, first_feasible, step_name
+from tpbso_casadi.storage.files import write_with
 
 DPI = 150
 JOINT_COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#e377c2", "#17becf")
@@ -28,7 +30,7 @@ def draw_figures(folder: Path, plan: Plan) -> list[Path]:
     figures |= {name: figure for name, (_, figure) in (progress_figures(plan) | curve_figures(plan)).items()}
     paths = {folder / f"{name}.png": figure for name, figure in figures.items()}
     for path, figure in paths.items():
-        figure.savefig(path, dpi=DPI)
+        write_with(path, partial(figure.savefig, dpi=DPI))
     return list(paths)
 
 

@@ -7,6 +7,8 @@ from functools import cached_property
 from math import isfinite
 from typing import Any
 
+import numpy as np
+
 from problems import CertificateStatus, Problem, Trajectory, Verdict
 from problems.base.matrix import FloatArray
 
@@ -61,6 +63,12 @@ class Motion:
     def joint_positions(self, times: FloatArray) -> FloatArray:
         """Where base, joints and tip are at times (n,) in s: (n, frames, dim), m."""
         return self.problem.robot.skeleton(self.trajectory.at(times))
+
+    @cached_property
+    def turns(self) -> FloatArray:
+        """The range of each joint's angle over all t, in whole turns: (k,)."""
+        theta = self.trajectory.at(self.trajectory.extreme_times(0))
+        return np.asarray(np.ptp(theta, axis=0) / (2.0 * np.pi))
 
     @cached_property
     def objective(self) -> float:

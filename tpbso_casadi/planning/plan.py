@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,15 @@ import numpy as np
 from problems import Problem, Trajectory, Verdict
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers import IPOPT, Archive, Box, Result, Solver, Status, StopReason, minimize
+from solvers import IPOPT, Archive, Box, Result, Solver, minimize
+from solvers.driver.interruption import Interruption, deferred_interrupt
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
+from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.refinement import Polish, Refinement, polish
 from tpbso_casadi.planning.within import best_within
 from tpbso_casadi.scenario.scenario import Scenario
+
+SILENT = Progress()
 
 
 @dataclass(frozen=True)
@@ -29,6 +33,7 @@ class Plan:
         motion: the plan itself.
         polish: the refinement by IPOPT; None where there was none.
         rounds: searches made; ``search`` is the one that led to the best motion.
+        interrupted: whether Ctrl-C cut the search or the polish short.
     """
 
     scenario: Scenario
@@ -37,12 +42,7 @@ class Plan:
     motion: Motion
     polish: Polish | None = None
     rounds: int = 1
-
-    @property
-    def interrupted(self) -> bool:
-        """Whether Ctrl-C cut the search or the polish short."""
-        searches = [self.search] if self.polish is None else [self.search, self.polish.search]
-        return any(search.stop_reason is StopReason.INTERRUPTED for search in searches)
+    interrupted: bool = False
 
     @property
     def trajectory(self) -> Trajectory:
@@ -72,7 +72,7 @@ class Plan:
 
 def plan(
     scenario: Scenario,
-    callback: Callable[[Status], object] | None = None,
+    progress: Progress = SILENT,
     evaluation: EvaluationOptions | None = None,
     problem: Problem[Any] | None = None,
 ) -> Plan:
@@ -80,48 +80,64 @@ def plan(
 
     Args:
         scenario: robot, task, limits, solver, budget and seed.
-        callback: gets the status of the search after every iteration.
+        progress: is told what begins, and the status after every iteration.
         evaluation: how populations are evaluated; changes the time, not the result.
         problem: that of the scenario, if it is built already.
 
+    Returns:
+        The plan. After Ctrl-C too, once there is a candidate: the best so far.
+
     Raises:
         ScenarioError: the task cannot be done, or the solver is unknown.
+        KeyboardInterrupt: Ctrl-C, before there was a candidate.
     """
-    problem, solver = scenario.problem() if problem is None else problem, scenario.solver.build()
-    if solver.solves_program:
-        return descended(scenario, problem, solver, callback)
-    if scenario.solver.within is not None:
-        best, rounds = best_within(problem, solver, scenario.solver, callback, evaluation)
-        return Plan(scenario, problem, best.search, best.motion, best.polish, rounds)
-    return searched(scenario, problem, solver, callback, evaluation)
+    with deferred_interrupt() as interruption:
+        progress.phase("modelling")
+        problem = interruption.breakable(scenario.problem) if problem is None else problem
+        solver = scenario.solver.build()
+        if solver.solves_program:
+            return descended(scenario, problem, solver, progress, interruption)
+        if scenario.solver.within is None:
+            return searched(scenario, problem, solver, evaluation, progress, interruption)
+        best, rounds = best_within(problem, solver, scenario.solver, evaluation, progress, interruption)
+        return Plan(scenario, problem, best.search, best.motion, best.polish, rounds, interruption.requested)
 
 
 def descended(
-    scenario: Scenario, problem: Problem[Any], solver: IPOPT, callback: Callable[[Status], object] | None
+    scenario: Scenario,
+    problem: Problem[Any],
+    solver: IPOPT,
+    progress: Progress,
+    interruption: Interruption,
 ) -> Plan:
     """A plan by gradients alone."""
-    refinement = Refinement(problem, solver)
-    search = refinement.multistart(scenario.solver.budget(), scenario.solver.seed, callback)
-    return Plan(scenario, problem, search, refinement.motion(search.x))
+    refinement = interruption.breakable(partial(Refinement, problem, solver))
+    progress.phase("searching")
+    search = refinement.multistart(scenario.solver.budget(), scenario.solver.seed, progress.status)
+    return Plan(scenario, problem, search, refinement.motion(search.x), interrupted=interruption.requested)
 
 
 def searched(
     scenario: Scenario,
     problem: Problem[Any],
     solver: Solver,
-    callback: Callable[[Status], object] | None,
     evaluation: EvaluationOptions | None,
+    progress: Progress,
+    interruption: Interruption,
 ) -> Plan:
     """A plan by a metaheuristic, polished if the scenario says so."""
     settings, box = scenario.solver, Box(*problem.bounds)
     archive = Archive(box) if settings.polish_starts else None
-    cost = problem.evaluator(evaluation)
-    search = minimize(cost, box, solver, settings.budget(), settings.seed, callback, archive)
+    evaluate = interruption.breakable(partial(problem.evaluator, evaluation))
+    progress.phase("searching")
+    search = minimize(evaluate, box, solver, settings.budget(), settings.seed, progress.status, archive)
     motion = motion_of(problem, search.x)
-    if archive is None or search.stop_reason is StopReason.INTERRUPTED:
-        return Plan(scenario, problem, search, motion)
-    refined = polish(motion, search.x, archive, settings.polish_starts)
-    return Plan(scenario, problem, search, refined.chosen, refined)
+    refined = None
+    if archive is not None:
+        work = partial(polish, motion, search.x, archive, settings.polish_starts, progress)
+        refined = interruption.attempt(work)
+    chosen = motion if refined is None else refined.chosen
+    return Plan(scenario, problem, search, chosen, refined, interrupted=interruption.requested)
 
 
 def convergence(search: Result) -> tuple[FloatArray, FloatArray]:

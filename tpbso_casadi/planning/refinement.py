@@ -14,6 +14,7 @@ from problems import Problem
 from problems.base.matrix import FloatArray, as_array
 from solvers import IPOPT, Archive, Budget, Descent, DescentResult, Solution, Status, StopReason, descend
 from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.planning.progress import Progress
 
 MARGINS = (3e-3, 1e-2)  # tried in turn when a solution breaks a limit between its samples
 START_DISTANCE = 0.5  # rad: two starts differ by more than that in some joint at some time
@@ -100,7 +101,7 @@ class Polish:
         return self.after if self.accepted else self.before
 
 
-def polish(before: Motion, best: FloatArray, archive: Archive, starts: int) -> Polish:
+def polish(before: Motion, best: FloatArray, archive: Archive, starts: int, progress: Progress) -> Polish:
     """Refine the best candidate (d,) of a search, and ``starts - 1`` others that differ from it.
 
     Args:
@@ -108,17 +109,22 @@ def polish(before: Motion, best: FloatArray, archive: Archive, starts: int) -> P
         best: the candidate.
         archive: of the search.
         starts: how many to refine.
+        progress: is told the status after every start.
     """
     began = time.perf_counter()
+    progress.phase("polishing")
     refinement = Refinement(before.problem, IPOPT())
     chosen = distinct(before.problem, [best, *archive.x], starts)
-    polished = refine(before, map(refinement.program.from_search, chosen), refinement, Budget(iterations=starts))
+    program_starts = map(refinement.program.from_search, chosen)
+    polished = refine(before, program_starts, refinement, Budget(iterations=starts), progress)
     return replace(polished, seconds=time.perf_counter() - began)
 
 
-def refine(before: Motion, starts: Iterable[FloatArray], refinement: Refinement, budget: Budget) -> Polish:
+def refine(
+    before: Motion, starts: Iterable[FloatArray], refinement: Refinement, budget: Budget, progress: Progress
+) -> Polish:
     """Descend from starts (n,) of the compiled program; the best counts, if it is better than ``before``."""
-    search = refinement.descend(starts, budget)
+    search = refinement.descend(starts, budget, callback=progress.status)
     multipliers = refinement.multipliers(search.solution)
     return Polish(before, refinement.motion(search.x), search, search.seconds, multipliers)
 

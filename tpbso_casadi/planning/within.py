@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from typing import Any
 
@@ -13,8 +14,10 @@ import numpy as np
 from problems import Problem
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers import IPOPT, Archive, Box, Budget, Result, Solver, Status, StopReason, minimize
+from solvers import IPOPT, Archive, Box, Budget, Result, Solver, minimize
+from solvers.driver.interruption import Interruption
 from tpbso_casadi.planning.motion import Motion, motion_of
+from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.refinement import Polish, Refinement, distinct, refine
 from tpbso_casadi.scenario.scenario import SolverSection
 
@@ -38,19 +41,14 @@ class Round:
     motion: Motion
     polish: Polish | None
 
-    @property
-    def interrupted(self) -> bool:
-        """Whether Ctrl-C cut it short."""
-        searches = [self.search] if self.polish is None else [self.search, self.polish.search]
-        return any(search.stop_reason is StopReason.INTERRUPTED for search in searches)
-
 
 def best_within(
     problem: Problem[Any],
     solver: Solver,
     asked: SolverSection,
-    callback: Callable[[Status], object] | None,
     evaluation: EvaluationOptions | None,
+    progress: Progress,
+    interruption: Interruption,
 ) -> tuple[Round, int]:
     """The best round of ``asked.within`` seconds, and how many there were: search, descend, and again with a new seed.
 
@@ -58,20 +56,24 @@ def best_within(
     """
     assert asked.within is not None
     ends = time.perf_counter() + asked.within
-    box, evaluate, refinement = Box(*problem.bounds), problem.evaluator(evaluation), Refinement(problem, IPOPT())
+    box = Box(*problem.bounds)
+    evaluate = interruption.breakable(partial(problem.evaluator, evaluation))
+    refinement = interruption.breakable(partial(Refinement, problem, IPOPT()))
     structured = refinement.program.starts(np.random.default_rng(asked.seed))
     rounds: list[Round] = []
-    while not rounds or (time.perf_counter() < ends and not rounds[-1].interrupted):
+    while not rounds or (time.perf_counter() < ends and not interruption.requested):
         left, archive = ends - time.perf_counter(), Archive(box)
         budget = Budget(asked.evaluations or ROUND, asked.iterations, SEARCH_SHARE * left if left > 0.0 else None)
-        search = minimize(evaluate, box, solver, budget, asked.seed + len(rounds), callback, archive)
+        progress.phase("searching")
+        search = minimize(evaluate, box, solver, budget, asked.seed + len(rounds), progress.status, archive)
         motion, left = motion_of(problem, search.x), ends - time.perf_counter()
-        if left <= 0.0 or search.stop_reason is StopReason.INTERRUPTED:
+        if left <= 0.0 or interruption.requested:
             rounds.append(Round(search, motion, None))
             continue
         chosen = distinct(problem, [search.x, *archive.x], asked.polish_starts or CANDIDATES)
         starts = by_turns(structured, map(refinement.program.from_search, chosen))
-        polish = refine(motion, starts, refinement, Budget(seconds=left))
+        progress.phase("polishing")
+        polish = refine(motion, starts, refinement, Budget(seconds=left), progress)
         rounds.append(Round(search, polish.chosen, polish))
     return min(rounds, key=lambda each: (not each.motion.feasible, each.motion.merit)), len(rounds)
 

@@ -12,7 +12,7 @@ import numpy as np
 from problems.base.matrix import FloatArray, as_array
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.storage.files import write_text, write_with, writing
-from tpbso_casadi.storage.run_folder import write_motion
+from tpbso_casadi.storage.motion_table import write_motion
 
 DEFAULT_RATE = 100.0  # Hz
 NANOSECONDS = 1_000_000_000  # in a second

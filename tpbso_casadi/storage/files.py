@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
+TEMPORARY = "."  # what the names of incomplete files begin with
+
 
 class OutputError(ValueError):
     """A file or folder that cannot be written; the message is one line."""
@@ -34,14 +36,19 @@ def check_writable(folder: Path) -> None:
 
 
 @contextmanager
-def writing(folder: Path) -> Iterator[None]:
+def writing(folder: Path, make: bool = True) -> Iterator[None]:
     """Make the folder if it does not exist, and report errors of the system while files are written in one line.
+
+    Args:
+        folder: of the files.
+        make: False where whoever writes them makes it.
 
     Raises:
         OutputError: a file or the folder cannot be written.
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        if make:
+            folder.mkdir(parents=True, exist_ok=True)
         yield
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror}") from error
@@ -53,7 +60,9 @@ def write_text(path: Path, write: Callable[[IO[str]], object]) -> Path:
     Raises:
         OSError: it cannot be written; an older file of that name is kept.
     """
-    with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8", newline="") as file:
+    with tempfile.NamedTemporaryFile(
+        "w", prefix=TEMPORARY, dir=path.parent, delete=False, encoding="utf-8", newline=""
+    ) as file:
         temporary = Path(file.name)
         try:
             write(file)
@@ -81,7 +90,7 @@ def write_with(path: Path, write: Callable[[Path], object]) -> Path:
     Raises:
         OSError: it cannot be written; an older file of that name is kept.
     """
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=path.suffix)
+    handle, name = tempfile.mkstemp(prefix=TEMPORARY, dir=path.parent, suffix=path.suffix)
     os.close(handle)
     temporary = Path(name)
     try:
@@ -93,6 +102,11 @@ def write_with(path: Path, write: Callable[[Path], object]) -> Path:
 
 
 def _renamed(temporary: Path, path: Path) -> Path:
-    os.umask(mask := os.umask(0))
-    temporary.chmod(0o666 & ~mask)
+    temporary.chmod(0o666 & ~umask())
     return temporary.replace(path)
+
+
+def umask() -> int:
+    """The permissions that new files of this process do not get."""
+    os.umask(mask := os.umask(0))
+    return mask

@@ -38,3 +38,26 @@ def settings_of(solver: object) -> dict[str, Any]:
 def as_json(content: dict[str, Any], indent: int | None = 2) -> str:
     """Strict JSON with a line break at its end."""
     return json.dumps(plain(content), indent=indent, allow_nan=False) + "\n"
+
+
+class NotJSON(ValueError):
+    """Text that is not a JSON document; the message is one line without its content."""
+
+
+def parsed_json(text: str) -> dict[str, Any]:
+    """The table that a JSON document holds.
+
+    Raises:
+        NotJSON: it is not JSON, not a table, or nested too deeply.
+    """
+    try:
+        content = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise NotJSON(f"not JSON: {error}") from error
+    except RecursionError as error:
+        raise NotJSON("not JSON of ours: nested too deeply") from error
+    except ValueError as error:  # of a whole number of thousands of digits
+        raise NotJSON(f"not JSON of ours: {error}") from error
+    if not isinstance(content, dict):
+        raise NotJSON("not JSON of ours: a table is needed")
+    return content

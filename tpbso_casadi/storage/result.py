@@ -25,7 +25,8 @@ from solvers import StopReason
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.scenario.validation import NestedError, StrictModel, describe
-from tpbso_casadi.storage.plain import as_json, plain
+from tpbso_casadi.storage.plain import NotJSON, as_json, parsed_json, plain
+from tpbso_casadi.storage.seal import KEY, BrokenSeal, check_seal, sealed
 
 
 class InvalidResult(ValueError):
@@ -188,8 +189,10 @@ class RunResult(StrictModel):
         iterations: of the search.
         seconds: that the search took.
         stop_reason: which criterion ended the search.
+        interrupted: whether Ctrl-C or another signal cut the search or the polish short.
         history: of the search.
         versions: of the packages that decide a result.
+        files: by name, the SHA-256 digests of the other files of the run; none where it was not written to a folder.
     """
 
     scenario: Annotated[Scenario, BeforeValidator(_scenario)]
@@ -207,8 +210,10 @@ class RunResult(StrictModel):
     iterations: Count
     seconds: Seconds
     stop_reason: StopReason
+    interrupted: bool
     history: HistoryResult
     versions: dict[str, str]
+    files: dict[str, str] = Field(default_factory=dict)
 
     @model_serializer(mode="wrap")
     def _without_missing_polish(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -218,8 +223,8 @@ class RunResult(StrictModel):
         return content
 
     def to_json(self, indent: int | None = 2) -> str:
-        """The text of ``result.json``."""
-        return as_json(self.model_dump(mode="json"), indent)
+        """The text of ``result.json``, sealed."""
+        return as_json(sealed(plain(self.model_dump(mode="json"))), indent)
 
     @classmethod
     def from_json(cls, text: str) -> Self:
@@ -229,12 +234,12 @@ class RunResult(StrictModel):
             InvalidResult: naming the first wrong key.
         """
         try:
-            return cls.model_validate_json(text, strict=True)
+            document = parsed_json(text)
+            content = {key: value for key, value in document.items() if key != KEY}
+            result = cls.model_validate_json(json.dumps(content), strict=True)
+            check_seal(document)
         except ValidationError as error:
-            raise InvalidResult(_one_line(error, cls, text)) from error
-
-
-def _one_line(error: ValidationError, model: type[RunResult], text: str) -> str:
-    if error.errors(include_url=False)[0]["type"] == "json_invalid":
-        return f"not JSON: {error.errors(include_url=False)[0]['ctx']['error']}"
-    return describe(error, model, json.loads(text))
+            raise InvalidResult(describe(error, cls, content)) from error
+        except (NotJSON, BrokenSeal) as error:
+            raise InvalidResult(str(error)) from error
+        return result

@@ -1,134 +1,120 @@
-"""The files of a run: result.json, trajectory.csv and the figures."""
+"""The files of a run: result.json, trajectory.csv, the figures and exports, written together."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from collections.abc import Callable, Sequence
+from functools import partial
+from hashlib import file_digest
 from pathlib import Path
-from platform import python_version
 from typing import Any
 
-import numpy as np
-
-from problems import Problem
-from problems.base.matrix import FloatArray, as_array
-from tpbso_casadi.planning.motion import Motion
+from solvers.driver.interruption import Interruption
 from tpbso_casadi.planning.plan import Plan
-from tpbso_casadi.planning.refinement import Polish
-from tpbso_casadi.storage.files import write_csv, write_text, writing
-from tpbso_casadi.storage.plain import settings_of
-from tpbso_casadi.storage.result import (
-    CertificateResult,
-    ConstraintResult,
-    HistoryResult,
-    ObjectiveResult,
-    PolishedMotion,
-    PolishResult,
-    RunResult,
-    SolutionResult,
-    SolverResult,
-    VariableResult,
+from tpbso_casadi.scenario.input_files import read_text
+from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.storage.content import result_of
+from tpbso_casadi.storage.files import TEMPORARY, OutputError, check_writable, write_text, writing
+from tpbso_casadi.storage.motion_table import write_motion
+from tpbso_casadi.storage.plain import NotJSON, parsed_json
+from tpbso_casadi.storage.staging import replacing
+
+LARGEST_RESULT = 100_000_000  # bytes of a result.json
+FILES = (  # of a run, whether or not its result.json names them
+    "result.json",
+    "trajectory.csv",
+    *(f"{name}.png" for name in ("convergence", "path", "joints", "accuracy", "redundancy")),
+    *(f"joint_trajectory.{suffix}" for suffix in ("json", "csv", "npz")),
 )
-from tpbso_casadi.storage.versions import versions
 
 
-def write_run(folder: Path, plan: Plan, plots: bool) -> list[Path]:
-    """Write a plan's files; other files in an existing folder are kept.
-
-    Each file is written completely or not at all; ``result.json`` comes last.
+def check_run_folder(folder: Path) -> None:
+    """Make sure that a run can be written there: it replaces the whole folder, and so holds nothing else.
 
     Raises:
-        OutputError: the folder cannot be written.
+        OutputError: the folder cannot be written, or holds files that are not of a run.
     """
-    result = result_of(plan)
-    with writing(folder):
-        written = [write_motion(folder / "trajectory.csv", plan.motion, plan.times)]
-        if plots:
-            from tpbso_casadi.figures.run import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
-
-            written += draw_figures(folder, plan)
-        written.append(write_text(folder / "result.json", lambda file: file.write(result.to_json())))
-    return written
-
-
-def result_of(plan: Plan) -> RunResult:
-    """The content of ``result.json``: everything to rerun and judge the plan."""
-    search, solver = plan.search, plan.scenario.solver
-    objective = plan.problem.objective
-    return RunResult(
-        scenario=plan.scenario,
-        solver=SolverResult(name=solver.name, settings=settings_of(solver.build())),
-        seed=solver.seed,
-        objective=ObjectiveResult(name=objective.name, value=plan.objective, unit=objective.unit),
-        cost=search.cost,
-        feasible=plan.feasible,
-        constraints=[ConstraintResult(**asdict(verdict), satisfied=verdict.satisfied) for verdict in plan.verdicts],
-        certificate=CertificateResult(verdict=plan.motion.status),
-        solution=_solution(plan),
-        polish=None if plan.polish is None else _polish(plan.polish),
-        rounds=plan.rounds,
-        evaluations=search.evaluations,
-        iterations=search.iterations,
-        seconds=search.seconds,
-        stop_reason=search.stop_reason,
-        history=HistoryResult(evaluations=search.history.evaluations.tolist(), cost=search.history.cost.tolist()),
-        versions={"python": python_version(), **versions()},
-    )
+    check_writable(folder)
+    with writing(folder, make=False):
+        target = folder.resolve()
+        check_writable(target.parent)
+        names = sorted(path.name for path in target.iterdir()) if target.exists() else []
+    strangers = [name for name in names if name not in {*FILES, *_recorded_files(target)}]
+    if strangers:
+        raise OutputError(
+            f"{folder}: holds {strangers[0]}, which is not of a run; a run replaces its whole folder, say another"
+        )
 
 
-def _solution(plan: Plan) -> SolutionResult:
-    motion, search = plan.motion, plan.search
-    return SolutionResult(
-        variables=None if search.in_program_variables else _variables(plan.problem, search.x),
-        quantities={name: values.tolist() for name, values in motion.quantities.items()},
-        time_scale=motion.time_scale,
-        breakpoints=motion.trajectory.breakpoints.tolist(),
-        coefficients=motion.trajectory.coefficients.tolist(),
-    )
+def scenario_in(folder: Path) -> object:
+    """The scenario of the run in a folder, as plain data that nobody has checked; None where there is none."""
+    return _unchecked(folder).get("scenario")
 
 
-def _variables(problem: Problem[Any], x: FloatArray) -> list[VariableResult]:
-    """The best search vector (d,), by name; before any polish."""
-    return [
-        VariableResult(name=variable.name, value=float(value), unit=variable.unit)
-        for variable, value in zip(problem.variables, x, strict=True)
-    ]
+def _recorded_files(folder: Path) -> set[str]:
+    """The names of the files of the run in a folder, if there is one."""
+    files = _unchecked(folder).get("files")
+    return set(files) if isinstance(files, dict) else set()
 
 
-def _polish(polish: Polish) -> PolishResult:
-    solution = polish.search.solution
-    return PolishResult(
-        before=_polished(polish.before),
-        after=_polished(polish.after),
-        accepted=polish.accepted,
-        starts=polish.search.iterations,
-        iterations=solution.iterations,
-        evaluations=polish.search.evaluations,
-        seconds=polish.seconds,
-        status=solution.status,
-        stop_reason=solution.stop_reason,
-        residuals=dict(solution.residuals),
-        multipliers=dict(polish.multipliers),
-    )
+def _unchecked(folder: Path) -> dict[str, Any]:
+    """What ``result.json`` in a folder holds; nothing where it cannot be read."""
+    try:
+        return parsed_json(read_text(folder / "result.json", LARGEST_RESULT))
+    except (ScenarioError, NotJSON):
+        return {}
 
 
-def _polished(motion: Motion) -> PolishedMotion:
-    return PolishedMotion(objective=motion.objective, worst_violation=motion.worst_violation, feasible=motion.feasible)
+def write_run(
+    folder: Path,
+    plan: Plan,
+    plots: bool = True,
+    further: Sequence[Callable[[Path], object]] = (),
+    interruption: Interruption | None = None,
+) -> list[str]:
+    """Write the files of a plan in place of everything in the folder: at every moment it holds one run, complete.
 
+    Args:
+        folder: of the run.
+        plan: to be written.
+        plots: whether to draw the figures.
+        further: each writes files into the folder that it is given.
+        interruption: after its request, figures and further files that are not complete yet are left out.
 
-def write_motion(path: Path, motion: Motion, times: FloatArray) -> Path:
-    """Write the table of a motion at times (n,) in s.
+    Returns:
+        The names of the files.
 
     Raises:
-        OSError: it cannot be written.
+        OutputError: the folder cannot be written, or holds files that are not of a run; it is left as it was.
     """
-    header, table = table_of(motion, times)
-    return write_csv(path, header, table.tolist())
+    check_run_folder(folder)
+    with writing(folder, make=False), replacing(folder) as staged:
+        write_motion(staged / "trajectory.csv", plan.motion, plan.times)
+        figures: list[Callable[[Path], object]] = [partial(_draw, plan)] if plots else []
+        for write in [*figures, *further]:
+            (interruption or Interruption()).attempt(partial(write, staged))
+        result = result_of(plan).model_copy(update={"files": _digests(staged)})
+        write_text(staged / "result.json", lambda file: file.write(result.to_json()))
+        return ["result.json", *result.files]
 
 
-def table_of(motion: Motion, times: FloatArray) -> tuple[list[str], FloatArray]:
-    """``t, q1..qk, qd1..qdk, qdd1..qddk, x, y`` in s, rad and m: the header and a row for each of the times (n,)."""
-    samples = motion.trajectory.samples(times, motion.problem.robot)
-    joints, axes = range(1, motion.problem.robot.dof + 1), "xyz"[: motion.problem.robot.dim]
-    header = ["t", *(f"{symbol}{joint}" for symbol in ("q", "qd", "qdd") for joint in joints), *axes]
-    parts = (samples.theta, samples.speed, samples.acceleration, samples.tool)
-    return header, np.column_stack([times, *(as_array(matrix) for matrix in parts)])
+def _draw(plan: Plan, folder: Path) -> None:
+    from tpbso_casadi.figures.run import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
+
+    draw_figures(folder, plan)
+
+
+def _digests(folder: Path) -> dict[str, str]:
+    """SHA-256 of every complete file, by name; incomplete ones are removed."""
+    for path in folder.glob(f"{TEMPORARY}*"):
+        path.unlink()
+    return {path.name: digest_of(path) for path in sorted(folder.iterdir())}
+
+
+def digest_of(path: Path) -> str:
+    """SHA-256 of a file.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    with path.open("rb") as file:
+        return file_digest(file, "sha256").hexdigest()

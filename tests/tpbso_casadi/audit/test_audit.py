@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -24,6 +25,7 @@ from tpbso_casadi import builtin, parse_scenario, plan, write_run
 from tpbso_casadi.cli.audit import main
 from tpbso_casadi.planning.plan import Plan
 from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.storage.seal import sealed
 
 
 @cache
@@ -142,9 +144,10 @@ def folder_of(case: str, tmp_path: Path) -> Path:
 
 
 def edit_json(folder: Path, edit: Callable[[dict[str, Any]], object]) -> None:
+    """Edit a result as somebody would who computes its seal anew."""
     content = json.loads((folder / "result.json").read_text())
     edit(content)
-    (folder / "result.json").write_text(json.dumps(content))
+    (folder / "result.json").write_text(json.dumps(sealed({k: v for k, v in content.items() if k != "seal"})))
 
 
 EDITS: dict[str, Callable[[dict[str, Any]], object]] = {
@@ -206,6 +209,99 @@ def test_a_spoilt_folder_is_refused(spoil: str, tmp_path: Path, capfd: pytest.Ca
         "not JSON": lambda: result.write_text("{"),
     }[spoil]()
     assert audit(capfd, folder)[0] == 2
+
+
+def pieces_of(result: dict[str, Any]) -> list[list[list[float]]]:
+    coefficients: list[list[list[float]]] = result["solution"]["coefficients"]
+    return coefficients
+
+
+def with_a_third_piece(result: dict[str, Any]) -> None:
+    """The arm stays at rest for a second more."""
+    solution = result["solution"]
+    ends = np.array(solution["coefficients"])
+    h = np.diff(solution["breakpoints"])[-1]
+    last = np.polynomial.polynomial.polyval(h, ends[::-1, -1])
+    rest = np.zeros((ends.shape[0], 1, ends.shape[2]))
+    rest[-1, 0] = last
+    solution["coefficients"] = np.concatenate([ends, rest], axis=1).tolist()
+    solution["breakpoints"].append(solution["breakpoints"][-1] + 1.0)
+
+
+HOSTILE: dict[str, Callable[[dict[str, Any]], object]] = {
+    "three pieces": with_a_third_piece,
+    "a thousand zeros": lambda r: r["solution"].update(
+        coefficients=np.concatenate([np.zeros((1000, 2, 3)), pieces_of(r)]).tolist()
+    ),
+    "huge": lambda r: pieces_of(r)[0][0].__setitem__(0, 1e308),
+    "huger": lambda r: pieces_of(r)[0][0].__setitem__(0, 10**400),
+    "tiny times": lambda r: r["solution"]["breakpoints"].__setitem__(1, 5e-324),
+    "times that stand still": lambda r: r["solution"]["breakpoints"].__setitem__(1, 0.0),
+    "turns": lambda r: pieces_of(r)[-1][0].__setitem__(0, 1e9),
+    "markup": lambda r: r["constraints"][0].update(name="[red]speed[/]", where="[bold"),
+    "deep": lambda r: r["solver"]["settings"].update(c1=nested(900)),
+    "deeper": lambda r: r["solver"]["settings"].update(c1=nested(150)),
+    "a huge name": lambda r: r["versions"].update({"x" * 10_000_000: "1"}),
+    "a plug-in that is not there": lambda r: r["scenario"]["solver"].update(name="nowhere:Nothing"),
+}
+
+
+def nested(depth: int) -> list[Any]:
+    return [nested(depth - 1)] if depth else []
+
+
+@pytest.mark.parametrize("edit", HOSTILE.values(), ids=HOSTILE)
+def test_a_hostile_result_is_refused_in_one_line(
+    edit: Callable[[dict[str, Any]], object], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    folder = folder_of("time-3", tmp_path)
+    edit_json(folder, edit)
+    assert main([str(folder)]) == 2
+    output = capfd.readouterr()
+    assert (output.out, output.err.count("\n")) == ("", 1)
+    assert "result.json" in output.err
+    assert "internal error" not in output.err
+
+
+def teleporting(turns: float, jump: float) -> Callable[[dict[str, Any]], object]:
+    """A joint that goes on by ``jump`` rad between the pieces, after so many turns."""
+
+    def edit(result: dict[str, Any]) -> None:
+        last = pieces_of(result)[-1]
+        last[0][0] += 2.0 * np.pi * turns
+        last[1][0] += 2.0 * np.pi * turns + jump
+
+    return edit
+
+
+@pytest.mark.parametrize("turns", [0.0, 1e3, 1e8])
+def test_a_motion_that_teleports_is_refused(turns: float, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    folder = folder_of("time-3", tmp_path)
+    edit_json(folder, teleporting(turns, 0.5))
+    status, error = audit(capfd, folder)
+    assert status == 2
+    assert "do not join" in error
+
+
+@pytest.mark.parametrize("name", ["joint_trajectory.json", "joint_trajectory.csv", "path.png"])
+def test_files_of_another_plan_are_refused(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    folder = folder_of("time-3", tmp_path)
+    (folder / "notes.txt").write_text("of mine")
+    assert audit(capfd, folder)[0] == 0
+    (folder / name).write_text("of another plan")
+    status, error = audit(capfd, folder)
+    assert status == 2
+    assert f"{folder / name}: is not of this run" in error
+
+
+@pytest.mark.parametrize("name", ["result.json", "trajectory.csv"])
+def test_a_pipe_does_not_hang(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    folder = folder_of("time-3", tmp_path)
+    (folder / name).unlink()
+    os.mkfifo(folder / name)
+    status, error = audit(capfd, folder)
+    assert status == 2
+    assert name in error
 
 
 def test_what_is_neither_a_run_nor_a_scenario(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

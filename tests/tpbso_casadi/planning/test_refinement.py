@@ -160,11 +160,6 @@ def run(*arguments: str) -> int:
     return int(main([*arguments]))
 
 
-@pytest.fixture
-def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 @pytest.mark.usefixtures("in_an_empty_folder")
 def test_the_polish_stands_in_the_table_and_in_the_result(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("time-3", "--polish", "--evaluations", "5000", "--out", "out") == 0

@@ -20,6 +20,7 @@ from solvers import Box, Search, Solver
 from tpbso_casadi import builtin, parse_scenario, plan, result_of, write_run
 from tpbso_casadi.storage.plain import as_json, plain, settings_of
 from tpbso_casadi.storage.result import InvalidResult, RunResult
+from tpbso_casadi.storage.seal import sealed
 from tpbso_casadi.storage.stored_run import InvalidRun, read_run
 
 KINDS: dict[str, dict[str, Any]] = {
@@ -112,8 +113,8 @@ def test_a_number_that_is_not_finite_is_null() -> None:
     assert as_json({"a": float("inf")}, indent=None) == '{"a": null}\n'
 
 
-def edited(path: str, value: object) -> str:
-    """The text of a polished result with one key set, or removed where the value is ``...``."""
+def edited(path: str, value: object, seal: bool = False) -> str:
+    """The text of a polished result with one key set, or removed where the value is ``...``; sealed again or not."""
     content = json.loads(result("polish").to_json())
     *keys, last = [int(key) if key.isdecimal() else key for key in path.split(".")]
     table: Any = content
@@ -123,6 +124,8 @@ def edited(path: str, value: object) -> str:
         del table[last]
     else:
         table[last] = value
+    if seal:
+        content = sealed({key: value for key, value in content.items() if key != "seal"})
     return json.dumps(content)
 
 
@@ -198,10 +201,52 @@ def test_what_is_no_result_at_all(text: str) -> None:
     ],
 )
 def test_what_contradicts_a_recomputation_is_named(path: str, value: object, reason: str, tmp_path: Path) -> None:
-    (tmp_path / "result.json").write_text(edited(path, value))
+    (tmp_path / "result.json").write_text(edited(path, value, seal=True))
     with pytest.raises(InvalidRun) as refused:
         read_run(tmp_path)
     assert str(refused.value).startswith(f"{tmp_path / 'result.json'}: {reason}"), str(refused.value)
+
+
+def leaves(value: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    """The paths of all keys, and of the first and last entry of every list."""
+    keys = list(value) if isinstance(value, dict) else sorted({0, len(value) - 1}) if isinstance(value, list) else []
+    for key in keys if value else []:
+        yield (*path, key)
+        yield from leaves(value[key], (*path, key))
+
+
+def other(value: Any) -> Any:
+    """Another value of the same kind."""
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, (int, float)):
+        return value + 1
+    if isinstance(value, list):
+        return value[:-1]
+    return {} if isinstance(value, dict) else f"{value}x"
+
+
+def test_every_key_that_is_edited_or_removed_is_refused_by_name() -> None:
+    document = json.loads(result("polish").to_json())
+    edits = 0
+    for path in leaves(document):
+        for edit in (other, None):
+            content = json.loads(json.dumps(document))
+            table = content
+            for key in path[:-1]:
+                table = table[key]
+            if edit is None:
+                del table[path[-1]]
+            else:
+                table[path[-1]] = edit(table[path[-1]])
+            if content == document:
+                continue
+            with pytest.raises(InvalidResult) as caught:
+                RunResult.from_json(json.dumps(content))
+            name = next(key for key in reversed(path) if isinstance(key, str))
+            assert path[0] == "seal" or name in str(caught.value), (path, str(caught.value))
+            edits += 1
+    assert edits > 300
 
 
 def test_a_folder_is_read_as_it_was_written(tmp_path: Path) -> None:
@@ -210,6 +255,7 @@ def test_a_folder_is_read_as_it_was_written(tmp_path: Path) -> None:
     solution = plan(parse_scenario(content))
     write_run(tmp_path, solution, plots=False)
     run = read_run(tmp_path)
-    assert run.result == result_of(solution)
+    assert run.result.model_copy(update={"files": {}}) == result_of(solution)
+    assert set(run.result.files) == {"trajectory.csv"}
     assert run.scenario == solution.scenario
     np.testing.assert_array_equal(run.motion.trajectory.coefficients, solution.trajectory.coefficients)

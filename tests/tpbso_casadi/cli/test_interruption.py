@@ -1,0 +1,167 @@
+"""Ctrl-C, SIGTERM, kill -9 and full disks at any moment of ``solve``: the run folder holds one run, complete."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tpbso_casadi.cli.solve import main
+from tpbso_casadi.storage.stored_run import read_run
+
+pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
+
+ANNOUNCING = """
+from tpbso_casadi.cli import entry, planning_progress
+planning_progress.INTERVAL = -1.0
+entry.run("tpbso_casadi.cli.solve")
+"""  # the command line, which says at once what it begins
+COMMAND = ["obstacle-3", "--evaluations", "3000", "--seed", "2", "--polish-starts", "4", "--animate", "arm.gif"]
+FOLDER = Path("out")
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.fixture
+def old() -> dict[str, bytes]:
+    """The files of an earlier run in the folder."""
+    arguments = ["time-2", "--evaluations", "500", "--no-plots", "--quiet", "--export", "npz", "--out", str(FOLDER)]
+    main(arguments)
+    return contents(FOLDER)
+
+
+def started(phase: str, *arguments: str) -> subprocess.Popen[str]:
+    """The command, at the moment when it has begun a phase."""
+    command = [sys.executable, "-c", ANNOUNCING, *COMMAND, "--out", str(FOLDER), *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    for line in process.stderr:
+        if line.startswith(phase):
+            return process
+    raise AssertionError(f"no phase {phase}")
+
+
+def ctrl_c(process: subprocess.Popen[str]) -> None:
+    process.send_signal(signal.SIGINT)
+
+
+def three_ctrl_c(process: subprocess.Popen[str]) -> None:
+    for _ in range(3):
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.02)  # as a finger does; nothing waits for it
+
+
+def sigterm(process: subprocess.Popen[str]) -> None:
+    process.send_signal(signal.SIGTERM)
+
+
+@pytest.mark.parametrize("stop", [ctrl_c, three_ctrl_c, sigterm])
+@pytest.mark.parametrize("phase", ["searching: ", "polishing", "polishing: ", "writing", "filming"])
+def test_from_the_first_candidate_on_there_is_a_plan(
+    phase: str, stop: Callable[[subprocess.Popen[str]], None], old: dict[str, bytes]
+) -> None:
+    with started(phase) as process:
+        stop(process)
+        _, errors = process.communicate(timeout=120.0)
+    assert process.returncode == 130
+    assert errors.splitlines()[-1].startswith("error: interrupted; the best ")
+    assert errors.splitlines()[-1].endswith(" is in out")
+    assert "Traceback" not in errors and "Exception" not in errors
+    run = read_run(FOLDER)
+    assert run.scenario.solver.seed == 2
+    assert run.result.interrupted == (phase.partition(":")[0] in ("searching", "polishing"))
+    assert "joint_trajectory.npz" in old and not (FOLDER / "joint_trajectory.npz").exists()
+    assert {path.name for path in Path().iterdir()} <= {"out", "arm.gif"}
+
+
+def test_before_there_is_a_candidate_the_old_run_stays(old: dict[str, bytes]) -> None:
+    with started("modelling") as process:
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=120.0)
+    if process.returncode == 130 and "nothing was written" in errors:
+        assert contents(FOLDER) == old
+    else:  # the search had begun
+        assert read_run(FOLDER).result.interrupted
+
+
+def test_nothing_but_a_line_while_modules_are_loaded() -> None:
+    Path("slow.py").write_text("print('loading', flush=True)\nwhile True:\n    pass\n")
+    command = [sys.executable, "-c", "from tpbso_casadi.cli.entry import run\nrun('slow')"]
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "loading\n"
+            process.send_signal(number)
+            _, errors = process.communicate(timeout=60.0)
+        assert (process.returncode, errors) == (130, "error: interrupted\n")
+
+
+def test_the_package_is_imported_in_no_time() -> None:
+    code = "import sys, tpbso_casadi.cli.entry; print([name for name in ('casadi', 'numpy') if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+@pytest.mark.parametrize("phase", ["polishing", "writing"])
+def test_a_killed_command_leaves_the_old_run(phase: str, old: dict[str, bytes]) -> None:
+    with started(phase) as process:
+        process.kill()
+        process.communicate(timeout=60.0)
+    assert contents(FOLDER) == old
+    assert main(["time-2", "--evaluations", "500", "--no-plots", "--quiet", "--out", str(FOLDER)]) in (0, 1)
+    assert [path.name for path in Path().iterdir()] == ["out"]  # what the killed one left is gone
+
+
+def test_a_full_disk_leaves_the_old_run(old: dict[str, bytes]) -> None:
+    limited = subprocess.run(
+        [sys.executable, "-m", "tpbso_casadi.solve", "time-3", "--evaluations", "500", "--out", str(FOLDER)],
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)),
+        env={**os.environ, "TPBSO_CASADI_BACKEND": "vm"},
+    )
+    assert limited.returncode == 2
+    assert limited.stderr == "error: out: cannot be written: File too large\n"
+    assert contents(FOLDER) == old
+    assert [path.name for path in Path().iterdir()] == ["out"]
+
+
+def test_strangers_in_a_folder_are_not_lost(capfd: pytest.CaptureFixture[str]) -> None:
+    FOLDER.mkdir()
+    (FOLDER / "notes.txt").write_text("mine")
+    assert main(["time-2", "--evaluations", "500", "--out", str(FOLDER)]) == 2
+    assert "out: holds notes.txt, which is not of a run" in capfd.readouterr().err
+    assert contents(FOLDER) == {"notes.txt": b"mine"}
+
+
+def moments(count: int, longest: float) -> Iterator[float]:
+    """Random times in s, the same in each test run."""
+    return iter(np.random.default_rng(1).uniform(0.0, longest, count))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_a_hundred_interruptions_at_random_moments(number: signal.Signals, old: dict[str, bytes]) -> None:
+    command = [sys.executable, "-m", "tpbso_casadi.solve", *COMMAND, "--out", str(FOLDER)]
+    began = time.monotonic()
+    subprocess.run(command, check=False, capture_output=True)
+    for moment in moments(100, time.monotonic() - began):
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+            time.sleep(moment)  # any moment will do
+            process.send_signal(number)
+            _, errors = process.communicate(timeout=120.0)
+        assert "Traceback" not in errors and "Exception" not in errors, errors
+        assert errors.count("\n") <= 1
+        assert number is signal.SIGKILL or process.returncode in (0, 130)
+        read_run(FOLDER)

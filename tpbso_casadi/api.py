@@ -1,0 +1,64 @@
+"""What a user of the package imports, from ``tpbso_casadi`` itself."""
+
+from problems import (
+    OBJECTIVES,
+    Ellipse,
+    InvalidProblem,
+    Path,
+    PathFollowing,
+    PlanarArm,
+    PointToPoint,
+    Problem,
+    Trajectory,
+    Verdict,
+    closed_curve,
+    pentagram,
+)
+from problems.evaluation import EvaluationOptions, PopulationFunction
+from solvers import BSO, GA, PSO, SOLVERS, Box, Budget, Result, Solver, StopReason, minimize
+from tpbso_casadi.planning.plan import Plan, plan
+from tpbso_casadi.scenario.builtin import builtin
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, read_scenario
+from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario.solvers import find_solver
+from tpbso_casadi.storage.content import result_of
+from tpbso_casadi.storage.result import RunResult
+from tpbso_casadi.storage.run_folder import write_run
+
+__all__ = [
+    "BSO",
+    "GA",
+    "OBJECTIVES",
+    "PSO",
+    "SOLVERS",
+    "Box",
+    "Budget",
+    "Ellipse",
+    "EvaluationOptions",
+    "InvalidProblem",
+    "Path",
+    "PathFollowing",
+    "Plan",
+    "PlanarArm",
+    "PointToPoint",
+    "PopulationFunction",
+    "Problem",
+    "Result",
+    "RunResult",
+    "Scenario",
+    "ScenarioError",
+    "Solver",
+    "StopReason",
+    "Trajectory",
+    "Verdict",
+    "builtin",
+    "closed_curve",
+    "find_solver",
+    "minimize",
+    "parse_scenario",
+    "pentagram",
+    "plan",
+    "read_scenario",
+    "result_of",
+    "write_run",
+]
