@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,3 +46,25 @@ class Kills(Random):
                 Path(self.mark).touch()
             os._exit(9)
         yield from super().search(box, rng, iterations)
+
+
+@dataclass(frozen=True)
+class Exits(Random):
+    """Wants to end the process, as if all were well."""
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+        yield box.sample(rng, self.population)
+        raise SystemExit(0)
+
+
+@dataclass(frozen=True)
+class Endless(Random):
+    """Leaves a mark, and never comes back."""
+
+    mark: str = ""
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+        Path(self.mark).write_text(str(os.getpid()))
+        while True:
+            time.sleep(1.0)
+        yield box.sample(rng, self.population)

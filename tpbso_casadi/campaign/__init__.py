@@ -1,10 +1,12 @@
 """Many runs: a grid of scenarios, solvers and seeds, on any executor, each run stored the moment it ends."""
 
-from tpbso_casadi.campaign.executors import ExecutorError, ExecutorFactory, cluster, processes
+from tpbso_casadi.campaign.dask_cluster import cluster
+from tpbso_casadi.campaign.executors import ExecutorError, ExecutorFactory, LostExecutor, processes
 from tpbso_casadi.campaign.grid import SolverSpec, grid, parse_solvers
+from tpbso_casadi.campaign.record import Record
 from tpbso_casadi.campaign.run import Outcome, Run, run_one
-from tpbso_casadi.campaign.runner import LostExecutor, run_campaign
-from tpbso_casadi.campaign.store import Record, Store, StoreError
+from tpbso_casadi.campaign.runner import run_campaign
+from tpbso_casadi.campaign.store import Store, StoreError
 
 __all__ = [
     "ExecutorError",

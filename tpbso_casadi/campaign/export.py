@@ -7,8 +7,8 @@ from dataclasses import asdict, astuple, fields
 from importlib.util import find_spec
 from pathlib import Path
 
+from tpbso_casadi.campaign.record import Record
 from tpbso_casadi.campaign.statistics import Summary
-from tpbso_casadi.campaign.store import Record
 from tpbso_casadi.campaign.table import HEADER, rows
 from tpbso_casadi.storage.files import OutputError, check_writable, write_csv, write_with, writing
 
@@ -26,6 +26,17 @@ def check_export(path: Path) -> None:
     if path.suffix == ".parquet" and find_spec("pyarrow") is None:
         raise OutputError(f"--export {path}: needs the package pyarrow: pip install 'tpbso-casadi[parquet]'")
     check_writable(path.parent)
+    check_file(path)
+
+
+def check_file(path: Path) -> None:
+    """Make sure that a file of that name can be written: there is none, or one that is replaced.
+
+    Raises:
+        OutputError: there is a folder, a device or a pipe of that name.
+    """
+    if path.exists() and not path.is_file():
+        raise OutputError(f"{path}: is {'a folder' if path.is_dir() else 'no regular file'}, and would be replaced")
 
 
 def export(records: Sequence[Record], path: Path) -> None:

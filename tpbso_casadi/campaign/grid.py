@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from tpbso_casadi.campaign.run import Run
-from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario
+from tpbso_casadi.campaign.run import Run, escaped, problem_of
+from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
 
+MOST_RUNS = 100_000  # of a campaign
+LARGEST_SEED = 2**63 - 1  # that a store can hold
 SPEC = re.compile(r"(?P<name>[^()+\s]+)(?:\((?P<settings>[^()]*)\))?(?P<polish>\+polish(?P<starts>\d*))?")
 
 
@@ -24,6 +27,7 @@ class SolverSpec:
         settings: those that differ from the solver's defaults.
         polish_starts: candidates that IPOPT refines afterwards.
         table: further keys of the scenario's [solver] table.
+        descent_table: these in their place where the solver descends a program; None if there is no difference.
     """
 
     label: str
@@ -31,6 +35,7 @@ class SolverSpec:
     settings: Mapping[str, int | float | str] = field(default_factory=dict)
     polish_starts: int = 0
     table: Mapping[str, Any] = field(default_factory=dict)
+    descent_table: Mapping[str, Any] | None = None
 
     def applied(self, scenario: Scenario, seed: int) -> Scenario:
         """The scenario with this solver. Of its own [solver] table only the budget is kept if the solver is another.
@@ -38,16 +43,18 @@ class SolverSpec:
         Raises:
             ScenarioError: an unknown solver or setting.
         """
-        content = scenario.model_dump()
+        content, kind = scenario.model_dump(), SolverSection(name=self.name).kind()
         table = content["solver"]
+        further = self.descent_table if kind.solves_program and self.descent_table is not None else self.table
         if self.name != scenario.solver.name:
             table |= {"population": None, "settings": {}}
-        table |= {"name": self.name, "polish_starts": self.polish_starts, "seed": seed, **self.table}
+        table |= {"name": self.name, "polish_starts": self.polish_starts, "seed": seed, **further}
         table["settings"] |= dict(self.settings)
-        if not SolverSection(name=self.name).kind().has_population:
+        if not kind.has_population:
             table["population"] = None
         applied = parse_scenario(content)
-        applied.solver.build()
+        with plugin_failures_named(applied):
+            applied.solver.build()
         return applied
 
 
@@ -76,8 +83,14 @@ def parse_solver(text: str) -> SolverSpec:
         raise ScenarioError(f"solvers: {text!r} is not NAME, NAME(setting=value) or NAME+polish")
     pairs = match["settings"].split(",") if match["settings"] else []
     settings = dict(_setting(text, pair) for pair in pairs)
-    starts = 0 if match["polish"] is None else int(match["starts"] or 1)
+    starts = 0 if match["polish"] is None else _polish_starts(text, match["starts"] or "1")
     return SolverSpec(text, match["name"], settings, starts)
+
+
+def _polish_starts(text: str, digits: str) -> int:
+    if not re.fullmatch("[1-9][0-9]{0,8}", digits):
+        raise ScenarioError(f"solvers: {text!r}: +polish needs a number of starts from 1 on, without zeros before it")
+    return int(digits)
 
 
 def _setting(text: str, pair: str) -> tuple[str, int | float | str]:
@@ -96,19 +109,40 @@ def grid(scenarios: Mapping[str, Scenario], specs: Sequence[SolverSpec], seeds: 
     """Every scenario with every solver and seed; all of one seed before the next, so that any part is a fair sample.
 
     Raises:
-        ScenarioError: naming the case: its task cannot be done, or a solver does not fit it.
+        ScenarioError: naming the case: its task cannot be done, or or a solver does not fit it.
     """
-    runs = []
     for case, scenario in scenarios.items():
-        try:
-            scenario.problem()
-        except ScenarioError as error:
-            raise ScenarioError(f"{case}: {error}") from error
+        with _named(case), plugin_failures_named(scenario):
+            problem_of(scenario)
+    runs = []
     for seed in seeds:
         for case, scenario in scenarios.items():
             for spec in specs:
-                try:
-                    runs.append(Run(case, spec.label, spec.applied(scenario, seed)))
-                except ScenarioError as error:
-                    raise ScenarioError(f"{case}: {spec.label}: {error}") from error
+                with _named(f"{case}: {spec.label}"):
+                    runs.append(Run(escaped(case), escaped(spec.label), spec.applied(scenario, seed)))
     return runs
+
+
+def check_size(combinations: int, first_seed: int, seeds: int) -> None:
+    """Make sure that a campaign can be listed and stored.
+
+    Args:
+        combinations: of a scenario and a solver.
+        first_seed: of each.
+        seeds: of each.
+
+    Raises:
+        ScenarioError: there are too many runs, or a seed is too large.
+    """
+    if combinations * seeds > MOST_RUNS:
+        raise ScenarioError(f"runs: a campaign has at most {MOST_RUNS} in all, scenarios times solvers times seeds")
+    if first_seed + seeds - 1 > LARGEST_SEED:
+        raise ScenarioError(f"seed: the last one would be larger than {LARGEST_SEED}")
+
+
+@contextmanager
+def _named(place: str) -> Iterator[None]:
+    try:
+        yield
+    except ScenarioError as error:
+        raise ScenarioError(f"{place}: {error}") from error

@@ -19,6 +19,8 @@ from tpbso_casadi.storage.content import result_of
 from tpbso_casadi.storage.plain import settings_of
 from tpbso_casadi.storage.versions import versions
 
+LONGEST_ERROR = 300  # characters
+LONGEST_DETAILS = 20_000  # characters, the last ones of a traceback
 CACHED_PROBLEMS = 64  # of a worker: some 10 MB each
 RUN_LOCK = threading.Lock()  # IPOPT's linear solver is not thread-safe, and a cluster's worker may have many threads
 
@@ -62,7 +64,7 @@ class Outcome:
     Attributes:
         result: the text of its ``result.json``, compact; None where it failed.
         seconds: wall-clock time of the whole run.
-        error: why it failed, one line.
+        error: why it failed, one line of at most 300 characters.
         details: the traceback.
     """
 
@@ -77,7 +79,7 @@ class OtherVersions(RuntimeError):
 
 
 def run_one(scenario: str, expected: dict[str, str], backend: str | None = None) -> Outcome:
-    """Do one run; an exception within it becomes a failed outcome.
+    """Do one run; whatever is raised within it becomes a failed outcome, an exit by a plug-in too. Ctrl-C passes.
 
     Args:
         scenario: JSON.
@@ -88,9 +90,31 @@ def run_one(scenario: str, expected: dict[str, str], backend: str | None = None)
         began = time.perf_counter()
         try:
             return Outcome(_result(scenario, expected, backend), time.perf_counter() - began)
-        except Exception as error:
-            message = " ".join(f"{type(error).__name__}: {error}".split())
-            return Outcome(None, time.perf_counter() - began, message, traceback.format_exc())
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            return failed(error, time.perf_counter() - began)
+
+
+def failed(error: BaseException, seconds: float = 0.0) -> Outcome:
+    """The outcome of a run in which this was raised, in text that any store can hold."""
+    try:
+        reason = str(error)
+    except Exception:  # of a plug-in's own exception
+        reason = "(its message cannot be read)"
+    details = "".join(traceback.format_exception(error))[-LONGEST_DETAILS:]
+    return Outcome(None, seconds, one_line(f"{type(error).__name__}: {reason}"), escaped(details))
+
+
+def one_line(text: str) -> str:
+    """A text in one line of at most 300 characters, control characters escaped."""
+    line = escaped(" ".join(text[: 10 * LONGEST_ERROR].split()))
+    return line if len(line) <= LONGEST_ERROR else f"{line[: LONGEST_ERROR - 3]}..."
+
+
+def escaped(text: str) -> str:
+    """A text with what no file or terminal takes (control characters, halves of characters) written as its code."""
+    return "".join(c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text)
 
 
 def _result(scenario: str, expected: dict[str, str], backend: str | None) -> str:
@@ -98,16 +122,25 @@ def _result(scenario: str, expected: dict[str, str], backend: str | None) -> str
     if ours != expected:
         raise OtherVersions(f"{difference(ours, expected)} on this worker")
     stated = parse_scenario(json.loads(scenario))
-    problem = _problem(stated.model_copy(update={"solver": SolverSection()}).model_dump_json())
+    problem = problem_of(stated)
     finished = plan(stated, evaluation=None if backend is None else EvaluationOptions(backend), problem=problem)
     if finished.interrupted:
         raise InterruptedError("the run was interrupted")
     return result_of(finished).to_json(indent=None)
 
 
+def problem_of(scenario: Scenario) -> Problem[Any]:
+    """The problem of a scenario, built once for all its solvers, budgets and seeds.
+
+    Raises:
+        ScenarioError: the robot cannot do the task.
+    """
+    return _problem(scenario.model_copy(update={"solver": SolverSection()}).model_dump_json())
+
+
 @lru_cache(maxsize=CACHED_PROBLEMS)
 def _problem(scenario: str) -> Problem[Any]:
-    """The problem of a scenario; one object, with its compiled cost, for all runs of a worker."""
+    """One object, with its compiled cost, for all runs of a worker."""
     return parse_scenario(json.loads(scenario)).problem()
 
 

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 
-from tpbso_casadi.campaign.executors import ExecutorFactory
-from tpbso_casadi.campaign.run import Outcome, Run, run_one
+from tpbso_casadi.campaign.executors import ExecutorFactory, LostExecutor
+from tpbso_casadi.campaign.run import Outcome, Run, failed, run_one
 from tpbso_casadi.campaign.store import Store
 
 SOLO_ATTEMPTS = 2  # of a run that was in progress when a worker died
-
-
-class LostExecutor(RuntimeError):
-    """The executor is gone; the runs that ended before are stored."""
+CHECK_SECONDS = 5.0  # between looks at the workers while no run ends
+GRACE_SECONDS = 5.0  # after Ctrl-C, for the runs that have begun
 
 
 def run_campaign(
@@ -38,7 +36,7 @@ def run_campaign(
         progress: called after each run.
 
     Raises:
-        LostExecutor: the executor cancelled its runs.
+        LostExecutor: the executor cancelled its runs, or has no workers any more.
         StoreError: a run could not be stored.
     """
     done = store.done(failed_too=not retry_failed)
@@ -50,12 +48,24 @@ def run_campaign(
 
     while pending:
         before = len(pending)
-        with executors.start() as executor:
+        with _opened(executors.start) as executor:
             suspects = _work(pending, executor, executors, keep)
         for run in suspects:
             keep(run, _alone(run, executors))
         if len(pending) == before:
             raise LostExecutor("no worker can be started; completed runs are stored")
+
+
+@contextmanager
+def _opened(start: Callable[[], Executor]) -> Iterator[Executor]:
+    """An executor; after an exception nobody waits for its runs."""
+    executor = start()
+    try:
+        yield executor
+    except BaseException:
+        executor.shutdown(wait=False)
+        raise
+    executor.shutdown()
 
 
 def _work(
@@ -69,7 +79,7 @@ def _work(
             while pending and not suspects and len(in_progress) < executors.width:
                 future = executor.submit(run_one, *pending[0].task, executors.backend)
                 in_progress[future] = pending.popleft()
-            for future in wait(in_progress, return_when=FIRST_COMPLETED).done:
+            for future in _wait(in_progress, executors):
                 run = in_progress.pop(future)
                 try:
                     keep(run, _outcome(future))
@@ -77,9 +87,10 @@ def _work(
                     suspects.append(run)
     except BrokenExecutor:  # on submission: the runs in progress are suspects too
         suspects.extend(in_progress.values())
-    except KeyboardInterrupt:  # runs that have begun are completed
-        for future in [future for future in in_progress if not future.cancel()]:
-            with suppress(BrokenExecutor):
+    except KeyboardInterrupt:  # runs that have begun may be completed
+        begun = [future for future in in_progress if not future.cancel()]
+        for future in wait(begun, timeout=GRACE_SECONDS).done:
+            with suppress(BrokenExecutor, LostExecutor):
                 keep(in_progress[future], _outcome(future))
         raise
     finally:
@@ -88,23 +99,42 @@ def _work(
     return suspects
 
 
+def _wait(in_progress: Collection[Future[Outcome]], executors: ExecutorFactory) -> set[Future[Outcome]]:
+    """The next runs to end.
+
+    Raises:
+        LostExecutor: there are no workers.
+    """
+    while True:
+        done = wait(in_progress, CHECK_SECONDS, FIRST_COMPLETED).done
+        if done:
+            return done
+        executors.check()
+
+
 def _outcome(future: Future[Outcome]) -> Outcome:
+    """The outcome of a run that has ended; an exception within a run is one already, the executor's own become one."""
     try:
+        error = future.exception()
+    except CancelledError as cancelled:
+        error = cancelled
+    if error is None:
         return future.result()
-    except BrokenExecutor:
-        raise
-    except (CancelledError, OSError) as error:  # the workers are gone, or do not answer
+    if isinstance(error, BrokenExecutor):
+        raise error
+    if isinstance(error, (CancelledError, OSError)):  # the workers are gone, or do not answer
         raise LostExecutor("the workers are gone; completed runs are stored") from error
-    except Exception as error:  # of the executor itself: an exception within a run is an outcome
-        return Outcome(None, 0.0, " ".join(f"{type(error).__name__}: {error}".split()))
+    return failed(error)
 
 
 def _alone(run: Run, executors: ExecutorFactory) -> Outcome:
     """Repeat a run on an executor of its own."""
     for _ in range(SOLO_ATTEMPTS):
-        with executors.alone() as executor:
+        with _opened(executors.alone) as executor:
             try:
-                return executor.submit(run_one, *run.task, executors.backend).result()
+                future = executor.submit(run_one, *run.task, executors.backend)
+                _wait([future], executors)
+                return _outcome(future)
             except BrokenExecutor:
                 continue
     return Outcome(None, 0.0, f"WorkerDied: {SOLO_ATTEMPTS} times in a row while nothing else ran")

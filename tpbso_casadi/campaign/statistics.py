@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import mannwhitneyu
 
 from problems.base.matrix import FloatArray
-from tpbso_casadi.campaign.store import Record
+from tpbso_casadi.campaign.record import Record
 
 TIE_TOLERANCE = 1e-4  # relative: objectives this close to the best of two samples count as equal to it
 SIGNIFICANCE_LEVEL = 0.05

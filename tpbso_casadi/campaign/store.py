@@ -1,22 +1,29 @@
-"""The store of a campaign: one SQLite file, each run written durably the moment it ends."""
+"""The store of a campaign: one SQLite file, each run written durably the moment it ends.
+
+While a campaign works, its file has two companions, ``-wal`` and ``-shm`` (SQLite's write-ahead log), so that others
+can read it at any time without holding the campaign up. They go when it ends; after a kill they stay and belong to the
+file: whoever opens it next reads them too. An empty file ``.lock`` keeps a second campaign away.
+"""
 
 from __future__ import annotations
 
 import json
 import sqlite3
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import ExitStack, closing, contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
 
+from tpbso_casadi.campaign.record import Record, read_record
 from tpbso_casadi.campaign.run import Outcome, Run, difference
 from tpbso_casadi.storage.result import InvalidResult, RunResult
 from tpbso_casadi.storage.versions import versions
 
 APPLICATION = 0x7450_4253  # SQLite's "application id" of our files
 FORMAT = 1
+BUSY_SECONDS = 10.0  # to wait for others that write to the file
+LOCK_SECONDS = 1.0  # to wait for a campaign that is ending
 SCHEMA = """
 CREATE TABLE versions (name TEXT PRIMARY KEY, version TEXT NOT NULL);
 CREATE TABLE runs (
@@ -35,47 +42,17 @@ CREATE VIEW records AS SELECT
     json_extract(result, '$.stop_reason') AS stop_reason
 FROM runs;
 """
+COLUMNS = (
+    "seconds", "error", "feasible", "objective", "unit", "cost", "evaluations", "iterations", "stop_reason",
+)  # fmt: skip
 
 
 class StoreError(ValueError):
     """A store that cannot be read or written, or is of another program; the message is one line."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Record:
-    """A stored run without its motion; of a failed run only the first five fields.
-
-    Attributes:
-        case: name of the scenario.
-        solver: label of the solver.
-        seed: of the search.
-        seconds: wall-clock time of the whole run.
-        error: why it failed; empty where it did not.
-        feasible: whether the plan is certified.
-        objective: of the plan, in ``unit``.
-        unit: of the objective.
-        cost: of the search's best candidate.
-        evaluations: of the search.
-        iterations: of the search.
-        stop_reason: of the search.
-    """
-
-    case: str
-    solver: str
-    seed: int
-    seconds: float
-    error: str
-    feasible: bool = False
-    objective: float | None = None
-    unit: str = ""
-    cost: float | None = None
-    evaluations: int | None = None
-    iterations: int | None = None
-    stop_reason: str = ""
-
-
 class Store:
-    """The completed runs of a campaign. For one process at a time; a context manager.
+    """The completed runs of a campaign. One campaign at a time, any number of readers; a context manager.
 
     A run is on the disk when :meth:`add` returns: SQLite's transactions survive a kill and a power cut.
 
@@ -88,20 +65,24 @@ class Store:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        with self._named():
-            self._connection = sqlite3.connect(path, isolation_level=None, timeout=1.0)
-            try:
-                self._open()
-            except BaseException:
-                self._connection.close()
-                raise
+        with ExitStack() as opened:
+            with self._named():
+                self._connection = sqlite3.connect(path, isolation_level=None, timeout=BUSY_SECONDS)
+            opened.enter_context(closing(self._connection))
+            self._open(opened)
+            self._opened = opened.pop_all()
 
-    def _open(self) -> None:
-        self._connection.execute("PRAGMA locking_mode = EXCLUSIVE")
-        self._connection.execute("PRAGMA synchronous = EXTRA")
+    def _open(self, opened: ExitStack) -> None:
         with self._transaction():
             if self._pragma("schema_version") == 0:
                 self._create()
+        with self._named():
+            self._check()
+            opened.enter_context(closing(_locked(self.path)))
+            self._connection.execute("PRAGMA journal_mode = WAL")  # where the file system cannot, nothing changes
+            self._connection.execute("PRAGMA synchronous = EXTRA")
+
+    def _check(self) -> None:
         if self._pragma("application_id") != APPLICATION:
             raise StoreError(f"{self.path}: a database, but not of a campaign")
         file_format = self._pragma("user_version")
@@ -124,19 +105,22 @@ class Store:
 
     @contextmanager
     def _named(self) -> Iterator[None]:
-        """Turn SQLite's errors into a :class:`StoreError`."""
+        """Turn errors of SQLite, and of values that it cannot hold, into a :class:`StoreError`."""
         try:
             yield
         except sqlite3.Error as error:
-            reasons = {"SQLITE_NOTADB": "not a database", "SQLITE_BUSY": "in use by another campaign"}
-            reason = reasons.get(error.sqlite_errorname, f"{error}; runs stored before are kept")
+            name = getattr(error, "sqlite_errorname", "")  # errors of Python's own layer have none
+            reasons = {"SQLITE_NOTADB": "not a database", "SQLITE_BUSY": "in use by another program"}
+            reason = reasons.get(name, f"{error}; runs stored before are kept")
             raise StoreError(f"{self.path}: {reason}") from error
+        except (OverflowError, UnicodeError) as error:
+            raise StoreError(f"{self.path}: cannot hold a value: {error}") from error
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
         with self._named():
-            self._connection.execute("BEGIN IMMEDIATE")
             try:
+                self._connection.execute("BEGIN IMMEDIATE")
                 yield
                 self._connection.execute("COMMIT")
             except BaseException:
@@ -148,7 +132,10 @@ class Store:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._connection.close()
+        with suppress(sqlite3.Error):  # somebody reads, or the disk is full: the log stays beside the file
+            self._connection.execute("PRAGMA busy_timeout = 0")
+            self._connection.execute("PRAGMA journal_mode = DELETE")
+        self._opened.close()
 
     def add(self, run: Run, outcome: Outcome) -> None:
         """Store the outcome of a run; it replaces that of an earlier attempt that failed.
@@ -170,11 +157,22 @@ class Store:
             return {key for (key,) in self._connection.execute(f"SELECT key FROM runs{condition}")}
 
     def records(self, runs: Iterable[Run]) -> list[Record]:
-        """The records of these runs, in their order and with their labels; without those that are not stored."""
-        columns = "seconds, error, feasible, objective, unit, cost, evaluations, iterations, stop_reason"
+        """The records of these runs, in their order and with their labels; without those that are not stored.
+
+        Raises:
+            StoreError: what is stored is not a record.
+        """
         with self._named():
-            rows = {key: rest for key, *rest in self._connection.execute(f"SELECT key, {columns} FROM records")}
-        return [_record(run, rows[run.key]) for run in runs if run.key in rows]
+            selected = self._connection.execute(f"SELECT key, {', '.join(COLUMNS)} FROM records")
+            rows = {key: row for key, *row in selected}
+        return [self._record(run, rows[run.key]) for run in runs if run.key in rows]
+
+    def _record(self, run: Run, row: list[Any]) -> Record:
+        labels = {"case": run.case, "solver": run.solver, "seed": run.seed}
+        try:
+            return read_record(labels | dict(zip(COLUMNS, row, strict=True)))
+        except ValueError as error:
+            raise StoreError(f"{self._place(run)}: {error}") from error
 
     def result(self, run: Run) -> RunResult:
         """The whole ``result.json`` of a run that did not fail.
@@ -190,13 +188,23 @@ class Store:
         try:
             return RunResult.from_json(row[0])
         except InvalidResult as error:
-            raise StoreError(f"{self.path}: result of {run.case}, {run.solver}, seed {run.seed}: {error}") from error
+            raise StoreError(f"{self._place(run)}: {error}") from error
+
+    def _place(self, run: Run) -> str:
+        return f"{self.path}: result of {run.case}, {run.solver}, seed {run.seed}"
 
     def measurement(self, name: str) -> Any:
-        """The measurement stored under a name; None where there is none."""
+        """The measurement stored under a name; None where there is none.
+
+        Raises:
+            StoreError: what is stored is not JSON.
+        """
         with self._named():
             row = self._connection.execute("SELECT value FROM measurements WHERE name = ?", (name,)).fetchone()
-        return None if row is None else json.loads(row[0])
+        try:
+            return None if row is None else json.loads(row[0])
+        except (TypeError, ValueError, RecursionError) as error:
+            raise StoreError(f"{self.path}: measurement {name:.40}: is not JSON") from error
 
     def keep(self, name: str, value: Any) -> None:
         """Store a measurement, plain data, under a name."""
@@ -204,21 +212,21 @@ class Store:
             self._connection.execute("INSERT OR REPLACE INTO measurements VALUES (?, ?)", (name, json.dumps(value)))
 
 
-def _record(run: Run, row: list[Any]) -> Record:
-    seconds, error, feasible, objective, unit, cost, evaluations, iterations, stop_reason = row
-    if error:
-        return Record(case=run.case, solver=run.solver, seed=run.seed, seconds=seconds, error=error)
-    return Record(
-        case=run.case,
-        solver=run.solver,
-        seed=run.seed,
-        seconds=seconds,
-        error="",
-        feasible=bool(feasible),
-        objective=objective,
-        unit=unit,
-        cost=cost,
-        evaluations=evaluations,
-        iterations=iterations,
-        stop_reason=stop_reason,
-    )
+def _locked(path: Path) -> sqlite3.Connection:
+    """A lock on the store for this campaign, released when the process ends, however it does.
+
+    The store itself has to stay open to readers, so the lock is one of SQLite's on an empty file beside it.
+
+    Raises:
+        StoreError: another campaign has it.
+        sqlite3.Error: the file cannot be made.
+    """
+    connection = sqlite3.connect(path.with_name(f"{path.name}.lock"), isolation_level=None, timeout=LOCK_SECONDS)
+    try:
+        connection.execute("BEGIN EXCLUSIVE")
+    except sqlite3.OperationalError as error:
+        connection.close()
+        if error.sqlite_errorname == "SQLITE_BUSY":
+            raise StoreError(f"{path}: in use by another campaign") from error
+        raise
+    return connection

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
+from math import inf, isfinite
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
 from problems.evaluation import BACKENDS, InvalidEvaluation, processors
-from tpbso_casadi.campaign.executors import ExecutorError, ExecutorFactory, cluster, processes
-from tpbso_casadi.campaign.export import check_export
-from tpbso_casadi.campaign.run import Outcome, Run
-from tpbso_casadi.campaign.runner import LostExecutor, run_campaign
-from tpbso_casadi.campaign.store import Record, Store, StoreError
+from tpbso_casadi.campaign.dask_cluster import check_address, cluster
+from tpbso_casadi.campaign.estimate import campaign_seconds
+from tpbso_casadi.campaign.executors import ExecutorError, ExecutorFactory, LostExecutor, processes
+from tpbso_casadi.campaign.export import check_export, check_file
+from tpbso_casadi.campaign.record import Record
+from tpbso_casadi.campaign.run import Run
+from tpbso_casadi.campaign.runner import run_campaign
+from tpbso_casadi.campaign.store import Store, StoreError
+from tpbso_casadi.cli.campaign_progress import State, campaign_progress, duration, phase, say, size_of
 from tpbso_casadi.cli.common import Exit, positive_int, print_error
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import OutputError, check_writable, writing
@@ -59,15 +61,28 @@ def add_campaign_options(parser: argparse.ArgumentParser, folder: Path) -> None:
     output.add_argument("--quiet", action="store_true", help="no progress, no table")
 
 
-def prepare(options: argparse.Namespace) -> None:
-    """Make sure before the runs that the output can be written.
+def prepare(options: argparse.Namespace, *files: str) -> None:
+    """Make sure before the runs that the output can be written, and that workers are stated that can be.
+
+    Args:
+        options: of the command line.
+        files: names of the files in the output folder.
 
     Raises:
-        OutputError: it cannot.
+        OutputError: the output cannot be written.
+        ExecutorError: no such workers.
     """
     check_writable(options.out)
+    for name in (STORE, *files):
+        check_file(options.out / name)
     if options.export is not None:
         check_export(options.export)
+        if options.export.resolve() in [(options.out / name).resolve() for name in (STORE, *files)]:
+            raise OutputError(f"--export {options.export}: is a file that is written anyway")
+    if options.dask is None:
+        local(options)
+    else:
+        check_address(options.dask)
 
 
 @contextmanager
@@ -84,48 +99,74 @@ def stored(options: argparse.Namespace) -> Iterator[Store]:
         yield store
 
 
-def local(options: argparse.Namespace) -> ExecutorFactory:
-    """Processes of this machine."""
-    return processes(options.workers or processors(), options.backend)
+def local(options: argparse.Namespace, runs: int | None = None) -> ExecutorFactory:
+    """Processes of this machine, no more of them than runs.
+
+    Raises:
+        ExecutorError: too many are asked for.
+    """
+    workers = options.workers or processors()
+    executors = processes(workers, options.backend)
+    return executors if runs is None or runs >= workers else processes(runs, options.backend)
 
 
 def run_with_progress(runs: Sequence[Run], store: Store, options: argparse.Namespace) -> None:
-    """Do the remaining runs, with a progress bar on standard error.
+    """Do the remaining runs; their number, an estimate, and then progress are said on standard error.
 
     Raises:
         ExecutorError: there are no workers.
         LostExecutor, StoreError: it was interrupted; completed runs are stored.
     """
-    keys = {run.key for run in runs}
-    pending = keys - store.done(failed_too=not options.retry_failed)
+    done = store.done(failed_too=not options.retry_failed)
+    pending = list({run.key: run for run in runs if run.key not in done}.values())
     if not pending:
         return
-    connection = cluster(options.dask, options.backend) if options.dask else nullcontext(local(options))
-    with connection as executors, campaign_progress(len(keys), len(keys) - len(pending), options.quiet) as progress:
-        run_campaign(runs, store, executors, options.retry_failed, progress)
+    with executors_of(options, len(pending)) as executors:
+        estimate = None if options.quiet else announced(runs, pending, options)
+        state = State(len(pending), len({(run.case, run.solver) for run in pending}), estimate)
+        with campaign_progress(state, options.quiet) as progress:
+            run_campaign(runs, store, executors, options.retry_failed, progress)
 
 
 @contextmanager
-def campaign_progress(total: int, done: int, quiet: bool) -> Iterator[Callable[[Outcome], object]]:
-    """A progress bar over all runs, on a terminal only; yields the callback that advances it."""
-    console = Console(stderr=True, quiet=quiet)
-    columns = (
-        TextColumn("runs"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[failed]}"),
-        TimeRemainingColumn(),
-    )
-    failed = 0
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        bar = progress.add_task("runs", total=total, completed=done, failed="")
+def executors_of(options: argparse.Namespace, runs: int) -> Iterator[ExecutorFactory]:
+    """The executors that the options state.
 
-        def advance(outcome: Outcome) -> None:
-            nonlocal failed
-            failed += bool(outcome.error)
-            progress.update(bar, advance=1, failed=f"{failed} failed" if failed else "")
+    Raises:
+        ExecutorError: there are none.
+    """
+    if options.dask is None:
+        yield local(options, runs)
+        return
+    with ExitStack() as connected:
+        with phase(f"connecting to {options.dask}", options.quiet):
+            executors = connected.enter_context(cluster(options.dask, options.backend))
+        yield executors
 
-        yield advance
+
+def announced(runs: Sequence[Run], pending: Sequence[Run], options: argparse.Namespace) -> float | None:
+    """Say how large a campaign is.
+
+    Args:
+        runs: all of it.
+        pending: what remains to be done.
+        options: of the command line.
+
+    Returns:
+        About how many seconds it takes; None if unknown.
+    """
+    size = size_of(runs, stored=len({run.key for run in runs}) - len(pending))
+    workers = 1 if options.dask is not None else min(len(pending), options.workers or processors())
+    try:
+        seconds = campaign_seconds(pending, workers, options.backend)
+    except Exception:  # of a plug-in, which the runs will report
+        seconds = inf
+    if not isfinite(seconds):
+        say(size)
+        return None
+    where = "of work" if options.dask is not None else f"on {workers} process{'es' * (workers != 1)}"
+    say(f"{size}: about {duration(seconds)} {where}")
+    return None if options.dask is not None else seconds
 
 
 def failures(records: Sequence[Record]) -> Exit:

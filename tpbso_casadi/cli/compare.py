@@ -13,6 +13,7 @@ from rich.console import Console
 
 from tpbso_casadi.campaign import Run, grid, parse_solvers
 from tpbso_casadi.campaign.export import export, write_summary
+from tpbso_casadi.campaign.grid import check_size
 from tpbso_casadi.campaign.statistics import summarise
 from tpbso_casadi.campaign.table import HEADER, printable, rows
 from tpbso_casadi.cli.campaign import (
@@ -23,10 +24,13 @@ from tpbso_casadi.cli.campaign import (
     run_with_progress,
     stored,
 )
+from tpbso_casadi.cli.campaign_progress import phase
 from tpbso_casadi.cli.common import OneLineParser, natural, positive_float, positive_int
 from tpbso_casadi.scenario.loading import load_all
 
-DEFAULT_SOLVERS = "bso,pso,ga,bso+polish,ipopt"
+DEFAULT_SOLVERS = "bso,pso,ga,abso,abso+polish"
+DEFAULT_RUNS = 10
+DEFAULT_STARTS = 5
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -37,7 +41,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """The command line's options."""
-    command_line = OneLineParser("python -m tpbso_casadi.compare", description="Compare solvers on scenarios.")
+    command_line = OneLineParser(
+        "python -m tpbso_casadi.compare",
+        description="Compare solvers on scenarios: scenarios times solvers times --runs. The number of runs and an "
+        "estimate of the time are shown before it starts; by default it takes seconds to minutes a scenario.",
+    )
     command_line.add_argument("scenario", nargs="+", help="TOML files or built-in names")
     command_line.add_argument(
         "--solvers",
@@ -47,15 +55,25 @@ def parser() -> argparse.ArgumentParser:
         f"the first; {DEFAULT_SOLVERS} if none",
     )
     command_line.add_argument(
-        "--runs", type=positive_int, default=20, metavar="N", help="of each solver on each scenario; 20 by default"
+        "--runs",
+        type=positive_int,
+        default=DEFAULT_RUNS,
+        metavar="N",
+        help=f"of each solver on each scenario; {DEFAULT_RUNS} by default",
     )
     command_line.add_argument(
         "--seed", type=natural, default=1, help="of the first run, 1 by default; counted up from run to run"
     )
     budget = command_line.add_argument_group("the budget of each run, overriding the scenarios'")
     budget.add_argument("--population", type=positive_int, metavar="M", help="of every swarm")
-    budget.add_argument("--iterations", type=positive_int, metavar="N", help="or starts with gradients")
-    budget.add_argument("--evaluations", type=positive_int, metavar="N")
+    budget.add_argument("--iterations", type=positive_int, metavar="N", help="of every swarm")
+    budget.add_argument("--evaluations", type=positive_int, metavar="N", help="of every swarm")
+    budget.add_argument(
+        "--starts",
+        type=positive_int,
+        metavar="N",
+        help=f"of ipopt, which counts nothing else; {DEFAULT_STARTS} by default, none with --time-limit",
+    )
     budget.add_argument("--time-limit", type=positive_float, metavar="S", help="results then depend on the machine")
     add_campaign_options(command_line, Path("runs/compare"))
     command_line.add_argument("--json", action="store_true", help="print the table as JSON")
@@ -65,15 +83,16 @@ def parser() -> argparse.ArgumentParser:
 
 def compare(options: argparse.Namespace) -> int:
     """Run the campaign of the options; returns the exit status."""
+    prepare(options, "summary.csv", *["comparison.png"] * (not options.no_plots))
     runs = campaign(options)
-    prepare(options)
     with stored(options) as store:
         run_with_progress(runs, store, options)
         records = store.records(runs)
     summaries = summarise(records)
-    write_summary(options.out, summaries, plots=not options.no_plots)
-    if options.export is not None:
-        export(records, options.export)
+    with phase("writing the table and the figure", options.quiet):
+        write_summary(options.out, summaries, plots=not options.no_plots)
+        if options.export is not None:
+            export(records, options.export)
     if options.json:
         sys.stdout.write(json.dumps([dict(zip(HEADER, row, strict=True)) for row in rows(summaries)], indent=2) + "\n")
     elif not options.quiet:
@@ -86,10 +105,24 @@ def campaign(options: argparse.Namespace) -> list[Run]:
     """The runs that the options state.
 
     Raises:
-        ScenarioError: a scenario or solver is unknown, or they do not fit each other.
+        ScenarioError: a scenario or solver is unknown, they do not fit each other, or there are too many runs.
     """
+    table, descent_table = swarm_budget(options), descent_budget(options)
+    specs = [replace(spec, table=table, descent_table=descent_table) for spec in parse_solvers(options.solvers)]
+    scenarios = load_all(options.scenario)
+    check_size(len(scenarios) * len(specs), options.seed, options.runs)
+    with phase("building the models", options.quiet):
+        return grid(scenarios, specs, range(options.seed, options.seed + options.runs))
+
+
+def swarm_budget(options: argparse.Namespace) -> dict[str, object]:
+    """The keys of the [solver] table that the options state for a swarm."""
     table = {key: getattr(options, key) for key in ("population", "iterations", "evaluations", "time_limit")}
-    budget = {key: value for key, value in table.items() if value is not None}
-    specs = [replace(spec, table=budget) for spec in parse_solvers(options.solvers)]
-    seeds = range(options.seed, options.seed + options.runs)
-    return grid(load_all(options.scenario), specs, seeds)
+    return {key: value for key, value in table.items() if value is not None}
+
+
+def descent_budget(options: argparse.Namespace) -> dict[str, object]:
+    """The same for a solver that descends: 30,000 evaluations, a swarm's work of a second, are a thousand starts."""
+    starts = options.starts or (DEFAULT_STARTS if options.time_limit is None else None)
+    time_limit = {} if options.time_limit is None else {"time_limit": options.time_limit}
+    return {"evaluations": None, "iterations": starts, **time_limit}

@@ -54,7 +54,7 @@ def reproduce(options: argparse.Namespace) -> int:
     if options.quick and options.backend is None:
         options.backend = "vm"  # so few evaluations are not worth a compiler
     runs = campaign(size)
-    prepare(options)
+    prepare(options, "summary.csv", "report.html")
     with stored(options) as store:
         run_with_progress(runs, store, options)
         evidence = gather(runs, store, stored_scaling(store, size, options.quiet))

@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -325,7 +326,7 @@ def test_a_speed_a_thousandth_over_is_caught(tmp_path: Path, capfd: pytest.Captu
     assert status == 1
     assert result["certificate"]["verdict"] == "violated"
     broken = [c for c in result["constraints"] if c["status"] == "violated"]
-    assert {c["name"] for c in broken} <= {"speed", "acceleration"}
+    assert broken and {c["name"] for c in broken} <= {"speed", "acceleration"}
     assert all("t = " in c["where"] for c in broken)
 
 
@@ -353,13 +354,15 @@ def test_a_link_that_grazes_an_obstacle_is_caught(
 
 @pytest.mark.parametrize("seeds", [range(30)], ids=["30 motions"])
 def test_no_certificate_is_false(seeds: range) -> None:
-    undecided = 0
+    outcomes: Counter[tuple[CertificateStatus, bool]] = Counter()
     for seed in seeds:
         checked = check(seed)
-        for name, status in checked.statuses.items():
-            assert not (status is CertificateStatus.CERTIFIED and name in checked.broken), (seed, name)
-            undecided += status is CertificateStatus.UNDECIDED
-    assert undecided <= 1
+        outcomes.update((status, name in checked.broken) for name, status in checked.statuses.items())
+    assert outcomes[CertificateStatus.CERTIFIED, True] == 0
+    assert outcomes[CertificateStatus.UNDECIDED, True] + outcomes[CertificateStatus.UNDECIDED, False] <= 1
+    assert outcomes[CertificateStatus.VIOLATED, True] >= 10  # there was something to find, and it was found
+    assert outcomes[CertificateStatus.CERTIFIED, False] >= 10
+    assert outcomes[CertificateStatus.VIOLATED, False] <= 5  # broken by less than samples show
 
 
 def test_tables_and_picture_for_a_person(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.stores import PATIENCE
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import false_discovery_control
@@ -27,8 +29,10 @@ from tpbso_casadi.campaign import (
     processes,
     run_campaign,
 )
+from tpbso_casadi.campaign.estimate import campaign_seconds, run_seconds
 from tpbso_casadi.campaign.grid import parse_solver
 from tpbso_casadi.campaign.statistics import compare_summaries, holm, summarise, with_ties
+from tpbso_casadi.cli.campaign_progress import State, duration
 from tpbso_casadi.scenario.section import ScenarioError
 
 LIMIT = {"evaluations": 100}
@@ -146,6 +150,153 @@ def test_ctrl_c_keeps_what_was_begun(tmp_path: Path) -> None:
         assert not any(record.error for record in kept)
         run_campaign(runs, store, threads())
         assert len(store.records(runs)) == len(runs)
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="looks for processes in /proc")
+def test_ctrl_c_waits_a_moment_only_for_runs_that_have_begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tpbso_casadi.campaign.runner.GRACE_SECONDS", 0.0)
+    mark = tmp_path / "mark"
+    runs = runs_of(f"helpers.campaign:Endless(mark={mark})", (1,)) + runs_of("bso", (1,))
+
+    def interrupt(_: Outcome) -> None:
+        while not (mark.exists() and mark.read_text()):
+            time.sleep(0.02)
+        raise KeyboardInterrupt
+
+    with Store(tmp_path / "store") as store:
+        with pytest.raises(KeyboardInterrupt):
+            run_campaign(runs, store, processes(2), progress=interrupt)
+        assert [record.solver for record in store.records(runs)] == ["bso"]
+    deadline = time.monotonic() + PATIENCE
+    while Path(f"/proc/{mark.read_text()}").exists():  # the worker, until it is dead and buried
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_a_run_that_exits_has_failed(tmp_path: Path) -> None:
+    runs = runs_of("bso,helpers.campaign:Exits", (1,))
+    for name, executors in (("threads", threads()), ("processes", processes(1))):
+        with Store(tmp_path / name) as store:
+            run_campaign(runs, store, executors)
+            assert [record.error for record in store.records(runs)] == ["", "SystemExit: 0"]
+
+
+class Raised(ThreadPoolExecutor):
+    """An executor whose runs end with what a plug-in can raise."""
+
+    error: BaseException
+
+    def submit(self, *_: object, **__: object) -> Future[object]:  # type: ignore[override]
+        future: Future[object] = Future()
+        future.set_exception(self.error)
+        return future
+
+
+class Unspeakable(Exception):
+    def __str__(self) -> str:
+        raise ValueError
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (SystemExit(3), "SystemExit: 3"),
+        (KeyboardInterrupt(), "KeyboardInterrupt: "),
+        (ValueError("\x1b[2J\udc80\nend"), "ValueError: \\x1b[2J\\udc80 end"),
+        (Unspeakable(), "Unspeakable: (its message cannot be read)"),
+        (ValueError("x" * 10_000), f"ValueError: {'x' * 285}..."),
+    ],
+)
+def test_whatever_is_raised_is_a_failed_run(error: BaseException, expected: str, tmp_path: Path) -> None:
+    def executor() -> Executor:
+        raised = Raised(1)
+        raised.error = error
+        return raised
+
+    runs = runs_of("bso", (1,))
+    with Store(tmp_path / "store") as store:
+        run_campaign(runs, store, ExecutorFactory(executor, executor, 1))
+        [record] = store.records(runs)
+    assert record.error == expected.strip()
+
+
+class Silent(ThreadPoolExecutor):
+    """An executor from which nothing comes back."""
+
+    def submit(self, *_: object, **__: object) -> Future[object]:  # type: ignore[override]
+        return Future()
+
+
+def test_workers_that_are_gone_are_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tpbso_casadi.campaign.runner.CHECK_SECONDS", 0.01)
+    looks = []
+
+    def check() -> None:
+        looks.append(1)
+        if len(looks) == 3:
+            raise LostExecutor("no workers")
+
+    def silent() -> Executor:
+        return Silent(1)
+
+    with Store(tmp_path / "store") as store, pytest.raises(LostExecutor, match="no workers"):
+        run_campaign(runs_of("bso"), store, ExecutorFactory(silent, silent, 2, check=check))
+    assert len(looks) == 3
+
+
+def test_labels_are_printable() -> None:
+    [run] = grid({"a\x1b[31m\udcff": builtin("time-2")}, parse_solvers("bso"), (1,))
+    assert run.case == "a\\x1b[31m\\udcff"
+
+
+def test_estimates(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tpbso_casadi.campaign.estimate.candidate_seconds", lambda scenario, backend: 1e-4 - 5e-6)
+    tables = {
+        "bso": {"evaluations": 20_000},  # 2 s
+        "pso": {"population": 10, "iterations": 100},  # 3,000 candidates at most
+        "ga": {"evaluations": 10**9, "time_limit": 7.0},
+        "abso": {"within": 9.0},
+        "bso+polish3": {"evaluations": 1000, "settings": {"c1": 1.0}},  # 1,000 candidates and 3 descents
+        "ipopt": {"iterations": 2},
+    }
+    seconds = {}
+    for name, table in tables.items():
+        spec = replace(parse_solver(name), table=table)
+        [run] = grid({"time-2": builtin("time-2")}, [spec], (1,))
+        seconds[name] = run_seconds(run)
+    descent = 4_000 * (1e-4 - 5e-6)
+    expected = {"bso": 2.0, "pso": 0.3, "ga": 7.0, "abso": 9.0, "bso+polish3": 0.1 + 3 * descent, "ipopt": 2 * descent}
+    assert seconds == pytest.approx(expected)
+    assert campaign_seconds([run] * 10, 4) == pytest.approx(20 * descent / 4)
+    assert campaign_seconds([run], 4) == pytest.approx(2 * descent)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.01, "1 s"),
+        (90.0, "90 s"),
+        (150.0, "2.5 min"),
+        (7300.0, "2 h"),
+        (86_400 * 30, "30 days"),
+        (1e12, "3.17e+04 years"),
+    ],
+)
+def test_durations(seconds: float, words: str) -> None:
+    assert duration(seconds) == words
+
+
+def test_how_far_a_campaign_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "tpbso_casadi.cli.campaign_progress.time.perf_counter", clock := iter([0.0, *[30.0] * 9]).__next__
+    )
+    state = State(runs=10, round_size=2, estimate=100.0)
+    assert state.left() == 100.0
+    state.advance(Outcome("{}", 1.0))
+    assert state.left() == 90.0  # one solver has been seen, not the other
+    state.advance(Outcome(None, 1.0, "ValueError: no"))
+    assert state.line() == "2 of 10 runs after 30 s, 1 failed, about 2 min left"
+    assert clock() == 30.0
 
 
 def test_the_grid_is_a_fair_sample_at_any_time() -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -122,3 +124,91 @@ def test_an_interrupted_creation_leaves_nothing_half_made(path: Path, monkeypatc
     monkeypatch.undo()
     with Store(path) as store:
         assert store.done() == set()
+
+
+def companions(path: Path) -> set[str]:
+    return {other.name.removeprefix(path.name) for other in path.parent.iterdir()}
+
+
+def test_others_may_read_while_a_campaign_works(path: Path) -> None:
+    first, second = run(1), run(2)
+    with Store(path) as store:
+        store.add(first, run_one(*first.task))
+        with closing(sqlite3.connect(path, timeout=0.0, isolation_level=None)) as reader:
+            reader.execute("BEGIN")
+            assert reader.execute("SELECT solver, seed, feasible FROM records").fetchall() == [("bso", 1, 1)]
+            store.add(second, run_one(*second.task))  # a reader holds nothing up
+            assert reader.execute("SELECT count(*) FROM runs").fetchone() == (1,)
+            reader.execute("COMMIT")
+            assert reader.execute("SELECT count(*) FROM runs").fetchone() == (2,)
+    assert companions(path) == {"", ".lock"}
+
+
+def test_a_reader_does_not_keep_a_campaign_from_ending(path: Path) -> None:
+    with closing(sqlite3.connect(path, isolation_level=None)) as reader:
+        with Store(path) as store:
+            store.keep("growth", 1.0)
+            reader.execute("BEGIN")
+            assert reader.execute("SELECT value FROM measurements").fetchall() == [("1.0",)]
+        assert companions(path) >= {"", "-wal"}
+    with Store(path) as store:
+        assert store.measurement("growth") == 1.0
+    assert companions(path) == {"", ".lock"}
+
+
+def test_after_a_kill_the_log_is_part_of_the_store(path: Path, tmp_path: Path) -> None:
+    killed = tmp_path / "killed"
+    killed.mkdir()
+    with Store(path) as store:
+        store.keep("growth", 1.0)
+        for name in (path.name, f"{path.name}-wal"):  # what a kill leaves
+            shutil.copy(tmp_path / name, killed / name)
+    with Store(killed / path.name) as store:
+        assert store.measurement("growth") == 1.0
+
+
+@pytest.mark.parametrize(
+    ("statement", "expected"),
+    [
+        ("UPDATE runs SET seconds = 'fast'", "seconds: Input should be a valid number, not 'fast'"),
+        ("UPDATE runs SET seconds = 9e999", "seconds: Input should be a finite number, not inf"),
+        ("UPDATE runs SET error = x'00'", "error: Input should be a valid string"),
+        (
+            "UPDATE runs SET result = json_set(result, '$.objective.value', 'best')",
+            "objective: Input should be a valid",
+        ),
+        ("UPDATE runs SET result = json_set(result, '$.objective.value', NULL)", "objective is missing"),
+        ("UPDATE runs SET result = json_set(result, '$.evaluations', 1.5)", "evaluations: Input should be a valid"),
+        ("UPDATE runs SET result = json_set(result, '$.feasible', 'yes')", "feasible: Input should be a valid boolean"),
+        ("UPDATE runs SET result = json_set(result, '$.unit', json('[]'), '$.cost', json('{}'))", "cost: Input should"),
+        ("UPDATE runs SET result = '{'", "malformed JSON"),
+        ("UPDATE runs SET result = NULL", "feasible is missing"),
+        ("DROP VIEW records", "no such table: records"),
+    ],
+)
+def test_what_is_no_record_is_one_line(statement: str, expected: str, path: Path) -> None:
+    stored = run()
+    with Store(path) as store:
+        store.add(stored, run_one(*stored.task))
+    with closing(sqlite3.connect(path, isolation_level=None)) as connection:
+        connection.execute(statement)
+    with Store(path) as store, pytest.raises(StoreError) as caught:
+        store.records([stored])
+    assert str(caught.value).startswith(f"{path}: ") and "\n" not in str(caught.value)
+    assert expected in str(caught.value)
+
+
+def test_measurements_that_are_no_json_and_values_that_no_store_can_hold(path: Path) -> None:
+    with Store(path) as store:
+        store.keep("growth", 1.0)
+        with pytest.raises(StoreError, match="cannot hold a value"):
+            store.keep("\udc80", 1.0)
+    with closing(sqlite3.connect(path, isolation_level=None)) as connection:
+        connection.execute("UPDATE measurements SET value = 'much'")
+    with Store(path) as store, pytest.raises(StoreError, match="measurement growth: is not JSON"):
+        store.measurement("growth")
+
+
+def test_a_lock_that_cannot_be_made_is_one_line(path: Path) -> None:
+    path.with_name(f"{path.name}.lock").mkdir()
+    assert error_of(path) == f"{path}: unable to open database file; runs stored before are kept"

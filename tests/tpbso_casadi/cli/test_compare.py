@@ -6,6 +6,7 @@ import csv
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import sqlite3
@@ -17,9 +18,12 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from helpers.stores import PATIENCE, wait_for_rows
 
-from tpbso_casadi.cli.compare import main
+from solvers import Budget
+from tpbso_casadi.cli.compare import campaign, main, parser
 
+STORE = Path("cut/runs.sqlite")
 COMMAND = [sys.executable, "-m", "tpbso_casadi.compare"]
 SMALL = ["time-2", "rotation-2", "--solvers", "bso,pso,bso+polish", "--runs", "6", "--no-plots", "--quiet"]
 SMALL += ["--evaluations", "2000"]
@@ -109,19 +113,62 @@ def test_parquet_has_the_same_rows() -> None:
         (["time-2", "--export", "runs.xlsx"], "--export runs.xlsx: the name must end with .csv or .parquet"),
         (["time-2", "--out", "file/below"], "file/below: file is a file, not a folder"),
         (["time-2", "--out", "."], "runs.sqlite: not a database"),
+        (["time-2", "--out", "taken"], "taken/summary.csv: is a folder, and would be replaced"),
+        (["time-2", "--export", "taken/summary.csv"], "taken/summary.csv: is a folder, and would be replaced"),
+        (["time-2", "--export", "runs/compare/summary.csv"], "--export runs/compare/summary.csv: is a file that is"),
+        (["time-2", "--runs", str(10**30)], "runs: a campaign has at most 100000 in all"),
+        (["time-2", "--seed", str(2**63 - 1)], "seed: the last one would be larger than 9223372036854775807"),
+        (["time-2", "--workers", str(10**9)], "--workers: more than "),
+        (["time-2", "--solvers", f"bso+polish{'9' * 5000}"], "solvers: 'bso+polish999"),
+        (["time-2", "--solvers", "bso+polish0"], "solvers: 'bso+polish0': +polish needs a number of starts"),
         (["time-2", "--dask", "nonsense"], "--dask nonsense: is not an address like tcp://host:port"),
+        (["time-2", "--dask", ""], "--dask '': is not an address like tcp://host:port"),
+        (["time-2", "--dask", "here:65536"], "--dask here:65536: is not an address like tcp://host:port"),
+        (["time-2", "--dask", "carrier://here:1"], "--dask carrier://here:1: carrier is none of tcp, tls, ws"),
     ],
 )
 def test_bad_input_takes_one_line(arguments: list[str], expected: str, capsys: pytest.CaptureFixture[str]) -> None:
     Path("file").write_text("")
+    Path("taken/summary.csv").mkdir(parents=True)
     Path("runs.sqlite").write_text("no database " * 100)
     assert run(*arguments) == 2
     out, err = capsys.readouterr()
     assert out == "" and err.startswith(f"error: {expected}") and err.count("\n") == 1
-    assert sorted(path.name for path in Path().iterdir()) in (
-        ["file", "runs.sqlite"],
-        ["file", "runs", "runs.sqlite"],  # an empty store, where the scheduler is asked last
-    )
+    assert sorted(path.name for path in Path().iterdir()) == ["file", "runs.sqlite", "taken"]
+
+
+def test_a_campaign_says_its_size_and_how_long_it_takes(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tpbso_casadi.cli.campaign_progress.LINE_SECONDS", 0.01)
+    arguments = ["time-2", "--solvers", "bso,ipopt", "--runs", "2", "--evaluations", "300", "--workers", "1"]
+    assert run(*arguments) == 0
+    first, *lines = capsys.readouterr().err.splitlines()
+    assert re.fullmatch(r"4 runs \(1 scenario, 2 solvers, 2 seeds\): about [\d.]+ s on 1 process", first)
+    progress = [line for line in lines if "of 4 runs after" in line]
+    assert all(re.fullmatch(r"\d of 4 runs after [\d.]+ s, about [\d.]+ s left", line) for line in progress)
+    counts = [int(line[0]) for line in progress]
+    assert counts[0] == 0 and counts == sorted(counts) and counts[-1] >= 2
+    rows = table("runs/compare")
+    assert [row["runs"] for row in rows] == ["2", "2"]
+    assert run(*arguments, "--runs", "3", "--starts", "2") == 0
+    first = capsys.readouterr().err.splitlines()[0]
+    assert first.startswith("6 runs (1 scenario, 2 solvers, 3 seeds), 2 of them stored already: about ")
+    assert run(*arguments, "--quiet") == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_ipopt_has_a_budget_of_its_own() -> None:
+    Path("mine.toml").write_text(MINE + "[solver]\nevaluations = 30000\n")
+
+    def budgets(*arguments: str) -> list[Budget]:
+        options = parser().parse_args(["mine.toml", "--solvers", "bso,ipopt", "--runs", "1", "--quiet", *arguments])
+        return [run.scenario.solver.budget() for run in campaign(options)]
+
+    assert budgets() == [Budget(30_000), Budget(iterations=5)]
+    assert budgets("--starts", "9", "--iterations", "70") == [Budget(30_000, 70), Budget(iterations=9)]
+    assert budgets("--evaluations", "400") == [Budget(400), Budget(iterations=5)]
+    assert budgets("--time-limit", "2") == [Budget(30_000, seconds=2.0), Budget(seconds=2.0)]
 
 
 def test_a_failed_run_is_said_and_tried_again_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
@@ -134,28 +181,11 @@ def test_a_failed_run_is_said_and_tried_again_when_asked(capsys: pytest.CaptureF
     assert run(*arguments, "--retry-failed") == 1
 
 
-def stored_rows(path: Path = Path("cut/runs.sqlite")) -> int:
-    """How many runs a store holds, read past the lock of the campaign that uses it; 0 where that cannot be told."""
-    try:
-        with closing(sqlite3.connect(f"file:{path}?immutable=1", uri=True)) as connection:
-            return int(connection.execute("SELECT count(*) FROM runs").fetchone()[0])
-    except sqlite3.Error:  # not there yet, or half-way through a transaction
-        return 0
-
-
-def wait_for_rows(process: subprocess.Popen[str], rows: int) -> None:
-    """Return when the store in ``cut`` holds so many runs, or the campaign has ended."""
-    deadline = time.monotonic() + 300.0
-    while process.poll() is None and stored_rows() < rows:
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-
-
 def kill_at(rows: int, delay: float) -> None:
     """Start the campaign in ``cut`` and kill it some time after its store holds so many runs."""
     command = [*COMMAND, *SMALL, "--workers", "2", "--out", "cut"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    wait_for_rows(process, rows)
+    wait_for_rows(process, STORE, rows)
     try:
         _, errors = process.communicate(timeout=delay)
         assert process.returncode == 0, errors
@@ -191,11 +221,12 @@ def test_killed_fifty_times_it_resumes_where_it_stopped() -> None:
 @pytest.mark.skipif(not Path("/proc").exists(), reason="looks for processes in /proc")
 def test_workers_end_with_a_killed_parent() -> None:
     arguments = ["time-2", "--solvers", "bso", "--runs", "200", "--no-plots", "--quiet", "--out", "cut"]
+    arguments += ["--workers", "2"]
     process = subprocess.Popen([*COMMAND, *arguments])
-    deadline = time.monotonic() + 120.0
+    deadline = time.monotonic() + PATIENCE
     while len(workers := children(process.pid)) < 3 and time.monotonic() < deadline:  # two workers and their tracker
         time.sleep(0.1)
-    assert len(workers) >= 2
+    assert len(workers) == 3
     process.kill()
     process.wait()
     while (alive_workers := [pid for pid in workers if alive(pid)]) and time.monotonic() < deadline:
@@ -218,16 +249,17 @@ def alive(pid: int) -> bool:
 
 
 def test_ctrl_c_keeps_what_was_done() -> None:
-    arguments = ["time-2", "--solvers", "bso", "--runs", "400", "--no-plots", "--out", "cut"]
+    arguments = ["time-2", "--solvers", "bso", "--runs", "400", "--no-plots", "--quiet", "--out", "cut"]
     process = subprocess.Popen([*COMMAND, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True)
-    wait_for_rows(process, 1)
+    wait_for_rows(process, STORE, 1)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
-    _, errors = process.communicate(timeout=300)
+    _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert errors == "error: interrupted; completed runs are stored, and the same command resumes\n"
-    with closing(sqlite3.connect("cut/runs.sqlite")) as connection:
-        errors = connection.execute("SELECT error FROM runs").fetchall()
-    assert 0 < len(errors) < 400 and set(errors) == {("",)}
+    with closing(sqlite3.connect(STORE)) as connection:
+        assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        kept = connection.execute("SELECT error FROM runs").fetchall()
+    assert 0 < len(kept) < 400 and set(kept) == {("",)}
 
 
 @pytest.fixture
