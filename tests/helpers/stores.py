@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import sqlite3
 import subprocess
-import time
 from contextlib import closing
 from pathlib import Path
 
-PATIENCE = 300.0  # s, on a machine that has much else to do
+from helpers.waiting import wait_until
 
 
 def stored_rows(path: Path) -> int:
@@ -22,7 +21,4 @@ def stored_rows(path: Path) -> int:
 
 def wait_for_rows(process: subprocess.Popen[str], path: Path, rows: int) -> None:
     """Return when a store holds so many runs, or the campaign has ended."""
-    deadline = time.monotonic() + PATIENCE
-    while process.poll() is None and stored_rows(path) < rows:
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    wait_until(lambda: process.poll() is not None or stored_rows(path) >= rows)

@@ -33,9 +33,15 @@ def check_file(path: Path) -> None:
     """Make sure that a file of that name can be written: there is none, or one that is replaced.
 
     Raises:
-        OutputError: there is a folder, a device or a pipe of that name.
+        OutputError: there is a folder, a device or a pipe of that name, or there can be no such name.
     """
-    if path.exists() and not path.is_file():
+    try:
+        path.lstat()
+    except FileNotFoundError:
+        return
+    except (OSError, ValueError) as error:
+        raise OutputError(f"{path}: cannot be written: {getattr(error, 'strerror', error)}") from error
+    if not path.is_file():
         raise OutputError(f"{path}: is {'a folder' if path.is_dir() else 'no regular file'}, and would be replaced")
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import pickle
-import time
 from itertools import product
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 from helpers.cases import BUILTIN, builtin
 from helpers.evaluation import needs_compiler, points, same_bits, small, source_of, virtual_machine
+from helpers.waiting import wait_until
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -188,10 +188,7 @@ def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatc
 
     def watched(candidates: FloatArray) -> FloatArray:
         if len(backends) == 60:
-            for _ in range(600):  # until the background process is done, 60 s at most
-                if auto._background is not None and auto._background.finished():
-                    break
-                time.sleep(0.1)
+            wait_until(lambda: auto._background is not None and auto._background.finished())
         backends.append(auto.backend)
         return auto(candidates)
 
@@ -216,10 +213,7 @@ def test_after_a_search_the_next_one_finds_compiled_code(monkeypatch: pytest.Mon
     assert first.backend == "vm"
     assert not cache_folder.exists()
     del first
-    for _ in range(600):
-        if find_library(source_of(small())) is not None:
-            break
-        time.sleep(0.1)
+    wait_until(lambda: find_library(source_of(small())) is not None)
     second = PopulationFunction(small(), EvaluationOptions("auto"))
     second(points())
     assert second.backend == "native"

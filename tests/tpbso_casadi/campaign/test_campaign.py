@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -10,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.stores import PATIENCE
+from helpers.waiting import wait_until
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import false_discovery_control
@@ -159,18 +158,14 @@ def test_ctrl_c_waits_a_moment_only_for_runs_that_have_begun(tmp_path: Path, mon
     runs = runs_of(f"helpers.campaign:Endless(mark={mark})", (1,)) + runs_of("bso", (1,))
 
     def interrupt(_: Outcome) -> None:
-        while not (mark.exists() and mark.read_text()):
-            time.sleep(0.02)
+        wait_until(lambda: mark.exists() and mark.read_text())
         raise KeyboardInterrupt
 
     with Store(tmp_path / "store") as store:
         with pytest.raises(KeyboardInterrupt):
             run_campaign(runs, store, processes(2), progress=interrupt)
         assert [record.solver for record in store.records(runs)] == ["bso"]
-    deadline = time.monotonic() + PATIENCE
-    while Path(f"/proc/{mark.read_text()}").exists():  # the worker, until it is dead and buried
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    wait_until(lambda: not Path(f"/proc/{mark.read_text()}").exists())  # the worker is dead
 
 
 def test_a_run_that_exits_has_failed(tmp_path: Path) -> None:

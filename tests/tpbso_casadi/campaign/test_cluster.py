@@ -8,7 +8,6 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -16,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers.stores import PATIENCE, stored_rows, wait_for_rows
+from helpers.stores import stored_rows, wait_for_rows
+from helpers.waiting import PATIENCE, wait_until
 
 distributed = pytest.importorskip("distributed")
 
@@ -79,8 +79,7 @@ def test_two_workers_of_a_cluster_give_the_same_table(cluster: list[str], tmp_pa
 
 def test_a_killed_worker_costs_nothing(cluster: list[str], tmp_path: Path) -> None:
     def kill_after_the_first_run() -> None:
-        while not stored_rows(tmp_path / "dask/runs.sqlite") and not ended.is_set():
-            time.sleep(0.02)
+        wait_until(lambda: stored_rows(tmp_path / "dask/runs.sqlite") or ended.is_set())
         os.kill(int(cluster[2]), signal.SIGKILL)
 
     ended = threading.Event()

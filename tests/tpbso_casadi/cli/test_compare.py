@@ -12,13 +12,13 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 
 import pytest
-from helpers.stores import PATIENCE, wait_for_rows
+from helpers.stores import wait_for_rows
+from helpers.waiting import PATIENCE, wait_until
 
 from solvers import Budget
 from tpbso_casadi.cli.compare import campaign, main, parser
@@ -223,15 +223,11 @@ def test_workers_end_with_a_killed_parent() -> None:
     arguments = ["time-2", "--solvers", "bso", "--runs", "200", "--no-plots", "--quiet", "--out", "cut"]
     arguments += ["--workers", "2"]
     process = subprocess.Popen([*COMMAND, *arguments])
-    deadline = time.monotonic() + PATIENCE
-    while len(workers := children(process.pid)) < 3 and time.monotonic() < deadline:  # two workers and their tracker
-        time.sleep(0.1)
-    assert len(workers) == 3
+    wait_until(lambda: len(children(process.pid)) == 3)  # two workers and their tracker
+    workers = children(process.pid)
     process.kill()
     process.wait()
-    while (alive_workers := [pid for pid in workers if alive(pid)]) and time.monotonic() < deadline:
-        time.sleep(0.1)
-    assert not alive_workers
+    wait_until(lambda: not any(alive(pid) for pid in workers))
 
 
 def children(pid: int) -> list[int]:

@@ -16,6 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.waiting import PATIENCE
 from oracles.csv_checker import check_run
 
 from problems import Problem
@@ -217,7 +218,7 @@ def test_interruption_of_ipopt_keeps_the_best(how: list[str], reason: str) -> No
         assert process.stdout is not None
         assert process.stdout.readline() == "descending\n"
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=120.0)
+        _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert "Traceback" not in errors
     assert json.loads(Path("out/result.json").read_text())["stop_reason"] == reason
