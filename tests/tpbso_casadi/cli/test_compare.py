@@ -12,7 +12,7 @@ import signal
 import sqlite3
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 
@@ -244,11 +244,12 @@ def alive(pid: int) -> bool:
         return False
 
 
-def test_ctrl_c_keeps_what_was_done() -> None:
+@pytest.mark.parametrize(("send", "number"), [(os.killpg, signal.SIGINT), (os.kill, signal.SIGTERM)])
+def test_an_interruption_keeps_what_was_done(send: Callable[[int, int], None], number: int) -> None:
     arguments = ["time-2", "--solvers", "bso", "--runs", "400", "--no-plots", "--quiet", "--out", "cut"]
     process = subprocess.Popen([*COMMAND, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True)
     wait_for_rows(process, STORE, 1)
-    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
+    send(process.pid, number)  # Ctrl-C as a terminal does: to the workers too
     _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert errors == "error: interrupted; completed runs are stored, and the same command resumes\n"
