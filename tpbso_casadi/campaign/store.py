@@ -21,7 +21,7 @@ from tpbso_casadi.storage.result import InvalidResult, RunResult
 from tpbso_casadi.storage.versions import versions
 
 APPLICATION = 0x7450_4253  # SQLite's "application id" of our files
-FORMAT = 1
+FORMAT = 2
 BUSY_SECONDS = 10.0  # to wait for others that write to the file
 LOCK_SECONDS = 1.0  # to wait for a campaign that is ending
 SCHEMA = """
