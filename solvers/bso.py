@@ -4,16 +4,19 @@ Wang and Yang, "Beetle Swarm Optimization Algorithm: Theory and Application", 20
 that are beetles. Each one evaluates the cost at its two antennae and adds a step towards the better side to the
 velocity of a particle.
 
-Deviations from the paper, each with a parameter that undoes it:
-    * the inertia weight of [49], from 0.9 down to 0.4; (27) prints none (``inertia_first = inertia_last = 1``);
+Deviations from the paper, each with a parameter that undoes it, both undone by the preset ``printed``:
+    * an inertia weight w before V in (27), from 0.9 down to 0.4 as in [49]; (27) prints none (``inertia_first =
+      inertia_last = 1``);
     * the sign of (28): as printed it steps towards the worse antenna (``antenna_sign="printed"``).
-Interpretation: the paper's indices in (28)-(30) are inconsistent; here the antennae are x ± V d / 2, and (28) uses the
-new V of (27).
+Interpretation: the paper's indices in (26) and (28)-(30) are inconsistent; here, as in its Algorithm 1, the new V of
+(27) is used everywhere, and the antennae are x ± V d / 2. r1 and r2 of (27) are drawn for every component.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -22,6 +25,9 @@ from solvers.box import Box, FloatArray
 from solvers.driver.iterations import Iterations
 from solvers.solver import Search, Solver, require
 from solvers.swarm import Swarm, linear_schedule
+from solvers.traits import Preset
+
+PRINTED: Preset = MappingProxyType({"inertia_first": 1.0, "inertia_last": 1.0, "antenna_sign": "printed"})
 
 
 @dataclass(frozen=True)
@@ -38,13 +44,14 @@ class BSO(Solver):
     """
 
     minimum_population: ClassVar[int] = 2
+    presets: ClassVar[Mapping[str, Preset]] = MappingProxyType({"printed": PRINTED})  # (27) and (28) to the letter
 
     population: int = 30  # m >= 2, beetles
     lambda_: float = 0.95  # lambda in [0, 1] of (26): share of the particle's velocity against the beetle's step
     c1: float = 1.7  # >= 0, learning factor of (27) towards the beetle's own best
     c2: float = 1.7  # >= 0, learning factor of (27) towards the swarm's best
-    inertia_first: float = 0.9  # >= 0, w at the start, [49]
-    inertia_last: float = 0.4  # >= 0, w at the end, [49]
+    inertia_first: float = 0.9  # >= 0, inertia weight w at the start, [49]; 1 is (27) as printed
+    inertia_last: float = 0.4  # >= 0, w at the end, linear in between
     velocity_range: float = 0.1  # > 0, v_max of Algorithm 1 as a share of the box; v_min = -v_max
     delta_0: float = 2.0  # >= 0, first step size of (32)
     eta: float = 0.95  # in (0, 1], decay of the step size in (32)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from types import MappingProxyType
+from typing import ClassVar, TypeAlias
 
 from solvers.driver.budget import Budget
+
+Preset: TypeAlias = Mapping[str, int | float | str]  # settings by name
+NO_PRESETS: Mapping[str, Preset] = MappingProxyType({})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,9 +39,11 @@ class SolverTraits:
         solves_program: whether it descends on a smooth program (:func:`solvers.descend`) rather than searching a box
             (:func:`solvers.driver.minimize`).
         steps: what the entries of its history count.
+        presets: settings that belong together, by a name that stands for them: ``bso(printed)``.
     """
 
     default_budget: ClassVar[Budget]
     has_population: ClassVar[bool]
     solves_program: ClassVar[bool]
     steps: ClassVar[Steps]
+    presets: ClassVar[Mapping[str, Preset]] = NO_PRESETS

@@ -17,7 +17,7 @@ from tpbso_casadi.campaign.export import write_summary
 from tpbso_casadi.campaign.statistics import summarise
 from tpbso_casadi.cli.audit import main as audit
 from tpbso_casadi.cli.solve import main as solve
-from tpbso_casadi.reproduction.case_figures import illustrate
+from tpbso_casadi.reproduction.page.case_figures import illustrate
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.scenario.tasks import TASKS
 

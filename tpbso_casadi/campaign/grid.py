@@ -8,9 +8,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
+from solvers.traits import Preset
 from tpbso_casadi.campaign.run import Run, escaped, problem_of
+from tpbso_casadi.plugins import PluginError
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario.solvers import find_solver
 
 MOST_RUNS = 100_000  # of a campaign
 LARGEST_SEED = 2**63 - 1  # that a store can hold
@@ -59,7 +62,7 @@ class SolverSpec:
 
 
 def parse_solvers(text: str) -> list[SolverSpec]:
-    """Read a list of solvers: ``bso,bso(lambda_=0.4,antenna_sign=printed),pso+polish,abso+polish3,ipopt``.
+    """Read a list of solvers: ``bso,bso(printed,lambda_=0.4),bso(c1=1.5),pso+polish,abso+polish3,ipopt``.
 
     Raises:
         ScenarioError: a solver cannot be read, or is stated twice.
@@ -75,14 +78,17 @@ def parse_solvers(text: str) -> list[SolverSpec]:
 def parse_solver(text: str) -> SolverSpec:
     """Read one solver: ``NAME``, ``NAME(setting=value,...)``, either with ``+polish`` or ``+polishN`` behind it.
 
+    A preset of the solver may stand among its settings, ``bso(printed,lambda_=0.4)``; later ones override earlier ones.
+
     Raises:
         ScenarioError: it cannot be read.
     """
     match = SPEC.fullmatch(text)
     if match is None:
         raise ScenarioError(f"solvers: {text!r} is not NAME, NAME(setting=value) or NAME+polish")
-    pairs = match["settings"].split(",") if match["settings"] else []
-    settings = dict(_setting(text, pair) for pair in pairs)
+    settings: dict[str, int | float | str] = {}
+    for part in match["settings"].split(",") if match["settings"] else []:
+        settings |= _preset(match["name"], part.strip()) or dict([_setting(text, part)])
     starts = 0 if match["polish"] is None else _polish_starts(text, match["starts"] or "1")
     return SolverSpec(text, match["name"], settings, starts)
 
@@ -91,6 +97,14 @@ def _polish_starts(text: str, digits: str) -> int:
     if not re.fullmatch("[1-9][0-9]{0,8}", digits):
         raise ScenarioError(f"solvers: {text!r}: +polish needs a number of starts from 1 on, without zeros before it")
     return int(digits)
+
+
+def _preset(solver: str, name: str) -> Preset:
+    """The settings of a preset; empty if there is no such preset, or no such solver, which is an error later."""
+    try:
+        return find_solver(solver).presets.get(name, {})
+    except PluginError:
+        return {}
 
 
 def _setting(text: str, pair: str) -> tuple[str, int | float | str]:

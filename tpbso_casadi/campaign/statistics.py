@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
+from math import comb
+from typing import Any
 
 import numpy as np
-from scipy.stats import mannwhitneyu
+from scipy.stats import PermutationMethod, mannwhitneyu, rankdata
 
 from problems.base.matrix import FloatArray
 from tpbso_casadi.campaign.record import Record
 
 TIE_TOLERANCE = 1e-4  # relative: objectives this close to the best of two samples count as equal to it
 SIGNIFICANCE_LEVEL = 0.05
+EXACT_PARTITIONS = 20_000  # two samples with ties are permuted up to so many ways; beyond, p is asymptotic
+SMALLEST_SHOWN_P = 0.001
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,6 +73,12 @@ class Summary:
         return float(np.median(self.objectives)) if self.objectives.size else float("nan")
 
     @property
+    def interquartile_range(self) -> float:
+        """Of the feasible plans; inf where there are fewer than two."""
+        plans = self.feasible_objectives
+        return float(np.subtract(*np.quantile(plans, (0.75, 0.25)))) if plans.size > 1 else float("inf")
+
+    @property
     def rank_key(self) -> tuple[int, float]:
         """The key by which solvers are ranked: the number of runs that failed or are infeasible, then the mean."""
         return self.failed + self.infeasible, self.mean if self.feasible_objectives.size else float("inf")
@@ -99,7 +110,16 @@ def _summary(case: str, solver: str, records: Sequence[Record]) -> Summary:
     )
 
 
-@dataclass(frozen=True)
+class Relation(StrEnum):
+    """What the runs of two solvers show about the one against the other."""
+
+    BETTER = "better"
+    WORSE = "worse"
+    NOT_SHOWN = "no difference shown"
+    NOT_JUDGED = "not judged"  # so few runs that no outcome of theirs could have been significant
+
+
+@dataclass(frozen=True, kw_only=True)
 class Comparison:
     """The runs of one solver compared with those of another, on one case.
 
@@ -108,33 +128,88 @@ class Comparison:
         solver: the label of the one.
         other: the label of the other.
         ahead: whether the one ranks before the other: fewer runs without a plan, then the lower mean.
-        probability: that a run of the one is better than one of the other, ties half (Vargha and Delaney's A).
+        a12: effect size of Vargha and Delaney, the probability that a run of the one is better than one of the other,
+            ties half; from 0 to 1, 0.5 where they are alike.
         p: of the two-sided rank-sum test (Mann and Whitney), infeasible runs last.
+        smallest_p: that this test can give with so many runs.
     """
 
     case: str
     solver: str
     other: str
     ahead: bool
-    probability: float
+    a12: float
     p: float
+    smallest_p: float
 
-    def relation(self, p: float) -> str:
-        """Whether the one is significantly better or worse than the other, given the corrected p; else equal."""
-        if not p < SIGNIFICANCE_LEVEL or self.probability == 0.5:
-            return "equal"
-        return "better" if self.probability > 0.5 else "worse"
+
+@dataclass(frozen=True, kw_only=True)
+class Judgement:
+    """A comparison judged as one of a family of tests.
+
+    Attributes:
+        comparison: itself.
+        p: corrected by Holm over the family.
+        relation: of the one solver to the other.
+    """
+
+    comparison: Comparison
+    p: float
+    relation: Relation
+
+
+def judge(comparisons: Sequence[Comparison]) -> list[Judgement]:
+    """The comparisons as one family of tests at 5 %, Holm-corrected."""
+    corrected = holm([comparison.p for comparison in comparisons])
+    return [
+        Judgement(comparison=comparison, p=p, relation=_relation(comparison, p, len(comparisons)))
+        for comparison, p in zip(comparisons, corrected, strict=True)
+    ]
+
+
+def _relation(comparison: Comparison, p: float, tests: int) -> Relation:
+    if p < SIGNIFICANCE_LEVEL and comparison.a12 != 0.5:
+        return Relation.BETTER if comparison.a12 > 0.5 else Relation.WORSE
+    return Relation.NOT_SHOWN if tests * comparison.smallest_p < SIGNIFICANCE_LEVEL else Relation.NOT_JUDGED
 
 
 def compare_summaries(first: Summary, second: Summary) -> Comparison:
     """Compare two solvers on a case. Objectives within 0.01 % of the best of both count as equal to it."""
-    a, b = with_ties(first.objectives, second.objectives)
-    ahead = first.rank_key < second.rank_key
-    labels = first.case, first.solver, second.solver
+    a12, p = rank_sum(*with_ties(first.objectives, second.objectives))
+    return Comparison(
+        case=first.case,
+        solver=first.solver,
+        other=second.solver,
+        ahead=first.rank_key < second.rank_key,
+        a12=a12,
+        p=p,
+        smallest_p=smallest_p(first.objectives.size, second.objectives.size),
+    )
+
+
+def rank_sum(a: FloatArray, b: FloatArray) -> tuple[float, float]:
+    """A12, the probability that a value of ``a`` (n,) is lower than one of ``b`` (m,), and p; 0.5 and 1 if all are one.
+
+    p is exact for small samples, ties or none.
+    """
     if not (a.size and b.size) or np.unique([*a, *b]).size == 1:
-        return Comparison(*labels, ahead, 0.5, 1.0)
-    wins = (a[:, None] < b).mean() + 0.5 * (a[:, None] == b).mean()
-    return Comparison(*labels, ahead, float(wins), float(mannwhitneyu(a, b).pvalue))
+        return 0.5, 1.0
+    ranks = rankdata([*a, *b])
+    ways = comb(ranks.size, a.size)
+    few_with_ties = ways <= EXACT_PARTITIONS and np.unique(ranks).size < ranks.size
+    method: Any = PermutationMethod(n_resamples=EXACT_PARTITIONS) if few_with_ties else "auto"
+    a12 = (a[:, None] < b).mean() + 0.5 * (a[:, None] == b).mean()
+    return float(a12), float(mannwhitneyu(ranks[: a.size], ranks[a.size :], method=method).pvalue)
+
+
+def smallest_p(n: int, m: int) -> float:
+    """The smallest p that a two-sided rank-sum test of n runs against m can give."""
+    return min(1.0, 2.0 / comb(n + m, n))
+
+
+def p_text(p: float) -> str:
+    """P for a table: three digits, or that it is below the smallest of them."""
+    return f"{p:.3f}" if p >= SMALLEST_SHOWN_P else f"< {SMALLEST_SHOWN_P}"
 
 
 def with_ties(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -15,7 +15,7 @@ from tpbso_casadi.campaign import Run, grid, parse_solvers
 from tpbso_casadi.campaign.export import export, write_summary
 from tpbso_casadi.campaign.grid import check_size
 from tpbso_casadi.campaign.statistics import summarise
-from tpbso_casadi.campaign.table import HEADER, printable, rows
+from tpbso_casadi.campaign.table import HEADER, print_tables, rows
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
     exit_code_of,
@@ -96,7 +96,7 @@ def compare(options: argparse.Namespace) -> int:
     if options.json:
         sys.stdout.write(json.dumps([dict(zip(HEADER, row, strict=True)) for row in rows(summaries)], indent=2) + "\n")
     elif not options.quiet:
-        Console().print(printable(summaries))
+        print_tables(summaries, Console())
         Console().print(f"written to {options.out}", highlight=False, soft_wrap=True)
     return failures(records)
 

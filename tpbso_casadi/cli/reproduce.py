@@ -5,11 +5,14 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
+from rich.text import Text
 
 from tpbso_casadi.campaign import Store
 from tpbso_casadi.campaign.export import export
@@ -25,13 +28,23 @@ from tpbso_casadi.cli.campaign import (
     stored,
 )
 from tpbso_casadi.cli.common import OneLineParser
-from tpbso_casadi.reproduction.claims import CLAIMS
+from tpbso_casadi.reproduction.claims.catalogue import CLAIMS
+from tpbso_casadi.reproduction.claims.finding import ClaimOutcome
 from tpbso_casadi.reproduction.evidence import Evidence
 from tpbso_casadi.reproduction.experiment import FULL, QUICK, Size, campaign
 from tpbso_casadi.reproduction.gather import gather, illustrations
-from tpbso_casadi.reproduction.report import render
+from tpbso_casadi.reproduction.pace import QUICK_ROUNDS, ROUNDS, measure_pace
+from tpbso_casadi.reproduction.page.report import render
 from tpbso_casadi.reproduction.scaling import measure_scaling
 from tpbso_casadi.storage.files import write_csv, write_text, writing
+
+UNBREAKABLE = "\N{NO-BREAK SPACE}"
+COLOURS = {
+    ClaimOutcome.REPRODUCED: "green",
+    ClaimOutcome.NOT_REPRODUCED: "red",
+    ClaimOutcome.NOT_TESTABLE: "yellow",
+    ClaimOutcome.NOT_JUDGED: "yellow",
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -57,7 +70,7 @@ def reproduce(options: argparse.Namespace) -> int:
     prepare(options, "summary.csv", "report.html")
     with stored(options) as store:
         run_with_progress(runs, store, options)
-        evidence = gather(runs, store, stored_scaling(store, size, options.quiet))
+        evidence = gather(runs, store, **measurements(store, size, options))
         with local(options).start() as executor:
             drawn = illustrations(runs, store, executor)
     page = render(evidence, drawn, size, command_of(options), sum(record.seconds for record in evidence.records))
@@ -72,18 +85,34 @@ def reproduce(options: argparse.Namespace) -> int:
     return failures(evidence.records)
 
 
-def stored_scaling(store: Store, size: Size, quiet: bool) -> dict[str, object]:
-    """Growth of time and memory: measured once, then from the store."""
-    name = f"scaling {asdict(size)}"
-    scaling: dict[str, object] | None = store.measurement(name)
-    if scaling is None:
-        console = Console(stderr=True, quiet=quiet or not sys.stderr.isatty())
-        with console.status("measuring growth") as status:
-            scaling = measure_scaling(
-                size is QUICK, lambda quantity: status.update(f"measuring the growth of {quantity}")
-            )
-        store.keep(name, scaling)
-    return scaling
+def measurements(store: Store, size: Size, options: argparse.Namespace) -> dict[str, Any]:
+    """Growth of time and memory, and the time of searches: measured once, then from the store."""
+    console = Console(stderr=True, quiet=options.quiet or not sys.stderr.isatty())
+    quick = size is QUICK
+    with console.status("measuring") as status:
+
+        def progress(quantity: str) -> None:
+            status.update(f"measuring {quantity}")
+
+        return {
+            "scaling": stored_measurement(
+                store, f"growth in processor time {asdict(size)}", lambda: measure_scaling(quick, progress)
+            ),
+            "pace": stored_measurement(
+                store,
+                f"pace {asdict(size)}",
+                lambda: measure_pace(size, options.backend, QUICK_ROUNDS if quick else ROUNDS, progress),
+            ),
+        }
+
+
+def stored_measurement(store: Store, name: str, measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """A measurement from the store, where it is kept once it is made."""
+    stored: dict[str, Any] | None = store.measurement(name)
+    if stored is None:
+        stored = measure()
+        store.keep(name, stored)
+    return stored
 
 
 def command_of(options: argparse.Namespace) -> str:
@@ -94,10 +123,22 @@ def command_of(options: argparse.Namespace) -> str:
 
 
 def print_claims(evidence: Evidence, console: Console) -> None:
-    """Print the outcome of each claim."""
+    """Print the outcome of each claim, in lines as wide as the console, broken between words alone."""
     for claim in CLAIMS:
-        console.print(f"[bold]{claim.statement}[/]")
+        console.print(wrapped(claim.statement, console.width, style="bold"), crop=False)
         for basis, finding in claim.findings(evidence).items():
-            colour = {"reproduced": "green", "not reproduced": "red"}.get(finding.outcome, "yellow")
-            prefix = f"{basis}: " if basis else ""
-            console.print(f"  {prefix}[{colour}]{finding.outcome}[/]. {finding.evidence}", highlight=False)
+            text = f"{basis}: {finding.outcome}. " if basis else f"{finding.outcome}. "
+            lines = wrapped(text + finding.evidence, console.width, indent="  ")
+            start = lines.plain.index(finding.outcome)
+            lines.stylize(COLOURS[finding.outcome], start, start + len(finding.outcome))
+            console.print(lines, crop=False)
+
+
+def wrapped(text: str, width: int, indent: str = "", style: str = "") -> Text:
+    """Text in lines of at most ``width`` columns, where its words allow that; outcomes and percentages stay whole."""
+    for words in (*ClaimOutcome, " %"):
+        text = text.replace(words, words.replace(" ", UNBREAKABLE))
+    lines = textwrap.wrap(
+        text, width, initial_indent=indent, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
+    return Text("\n".join(lines).replace(UNBREAKABLE, " "), style=style, no_wrap=True, overflow="ignore")

@@ -8,6 +8,7 @@ from typing import Any
 from tpbso_casadi.campaign import Run, SolverSpec, grid
 from tpbso_casadi.campaign.grid import parse_solver
 from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.scenario import SolverSection
 from tpbso_casadi.scenario.solvers import find_solver
 
 
@@ -38,7 +39,9 @@ BASES = (ITERATIONS, EVALUATIONS)
 PRINTED_SIGN = "bso(antenna_sign=printed)"
 LOW_LAMBDA = "bso(lambda_=0.4)"
 LOW_LAMBDA_PRINTED_SIGN = "bso(lambda_=0.4,antenna_sign=printed)"
-ON_BOTH_BASES = ("bso", PRINTED_SIGN, "pso", "ga")
+PRINTED = "bso(printed)"  # (27) without inertia and (28) with its sign
+PRINTED_LOW_LAMBDA = "bso(printed,lambda_=0.4)"
+ON_BOTH_BASES = ("bso", PRINTED_SIGN, PRINTED, PRINTED_LOW_LAMBDA, "pso", "ga")
 ON_EVALUATIONS_ONLY = (LOW_LAMBDA, LOW_LAMBDA_PRINTED_SIGN)
 EXTENSIONS = ("abso", "bso+polish", "ipopt")
 
@@ -50,18 +53,27 @@ def label(solver: str, basis: str) -> str:
 
 def campaign(size: Size) -> list[Run]:
     """All runs; a gradient-based solver, which counts no candidates, has its own default budget."""
-    budgets: dict[str, dict[str, Any]] = {
-        ITERATIONS: {"population": size.population, "iterations": size.iterations},
-        EVALUATIONS: {"evaluations": size.evaluations},
-    }
     compared = [(solver, basis) for basis in BASES for solver in ON_BOTH_BASES]
     if size.extensions:
         compared += [(solver, EVALUATIONS) for solver in (*ON_EVALUATIONS_ONLY, *EXTENSIONS)]
-    specs = [_spec(solver, basis, budgets[basis]) for solver, basis in compared]
+    specs = [_spec(solver, basis, size) for solver, basis in compared]
     return grid({case: builtin(case) for case in TITLES}, specs, range(1, size.runs + 1))
 
 
-def _spec(solver: str, basis: str, budget: dict[str, Any]) -> SolverSpec:
+def solver_section(name: str, basis: str, size: Size) -> SolverSection:
+    """A metaheuristic with its defaults and the budget of a basis of comparison."""
+    return SolverSection(name=name, **_budget(basis, size))
+
+
+def _budget(basis: str, size: Size) -> dict[str, Any]:
+    budgets = {
+        ITERATIONS: {"population": size.population, "iterations": size.iterations},
+        EVALUATIONS: {"evaluations": size.evaluations},
+    }
+    return budgets[basis]
+
+
+def _spec(solver: str, basis: str, size: Size) -> SolverSpec:
     spec = parse_solver(solver)
-    table = {} if find_solver(spec.name).solves_program else budget
+    table = {} if find_solver(spec.name).solves_program else _budget(basis, size)
     return SolverSpec(label(solver, basis), spec.name, spec.settings, spec.polish_starts, table)

@@ -7,34 +7,39 @@ from concurrent.futures import Executor
 from typing import Any, TypeAlias
 
 from tpbso_casadi.campaign import Run, Store
-from tpbso_casadi.reproduction.case_figures import Illustration, illustrate
-from tpbso_casadi.reproduction.evidence import Evidence, convergence_iteration
+from tpbso_casadi.reproduction.evidence import CostHistory, Evidence, convergence_iteration
 from tpbso_casadi.reproduction.experiment import BASES, ITERATIONS, label
-from tpbso_casadi.reproduction.paper import PATHS
+from tpbso_casadi.reproduction.pace import Pace
+from tpbso_casadi.reproduction.page.case_figures import Illustration, illustrate
+from tpbso_casadi.reproduction.paper import NAMES, PATHS
 from tpbso_casadi.scenario.builtin import TITLES, builtin
 from tpbso_casadi.storage.result import RunResult
 
 CompletedRun: TypeAlias = tuple[Run, RunResult]
 
 
-def gather(runs: list[Run], store: Store, scaling: dict[str, Any]) -> Evidence:
+def gather(runs: list[Run], store: Store, scaling: dict[str, Any], pace: Pace) -> Evidence:
     """The evidence in a store.
 
     Args:
         runs: all of the reproduction.
         store: those of them that were done.
         scaling: as measured by :mod:`tpbso_casadi.reproduction.scaling`.
+        pace: as measured by :mod:`tpbso_casadi.reproduction.pace`.
     """
-    convergence, accuracy = {}, {}
+    convergence, distances = {}, {}
+    histories: dict[tuple[str, str, str], list[CostHistory]] = {}
     for case in TITLES:
         upper_bound = builtin(case).problem().objective_upper_bound
         for basis in BASES:
-            results = [result for _, result in completed_runs(runs, store, case, label("bso", basis))]
-            iterations = (convergence_iteration(result.history.cost, upper_bound) for result in results)
+            for solver in NAMES:
+                results = [result for _, result in completed_runs(runs, store, case, label(solver, basis))]
+                histories[case, solver, basis] = [result.history.cost for result in results]
+                if solver == "bso" and case in PATHS:
+                    distances[case, basis] = [largest_distance(result) for result in results]
+            iterations = (convergence_iteration(history, upper_bound) for history in histories[case, "bso", basis])
             convergence[case, basis] = [pair for pair in iterations if pair is not None]
-            if case in PATHS:
-                accuracy[case, basis] = max(map(largest_distance, results), default=float("nan"))
-    return Evidence(runs, store.records(runs), convergence, accuracy, scaling)
+    return Evidence(runs, store.records(runs), convergence, distances, histories, scaling, pace)
 
 
 def completed_runs(runs: Iterable[Run], store: Store, case: str, solver: str) -> list[CompletedRun]:

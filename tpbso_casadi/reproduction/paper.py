@@ -11,6 +11,7 @@ POINT_TO_POINT = tuple(case for case in TITLES if case.startswith(("time", "rota
 TIME = tuple(case for case in TITLES if case.startswith("time"))
 ROTATION = tuple(case for case in TITLES if case.startswith("rotation"))
 OBSTACLES = tuple(case for case in TITLES if case.startswith("obstacle"))
+PENTAGRAM = tuple(case for case in TITLES if case.startswith("pentagram"))
 PATHS = tuple(case for case in TITLES if case.startswith(("pentagram", "closed-curve")))
 
 NAMES = {"bso": "TPBSO", "pso": "PSO", "ga": "GA"}

@@ -81,8 +81,8 @@ def measure_scaling(quick: bool, progress: Callable[[str], object] = lambda quan
         progress: called with the quantity that is measured next.
 
     Returns:
-        ``{"time" | "space": {experiment: {symbol: {solver: {"sizes", "values", "exponent"}}}}, "pace": ...}``; s and
-        bytes. Space is empty where it is quick, or the system does not report the peak memory of a process.
+        ``{"time" | "space": {experiment: {symbol: {solver: {"sizes", "values", "exponent"}}}}}``; s of processor
+        time and bytes. Space is empty where it is quick, or the system does not report the peak memory of a process.
     """
     progress("time")
     times = _measure(TIME_SIZES, TIME_BASE, quick, lambda points: [_seconds(point, quick) for point in points])
@@ -91,7 +91,6 @@ def measure_scaling(quick: bool, progress: Callable[[str], object] = lambda quan
     return {
         "time": with_exponents(times, exponent),
         "space": with_exponents(space, exponent_above),
-        "pace": pace(quick),
     }
 
 
@@ -138,18 +137,6 @@ def exponent_above(sizes: Sequence[float], values: Sequence[float]) -> float:
     return float(1.0 + np.log(slopes[-1] / slopes[0]) / np.log(middles[-1] / middles[0]))
 
 
-def pace(quick: bool) -> dict[str, dict[str, float]]:
-    """Seconds that each solver takes for 200 iterations of 50, and for 30,000 evaluations: least time, 3 links."""
-    budgets = {"equal iterations": Budget(iterations=200), "equal evaluations": Budget(30_000)}
-    seconds: dict[str, dict[str, float]] = {}
-    for basis, budget in budgets.items():
-        for solver in NAMES:
-            cost, box = _cost(ScalingPoint("point-to-point", solver))
-            repeats = [_search(cost, box, _solver(solver, 50), budget) for _ in range(1 if quick else REPEATS)]
-            seconds.setdefault(basis, {})[solver] = min(repeats)
-    return seconds
-
-
 def _seconds(point: ScalingPoint, quick: bool) -> float:
     cost, box = _cost(point)
     solver, budget = _solver(point.solver, point.n_p), Budget(iterations=point.n_i)
@@ -163,9 +150,9 @@ def _solver(name: str, population: int) -> Solver:
 
 
 def _search(cost: Callable[[FloatArray], FloatArray], box: Box, solver: Solver, budget: Budget) -> float:
-    began = time.perf_counter()
+    began = time.process_time()  # not what other processes do meanwhile
     minimize(cost, box, solver, budget, 1)
-    return time.perf_counter() - began
+    return time.process_time() - began
 
 
 def _cost(point: ScalingPoint) -> tuple[Callable[[FloatArray], FloatArray], Box]:

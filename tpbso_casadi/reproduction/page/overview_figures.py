@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from tpbso_casadi.campaign.figures import draw_runs
-from tpbso_casadi.reproduction.case_figures import Picture, webp
 from tpbso_casadi.reproduction.evidence import Evidence
 from tpbso_casadi.reproduction.experiment import BASES
+from tpbso_casadi.reproduction.page.case_figures import Picture, webp
 from tpbso_casadi.reproduction.paper import NAMES, ROTATION, TIME, Order
 
 COLOURS = {"ga": "#2ca02c", "pso": "#d62728", "bso": "#1f77b4"}

@@ -1,0 +1,1 @@
+"""The page that a reproduction leaves: its figures, parameters and tables."""
