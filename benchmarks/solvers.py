@@ -134,7 +134,7 @@ def summary(title: str, runs: Sequence[Run], behind: dict[Job, float]) -> None:
     others = [solver for solver in solvers if solver != REFERENCE_SOLVER and REFERENCE_SOLVER in solvers]
     p_values = dict(zip(others, holm([against(means, solvers, solver) for solver in others]), strict=True))
     print(f"\n{title}: {len(cases)} cases\n")
-    print("| solver | rank | mean shortfall | std over seeds | within 1 % | infeasible | abso: + = - | p |")
+    print("| solver | rank | mean shortfall | std over seeds | within 1 % | infeasible | abso: + ~ - | p |")
     print("|---|---|---|---|---|---|---|---|")
     for column in np.argsort(ranks):
         solver = solvers[column]
@@ -167,7 +167,7 @@ def against(means: FloatArray, solvers: Sequence[str], solver: str) -> float:
 
 
 def score(values: dict[tuple[str, str], list[float]], cases: Sequence[str], solver: str) -> str:
-    """Cases in which abso is better, equal or worse than a solver: a rank-sum test at 5 % decides."""
+    """Cases in which abso is better, no difference is shown, or it is worse: a rank-sum test at 5 % decides."""
     from scipy.stats import mannwhitneyu  # noqa: PLC0415
 
     count = {"win": 0, "tie": 0, "loss": 0}

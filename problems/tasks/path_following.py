@@ -6,8 +6,10 @@ the joint angles; the other points are passed within the trajectory accuracy (24
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import ClassVar, Literal, TypeAlias, get_args
 
 import casadi as ca
@@ -52,6 +54,14 @@ class PathFollowing(Task):
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("total_time",)
+    equations: ClassVar[Mapping[str, str]] = MappingProxyType(
+        {
+            "speed": "(21), (16)",
+            "acceleration": "(22), (17)",
+            "rotation forward": "(20)",
+            "rotation backward": "(20)",
+        }
+    )
 
     robot: Robot
     path: Path

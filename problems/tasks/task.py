@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import ClassVar
 
 from problems.base.arguments import Statement
 from problems.base.matrix import FloatArray
@@ -14,7 +17,13 @@ from problems.tasks.drawing import Marker
 
 
 class Task(Statement, ABC):
-    """A statement: a robot, what it has to do, and what it has to keep clear of. A subclass is a frozen dataclass."""
+    """A statement: a robot, what it has to do, and what it has to keep clear of. A subclass is a frozen dataclass.
+
+    Attributes:
+        equations: where the paper states a constraint of this task, by its name, if elsewhere than for other tasks.
+    """
+
+    equations: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     robot: Robot
     obstacles: tuple[Obstacle, ...]

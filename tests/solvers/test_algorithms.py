@@ -71,6 +71,19 @@ def test_beetle_step(sign: str, towards: float) -> None:
     assert (spread <= drawn.v_max * (1.0 / 4.0) + 1e-12).all()  # (32): delta has halved
 
 
+def test_a_beetle_as_printed_keeps_all_of_its_velocity() -> None:
+    """(27) without inertia, early and late; (28) with the printed sign."""
+    drawn = Drawn(0.1)
+    for progress in (0.0, 1.0):
+        solver = BSO(population=3, lambda_=0.6, **BSO.presets["printed"])
+        assert solver.antenna_sign == "printed"
+        costs = [1.0, 3.0, 2.0], [5.0, 1.0, 2.0, 4.0, 3.0, 2.0]
+        _, _, second = drive(solver, *costs, progress=progress)
+        v = drawn.velocity(1.0, 1.7, 1.7, best=drawn.x[0])
+        step = 2.0 * v * np.array([[1.0], [-1.0], [0.0]])
+        assert second == pytest.approx(BOX.clip(drawn.x + 0.6 * v + 0.4 * step))
+
+
 def test_beetle_evaluates_three_candidates_an_iteration() -> None:
     sizes = [len(part) for part in drive(BSO(population=4), [1.0] * 4, [1.0] * 8, [1.0] * 4, [1.0] * 8)]
     assert sizes == [4, 8, 4, 8, 4]

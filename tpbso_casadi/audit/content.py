@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import casadi as ca
@@ -39,16 +39,22 @@ def audit_scenario(scenario: Scenario) -> dict[str, Any]:
     rows = program.constraints(SAMPLING_MARGIN)
     return {
         "kind": "scenario",
-        "search": _model(problem.constraints, problem.model.x, names, problem.bounds),
-        "program": _model(rows, program.x, program.names, program.bounds_near(start)),
+        "search": _model(problem, problem.constraints, problem.model.x, names, problem.bounds),
+        "program": _model(problem, rows, program.x, program.names, program.bounds_near(start)),
         "seconds": time.perf_counter() - began,
     }
 
 
 def _model(
-    constraints: Sequence[Constraint], x: ca.SX, names: Sequence[str], bounds: tuple[FloatArray, FloatArray]
+    problem: Problem[Any],
+    constraints: Sequence[Constraint],
+    x: ca.SX,
+    names: Sequence[str],
+    bounds: tuple[FloatArray, FloatArray],
 ) -> dict[str, Any]:
-    structures = [structure_of(constraint, x, names, *bounds) for constraint in constraints]
+    equations = problem.task.equations
+    numbered = [replace(c, equation=equations.get(c.name, c.equation)) for c in constraints]
+    structures = [structure_of(constraint, x, names, *bounds) for constraint in numbered]
     return {
         "variables": len(names),
         "rows": sum(structure.rows for structure in structures),

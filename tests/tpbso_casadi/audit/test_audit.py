@@ -23,6 +23,7 @@ from problems import CertificateStatus, Constraint
 from problems.certify.structure import freedom, structure_of
 from problems.nlp.optimality import optimality
 from tpbso_casadi import builtin, parse_scenario, plan, write_run
+from tpbso_casadi.audit.content import audit_scenario
 from tpbso_casadi.cli.audit import main
 from tpbso_casadi.planning.plan import Plan
 from tpbso_casadi.scenario.builtin import TITLES
@@ -125,6 +126,18 @@ def test_structure_of_a_small_constraint() -> None:
         constraint, expression=ca.vertcat(x[0] - x[1], x[0] - x[1]), lower=ca.DM([[5.0]]), upper=ca.DM([[5.0]])
     )
     assert freedom([equal], x) == 1
+
+
+@pytest.mark.parametrize(
+    ("case", "speed", "increments"), [("rotation-2", "(11)", "(9)"), ("pentagram-rotation", "(21)", "(20)")]
+)
+def test_equations_are_those_of_the_task(case: str, speed: str, increments: str) -> None:
+    models = audit_scenario(builtin(case))
+    search, program = (
+        {c["name"]: c["equation"] for c in models[model]["constraints"]} for model in ("search", "program")
+    )
+    assert search["speed"] == f"{speed}, (16)"
+    assert program["rotation forward"] == program["rotation backward"] == increments
 
 
 def test_a_limit_that_nothing_meets_is_found(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

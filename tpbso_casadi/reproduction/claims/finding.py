@@ -39,4 +39,4 @@ def finding(holds: bool, evidence: str) -> Finding:
 
 def percent(share: float, sign: str = "") -> str:
     """A share as a percentage; "(no plan)" where it is not finite."""
-    return f"{100.0 * share:{sign}.0f} %" if np.isfinite(share) else "(no plan)"
+    return f"{round(100.0 * share):{sign}d} %" if np.isfinite(share) else "(no plan)"
