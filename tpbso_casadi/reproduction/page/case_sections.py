@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from tpbso_casadi.campaign import Record
@@ -24,9 +24,9 @@ from tpbso_casadi.reproduction.paper import FIGURES, NAMES, RIVALS, TABLE_1, Pri
 from tpbso_casadi.scenario.builtin import TITLES
 
 AS_PRINTED = {
-    PRINTED_SIGN: "TPBSO, (28) as printed",
-    PRINTED: "TPBSO as printed, λ = 0.95",
-    PRINTED_LOW_LAMBDA: "TPBSO as printed, λ = 0.4",
+    PRINTED_SIGN: "TPBSO with (28) as printed",
+    PRINTED: "TPBSO as printed (λ = 0.95)",
+    PRINTED_LOW_LAMBDA: "TPBSO as printed (λ = 0.4)",
 }
 SOLVER_TITLES = {"ga": NAMES["ga"], "pso": NAMES["pso"], "bso": NAMES["bso"], **AS_PRINTED}
 EXTENSION_TITLES = {
@@ -141,4 +141,10 @@ def in_words(judgements: Mapping[str, Judgement]) -> str:
     others: dict[Relation, list[str]] = {}
     for solver, judgement in judgements.items():
         others.setdefault(judgement.relation, []).append(SOLVER_TITLES[solver])
-    return "; ".join(phrases[relation].format(" and ".join(names)) for relation, names in others.items())
+    return "; ".join(phrases[relation].format(joined(names)) for relation, names in others.items())
+
+
+def joined(names: Sequence[str]) -> str:
+    """Names with commas, and "and" before the last: a, b and c."""
+    *others, last = names
+    return f"{', '.join(others)} and {last}" if others else last
