@@ -7,12 +7,16 @@ A :class:`Catalogue` describes one kind of thing (solvers, robots, ...) and find
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterable, Mapping
+import sys
+import traceback
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from functools import reduce
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Generic, TypeGuard, TypeVar
 
 T = TypeVar("T")
@@ -86,14 +90,19 @@ class Catalogue(Generic[T]):
         if not (module_name and attribute) or module_name.startswith("."):
             raise PluginError(f"{prefix}: {path!r} is not package.module:Attribute")
         try:
-            module = import_module(module_name)
-        except (Exception, SystemExit) as error:
+            with redirect_stdout(sys.stderr):  # standard output is for results
+                module = import_module(module_name)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             raise PluginError(f"{prefix}: importing {module_name} failed: {_one_line(error)}") from error
         try:
             return reduce(getattr, attribute.split("."), module)
         except AttributeError as error:
             public = [known for known in vars(module) if not known.startswith("_")]
             raise PluginError(f"{prefix}: {module_name} has no {attribute}; {_hint(attribute, public)}") from error
+        except (Exception, SystemExit) as error:
+            raise PluginError(f"{prefix}: {attribute} of {module_name} failed: {_one_line(error)}") from error
 
     def _checked(self, name: str, candidate: object) -> T:
         if self.accepts(candidate):
@@ -116,5 +125,22 @@ def _hint(name: str, known: Iterable[str]) -> str:
     return f"did you mean {nearest[0]}?" if nearest else f"there are {', '.join(known) or 'none'}"
 
 
+def failure(error: BaseException) -> str:
+    """What a plug-in raised, and where, in one line."""
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{_one_line(error)} ({Path(where.filename).name}:{where.lineno})"
+
+
+def is_raised_in(plugins: Sequence[str], error: BaseException) -> bool:
+    """Whether the code of a plug-in that is named by its path was running when an error was raised."""
+    modules = [sys.modules.get(name.partition(":")[0]) for name in plugins if ":" in name]
+    files = {getattr(module, "__file__", None) for module in modules} - {None}
+    return any(frame.filename in files for frame in traceback.extract_tb(error.__traceback__))
+
+
 def _one_line(error: BaseException) -> str:
-    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+    try:
+        reason = " ".join(str(error).split())
+    except Exception:  # an exception of a plug-in may raise one itself
+        reason = ""
+    return f"{type(error).__name__}: {reason}"

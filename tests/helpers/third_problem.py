@@ -27,7 +27,7 @@ from problems.motions.samples import Samples
 from problems.nlp.program import NonlinearProgram
 from problems.scene.obstacle import Obstacle
 from problems.tasks.task import Task
-from tpbso_casadi.scenario.tasks import ModelSection, TaskSection
+from tpbso_casadi.scenario.task import ModelSection, TaskSection
 
 MIN_DURATION, MAX_DURATION = 0.1, 10.0  # s
 PHASE = np.linspace(0.0, 1.0, 41)

@@ -14,7 +14,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from problems import Constraint, Limit, PlanarArm
+from pydantic import model_validator
 from solvers import Solver
+from tpbso_casadi.scenario.task import TaskSection
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,55 @@ class Broken(Solver):
 class Torn(PlanarArm):
     def positions(self, theta):
         raise ZeroDivisionError("no tool")
+
+
+class Own(BaseException):
+    pass
+
+
+@dataclass(frozen=True)
+class Exits(Broken):
+    def search(self, box, rng, iterations):
+        yield box.sample(rng, self.population)
+        raise SystemExit(0)
+
+
+@dataclass(frozen=True)
+class NoFile(Broken):
+    def search(self, box, rng, iterations):
+        open("/no/such/file")
+        yield
+
+
+class Unmade(Solver):
+    def __init__(self):
+        raise Own("not today")
+
+    def search(self, box, rng, iterations):
+        yield
+
+
+@dataclass(frozen=True)
+class Bye(PlanarArm):
+    @classmethod
+    def from_settings(cls, settings):
+        raise SystemExit(0)
+
+
+class Chore(TaskSection):
+    @model_validator(mode="after")
+    def check(self):
+        raise RuntimeError("no work")
+
+
+class Mute(TaskSection):
+    def with_files(self, folder):
+        raise Silent
+
+
+class Silent(Exception):
+    def __str__(self):
+        raise ValueError
 """
 TASK = """
 [task]
@@ -79,6 +130,12 @@ CASES = {
     "a limit": (ARM + TASK + '[model]\nlimits = ["raising:Raising"]\n', "RuntimeError: no such sensor"),
     "a robot": (TORN + TASK, "ZeroDivisionError: no tool"),
     "a solver": (ARM + TASK + '[solver]\nname = "raising:Broken"\n', "KeyError: 'step'"),
+    "a solver that exits": (ARM + TASK + '[solver]\nname = "raising:Exits"\n', "SystemExit: 0"),
+    "a solver without its file": (ARM + TASK + '[solver]\nname = "raising:NoFile"\n', "FileNotFoundError: "),
+    "a solver that cannot be made": (ARM + TASK + '[solver]\nname = "raising:Unmade"\n', "Own: not today"),
+    "a robot that exits": (TORN.replace("Torn", "Bye") + TASK, "SystemExit: 0"),
+    "a task that fails its check": (ARM + '[task]\nkind = "raising:Chore"\n', "task.kind: plug-in"),
+    "a task that cannot say why": (ARM + '[task]\nkind = "raising:Mute"\n', "Silent: "),
     "a limit of a name there is": (ARM + TASK + '[model]\nlimits = ["raising:Speed"]\n', "'speed' is there twice"),
 }
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import sys
 from collections import OrderedDict
 from numbers import Rational
 from pathlib import Path
@@ -108,6 +110,42 @@ def test_every_error_is_one_line(name: str, message: str) -> None:
     with pytest.raises(PluginError) as caught:
         NUMBERS.find(name)
     assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("raise SystemExit(0)", "importing odd_plugin failed: SystemExit: 0"),
+        ("class Own(BaseException): ...\nraise Own('x')", "importing odd_plugin failed: Own: x"),
+        ("def f(): f()\nf()", "importing odd_plugin failed: RecursionError: "),
+        ("class (", "importing odd_plugin failed: SyntaxError: "),
+        (
+            "def __getattr__(name): raise ZeroDivisionError(name)",
+            "third of odd_plugin failed: ZeroDivisionError: third",
+        ),
+    ],
+)
+def test_whatever_a_module_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, reason: str) -> None:
+    (tmp_path / "odd_plugin.py").write_text(text + "\n")
+    monkeypatch.delitem(sys.modules, "odd_plugin", raising=False)
+    importlib.invalidate_caches()
+    with pytest.raises(PluginError) as caught:
+        NUMBERS.find("odd_plugin:third")
+    assert str(caught.value).startswith("cannot load number 'odd_plugin:third': " + reason)
+
+
+def test_what_a_module_prints_is_no_result(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "talking_plugin.py").write_text("print('hello')\nfrom fraction_plugin import third\n")
+    importlib.invalidate_caches()
+    assert str(NUMBERS.find("talking_plugin:third")) == "1/3"
+    assert capsys.readouterr() == ("", "hello\n")
+
+
+def test_interruption_passes(tmp_path: Path) -> None:
+    (tmp_path / "stopped_plugin.py").write_text("raise KeyboardInterrupt\n")
+    importlib.invalidate_caches()
+    with pytest.raises(KeyboardInterrupt):
+        NUMBERS.find("stopped_plugin:third")
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ from shutil import which
 from tpbso_casadi.animation.frames import frames_of
 from tpbso_casadi.animation.player import page
 from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.storage.files import OutputError, check_writable, write_text, write_with, writing
+from tpbso_casadi.storage.files import OutputError, check_file, write_text, write_with, writing
+from tpbso_casadi.storage.plain import visible
 
 FILM_FRAMES = 81  # each takes some 50 ms to draw
 SUFFIXES = (".gif", ".mp4", ".html")
@@ -19,13 +20,13 @@ def check_animation(path: Path) -> None:
     """Make sure before the search that the animation can be written.
 
     Raises:
-        OutputError: an unknown suffix, no ffmpeg for an MP4, or a folder that cannot be written.
+        OutputError: an unknown suffix, no ffmpeg for an MP4, or a file that cannot be written.
     """
     if path.suffix not in SUFFIXES:
         raise OutputError(f"--animate {path}: the name must end with {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
     if path.suffix == ".mp4" and ffmpeg() is None:
         raise OutputError(f"--animate {path}: needs ffmpeg: install it, or pip install 'tpbso-casadi[video]'")
-    check_writable(path.parent)
+    check_file(path)
 
 
 def ffmpeg() -> str | None:
@@ -40,9 +41,15 @@ def ffmpeg() -> str | None:
 def animate(path: Path, title: str, motion: Motion) -> None:
     """Write a motion as GIF, MP4 or HTML.
 
+    Args:
+        path: whose suffix decides.
+        title: any text; what is not printable is shown escaped.
+        motion: to be shown.
+
     Raises:
         OutputError: it cannot be written.
     """
+    title = visible(title)
     with writing(path.parent):
         if path.suffix == ".html":
             write_text(path, lambda file: file.write(page(title, frames_of(motion))))

@@ -11,9 +11,10 @@ from problems import CertificateStatus
 from problems.evaluation import InvalidEvaluation
 from tpbso_casadi.audit.content import audit_run, audit_scenario, impossible
 from tpbso_casadi.cli.audit_tables import print_run_audit, print_scenario_audit
-from tpbso_casadi.cli.common import Exit, OneLineParser, print_error
+from tpbso_casadi.cli.common import Exit, OneLineParser, add_input_options, path, print_error
 from tpbso_casadi.cli.console import OutputConsole
 from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.scenario.input_files import is_folder
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
@@ -26,9 +27,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
     options = parser().parse_args(arguments)
     try:
-        if options.what not in TITLES and Path(options.what).is_dir():
+        if options.what not in TITLES and is_folder(options.what):
             return of_run(Path(options.what), options)
-        return of_scenario(load(options.what), options)
+        return of_scenario(load(options.what, options.allow_outside_files), options)
     except (ScenarioError, OutputError, InvalidRun, InvalidEvaluation) as error:
         print_error(str(error))
         return Exit.BAD_INPUT
@@ -44,9 +45,10 @@ def parser() -> argparse.ArgumentParser:
     command_line.add_argument(
         "what", metavar="RUN_FOLDER|SCENARIO", help="a run folder, a TOML file or a built-in name"
     )
+    add_input_options(command_line)
     command_line.add_argument("--json", action="store_true", help="print the audit as JSON")
     command_line.add_argument(
-        "--plots", type=Path, metavar="DIR", help="draw the Jacobian's structure of a scenario there"
+        "--plots", type=path, metavar="DIR", help="draw the Jacobian's structure of a scenario there"
     )
     return command_line
 

@@ -3,9 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+from collections.abc import Callable
+from contextlib import suppress
 from enum import IntEnum
+from pathlib import Path
 from typing import NoReturn
+
+from tpbso_casadi.scenario.section import LARGEST, LARGEST_SEED, LONGEST_WORD, SMALLEST
+from tpbso_casadi.scenario.validation import shown
+from tpbso_casadi.storage.plain import visible
+
+LONGEST_ERROR = 300  # characters of a line
+LONGEST_PART = 100  # characters without a space, of a path for example
+MOST = 1_000_000_000  # of anything that is counted
 
 
 class Exit(IntEnum):
@@ -27,29 +39,103 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def print_error(message: str) -> None:
-    """Print a message as one line on standard error."""
-    print(f"error: {' '.join(message.split())}", file=sys.stderr)
+    """Print a message as one line on standard error; where that is closed or full, it is lost and nothing happens."""
+    if sys.stderr is None:
+        return
+    encoding = getattr(sys.stderr, "encoding", None) or "ascii"
+    line = one_line(f"error: {message}").encode(encoding, "backslashreplace").decode(encoding)
+    try:
+        print(line, file=sys.stderr, flush=True)
+    except (OSError, ValueError):
+        _discard_standard_error()
 
 
-def positive_int(text: str) -> int:
-    """A whole number above 0, for argparse."""
-    number = int(text)
-    if number <= 0:
-        raise argparse.ArgumentTypeError(f"{number} is not positive")
-    return number
+def one_line(message: str) -> str:
+    """A message in one line of at most ``LONGEST_ERROR`` characters.
+
+    White space becomes a space, another control character its escape; what is long is shortened, a path or a value in
+    its middle.
+    """
+    parts = (_shortened(visible(part)) for part in message.split())
+    line = " ".join(parts)
+    return line if len(line) <= LONGEST_ERROR else line[: LONGEST_ERROR - 3] + "..."
 
 
-def positive_float(text: str) -> float:
-    """A finite number above 0, for argparse."""
-    number = float(text)
-    if not 0.0 < number < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} is not a positive number")
-    return number
+def _shortened(part: str) -> str:
+    half = LONGEST_PART // 2
+    return part if len(part) <= LONGEST_PART else f"{part[: half - 3]}...{part[-half:]}"
 
 
-def natural(text: str) -> int:
-    """A whole number, 0 or more, for argparse."""
-    number = int(text)
-    if number < 0:
-        raise argparse.ArgumentTypeError(f"{number} is negative")
-    return number
+def _discard_standard_error() -> None:
+    """Let what is still in its buffer go nowhere, so that the exit status does not tell of it."""
+    with suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stderr.fileno())
+        os.close(nowhere)
+
+
+def whole_number(least: int, most: int) -> Callable[[str], int]:
+    """A type of options for argparse: a whole number in a range."""
+
+    def parse(text: str) -> int:
+        try:
+            number = int(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"a whole number is needed, not {shown(text)}") from None
+        if not least <= number <= most:
+            raise argparse.ArgumentTypeError(f"{shown(number)} is {_outside(number, least, most)}")
+        return number
+
+    return parse
+
+
+def _outside(number: int, least: int, most: int) -> str:
+    if number > most:
+        return f"more than {most}"
+    named = {0: "negative", 1: "not positive"}
+    return named.get(least, f"less than {least}")
+
+
+positive_int = whole_number(1, MOST)
+natural = whole_number(0, LARGEST_SEED)
+
+
+def positive_number(most: float) -> Callable[[str], float]:
+    """A type of options for argparse: a number above 0 of a size that can be computed with."""
+
+    def parse(text: str) -> float:
+        try:
+            number = float(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"a number is needed, not {shown(text)}") from None
+        if not SMALLEST <= number <= most:
+            raise argparse.ArgumentTypeError(f"{text} is not a positive number from {SMALLEST:g} to {most:g}")
+        return number
+
+    return parse
+
+
+positive_float = positive_number(LARGEST)
+
+
+def word(text: str) -> str:
+    """A name, for argparse."""
+    if len(text) > LONGEST_WORD or not text.isprintable():
+        raise argparse.ArgumentTypeError(f"a name of at most {LONGEST_WORD} printable characters is needed")
+    return text
+
+
+def path(text: str) -> Path:
+    """The path of a file or folder, for argparse."""
+    if not text or "\0" in text:
+        raise argparse.ArgumentTypeError(f"a path is needed, not {shown(text)}")
+    return Path(text)
+
+
+def add_input_options(parser: argparse._ActionsContainer) -> None:
+    """The options of every command that reads scenario files."""
+    parser.add_argument(
+        "--allow-outside-files",
+        action="store_true",
+        help="a scenario may name files outside its own folder",
+    )

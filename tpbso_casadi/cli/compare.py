@@ -25,7 +25,7 @@ from tpbso_casadi.cli.campaign import (
     stored,
 )
 from tpbso_casadi.cli.campaign_progress import phase
-from tpbso_casadi.cli.common import OneLineParser, natural, positive_float, positive_int
+from tpbso_casadi.cli.common import OneLineParser, add_input_options, natural, positive_float, positive_int
 from tpbso_casadi.scenario.loading import load_all
 
 DEFAULT_SOLVERS = "bso,pso,ga,abso,abso+polish"
@@ -47,6 +47,7 @@ def parser() -> argparse.ArgumentParser:
         "estimate of the time are shown before it starts; by default it takes seconds to minutes a scenario.",
     )
     command_line.add_argument("scenario", nargs="+", help="TOML files or built-in names")
+    add_input_options(command_line)
     command_line.add_argument(
         "--solvers",
         default=DEFAULT_SOLVERS,
@@ -109,7 +110,7 @@ def campaign(options: argparse.Namespace) -> list[Run]:
     """
     table, descent_table = swarm_budget(options), descent_budget(options)
     specs = [replace(spec, table=table, descent_table=descent_table) for spec in parse_solvers(options.solvers)]
-    scenarios = load_all(options.scenario)
+    scenarios = load_all(options.scenario, options.allow_outside_files)
     check_size(len(scenarios) * len(specs), options.seed, options.runs)
     with phase("building the models", options.quiet):
         return grid(scenarios, specs, range(options.seed, options.seed + options.runs))

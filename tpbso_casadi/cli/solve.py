@@ -14,7 +14,18 @@ from problems.evaluation import BACKENDS, EvaluationOptions, InvalidEvaluation
 from problems.tasks.elbow import Elbow
 from problems.tasks.path_following import KnotRedundancy
 from solvers.driver.interruption import Interruption, deferred_interrupt
-from tpbso_casadi.cli.common import Exit, OneLineParser, natural, positive_float, positive_int, print_error
+from tpbso_casadi.cli.common import (
+    Exit,
+    OneLineParser,
+    add_input_options,
+    natural,
+    path,
+    positive_float,
+    positive_number,
+    print_error,
+    whole_number,
+    word,
+)
 from tpbso_casadi.cli.console import OutputConsole
 from tpbso_casadi.cli.output import Output
 from tpbso_casadi.cli.plan_tables import print_plan, print_scenarios, summary_of
@@ -24,13 +35,22 @@ from tpbso_casadi.planning.plan import Plan, plan
 from tpbso_casadi.scenario.builtin import DEFAULT
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, plugin_failures_named
-from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario.section import (
+    MOST_EVALUATIONS,
+    MOST_ITERATIONS,
+    MOST_LINKS,
+    MOST_MEMBERS,
+    MOST_POLISH_STARTS,
+    ScenarioError,
+)
 from tpbso_casadi.scenario.solvers import SOLVER_CATALOGUE
 from tpbso_casadi.storage.content import result_of
-from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS
+from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, HIGHEST_RATE
 from tpbso_casadi.storage.files import OutputError
 
 DEFAULT_SOLVER = "abso"  # of a command that names none; with a polish
+
+MOST_THREADS = 256
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -56,10 +76,13 @@ def parser() -> argparse.ArgumentParser:
         "scenario", nargs="?", default=DEFAULT, help=f"TOML file or built-in name; {DEFAULT} by default"
     )
     command_line.add_argument("--list", action="store_true", help="list the built-in scenarios")
+    add_input_options(command_line)
     problem = command_line.add_argument_group("the problem, overriding the scenario")
-    problem.add_argument("--links", type=positive_int, metavar="K", help="the same reach with K equal links")
     problem.add_argument(
-        "--objective", metavar="NAME", help=f"{', '.join(OBJECTIVES)}, a plug-in, or package.module:Class"
+        "--links", type=whole_number(1, MOST_LINKS), metavar="K", help="the same reach with K equal links"
+    )
+    problem.add_argument(
+        "--objective", type=word, metavar="NAME", help=f"{', '.join(OBJECTIVES)}, a plug-in, or package.module:Class"
     )
     problem.add_argument("--elbow", choices=get_args(Elbow), help="branch of inverse kinematics at both ends")
     problem.add_argument("--formulation", choices=FORMULATIONS, help="cost (15), or feasible by construction")
@@ -69,18 +92,21 @@ def parser() -> argparse.ArgumentParser:
     search = command_line.add_argument_group("the search, overriding the scenario")
     search.add_argument(
         "--solver",
+        type=word,
         metavar="NAME",
         help=f"{', '.join(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class; without it and without one "
         f"in the scenario, {DEFAULT_SOLVER} with --polish",
     )
-    search.add_argument("--population", type=natural, metavar="M", help="members of the swarm")
+    search.add_argument("--population", type=whole_number(0, MOST_MEMBERS), metavar="M", help="members of the swarm")
     search.add_argument(
         "--iterations",
-        type=positive_int,
+        type=whole_number(1, MOST_ITERATIONS),
         metavar="N",
         help="stop after N iterations, or starts with gradients",
     )
-    search.add_argument("--evaluations", type=positive_int, metavar="N", help="stop after N evaluations")
+    search.add_argument(
+        "--evaluations", type=whole_number(1, MOST_EVALUATIONS), metavar="N", help="stop after N evaluations"
+    )
     search.add_argument("--time-limit", type=positive_float, metavar="S", help="stop after S seconds")
     search.add_argument(
         "--within", type=positive_float, metavar="S", help="the best plan in S seconds: search and polish repeatedly"
@@ -88,26 +114,35 @@ def parser() -> argparse.ArgumentParser:
     search.add_argument("--seed", type=natural, help="same seed, same result")
     search.add_argument("--polish", action="store_true", help="refine the best candidate with IPOPT")
     search.add_argument(
-        "--polish-starts", type=positive_int, metavar="N", help="refine N good candidates that lie apart, keep the best"
+        "--polish-starts",
+        type=whole_number(1, MOST_POLISH_STARTS),
+        metavar="N",
+        help="refine N good candidates that lie apart, keep the best",
     )
     speed = command_line.add_argument_group("the machine; these change how long it takes, not the result")
     speed.add_argument("--backend", choices=BACKENDS, help="evaluates populations; auto by default")
-    speed.add_argument("--threads", type=positive_int, default=1, metavar="N", help="for populations of thousands")
+    speed.add_argument(
+        "--threads", type=whole_number(1, MOST_THREADS), default=1, metavar="N", help="for populations of thousands"
+    )
     output = command_line.add_argument_group("the output")
     output.add_argument(
         "--out",
-        type=Path,
+        type=path,
         metavar="DIR",
         help="run folder, replaced as a whole; runs/SCENARIO-SOLVER-SEED... by default",
     )
     output.add_argument("--json", action="store_true", help="print result.json; writes no folder unless --out is given")
     output.add_argument("--no-plots", action="store_true", help="draw no figures")
-    output.add_argument("--animate", type=Path, metavar="FILE", help="the motion as .gif, .mp4 or .html")
+    output.add_argument("--animate", type=path, metavar="FILE", help="the motion as .gif, .mp4 or .html")
     output.add_argument(
         "--export", action="append", choices=EXPORTS, default=[], help="for a robot, at equal steps of time; repeatable"
     )
     output.add_argument(
-        "--rate", type=positive_float, default=DEFAULT_RATE, metavar="HZ", help=f"of these steps; {DEFAULT_RATE:g}"
+        "--rate",
+        type=positive_number(HIGHEST_RATE),
+        default=DEFAULT_RATE,
+        metavar="HZ",
+        help=f"of these steps; {DEFAULT_RATE:g}",
     )
     output.add_argument("--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds")
     output.add_argument("--quiet", action="store_true", help="no progress, no table")
@@ -116,7 +151,8 @@ def parser() -> argparse.ArgumentParser:
 
 def solve(options: argparse.Namespace) -> int:
     """Plan the scenario of the options, write and print the plan; returns the exit status."""
-    scenario, evaluation = overridden(load(options.scenario), options), evaluation_options(options)
+    stated, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
+    scenario = overridden(stated, options)
     output = Output(
         folder=options.out if options.out is not None or options.json else run_folder(options, scenario),
         plots=not options.no_plots,

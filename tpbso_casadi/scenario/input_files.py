@@ -106,6 +106,14 @@ def _check_regular(status: os.stat_result) -> None:
         raise ValueError("it is a pipe, a device or a socket, not a file")
 
 
+def is_folder(name: str) -> bool:
+    """Whether there is a folder of that name; False for what cannot be a name."""
+    try:
+        return Path(name).is_dir()
+    except OSError:
+        return False
+
+
 def reason_of(error: Exception) -> str:
     """Why the operating system refuses a path, or why it is not a path at all."""
     return (error.strerror if isinstance(error, OSError) else None) or str(error) or type(error).__name__

@@ -5,25 +5,37 @@ Every error is a :class:`ScenarioError` of one line that names the file, the key
 
 from __future__ import annotations
 
-import json
 import pathlib
-import tomllib
-import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from problems import Ellipse, InvalidProblem, PlanarArm, Problem, Robot
+from problems import InvalidProblem, Problem
 from solvers import AnySolver, Budget
-from tpbso_casadi.plugins import PluginError
+from tpbso_casadi.plugins import failure, is_raised_in
 from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE, ROBOT_CATALOGUE
-from tpbso_casadi.scenario.points import read_text
-from tpbso_casadi.scenario.section import Interval, PlanarPoint, Positive, ScenarioError, Section
+from tpbso_casadi.scenario.input_files import InputFolder, read_toml, too_much
+from tpbso_casadi.scenario.robots import ArmSection, ObstacleSection, RobotSection, check_numbers
+from tpbso_casadi.scenario.section import (
+    LARGEST_SEED,
+    MOST_EVALUATIONS,
+    MOST_ITERATIONS,
+    MOST_MEMBERS,
+    MOST_OBSTACLES,
+    MOST_POLISH_STARTS,
+    Positive,
+    ScenarioError,
+    Section,
+    Word,
+)
 from tpbso_casadi.scenario.solvers import SOLVER_CATALOGUE, find_solver
-from tpbso_casadi.scenario.tasks import TASKS, AnyTask, ModelSection
-from tpbso_casadi.scenario.validation import describe, hint
+from tpbso_casadi.scenario.task import ModelSection
+from tpbso_casadi.scenario.tasks import TASKS, AnyTask
+from tpbso_casadi.scenario.validation import as_text, describe, hint, shown
+
+LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
 
 NEEDED: dict[type, tuple[type | tuple[type, ...], str]] = {  # of a setting, by the type of its default
     int: (int, "a whole number"),
@@ -32,73 +44,18 @@ NEEDED: dict[type, tuple[type | tuple[type, ...], str]] = {  # of a setting, by 
 }
 
 
-class ArmSection(Section):
-    """[arm]: lengths in m, limits in rad/s and rad/s^2, as one number or one per joint; joint ranges in rad."""
-
-    link_lengths: list[Positive] = Field(min_length=2)
-    max_speed: Positive | list[Positive]
-    max_acceleration: Positive | list[Positive]
-    joint_limits: list[Interval] | None = None
-
-    def with_links(self, links: int) -> Self:
-        """The same reach and limits with another number of equal links."""
-        return self.model_copy(update={"link_lengths": [sum(self.link_lengths) / links] * links})
-
-    def build(self) -> PlanarArm:
-        """The robot arm itself."""
-        joints = len(self.link_lengths)
-        limits = [
-            tuple(value) if isinstance(value, list) else (value,) * joints
-            for value in (self.max_speed, self.max_acceleration)
-        ]
-        ranges = None if self.joint_limits is None else tuple(self.joint_limits)
-        return PlanarArm(tuple(self.link_lengths), limits[0], limits[1], ranges)
-
-
-class RobotSection(Section):
-    """[robot]: a robot by the name of its kind, and the values of its fields."""
-
-    model: str
-    settings: dict[str, Any] = Field(default_factory=dict)
-
-    def build(self) -> Robot:
-        """The robot itself.
-
-        Raises:
-            InvalidProblem: it cannot be.
-            ScenarioError: there is no such kind of robot.
-        """
-        try:
-            kind = ROBOT_CATALOGUE.find(self.model)
-        except PluginError as error:
-            raise ScenarioError(f"robot.model: {error}") from error
-        return kind.from_settings(self.settings)
-
-
-class ObstacleSection(Section):
-    """[[obstacles]]: an ellipse, m and rad."""
-
-    center: PlanarPoint
-    semi_axes: tuple[Positive, Positive]
-    angle: float = 0.0
-
-    def build(self) -> Ellipse:
-        """The obstacle itself."""
-        return Ellipse(self.center, self.semi_axes, self.angle)
-
-
 class SolverSection(Section):
     """[solver]: which search, how long, from which seed; the command line overrides."""
 
-    name: str = "bso"
-    population: int | None = None
-    iterations: int | None = Field(default=None, gt=0)
-    evaluations: int | None = Field(default=None, gt=0)
+    name: Word = "bso"
+    population: int | None = Field(default=None, le=MOST_MEMBERS)
+    iterations: int | None = Field(default=None, gt=0, le=MOST_ITERATIONS)
+    evaluations: int | None = Field(default=None, gt=0, le=MOST_EVALUATIONS)
     time_limit: Positive | None = None
     within: Positive | None = None
-    seed: int = Field(default=1, ge=0)
-    polish_starts: int = Field(default=0, ge=0)
-    settings: dict[str, int | float | str] = Field(default_factory=dict)
+    seed: int = Field(default=1, ge=0, le=LARGEST_SEED)
+    polish_starts: int = Field(default=0, ge=0, le=MOST_POLISH_STARTS)
+    settings: dict[str, int | float | Word] = Field(default_factory=dict)
 
     def kind(self) -> type[AnySolver]:
         """The class of the solver.
@@ -127,17 +84,23 @@ class SolverSection(Section):
             raise ScenarioError(f"solver.within: {self.name} starts again and again by itself; say time_limit")
         if self.within is not None and self.time_limit is not None:
             raise ScenarioError("solver.within: has a time limit of its own; leave time_limit out")
+        self._check_settings(kind, settings)
+        foreign = [] if self.name in SOLVER_CATALOGUE.registry else [self.name]
+        with failures_named(foreign, "solver.settings", TypeError, ValueError):
+            return kind(**settings)
+
+    def _check_settings(self, kind: type[AnySolver], settings: dict[str, Any]) -> None:
         known = list(getattr(kind, "__dataclass_fields__", {}))
         for key, value in settings.items():
             if known and key not in known:
                 raise ScenarioError(f"solver.settings.{key}: {self.name} has no such setting{hint(key, known)}")
             needed, what = NEEDED.get(type(getattr(kind, key, None)), (object, ""))
             if not isinstance(value, needed):
-                raise ScenarioError(f"solver.settings.{key}: {what} is needed, not {value!r}")
-        try:
-            return kind(**settings)
-        except (TypeError, ValueError) as error:
-            raise ScenarioError(f"solver.settings: {error}") from error
+                raise ScenarioError(f"solver.settings.{key}: {what} is needed, not {shown(value)}")
+            most = MOST_MEMBERS if key == "population" else LARGEST_SETTING
+            if isinstance(value, int) and abs(value) > most:
+                raise ScenarioError(f"solver.settings.{key}: {shown(value)} is more than {most}")
+            check_numbers(f"solver.settings.{key}", value)
 
     def budget(self) -> Budget:
         """How long to search; the solver's default budget unless a limit is stated."""
@@ -152,7 +115,7 @@ class Scenario(Section):
     arm: ArmSection | None = None
     robot: RobotSection | None = None
     task: AnyTask
-    obstacles: list[ObstacleSection] = Field(default_factory=list)
+    obstacles: list[ObstacleSection] = Field(default_factory=list, max_length=MOST_OBSTACLES)
     model: ModelSection = ModelSection()
     solver: SolverSection = SolverSection()
 
@@ -161,6 +124,7 @@ class Scenario(Section):
         """What of it is not ours: names of plug-ins, which may raise anything."""
         named = [self.task.kind, getattr(self.task, "objective", ""), *self.model.limits, self.solver.name]
         named += [] if self.robot is None else [self.robot.model]
+        named = [str(name) for name in named]
         ours = {*TASKS, *OBJECTIVE_CATALOGUE.registry, *LIMIT_CATALOGUE.registry, *ROBOT_CATALOGUE.registry}
         return [name for name in named if name and name not in ours | {"path", *SOLVER_CATALOGUE.registry}]
 
@@ -176,14 +140,19 @@ class Scenario(Section):
         """The problem itself.
 
         Raises:
-            ScenarioError: the robot cannot do the task.
+            ScenarioError: the robot cannot do the task, it is larger than what is planned, or a plug-in failed.
         """
+        with plugin_failures_named(self):
+            return self._problem()
+
+    def _problem(self) -> Problem[Any]:
         robot_table = "arm." if self.robot is None else "robot.settings."
         try:
             obstacles = tuple(obstacle.build() for obstacle in self.obstacles)
             robot = (self.arm or self.robot).build()  # type: ignore[union-attr]
         except InvalidProblem as error:
             raise ScenarioError(f"{robot_table}{error.field}: {error.reason}") from error
+        self.model.check_size(robot.dof)
         tables = {"link_lengths": robot_table, "joint_limits": robot_table, "obstacles": ""}
         tables |= dict.fromkeys(("samples", "knots", "knot_redundancy", "formulation", "limits"), "model.")
         try:
@@ -193,40 +162,68 @@ class Scenario(Section):
 
 
 @contextmanager
+def failures_named(plugins: list[str], key: str, *refusals: type[Exception]) -> Iterator[None]:
+    """Turn whatever plug-ins raise while they are made into one line.
+
+    Args:
+        plugins: their names; without any only refusals are turned.
+        key: of the scenario, with which the line begins.
+        refusals: exceptions with which a class says that it does not like its settings.
+
+    Raises:
+        ScenarioError: Ctrl-C and errors of ours pass.
+    """
+    try:
+        yield
+    except (KeyboardInterrupt, ScenarioError):
+        raise
+    except BaseException as error:
+        if isinstance(error, refusals):
+            raise ScenarioError(f"{key}: {error}") from error
+        if not plugins:
+            raise
+        raise ScenarioError(f"{key}: plug-ins ({', '.join(plugins)}) failed: {failure(error)}") from error
+
+
+@contextmanager
 def plugin_failures_named(scenario: Scenario, *known: type[Exception]) -> Iterator[None]:
-    """Turn whatever a scenario's plug-ins raise into one line.
+    """Turn whatever a scenario's plug-ins raise while they are used into one line.
 
     Args:
         scenario: whose plug-ins run in this context.
-        known: errors of ours, which pass, as do those of the operating system.
+        known: errors of ours, which pass, as do Ctrl-C and those of the operating system that no plug-in caused.
 
     Raises:
         ScenarioError: naming the plug-ins and what was raised; exceptions of scenarios without plug-ins pass.
     """
+    plugins = scenario.plugins
     try:
         yield
-    except Exception as error:
-        if not scenario.plugins or isinstance(error, (ScenarioError, OSError, *known)):
+    except BaseException as error:
+        if isinstance(error, (KeyboardInterrupt, ScenarioError, *known)):
             raise
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        line = f"{type(error).__name__}: {error} ({pathlib.Path(where.filename).name}:{where.lineno})"
-        raise ScenarioError(f"plug-ins ({', '.join(scenario.plugins)}) failed: {' '.join(line.split())}") from error
+        of_the_system = isinstance(error, OSError) and not is_raised_in(plugins, error)
+        if not plugins or of_the_system:
+            raise
+        raise ScenarioError(f"plug-ins ({', '.join(plugins)}) failed: {failure(error)}") from error
 
 
-def read_scenario(path: pathlib.Path) -> Scenario:
+def read_scenario(path: pathlib.Path, outside_allowed: bool = False) -> Scenario:
     """Read and check a scenario file.
+
+    Args:
+        path: of the file.
+        outside_allowed: whether it may name files that lie outside its own folder.
 
     Raises:
         ScenarioError: unreadable, not TOML, or not a scenario.
     """
-    text = read_text(path)
-    try:
-        content = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: not TOML: {error}") from error
+    content = read_toml(path)
     try:
         scenario = parse_scenario(content)
-        return scenario.model_copy(update={"task": scenario.task.with_files(path.parent)})
+        with failures_named(scenario.plugins, "task"):
+            task = scenario.task.with_files(InputFolder(path.parent, outside_allowed))
+        return scenario.model_copy(update={"task": task})
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from error
 
@@ -238,6 +235,8 @@ def parse_scenario(content: dict[str, Any]) -> Scenario:
         ScenarioError: naming the first wrong key.
     """
     try:
-        return Scenario.model_validate_json(json.dumps(content, default=str), strict=True)
+        return Scenario.model_validate_json(as_text(content), strict=True)
     except ValidationError as error:
         raise ScenarioError(describe(error, Scenario, content)) from error
+    except (ValueError, RecursionError) as error:
+        raise ScenarioError(too_much(error)) from error

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import json
 import re
+import reprlib
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Any, TypeAlias, get_args
 
@@ -12,6 +14,22 @@ from pydantic_core import PydanticKnownError
 
 Location: TypeAlias = Sequence[int | str]
 LONGEST_INPUT = 60  # characters of a wrong value that are shown
+DATE = "a date"  # the only key of a table that stands for one
+LONGEST_HINT = 100  # characters of a word for which a similar one is looked up
+NEEDED = {  # by what pydantic calls an error
+    "int_type": "a whole number is needed",
+    "int_from_float": "a whole number is needed",
+    "float_type": "a number is needed",
+    "finite_number": "a finite number is needed",
+    "string_type": "a word is needed",
+    "bool_type": "true or false is needed",
+    "list_type": "a list is needed",
+    "tuple_type": "a list is needed",
+    "dict_type": "a table is needed",
+    "model_type": "a table is needed",
+    "string_too_long": "a shorter word is needed",
+    "json_invalid": "nested too deeply, or not text in UTF-8",
+}
 
 
 class StrictModel(BaseModel):
@@ -68,24 +86,50 @@ def describe(error: ValidationError, model: type[BaseModel], content: Any) -> st
     kind, cause = first["type"], first.get("ctx", {}).get("error")
     keys = _keys(first["loc"], content, kind == "missing")
     path = ".".join(map(str, keys))
+    if kind == "json_invalid":
+        return NEEDED[kind]
     if isinstance(cause, NestedError):
         return f"{path}.{cause}" if path else str(cause)
     if kind == "extra_forbidden":
         return f"{path}: unknown key{hint(str(keys[-1]), _known_keys(model, keys[:-1]))}"
     if kind == "missing":
         return f"{path}: missing key"
-    reason = str(cause) if cause is not None else first["msg"][0].lower() + first["msg"][1:]
+    reason = str(cause) if cause is not None else NEEDED.get(kind, first["msg"][0].lower() + first["msg"][1:])
     if cause is not None or kind == "unknown_task":
         return f"{path}: {reason}" if path else reason
-    given = repr(first["input"])
-    given = given if len(given) <= LONGEST_INPUT else given[: LONGEST_INPUT - 3] + "..."
-    near = hint(first["input"], re.findall(r"'([^']*)'", reason)) if kind == "literal_error" else ""
-    return f"{path}: {reason}, not {given}{near}" if path else f"{reason}, not {given}"
+    given = first["input"]
+    near = hint(given, re.findall(r"'([^']*)'", reason)) if kind == "literal_error" else ""
+    return f"{path}: {reason}, not {shown(given)}{near}" if path else f"{reason}, not {shown(given)}"
+
+
+def as_text(content: object) -> str:
+    """Plain data as JSON; a date, which JSON lacks, as a table that fits no key.
+
+    Raises:
+        ValueError: a whole number of thousands of digits.
+        RecursionError: nested too deeply.
+    """
+    return json.dumps(content, default=lambda value: {DATE: str(value)})
+
+
+def shown(value: object) -> str:
+    """A wrong value for a message: as Python writes it, shortened."""
+    if isinstance(value, dict) and list(value) == [DATE]:
+        return str(value[DATE])
+    try:
+        text = _REPR.repr(value)
+    except ValueError:  # Python does not write out whole numbers of thousands of digits
+        return "a number of thousands of digits"
+    return text if len(text) <= LONGEST_INPUT else text[: LONGEST_INPUT - 3] + "..."
+
+
+_REPR = reprlib.Repr()
+_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 2 * LONGEST_INPUT
 
 
 def hint(word: object, known: Iterable[str]) -> str:
     """The end of a message that names the nearest known word; empty where none is near."""
-    near = difflib.get_close_matches(str(word), list(known), n=1)
+    near = difflib.get_close_matches(str(word)[:LONGEST_HINT], list(known), n=1)
     return f"; did you mean {near[0]}?" if near else ""
 
 

@@ -11,10 +11,12 @@ import numpy as np
 
 from problems.base.matrix import FloatArray, as_array
 from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.storage.files import write_text, write_with, writing
+from tpbso_casadi.storage.files import OutputError, write_text, write_with, writing
 from tpbso_casadi.storage.motion_table import write_motion
 
 DEFAULT_RATE = 100.0  # Hz
+HIGHEST_RATE = 10_000.0  # Hz
+MOST_ROWS = 200_000  # which take some hundred MB
 NANOSECONDS = 1_000_000_000  # in a second
 
 
@@ -28,15 +30,24 @@ def export_motion(folder: Path, motion: Motion, kind: str, rate: float = DEFAULT
         rate: steps per second, Hz.
 
     Raises:
-        OutputError: it cannot be written.
+        OutputError: it cannot be written, or has too many rows.
     """
     with writing(folder):
         return EXPORTS[kind](folder, motion, equal_steps(motion, rate))
 
 
 def equal_steps(motion: Motion, rate: float) -> FloatArray:
-    """Times in s from 0 to the end of the motion, at least two."""
+    """Times in s from 0 to the end of the motion, at least two.
+
+    Raises:
+        OutputError: they are more than ``MOST_ROWS``.
+    """
     duration = motion.trajectory.duration
+    if not duration * rate <= MOST_ROWS:
+        raise OutputError(
+            f"--rate {rate:g}: makes more than {MOST_ROWS} rows of a motion of {duration:.4g} s; "
+            f"at most {MOST_ROWS / duration:.4g} Hz"
+        )
     times = np.arange(np.ceil(duration * rate * (1.0 - 1e-9))) / rate
     return np.append(times, duration)
 

@@ -23,16 +23,31 @@ def check_writable(folder: Path) -> None:
     Raises:
         OutputError: it or its nearest existing parent is a file, or not writable.
     """
-    nearest = folder
-    while not nearest.exists() and nearest != nearest.parent:
-        nearest = nearest.parent
-    if not nearest.is_dir():
-        raise OutputError(f"{folder}: {nearest} is a file, not a folder")
     try:
+        nearest = folder
+        while not nearest.exists() and nearest != nearest.parent:
+            nearest = nearest.parent
+        if not nearest.is_dir():
+            raise OutputError(f"{folder}: {nearest} is a file, not a folder")
         with tempfile.TemporaryFile(dir=nearest):
             pass
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror}") from error
+
+
+def check_file(path: Path) -> None:
+    """Make sure that a file can be written: its folder can, and there is none of that name or one to be replaced.
+
+    Raises:
+        OutputError: it cannot.
+    """
+    try:
+        taken = path.exists() and not path.is_file()
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror}") from error
+    if taken:
+        raise OutputError(f"{path}: is {'a folder' if path.is_dir() else 'a pipe or a device'}, not a file")
+    check_writable(path.parent)
 
 
 @contextmanager

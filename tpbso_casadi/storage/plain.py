@@ -1,4 +1,4 @@
-"""Any value as plain JSON data."""
+"""Any value as plain JSON data, any text as characters that can be seen."""
 
 from __future__ import annotations
 
@@ -61,3 +61,8 @@ def parsed_json(text: str) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise NotJSON("not JSON of ours: a table is needed")
     return content
+
+
+def visible(text: str) -> str:
+    """The text with escapes in place of what cannot be printed: control characters, bytes that are not UTF-8."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import subprocess
 from pathlib import Path
 
@@ -13,12 +14,13 @@ from helpers.browser import fetched, opened
 from PIL import Image, ImageSequence
 
 from tpbso_casadi import builtin, plan
-from tpbso_casadi.animation import frames_of, page
+from tpbso_casadi.animation import animate, frames_of, moving_figures, page
 from tpbso_casadi.animation import write as writing
 from tpbso_casadi.cli.solve import main
 from tpbso_casadi.planning.plan import Plan
 from tpbso_casadi.scenario.scenario import parse_scenario
 from tpbso_casadi.storage.exporting import EXPORTS, export_motion, ros_message
+from tpbso_casadi.storage.files import OutputError
 
 QUICK = ["--evaluations", "2000", "--no-plots", "--quiet"]
 
@@ -88,6 +90,13 @@ def test_films(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (["--json", "--export", "csv"], "--export: needs a run folder; say --out DIR too"),
         (["--export", "xml"], "argument --export: invalid choice: 'xml'"),
         (["--rate", "0"], "argument --rate: 0 is not a positive number"),
+        (["--rate", "1e6"], "argument --rate: 1e6 is not a positive number from 1e-12 to 10000"),
+        (["--rate", "fast"], "argument --rate: a number is needed, not 'fast'"),
+        (["--animate", "folder.gif"], "folder.gif: is a folder, not a file"),
+        (["--animate", "pipe.html"], "pipe.html: is a pipe or a device, not a file"),
+        (["--animate", "a" * 300 + ".gif"], "cannot be written: File name too long"),
+        (["--animate", ""], "argument --animate: a path is needed, not ''"),
+        (["--out", "a" * 5000], "cannot be written: File name too long"),
     ],
 )
 def test_bad_input(
@@ -99,11 +108,13 @@ def test_bad_input(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("file").touch()
+    Path("folder.gif").mkdir()
+    os.mkfifo("pipe.html")
     assert run("time-2", *QUICK, *arguments) == 2
     error = capsys.readouterr().err
     assert error.startswith("error: ") and error.count("\n") == 1
     assert expected in error
-    assert [path.name for path in Path().iterdir()] == ["file"]
+    assert sorted(path.name for path in Path().iterdir()) == ["file", "folder.gif", "pipe.html"]
 
 
 def test_an_mp4_without_ffmpeg(
@@ -114,6 +125,46 @@ def test_an_mp4_without_ffmpeg(
     monkeypatch.setattr(writing, "find_spec", lambda name: None)
     assert run("time-2", *QUICK, "--animate", "way.mp4") == 2
     assert "needs ffmpeg: install it, or pip install 'tpbso-casadi[video]'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("solution", ["time-3"], indirect=True)
+@pytest.mark.parametrize(
+    ("script", "reason"),
+    [
+        ("exit 1", "ffmpeg failed: 1"),
+        ("echo no such codec >&2; exit 3", "ffmpeg failed: no such codec"),
+        ("cat > /dev/null", "ffmpeg failed: 0"),  # and no film
+        ("sleep 60", "ffmpeg failed: -9"),
+    ],
+)
+def test_an_ffmpeg_that_fails(
+    solution: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, script: str, reason: str
+) -> None:
+    encoder = tmp_path / "ffmpeg"
+    encoder.write_text(f"#!/bin/sh\n{script.replace('sleep', 'exec sleep')}\n")
+    encoder.chmod(0o755)
+    monkeypatch.setattr(writing, "ffmpeg", lambda: str(encoder))
+    monkeypatch.setattr(writing, "FILM_FRAMES", 8)
+    monkeypatch.setattr(moving_figures, "ENCODER_SECONDS", 2.0 if "sleep" in script else 60.0)
+    with pytest.raises(OutputError, match=reason):
+        animate(tmp_path / "way.mp4", "title", solution.motion)
+    assert not (tmp_path / "way.mp4").exists()
+
+
+@pytest.mark.parametrize("solution", ["time-3"], indirect=True)
+@pytest.mark.parametrize("title", ["$\\frac", "字 🦾", "\udcff\x1b[31m\n", "[red]</title><script>"])
+def test_any_name_may_be_a_title(solution: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, title: str) -> None:
+    monkeypatch.setattr(writing, "FILM_FRAMES", 4)
+    for name in ("way.gif", "way.html"):
+        animate(tmp_path / name, title, solution.motion)
+    assert "[red]</title><script>" not in (tmp_path / "way.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("solution", ["time-3"], indirect=True)
+def test_no_export_of_millions_of_rows(solution: Plan, tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=r"--rate 1e\+09: makes more than 200000 rows of a motion of .* s; at most"):
+        export_motion(tmp_path, solution.motion, "csv", 1e9)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("rate", [37.0, 100.0])

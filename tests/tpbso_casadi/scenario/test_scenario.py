@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,14 @@ def changed(content: dict[str, Any], key: str, value: object) -> dict[str, Any]:
     else:
         place[last] = value
     return edited
+
+
+def nested(depth: int) -> Any:
+    """A list in a list in a list."""
+    value: Any = []
+    for _ in range(depth):
+        value = [value]
+    return value
 
 
 def error_of(content: dict[str, Any]) -> str:
@@ -108,6 +117,41 @@ def test_limits_may_be_given_for_each_joint() -> None:
         (POINT, "solver.seed", -1, "solver.seed: "),
         (POINT, "solver.evaluations", 0, "solver.evaluations: "),
         (POINT, "solver.time_limit", 0.0, "solver.time_limit: "),
+        (POINT, "arm.max_speed", 1e308, "arm.max_speed: .*less than or equal to 1"),
+        (POINT, "arm.max_speed", 5e-324, "arm.max_speed: 4.94066e-324 is below the smallest positive number, 1e-12"),
+        (POINT, "arm.max_speed", "fast", "arm.max_speed: a number is needed, not 'fast'"),
+        (POINT, "arm.max_speed", float("inf"), "arm.max_speed: a finite number is needed, not inf"),
+        (POINT, "arm.link_lengths", 3, "arm.link_lengths: a list is needed, not 3"),
+        (POINT, "arm.link_lengths", [0.5] * 3000, "arm.link_lengths: .*at most 100 items"),
+        (POINT, "task.start", [date(1979, 5, 27), 0.0], "task.start.0: a number is needed, not 1979-05-27"),
+        (POINT, "task.start", [1e300, 0.0], "task.start.0: .*less than or equal to 1"),
+        (POINT, "task.start", [10**400, 0.0], "task.start.0: "),
+        (POINT, "task.start", [10**5000], "a whole number of thousands of digits"),
+        (POINT, "task.start", nested(5000), "nested too deeply"),
+        (POINT, "task.start", nested(150), "task.start.0: a number is needed"),
+        (POINT, "task.elbow", "\udcff", "nested too deeply, or not text in UTF-8"),
+        (POINT, "task.objective", "a" * 5000, "task.objective: a shorter word is needed, not 'aaa"),
+        (POINT, "task.objective", "a{b}:c", "task.objective: cannot load objective 'a{b}:c'"),
+        (POINT, "task.kind", "a{b}:c", "task: cannot load task 'a{b}:c'"),
+        (POINT, "task", 3, "task: needs kind"),
+        (POINT, "model", 3, "model: a table is needed"),
+        (POINT, "model.samples", 50.5, "model.samples: a whole number is needed, not 50.5"),
+        (POINT, "model.samples", 10_001, "model.samples: "),
+        (changed(POINT, "arm.link_lengths", [0.02] * 100), "model.samples", 1000, "model.samples: .*at most 500"),
+        (POINT, "obstacles", POINT["obstacles"] * 101, "obstacles: .*at most 100 items"),
+        (POINT, "solver.seed", 2**63, "solver.seed: "),
+        (POINT, "solver.population", 10**30, "solver.population: "),
+        (POINT, "solver.polish_starts", 10**30, "solver.polish_starts: "),
+        (POINT, "solver.evaluations", 10**10, "solver.evaluations: "),
+        (POINT, "solver.time_limit", 1e308, "solver.time_limit: "),
+        (
+            PATH,
+            "task.points",
+            [[1.0, 0.001 * i] for i in range(1001)],
+            "task.count: a path of 1001 points .*at most 1000",
+        ),
+        (PATH, "model.redundancy_values", 101, "model.redundancy_values: "),
+        (STAR, "task.count", 1001, "task.count: "),
         (PATH, "task.accuracy", 0.0, "task.accuracy: "),
         (PATH, "task.accuracy", REMOVED, "task.accuracy: .*missing"),
         (PATH, "arm.link_lengths", [1.0, 1.0], "arm.link_lengths: .*at least 3 links"),
@@ -151,6 +195,12 @@ def test_too_close_to_the_base() -> None:
             {"name": "ga", "settings": {"tournament": 2.5}},
             "solver.settings.tournament: a whole number is needed, not 2.5",
         ),
+        ({"settings": {"c1": 1e308}}, "solver.settings.c1: 1e+308 is not zero, nor between 1e-12 and 1e+12"),
+        ({"settings": {"population": 10**30}}, "solver.settings.population: 1000"),
+        (
+            {"name": "lshade", "settings": {"memory_size": 10**9}},
+            "solver.settings.memory_size: 1000000000 is more than",
+        ),
         ({"population": 1}, "solver.settings: BSO needs a population of at least 2, not 1"),
         ({"name": "ipopt", "population": 20}, "solver.settings.population: ipopt has no such setting"),
         ({"name": "ipopt", "polish_starts": 2}, "solver.polish_starts: ipopt has nothing to polish"),
@@ -190,11 +240,12 @@ def test_points_are_read_from_beside_the_scenario(tmp_path: Path, text: str) -> 
     ("text", "expected"),
     [
         (None, "cannot be read: No such file"),
-        ("1,0\none,1\n", "way.csv line 2: 'one,1' is not x,y"),
-        ("1,0\n1\n", "way.csv line 2: '1' is not x,y"),
-        ("1,0\n1,2,3\n", "way.csv line 2: '1,2,3' is not x,y"),
-        ("1,0\n1,nan\n", "way.csv line 2: '1,nan' is not finite"),
-        ("1,0\n1,inf\n", "is not finite"),
+        ("1,0\none,1\n", "way.csv line 2: two numbers x,y are needed"),
+        ("1,0\n1\n", "way.csv line 2: two numbers x,y are needed"),
+        ("1,0\n1,2,3\n", "way.csv line 2: two numbers x,y are needed"),
+        ("1,0\n1,nan\n", "way.csv line 2: a number is not finite, or larger than 1e+12"),
+        ("1,0\ninf,1\n", "is not finite"),
+        ("1,0\n1,1e13\n", "larger than 1e+12"),
         ("x,y\n1,0\n", "at least 2 points"),
         ("", "at least 2 points"),
         ("1,0\n1,0\n", r"points[0] and points[1] are the same"),

@@ -1,0 +1,80 @@
+"""What the [task] and [model] tables of all kinds of tasks share."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Self
+
+from pydantic import Field
+
+from problems import Limit, Problem, Robot
+from problems.encodings import FORMULATIONS
+from problems.scene.obstacle import Obstacle
+from problems.tasks.path_following import KnotRedundancy
+from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE
+from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.section import (
+    MOST_JOINT_POINTS,
+    MOST_JOINT_SAMPLES,
+    MOST_POINTS,
+    MOST_SAMPLES,
+    ScenarioError,
+    Section,
+    Word,
+)
+from tpbso_casadi.scenario.validation import choice_of
+
+ObjectiveName = Annotated[Word, choice_of(OBJECTIVE_CATALOGUE.registry, OBJECTIVE_CATALOGUE.find)]
+LimitName = Annotated[Word, choice_of(LIMIT_CATALOGUE.registry, LIMIT_CATALOGUE.find)]
+Formulation = Annotated[Word, choice_of(FORMULATIONS)]
+
+
+class ModelSection(Section):
+    """[model]: the form of the model."""
+
+    samples: int = Field(default=50, ge=2, le=MOST_SAMPLES)
+    formulation: Formulation = "paper"
+    redundancy_values: int = Field(default=5, ge=2, le=100)
+    knots: int | None = Field(default=None, ge=2, le=MOST_POINTS)
+    knot_redundancy: KnotRedundancy = "free"
+    limits: list[LimitName] = Field(default_factory=list)
+
+    @property
+    def further_limits(self) -> list[type[Limit]]:
+        """Kinds of limits that hold besides those of the robot and of the obstacles."""
+        return [LIMIT_CATALOGUE.find(name) for name in self.limits]
+
+    def check_size(self, joints: int) -> None:
+        """The model of so many joints can be built in less than a minute.
+
+        Raises:
+            ScenarioError: naming the key, and the most that is planned.
+        """
+        for key, most in (("samples", MOST_JOINT_SAMPLES), ("redundancy_values", MOST_JOINT_POINTS)):
+            value = getattr(self, key)
+            if joints * value > most:
+                raise ScenarioError(f"model.{key}: {value} are too many for {joints} joints; at most {most // joints}")
+
+
+class TaskSection(Section):
+    """[task]: the interface of every kind of task."""
+
+    kind: Word
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same task with the content of the files that it names.
+
+        Args:
+            folder: of the scenario file; reads them, if it holds them.
+
+        Raises:
+            ScenarioError: a file cannot be read, or may not be.
+        """
+        return self
+
+    def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
+        """The problem itself.
+
+        Raises:
+            InvalidProblem: the robot cannot do the task.
+        """
+        raise NotImplementedError
