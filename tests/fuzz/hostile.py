@@ -10,6 +10,7 @@ MODULES = {
     "hostile_raises": "raise RuntimeError('two\\nlines [red]')\n",
     "hostile_exits": "raise SystemExit(0)\n",
     "hostile_base": "class Own(BaseException): ...\nraise Own('x' * 10_000)\n",
+    "hostile_interrupts": "raise KeyboardInterrupt\n",
     "hostile_prints": "print('noise')\n",
     "hostile_recurses": "def f(): f()\nf()\n",
     "hostile_garbled": "class (:\n\0",

@@ -35,7 +35,10 @@ def ffmpeg() -> str | None:
         return which("ffmpeg")
     from imageio_ffmpeg import get_ffmpeg_exe  # noqa: PLC0415 (optional)
 
-    return str(get_ffmpeg_exe())
+    try:
+        return str(get_ffmpeg_exe())
+    except (OSError, RuntimeError):  # the package without its program
+        return None
 
 
 def animate(path: Path, title: str, motion: Motion) -> None:

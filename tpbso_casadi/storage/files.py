@@ -25,7 +25,7 @@ def check_writable(folder: Path) -> None:
     """
     try:
         nearest = folder
-        while not nearest.exists() and nearest != nearest.parent:
+        while not _is_there(nearest) and nearest != nearest.parent:
             nearest = nearest.parent
         if not nearest.is_dir():
             raise OutputError(f"{folder}: {nearest} is a file, not a folder")
@@ -33,6 +33,15 @@ def check_writable(folder: Path) -> None:
             pass
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror}") from error
+
+
+def _is_there(path: Path) -> bool:
+    """Whether something has that name, if only a link to nowhere."""
+    try:
+        path.lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return True
 
 
 def check_file(path: Path) -> None:

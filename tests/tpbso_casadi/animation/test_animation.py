@@ -19,6 +19,7 @@ from tpbso_casadi.animation import write as writing
 from tpbso_casadi.cli.solve import main
 from tpbso_casadi.planning.plan import Plan
 from tpbso_casadi.scenario.scenario import parse_scenario
+from tpbso_casadi.storage import exporting
 from tpbso_casadi.storage.exporting import EXPORTS, export_motion, ros_message
 from tpbso_casadi.storage.files import OutputError
 
@@ -96,6 +97,8 @@ def test_films(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (["--animate", "pipe.html"], "pipe.html: is a pipe or a device, not a file"),
         (["--animate", "a" * 300 + ".gif"], "cannot be written: File name too long"),
         (["--animate", ""], "argument --animate: a path is needed, not ''"),
+        (["--animate", "nowhere/way.gif"], "nowhere is a file, not a folder"),
+        (["--out", "nowhere"], "nowhere is a file, not a folder"),
         (["--out", "a" * 5000], "cannot be written: File name too long"),
     ],
 )
@@ -110,11 +113,12 @@ def test_bad_input(
     Path("file").touch()
     Path("folder.gif").mkdir()
     os.mkfifo("pipe.html")
+    Path("nowhere").symlink_to("nothing")
     assert run("time-2", *QUICK, *arguments) == 2
     error = capsys.readouterr().err
     assert error.startswith("error: ") and error.count("\n") == 1
     assert expected in error
-    assert sorted(path.name for path in Path().iterdir()) == ["file", "folder.gif", "pipe.html"]
+    assert sorted(path.name for path in Path().iterdir()) == ["file", "folder.gif", "nowhere", "pipe.html"]
 
 
 def test_an_mp4_without_ffmpeg(
@@ -165,6 +169,17 @@ def test_no_export_of_millions_of_rows(solution: Plan, tmp_path: Path) -> None:
     with pytest.raises(OutputError, match=r"--rate 1e\+09: makes more than 200000 rows of a motion of .* s; at most"):
         export_motion(tmp_path, solution.motion, "csv", 1e9)
     assert not list(tmp_path.iterdir())
+
+
+def test_an_export_of_too_many_rows_does_not_lose_the_plan(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(exporting, "MOST_ROWS", 50)
+    assert run("time-2", *QUICK, "--out", "out", "--export", "csv") == 2
+    error = capsys.readouterr().err
+    assert error.startswith("error: out: the plan is written, but not its export: --rate 100: makes more than 50 rows")
+    assert sorted(path.name for path in Path("out").iterdir()) == ["result.json", "trajectory.csv"]
 
 
 @pytest.mark.parametrize("rate", [37.0, 100.0])
