@@ -18,9 +18,9 @@ from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import BSO, GA, PSO, SOLVERS, Box, Budget, Result, Solver, StopReason, minimize
 from tpbso_casadi.planning.plan import Plan, plan
 from tpbso_casadi.scenario.builtin import builtin
+from tpbso_casadi.scenario.catalogues import find_solver
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, read_scenario
 from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.scenario.solvers import find_solver
 from tpbso_casadi.storage.content import result_of
 from tpbso_casadi.storage.result import RunResult
 from tpbso_casadi.storage.run_folder import write_run

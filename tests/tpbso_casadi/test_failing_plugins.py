@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tpbso_casadi.cli import audit, solve
+from tpbso_casadi.storage.seal import sealed
 
 MODULE = """
 from dataclasses import dataclass
@@ -163,7 +164,8 @@ def test_audit_of_a_run(module: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert solve.main([path, "--evaluations", "2000", "--out", str(run), "--quiet", "--no-plots"]) == 0
     result = json.loads((run / "result.json").read_text())
     result["scenario"]["model"]["limits"] = ["raising:Raising"]
-    (run / "result.json").write_text(json.dumps(result))
+    del result["seal"]
+    (run / "result.json").write_text(json.dumps(sealed(result)))
     assert audit.main([str(run)]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and str(run) in said and "RuntimeError: no such sensor" in said

@@ -9,7 +9,7 @@ from shutil import which
 from tpbso_casadi.animation.frames import frames_of
 from tpbso_casadi.animation.player import page
 from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.storage.files import OutputError, check_file, write_text, write_with, writing
+from tpbso_casadi.storage.files import OutputError, check_file, check_writable, write_text, write_with, writing
 from tpbso_casadi.storage.plain import visible
 
 FILM_FRAMES = 81  # each takes some 50 ms to draw
@@ -26,6 +26,7 @@ def check_animation(path: Path) -> None:
         raise OutputError(f"--animate {path}: the name must end with {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
     if path.suffix == ".mp4" and ffmpeg() is None:
         raise OutputError(f"--animate {path}: needs ffmpeg: install it, or pip install 'tpbso-casadi[video]'")
+    check_writable(path.parent)
     check_file(path)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from tpbso_casadi.campaign.record import Record
 from tpbso_casadi.campaign.statistics import Summary
 from tpbso_casadi.campaign.table import HEADER, rows
-from tpbso_casadi.storage.files import OutputError, check_writable, write_csv, write_with, writing
+from tpbso_casadi.storage.files import OutputError, check_file, check_writable, write_csv, write_with, writing
 
 SUFFIXES = (".csv", ".parquet")
 
@@ -27,22 +27,6 @@ def check_export(path: Path) -> None:
         raise OutputError(f"--export {path}: needs the package pyarrow: pip install 'tpbso-casadi[parquet]'")
     check_writable(path.parent)
     check_file(path)
-
-
-def check_file(path: Path) -> None:
-    """Make sure that a file of that name can be written: there is none, or one that is replaced.
-
-    Raises:
-        OutputError: there is a folder, a device or a pipe of that name, or there can be no such name.
-    """
-    try:
-        path.lstat()
-    except FileNotFoundError:
-        return
-    except (OSError, ValueError) as error:
-        raise OutputError(f"{path}: cannot be written: {getattr(error, 'strerror', error)}") from error
-    if not path.is_file():
-        raise OutputError(f"{path}: is {'a folder' if path.is_dir() else 'no regular file'}, and would be replaced")
 
 
 def export(records: Sequence[Record], path: Path) -> None:

@@ -11,9 +11,9 @@ from typing import Any
 from solvers.traits import Preset
 from tpbso_casadi.campaign.run import Run, escaped, problem_of
 from tpbso_casadi.plugins import PluginError
+from tpbso_casadi.scenario.catalogues import find_solver
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.scenario.solvers import find_solver
 
 MOST_RUNS = 100_000  # of a campaign
 LARGEST_SEED = 2**63 - 1  # that a store can hold

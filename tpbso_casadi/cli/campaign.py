@@ -12,7 +12,7 @@ from problems.evaluation import BACKENDS, InvalidEvaluation, processors
 from tpbso_casadi.campaign.dask_cluster import check_address, cluster
 from tpbso_casadi.campaign.estimate import campaign_seconds
 from tpbso_casadi.campaign.executors import ExecutorError, ExecutorFactory, LostExecutor, processes
-from tpbso_casadi.campaign.export import check_export, check_file
+from tpbso_casadi.campaign.export import check_export
 from tpbso_casadi.campaign.record import Record
 from tpbso_casadi.campaign.run import Run
 from tpbso_casadi.campaign.runner import run_campaign
@@ -20,7 +20,7 @@ from tpbso_casadi.campaign.store import Store, StoreError
 from tpbso_casadi.cli.campaign_progress import State, campaign_progress, duration, phase, say, size_of
 from tpbso_casadi.cli.common import Exit, positive_int, print_error
 from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.storage.files import OutputError, check_writable, writing
+from tpbso_casadi.storage.files import OutputError, check_file, check_writable, writing
 
 FAILURES = (ScenarioError, OutputError, StoreError, ExecutorError, LostExecutor, InvalidEvaluation)
 STORE = "runs.sqlite"

@@ -33,6 +33,7 @@ from tpbso_casadi.cli.planning_progress import planning_progress
 from tpbso_casadi.cli.run_name import run_folder
 from tpbso_casadi.planning.plan import Plan, plan
 from tpbso_casadi.scenario.builtin import DEFAULT
+from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import (
@@ -43,7 +44,6 @@ from tpbso_casadi.scenario.section import (
     MOST_POLISH_STARTS,
     ScenarioError,
 )
-from tpbso_casadi.scenario.solvers import SOLVER_CATALOGUE
 from tpbso_casadi.storage.content import result_of
 from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, HIGHEST_RATE
 from tpbso_casadi.storage.files import OutputError

@@ -8,8 +8,8 @@ from typing import Any
 from tpbso_casadi.campaign import Run, SolverSpec, grid
 from tpbso_casadi.campaign.grid import parse_solver
 from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.catalogues import find_solver
 from tpbso_casadi.scenario.scenario import SolverSection
-from tpbso_casadi.scenario.solvers import find_solver
 
 
 @dataclass(frozen=True)

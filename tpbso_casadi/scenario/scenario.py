@@ -15,7 +15,13 @@ from pydantic import Field, ValidationError, model_validator
 from problems import InvalidProblem, Problem
 from solvers import AnySolver, Budget
 from tpbso_casadi.plugins import failure, is_raised_in
-from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE, ROBOT_CATALOGUE
+from tpbso_casadi.scenario.catalogues import (
+    LIMIT_CATALOGUE,
+    OBJECTIVE_CATALOGUE,
+    ROBOT_CATALOGUE,
+    SOLVER_CATALOGUE,
+    find_solver,
+)
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml, too_much
 from tpbso_casadi.scenario.robots import ArmSection, ObstacleSection, RobotSection, check_numbers
 from tpbso_casadi.scenario.section import (
@@ -30,7 +36,6 @@ from tpbso_casadi.scenario.section import (
     Section,
     Word,
 )
-from tpbso_casadi.scenario.solvers import SOLVER_CATALOGUE, find_solver
 from tpbso_casadi.scenario.task import ModelSection
 from tpbso_casadi.scenario.tasks import TASKS, AnyTask
 from tpbso_casadi.scenario.validation import as_text, describe, hint, shown

@@ -45,18 +45,19 @@ def _is_there(path: Path) -> bool:
 
 
 def check_file(path: Path) -> None:
-    """Make sure that a file can be written: its folder can, and there is none of that name or one to be replaced.
+    """Make sure that a file of that name can be written: there is none, or one that is replaced.
 
     Raises:
-        OutputError: it cannot.
+        OutputError: there is a folder, a device or a pipe of that name, or there can be no such name.
     """
     try:
-        taken = path.exists() and not path.is_file()
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror}") from error
-    if taken:
-        raise OutputError(f"{path}: is {'a folder' if path.is_dir() else 'a pipe or a device'}, not a file")
-    check_writable(path.parent)
+        path.lstat()
+    except FileNotFoundError:
+        return
+    except (OSError, ValueError) as error:
+        raise OutputError(f"{path}: cannot be written: {getattr(error, 'strerror', error)}") from error
+    if not path.is_file():
+        raise OutputError(f"{path}: is {'a folder' if path.is_dir() else 'no regular file'}, and would be replaced")
 
 
 @contextmanager
