@@ -16,6 +16,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
 from tpbso_casadi.cli import audit, solve
+from tpbso_casadi.storage.seal import KEY, sealed
 
 QUICK = ["--evaluations", "40", "--no-plots", "--quiet"]
 EXAMPLES = [25, pytest.param(1500, marks=pytest.mark.slow)]
@@ -167,6 +168,8 @@ def edits(draw: st.DrawFn, text: str) -> bytes:
         content = edited(content, path, draw(JSON), draw(st.booleans()))
         if not isinstance(content, dict | list) or not content:
             break
+    if isinstance(content, dict) and draw(st.booleans()):  # as a forger would
+        content = sealed({key: value for key, value in content.items() if key != KEY})
     return json.dumps(content).encode()
 
 
