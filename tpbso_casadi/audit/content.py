@@ -1,6 +1,6 @@
 """The results of an audit, as plain data: of a scenario its structure, of a run its certificate and optimality.
 
-The content of ``python -m tpbso_casadi.audit --json``; :mod:`tpbso_casadi.cli.audit_tables` prints it.
+The content of ``python -m tpbso_casadi.audit --json``; :mod:`tpbso_casadi.cli.display.audit_tables` prints it.
 """
 
 from __future__ import annotations

@@ -17,8 +17,8 @@ from tpbso_casadi.campaign.record import Record
 from tpbso_casadi.campaign.run import Run
 from tpbso_casadi.campaign.runner import run_campaign
 from tpbso_casadi.campaign.store import Store, StoreError
-from tpbso_casadi.cli.campaign_progress import State, campaign_progress, duration, phase, say, size_of
 from tpbso_casadi.cli.common import Exit, positive_int, print_error
+from tpbso_casadi.cli.display.campaign_progress import State, campaign_progress, duration, phase, say, size_of
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import OutputError, check_file, check_writable, writing
 

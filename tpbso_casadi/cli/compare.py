@@ -24,8 +24,8 @@ from tpbso_casadi.cli.campaign import (
     run_with_progress,
     stored,
 )
-from tpbso_casadi.cli.campaign_progress import phase
 from tpbso_casadi.cli.common import OneLineParser, add_input_options, natural, positive_float, positive_int
+from tpbso_casadi.cli.display.campaign_progress import phase
 from tpbso_casadi.scenario.loading import load_all
 
 DEFAULT_SOLVERS = "bso,pso,ga,abso,abso+polish"

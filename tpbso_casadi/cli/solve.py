@@ -26,10 +26,10 @@ from tpbso_casadi.cli.common import (
     whole_number,
     word,
 )
-from tpbso_casadi.cli.console import OutputConsole
+from tpbso_casadi.cli.display.console import OutputConsole
+from tpbso_casadi.cli.display.plan_tables import print_plan, print_scenarios, summary_of
+from tpbso_casadi.cli.display.planning_progress import planning_progress
 from tpbso_casadi.cli.output import Output
-from tpbso_casadi.cli.plan_tables import print_plan, print_scenarios, summary_of
-from tpbso_casadi.cli.planning_progress import planning_progress
 from tpbso_casadi.cli.run_name import run_folder
 from tpbso_casadi.planning.plan import Plan, plan
 from tpbso_casadi.scenario.builtin import DEFAULT

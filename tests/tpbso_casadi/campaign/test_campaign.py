@@ -34,7 +34,7 @@ from tpbso_casadi.campaign.estimate import campaign_seconds, run_seconds
 from tpbso_casadi.campaign.grid import parse_solver
 from tpbso_casadi.campaign.statistics import Relation, compare_summaries, holm, judge, p_text, summarise, with_ties
 from tpbso_casadi.campaign.table import print_tables
-from tpbso_casadi.cli.campaign_progress import State, duration
+from tpbso_casadi.cli.display.campaign_progress import State, duration
 from tpbso_casadi.scenario.section import ScenarioError
 
 LIMIT = {"evaluations": 100}
@@ -286,7 +286,7 @@ def test_durations(seconds: float, words: str) -> None:
 
 def test_how_far_a_campaign_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "tpbso_casadi.cli.campaign_progress.time.perf_counter", clock := iter([0.0, *[30.0] * 9]).__next__
+        "tpbso_casadi.cli.display.campaign_progress.time.perf_counter", clock := iter([0.0, *[30.0] * 9]).__next__
     )
     state = State(runs=10, round_size=2, estimate=100.0)
     assert state.left() == 100.0

@@ -20,7 +20,8 @@ from tpbso_casadi.storage.stored_run import read_run
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
 ANNOUNCING = """
-from tpbso_casadi.cli import entry, planning_progress
+from tpbso_casadi.cli import entry
+from tpbso_casadi.cli.display import planning_progress
 planning_progress.INTERVAL = -1.0
 entry.run("tpbso_casadi.cli.solve")
 """  # the command line, which says at once what it begins

@@ -8,8 +8,8 @@ from rich.padding import Padding
 from rich.text import Text
 
 from problems import CertificateStatus
-from tpbso_casadi.cli.console import OutputConsole, number, prose, table_of, word
-from tpbso_casadi.cli.plan_tables import MARKS, limit_of
+from tpbso_casadi.cli.display.console import OutputConsole, number, prose, table_of, word
+from tpbso_casadi.cli.display.plan_tables import MARKS, limit_of
 
 ACTIVE = Text("active", "green")  # it holds with nothing to spare
 LISTED_NAMES = 4

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from rich.text import Text
 
 from problems import CertificateStatus, Verdict
-from tpbso_casadi.cli.console import OutputConsole, number, prose, table_of, word
+from tpbso_casadi.cli.display.console import OutputConsole, number, prose, table_of, word
 from tpbso_casadi.planning.plan import Plan
 from tpbso_casadi.planning.refinement import Polish
 from tpbso_casadi.scenario.best_known import best_known

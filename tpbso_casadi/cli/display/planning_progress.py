@@ -13,7 +13,7 @@ from rich.progress import Progress as Bars
 from problems import Problem
 from solvers import Status
 from solvers.traits import STARTS
-from tpbso_casadi.cli.console import OutputConsole
+from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT
 from tpbso_casadi.planning.progress import Progress
 

@@ -1,0 +1,1 @@
+"""What the command lines show in the terminal: tables and progress."""
