@@ -6,11 +6,13 @@ import os
 import platform
 import shlex
 import shutil
-import subprocess
 from dataclasses import dataclass
+from functools import cache
 from itertools import takewhile
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+from problems.evaluation.native.outside import NoAnswer, run
 
 FLAGS = (
     "-O1",
@@ -24,6 +26,8 @@ FLAGS = (
     "-fPIC",
 )
 NAMES = ("c++", "g++", "clang++")
+VERSION_SECONDS = 10.0  # for a compiler to say what it is
+COMPILE_SECONDS = 60.0  # for one library; a second or two is usual, 14 were the most, for 100 links
 
 
 class NativeUnavailable(Exception):
@@ -51,18 +55,21 @@ class Compiler:
         """The shared library of a C++ source.
 
         Raises:
-            NativeUnavailable: the compiler refuses.
+            NativeUnavailable: the compiler refuses, does not end, or there is no room for what it makes.
         """
-        with TemporaryDirectory(prefix="tpbso-casadi-") as folder:
-            output = Path(folder) / "library"
-            command = [*self.command, *FLAGS, "-x", "c++", "-", "-o", str(output)]
-            process = subprocess.run(command, input=source, capture_output=True, text=True, check=False)
-            if process.returncode:
-                reason = next(iter(process.stderr.splitlines()), f"status {process.returncode}")
-                raise NativeUnavailable(f"{self.command[0]} failed: {reason}")
-            if not output.exists():
-                raise NativeUnavailable(f"{self.command[0]} left no library")
-            return output.read_bytes()
+        try:
+            with TemporaryDirectory(prefix="tpbso-casadi-") as folder:
+                return self._made(source, Path(folder) / "library")
+        except (OSError, NoAnswer) as error:
+            raise NativeUnavailable(f"nothing was compiled: {error}") from error
+
+    def _made(self, source: str, output: Path) -> bytes:
+        answer = run([*self.command, *FLAGS, "-x", "c++", "-", "-o", str(output)], COMPILE_SECONDS, source)
+        if answer.status:
+            raise NativeUnavailable(f"{self.command[0]} failed: {answer.first_line or f'status {answer.status}'}")
+        if not output.is_file():
+            raise NativeUnavailable(f"{self.command[0]} left no library")
+        return output.read_bytes()
 
 
 def find_compiler() -> Compiler:
@@ -77,19 +84,20 @@ def find_compiler() -> Compiler:
         raise NativeUnavailable(f"CXX cannot be read: {error}") from error
     for command in [choice] if choice else [(name,) for name in NAMES]:
         path = shutil.which(command[0])
-        version = None if path is None else _version(path)
+        version = None if path is None else asked_version(path)
         if path is not None and version is not None:
             return Compiler((path, *command[1:]), version)
-    raise NativeUnavailable(f"no C++ compiler ({shlex.join(choice) or ', '.join(NAMES)}) on PATH")
+    raise NativeUnavailable(f"no C++ compiler ({shlex.join(choice) or ', '.join(NAMES)}) on PATH answers")
 
 
-def _version(path: str) -> str | None:
-    """What a program says about itself; None if it does not run."""
+@cache
+def asked_version(path: str) -> str | None:
+    """What a program says about itself, asked once a process; None if it does not run or does not answer."""
     try:
-        answer = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
-    except OSError:
+        answer = run([path, "--version"], VERSION_SECONDS)
+    except (OSError, NoAnswer):
         return None
-    return answer.stdout if answer.returncode == 0 else None
+    return answer.output if answer.status == 0 else None
 
 
 def processor() -> str:

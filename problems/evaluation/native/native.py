@@ -80,13 +80,28 @@ def compile_library(source: str) -> Evaluate:
     """
     compiler = usable_compiler()
     library = compiler.library(source)
-    with NamedTemporaryFile(dir=cache.scratch(), prefix=".") as file:
-        file.write(library)
-        file.flush()
-        evaluate = load(Path(file.name))
+    evaluate = _loaded(library)
     with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
         cache.keep(key(source, compiler), library)
     return evaluate
+
+
+def _loaded(library: bytes) -> Evaluate:
+    """The function in a library that has just been made, wherever there is room for it.
+
+    Raises:
+        NativeUnavailable: there is none, or it does not load.
+    """
+    reason: Exception = NativeUnavailable("there is no folder for it")
+    for folder in (cache.scratch(), None):
+        try:
+            with NamedTemporaryFile(dir=folder, prefix=".") as file:
+                file.write(library)
+                file.flush()
+                return load(Path(file.name))
+        except (OSError, NativeUnavailable) as error:
+            reason = error
+    raise NativeUnavailable(str(reason)) from reason
 
 
 def load(library: Path) -> Evaluate:

@@ -16,7 +16,7 @@ from helpers.evaluation import needs_compiler, points, same_bits, small, source_
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction, population
 from problems.evaluation.native import cache
-from problems.evaluation.native.compiler import FLAGS, NativeUnavailable, find_compiler
+from problems.evaluation.native.compiler import FLAGS, NativeUnavailable, asked_version, find_compiler
 from problems.evaluation.native.native import compile_library, find_library, key
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
@@ -98,14 +98,15 @@ def test_a_compiler_that_cannot_be_started(content: str, tmp_path: Path, monkeyp
 @needs_compiler
 def test_nothing_of_a_function_reaches_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
     commands = []
-    run = subprocess.run
+    start = subprocess.Popen
 
     def recorded(command: list[str], **options: object) -> object:
         commands.append(command)
         assert not options.get("shell")
-        return run(command, **options)  # type: ignore[call-overload]
+        return start(command, **options)  # type: ignore[call-overload]
 
-    monkeypatch.setattr("problems.evaluation.native.compiler.subprocess.run", recorded)
+    monkeypatch.setattr("problems.evaluation.native.outside.subprocess.Popen", recorded)
+    asked_version.cache_clear()
     compile_library(source_of(small()))
     [asking, compiling] = commands
     assert asking[1:] == ["--version"]
@@ -223,7 +224,7 @@ def test_four_processes_compile_the_same(cache_folder: Path) -> None:
 @needs_compiler
 def test_a_killed_compile_leaves_nothing(cache_folder: Path) -> None:
     code = "import sys; from problems.evaluation.native import native, cache; import os, signal\n"
-    code += "cache._place = lambda key: os.kill(os.getpid(), signal.SIGKILL)\n"
+    code += "cache._seal = lambda library, key: os.kill(os.getpid(), signal.SIGKILL)\n"
     code += "native.compile_library(sys.stdin.read())"
     process = subprocess.run([sys.executable, "-c", code], input=source_of(small()), text=True, check=False)
     assert process.returncode == -9
