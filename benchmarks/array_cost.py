@@ -192,7 +192,7 @@ class PointToPointCost(Kinematics):
         xp = self.xp
         theta_m, t2 = (theta_s + theta_f) / 2.0 + detour, 1.0 - t1
         _, speed, acceleration = self._sampled(theta_s, theta_m, dtheta_m, theta_f, t1, t2)
-        shortest = self.task.segment_time[0] / xp.minimum(t1, t2)[..., 0]
+        shortest = self.task.time_box[0] / xp.minimum(t1, t2)[..., 0]
         time = xp.maximum(shortest, self.time_scale(speed, acceleration))[..., None]
         theta = self._positions(theta_s, theta_m, dtheta_m, theta_f, t1, t2)
         x_joints, y_joints = self.joints(theta) if self._needs_joints else (None, None)

@@ -19,7 +19,7 @@ from problems.base.arguments import Arguments
 from problems.base.matrix import Matrix
 from problems.encodings.encoding import CostWeights, Encoding
 from problems.evaluation import Program, Step
-from problems.limits.limit import Limit
+from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.motions.motion import Motion
 
 P = TypeVar("P")
@@ -38,6 +38,7 @@ class CostSteps(ABC, Generic[P]):
         self.motion: Motion[P] = self.arguments.twin(problem.motion)
         self.limits: tuple[Limit, ...] = self.arguments.twin(problem.limits)
         self.weights: CostWeights = self.arguments.twin(problem.weights)
+        self.duration_bounds = self.arguments.twin(problem.task.duration_bounds)
         self.objective = problem.objective
         self.x = ca.SX.sym("x", len(problem.variables))
 
@@ -120,5 +121,8 @@ class CostSteps(ABC, Generic[P]):
         for accumulated in sums[count:]:
             objective = objective + accumulated
         penalties = [*sums[:count], *(inputs[name] for name in self.further_penalties)]
+        if self.duration_bounds is not None and self.encoding.scales_time:  # else the search box keeps them
+            durations = self.duration_bounds.at(inputs["durations"].T, SAMPLING_MARGIN)
+            penalties.append(self.encoding.penalty(durations))
         reach = inputs["reach"].T if self.reach_size else None
         return Step.of("finish", inputs, {"cost": self.encoding.cost(objective, penalties, reach, self.weights)})

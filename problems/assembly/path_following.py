@@ -20,7 +20,7 @@ from problems.evaluation import Loop, PopulationFunction, Program, Step
 from problems.limits import limits_of
 from problems.limits.accuracy import Accuracy
 from problems.limits.constraint import Constraint
-from problems.limits.limit import Limit
+from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.motions.knot_spline import KnotSpline, SplineShape
 from problems.motions.rest_spline import turning_speed
 from problems.motions.samples import Samples
@@ -57,15 +57,16 @@ def path_following(
     check_choice("formulation", formulation, KNOT_ENCODINGS)
     check_at_least("samples", samples, 2)
     check_at_least("redundancy_values", redundancy_values, 2)
-    motion = motion_along(task, samples)
+    motion, bounds = motion_along(task, samples), task.duration_bounds
+    time_box = DEFAULT_TIME_BOUNDS if bounds is None else bounds.search_box(SAMPLING_MARGIN)
     problem = PathFollowingProblem(
         task=task,
         motion=motion,
-        encoding=KNOT_ENCODINGS[formulation](task, motion, redundancy_values, task.total_time or DEFAULT_TIME_BOUNDS),
+        encoding=KNOT_ENCODINGS[formulation](task, motion, redundancy_values, time_box),
         objective=objective_named(objective),
         limits=limits_of(task.robot, task.obstacles, limits),
     )
-    if task.total_time is not None or problem.encoding.scales_time:
+    if bounds is not None or problem.encoding.scales_time:
         return problem
     return replace(problem, encoding=replace(problem.encoding, time_box=usual_time_box(problem)))
 

@@ -91,6 +91,11 @@ class Problem(ABC, Generic[P]):
     def point_constraints(self, parameters: P) -> list[Constraint]:
         """Constraints of the task on single points of a motion, as a search sees them."""
 
+    def duration_constraints(self, parameters: P) -> list[Constraint]:
+        """The bounds of the durations of a motion's parts, as a search sees them; none where nothing is promised."""
+        bounds = self.task.duration_bounds
+        return [] if bounds is None else [bounds.at(self.motion.durations(parameters).T, SAMPLING_MARGIN)]
+
     @abstractmethod
     def cost_program(self) -> Program:
         """The cost, in steps over samples."""
@@ -114,6 +119,7 @@ class Problem(ABC, Generic[P]):
         decoded = self.decoded(x)
         samples = self.motion.samples(decoded.parameters)
         constraints = [c for limit in self.limits for c in limit.constraints(samples, SAMPLING_MARGIN)]
+        constraints += self.duration_constraints(decoded.parameters)
         constraints += self.point_constraints(decoded.parameters)
         if decoded.reach is not None:
             constraints.append(decoded.reach)
@@ -187,15 +193,23 @@ class Problem(ABC, Generic[P]):
 
     def exact_time_scale(self, trajectory: Trajectory) -> float:
         """How much slower, or faster, a trajectory has to be run so that its limits just hold for all t."""
-        return exact_time_scale(self.limits, trajectory)
+        return max(exact_time_scale(self.limits, trajectory), self._duration_time_scale(trajectory))
 
     def safe_time_scale(self, trajectory: Trajectory) -> float:
         """The exact time scale and a little more, so that rounding breaks no limit."""
-        return safe_time_scale(self.limits, trajectory)
+        return max(safe_time_scale(self.limits, trajectory), self._duration_time_scale(trajectory))
+
+    def _duration_time_scale(self, trajectory: Trajectory) -> float:
+        """How much slower a trajectory has to be run so that none of its durations is too short."""
+        bounds = self.task.duration_bounds
+        return 0.0 if bounds is None else bounds.time_scale(self.task.durations(trajectory))
 
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
         """Judge a finished trajectory against every constraint, far more densely than the search does."""
-        verdicts = limit_verdicts(self.limits, trajectory)
+        verdicts, bounds = limit_verdicts(self.limits, trajectory), self.task.duration_bounds
+        if bounds is not None:
+            durations = bounds.at(ca.DM(self.task.durations(trajectory)).T)
+            verdicts.append(verdict(durations, trajectory.breakpoints[-1:]))
         return [*verdicts, *(verdict(constraint, times) for constraint, times in self.task.conditions(trajectory))]
 
     def objective_value(self, trajectory: Trajectory, times: FloatArray) -> float:

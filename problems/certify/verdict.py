@@ -57,12 +57,12 @@ def verdict(constraint: Constraint, times: FloatArray) -> Verdict:
     values, (lower, upper) = as_array(constraint.expression), constraint.bounds
     margins = np.minimum(values - lower, upper - values) / constraint.scales
     at, column = np.unravel_index(np.argmin(margins), margins.shape)
-    worst = float(values[at, column])
+    worst, sampled = float(values[at, column]), constraint.for_all_t and constraint.rows > 1
     return Verdict(
         name=constraint.name,
         worst=worst,
         bound=float(lower[column] if worst - lower[column] < upper[column] - worst else upper[column]),
         unit=constraint.unit,
         status=CertificateStatus.CERTIFIED if margins[at, column] >= -TOLERANCE else CertificateStatus.VIOLATED,
-        where=constraint.columns[column] + (f", t = {times[at]:.4g} s" if constraint.for_all_t else ""),
+        where=constraint.columns[column] + (f", t = {times[at]:.4g} s" if sampled else ""),
     )

@@ -135,7 +135,7 @@ class PaperSegments(SegmentsEncoding):
         ranges, speeds = robot.limits.position or ((-pi, pi),) * robot.dof, robot.limits.speed
         middle = [Variable(f"theta_m[{i}]", *ranges[i - 1], "rad") for i in joints]
         middle += [Variable(f"dtheta_m[{i}]", -speeds[i - 1], speeds[i - 1], "rad/s") for i in joints]
-        times = [Variable(name, *self.task.segment_time, "s") for name in ("t1", "t2")]
+        times = [Variable(name, *self.task.time_box, "s") for name in ("t1", "t2")]
         return tuple(self._variables(middle, Variable("phi", -pi, pi, "rad"), times))
 
     def redundancy(self, point: Matrix, values: Matrix) -> Matrix:
@@ -150,8 +150,8 @@ class PaperSegments(SegmentsEncoding):
 
     @property
     def time_boxes(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The bounds of t1 and t2 that the task states."""
-        return self.task.segment_time, self.task.segment_time
+        """The box of t1 and t2."""
+        return self.task.time_box, self.task.time_box
 
     def penalty(self, constraint: Constraint) -> Matrix:
         """The penalty h_i(x) g_i(x) of (15)."""
@@ -198,7 +198,7 @@ class ReducedSegments(FeasibilityFirst, SegmentsEncoding):
 
     def timed(self, shape: Quantities, limits: Sequence[Limit], peaks: Sequence[Matrix]) -> Quantities:
         """The shape of duration 1, slowed or sped up until it just keeps its limits, and t1, t2 their minimum."""
-        shortest = self.task.segment_time[0] / ca.fmin(shape.t1, shape.t2)
+        shortest = self.task.least_segment_time / ca.fmin(shape.t1, shape.t2)
         scale = ca.fmax(shortest, minimum_time_scale(limits, peaks)) if limits else shortest
         return shape.time_scaled(scale)
 
@@ -209,4 +209,4 @@ class ReducedSegments(FeasibilityFirst, SegmentsEncoding):
 
     def _longest(self, duration: float, limits: Sequence[Limit], fastest: FloatArray, sharpest: FloatArray) -> float:
         peaks = {1: ca.DM(fastest).T, 2: ca.DM(sharpest).T}
-        return max(longest_time_scale(scaling(limits), peaks), self.task.segment_time[0] / TIME_SHARES[0])
+        return max(longest_time_scale(scaling(limits), peaks), self.task.time_box[0] / TIME_SHARES[0])

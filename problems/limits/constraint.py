@@ -23,6 +23,8 @@ class PenaltyKind(Enum):
 class Constraint:
     """``lower <= expression <= upper``, one row a time sample, one column a joint, link or obstacle.
 
+    A single row is of the whole motion, or of one point of it.
+
     Attributes:
         name: short and unique within a problem, for example ``speed``.
         unit: of the expression and the bounds.

@@ -131,7 +131,7 @@ class PathNlp(TimedProgram):
 
     def constraints(self, margin: float) -> tuple[Constraint, ...]:
         """Joints of the pieces, knots on the path, accuracy, the limits that time scaling does not restore."""
-        angles, bends, _, _, slack = self.split(self.x)
+        angles, bends, time, _, slack = self.split(self.x)
         points = ca.DM(self.encoding.knot_points)
         on_path = self.robot.tool(angles[self.form.knots, :]) - points
         rows = [
@@ -147,6 +147,7 @@ class PathNlp(TimedProgram):
         for limit in self.limits:
             if limit not in exact and (self.timed or not limit.scales_with_time):
                 rows += limit.constraints(self._motion, margin)
+        rows += self.duration_rows(time, margin)
         step = StepLimit.holding(self.robot, self.task.obstacles)
         rows += [] if step is None else step.constraints(self._motion)
         return (*rows, *slack_constraints(self.objective, self._motion, slack))

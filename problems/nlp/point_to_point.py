@@ -5,7 +5,8 @@ and goal by forward kinematics, smooth where inverse kinematics has edges. Rotat
 long a motion takes: its duration is then 1, t1 the only time, no speed or acceleration is bounded, and the exact time
 scaling of a solution restores the limits. ``elbow`` up or down bounds theta_2 at both ends.
 
-A search vector's box does not apply here: theta_m and dtheta_m may leave it, and so may t1 and t2 at their long end.
+A search vector's box does not apply here: theta_m and dtheta_m may leave it, and so may t1 and t2 at their long end
+unless the task bounds them.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ class PointToPointNlp(TimedProgram):
     def samples(self) -> int:
         """The number of time steps per segment."""
         timed = min(self.motion.steps, max(TIMED_STEPS, TIMED_ROWS // self.robot.dof))
-        steps = self.objective.program_steps or timed
+        steps = timed if self.timed or self.objective.program_steps is None else self.objective.program_steps
         return max(steps, CLEARANCE_STEPS) if self.task.obstacles else steps
 
     @cached_property
@@ -127,6 +128,7 @@ class PointToPointNlp(TimedProgram):
         for limit in self.limits:
             if self.timed or not limit.scales_with_time:
                 rows += limit.constraints(samples, margin)
+        rows += self.duration_rows(ca.horzcat(quantities.t1, quantities.t2), margin)
         step = StepLimit.holding(self.robot, self.task.obstacles)
         rows += [] if step is None else step.constraints(samples)
         return (*rows, *slack_constraints(self.objective, samples, slack))
@@ -167,7 +169,7 @@ class PointToPointNlp(TimedProgram):
             if name != "theta_m":
                 narrow_elbow(self.task.elbow, x, first + 1, lower, upper)
         times = slice(4 * k, 4 * k + (2 if self.timed else 1))
-        lower[times], upper[times] = (self.task.segment_time[0], np.inf) if self.timed else TIME_SHARES
+        lower[times], upper[times] = (self.task.time_box[0], np.inf) if self.timed else TIME_SHARES
         lower[times.stop :] = 0.0
         return lower, upper
 
@@ -224,7 +226,7 @@ class PointToPointNlp(TimedProgram):
     def _scaled(self, x: FloatArray) -> Quantities:
         """With the ends exactly at their points and the limits kept exactly."""
         quantities = self._exact_ends(self._quantities(ca.DM(x[: self._symbols[0].shape[0]])))
-        shortest = self.task.segment_time[0] / float(ca.fmin(quantities.t1, quantities.t2))
+        shortest = self.task.time_box[0] / float(ca.fmin(quantities.t1, quantities.t2))
         return quantities.time_scaled(max(shortest, self._time_scale(quantities.trajectory())))
 
     def _time_scale(self, trajectory: Trajectory) -> float:

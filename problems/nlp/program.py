@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import casadi as ca
@@ -21,6 +22,7 @@ from problems.limits.time_scale import holds_time
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.objectives import Objective
+from problems.tasks.task import Task
 
 MAX_ANGLE_CHANGE = 3.5  # rad, from a start; without this bound some angles drift by thousands of turns
 
@@ -143,13 +145,19 @@ def slack_constraints(objective: Objective, samples: Samples, slack: Matrix) -> 
 class TimedProgram(NonlinearProgram):
     """A program of an objective and limits, which decide whether durations are variables or follow from the shape."""
 
+    task: Task
     objective: Objective
     limits: tuple[Limit, ...]
 
     @property
     def timed(self) -> bool:
         """Whether durations are variables."""
-        return self.objective.timed or self.held
+        return self.objective.timed or self.held or self.task.duration_bounds is not None
+
+    def duration_rows(self, durations: Matrix, margin: float) -> list[Constraint]:
+        """The task's upper bounds of durations (1, n) in s; the lower ones are bounds of the variables."""
+        bounds = self.task.duration_bounds
+        return [] if bounds is None else [replace(bounds.at(durations, margin), lower=None)]
 
     @cached_property
     def held(self) -> bool:

@@ -19,6 +19,7 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, largest
 from problems.limits.accuracy import Accuracy
 from problems.limits.constraint import Constraint
+from problems.limits.duration import DurationBounds
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
@@ -44,8 +45,9 @@ class PathFollowing(Task):
         obstacles: to keep clear of.
         knots: how many of the points are knots at the least, spread evenly; corners are knots too. Half of the
             points if None.
-        total_time: bounds of t_T, s. The upper one is the paper formulation's search box only. If None, from 0.1 s to
-            10 s, or to twice the time that the motion in the middle of its redundancy takes if that is more.
+        total_time: bounds of t_T in the finished motion, s. If None nothing is promised: the paper formulation then
+            searches from 0.1 s to 10 s, or to twice the time that the motion in the middle of its redundancy takes if
+            that is more, and the others keep the least.
         knot_redundancy: of the nonlinear program alone: ``free`` at every knot, or the search vector's ``values``.
 
     Raises:
@@ -112,6 +114,11 @@ class PathFollowing(Task):
     def accuracy_of(self, trajectory: Trajectory) -> float:
         """Trajectory accuracy: the largest distance from a given point, m."""
         return float(largest(self.accuracy_constraint(trajectory).expression))
+
+    @property
+    def duration_bounds(self) -> DurationBounds | None:
+        """The bounds of t_T, where they are stated."""
+        return None if self.total_time is None else DurationBounds("total time", "t_T", *self.total_time)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """Accuracy at every point; start and goal."""

@@ -7,8 +7,10 @@ from typing import ClassVar, get_args
 
 import numpy as np
 
-from problems.base.matrix import FloatArray
+from problems.base.matrix import FloatArray, Operand
 from problems.limits.constraint import Constraint
+from problems.limits.duration import DurationBounds
+from problems.limits.limit import SAMPLING_MARGIN
 from problems.limits.point_constraints import end_point
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
@@ -17,6 +19,8 @@ from problems.tasks.checks import check_choice, check_obstacles, check_point, ch
 from problems.tasks.drawing import Marker, MarkerKind
 from problems.tasks.elbow import Elbow, check_elbow
 from problems.tasks.task import Task
+
+SEGMENT_TIME_BOX = (0.1, 4.0)  # s, in which t1 and t2 are searched where the task does not bound them
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,8 @@ class PointToPoint(Task):
         elbow: the branch of inverse kinematics at both ends; ``free`` adds one decision variable an end, whose
             sign picks it.
         obstacles: to keep clear of.
-        segment_time: bounds of t1 and t2, s. The upper one is the paper formulation's search box only.
+        segment_time: bounds of t1 and t2 in the finished motion, s. If None nothing is promised: the paper formulation
+            then searches in ``SEGMENT_TIME_BOX``, of whose two ends the others keep the lower.
 
     Raises:
         InvalidProblem: a point is out of reach, too close to the base or inside an obstacle, or a field is not
@@ -44,15 +49,37 @@ class PointToPoint(Task):
     goal: tuple[float, ...]
     elbow: Elbow = "free"
     obstacles: tuple[Obstacle, ...] = ()
-    segment_time: tuple[float, float] = (0.1, 4.0)
+    segment_time: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         check_choice("elbow", self.elbow, get_args(Elbow))
-        check_range("segment_time", self.segment_time)
+        if self.segment_time is not None:
+            check_range("segment_time", self.segment_time)
         check_elbow(self.robot, self.elbow)
         check_obstacles(self.robot, self.obstacles)
         for field in ("start", "goal"):
             check_point(self.robot, self.obstacles, field, getattr(self, field))
+
+    @property
+    def duration_bounds(self) -> DurationBounds | None:
+        """The bounds of t1 and t2, where they are stated."""
+        return None if self.segment_time is None else DurationBounds("segment time", "t{}", *self.segment_time)
+
+    def durations(self, trajectory: Trajectory) -> FloatArray:
+        """The durations of the segments, t1 and t2, s."""
+        return np.diff(trajectory.breakpoints)
+
+    @property
+    def least_segment_time(self) -> Operand:
+        """The least of t1 and t2 in any formulation, s; symbolic where the task is."""
+        bounds = self.duration_bounds
+        return SEGMENT_TIME_BOX[0] if bounds is None else bounds.shortest
+
+    @property
+    def time_box(self) -> tuple[float, float]:
+        """Bounds of t1 and t2 in a search vector, s."""
+        bounds = self.duration_bounds
+        return SEGMENT_TIME_BOX if bounds is None else bounds.search_box(SAMPLING_MARGIN)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """Start and goal."""

@@ -26,7 +26,7 @@ class PointToPointTask(TaskSection):
     goal: PlanarPoint
     objective: ObjectiveName = "time"
     elbow: Elbow = "free"
-    segment_time: tuple[Positive, Positive] = (0.1, 4.0)
+    segment_time: tuple[Positive, Positive] | None = None
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
         """The problem itself."""

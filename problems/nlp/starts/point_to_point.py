@@ -81,10 +81,16 @@ class PointToPointStarts:
         """The profiles that join the ends soonest; a symmetric one where time does not count."""
         if not self.displacement.longest:
             return [SYMMETRIC]
-        return sorted(PROFILES, key=lambda profile: self._duration(ends, profile))[:TIMED_PROFILES]
+        return sorted(PROFILES, key=lambda profile: self._rank(ends, profile))[:TIMED_PROFILES]
+
+    def _rank(self, ends: Ends, profile: Profile) -> tuple[float, float]:
+        """By how much the longer segment takes too long, and the duration, s."""
+        duration, bounds = self._duration(ends, profile), self.task.duration_bounds
+        longest = np.inf if bounds is None else bounds.longest
+        return max(0.0, max(profile.share, 1.0 - profile.share) * duration - longest), duration
 
     def _duration(self, ends: Ends, profile: Profile) -> float:
-        limits, shortest = self.task.robot.limits, self.task.segment_time[0]
+        limits, shortest = self.task.robot.limits, self.task.time_box[0]
         return profile.duration(
             ends.theta_f - ends.theta_s, np.array(limits.speed), np.array(limits.acceleration), shortest
         )
@@ -97,11 +103,16 @@ class PointToPointStarts:
         return quantities(ends.theta_s, middle, speed, ends.theta_f, t1, duration - t1)
 
     def random(self, rng: np.random.Generator, spread: float) -> Quantities:
-        """Postures by inverse kinematics at both ends, theta_m within ``spread`` rad of their middle, t1 = t2 = 1 s."""
+        """Postures by inverse kinematics at both ends, theta_m within ``spread`` rad of their middle.
+
+        t1 = t2 = 1 s, or as near to that as the task allows.
+        """
         draws = [self.ends.draw(rng) for _ in range(GOAL_DRAWS)]
         ends = min(draws, key=lambda each: float(np.linalg.norm(each.theta_f - each.theta_s)))
         middle = (ends.theta_s + ends.theta_f) / 2.0 + rng.normal(0.0, spread, ends.theta_s.size)
-        return quantities(ends.theta_s, middle, 0.75 * (ends.theta_f - ends.theta_s), ends.theta_f, 1.0, 1.0)
+        time = float(np.clip(1.0, *self.task.time_box))
+        speed = 0.75 * (ends.theta_f - ends.theta_s) / time
+        return quantities(ends.theta_s, middle, speed, ends.theta_f, time, time)
 
 
 def quantities(

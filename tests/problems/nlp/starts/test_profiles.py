@@ -55,5 +55,5 @@ def test_a_motion_along_a_profile_keeps_its_limits_and_is_as_fast_as_they_allow(
     shortest = min(float(quantities.t1), float(quantities.t2))
     used = exact_time_scale(limits_of(arm, ()), quantities.trajectory())
     assert used <= 1.0 + 1e-9
-    assert shortest >= task.segment_time[0] - 1e-12
-    assert max(used, task.segment_time[0] / shortest) == pytest.approx(1.0, abs=1e-9)
+    assert shortest >= task.time_box[0] - 1e-12
+    assert max(used, task.time_box[0] / shortest) == pytest.approx(1.0, abs=1e-9)

@@ -1,0 +1,130 @@
+"""Bounds of durations: symbolic, numeric, in search, program and verdict, for both kinds of tasks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from helpers.cases import OVAL, THREE_METRES, changed, equal_links, following, moving
+
+from problems import CertificateStatus, Problem, Verdict, pentagram
+from problems.base.matrix import as_array
+from problems.certify.verdict import verdict
+from problems.evaluation import EvaluationOptions
+from problems.limits.duration import DurationBounds
+from problems.limits.limit import SAMPLING_MARGIN
+from solvers import BSO, IPOPT, Box, Budget, Descent, minimize
+
+START, GOAL = (1.0, 0.0), (0.5, 1.5)
+STAR = pentagram((0.0, 0.0), 0.9)
+BOUNDS = DurationBounds("segment time", "t{}", 0.2, 0.5)
+VM = EvaluationOptions("vm")
+
+
+def test_the_constraint_of_durations() -> None:
+    constraint = BOUNDS.at(ca.DM([[0.3, 0.7]]))
+    assert (constraint.name, constraint.unit, constraint.columns) == ("segment time", "s", ("t1", "t2"))
+    assert as_array(constraint.graded_penalty()) == pytest.approx(np.array([[0.4]]))  # 0.2 s beyond, of 0.5 s
+    outcome = verdict(constraint, np.array([1.0]))
+    assert (outcome.worst, outcome.bound, outcome.where) == (0.7, 0.5, "t2")
+    assert outcome.status is CertificateStatus.VIOLATED
+    assert verdict(BOUNDS.at(ca.DM([[0.2, 0.5]])), np.array([0.7])).satisfied
+    assert not verdict(BOUNDS.at(ca.DM([[0.2 - 1e-6, 0.5]])), np.array([0.7])).satisfied
+
+
+def test_a_margin_is_kept_below_the_longest_but_not_more_than_half_the_way() -> None:
+    assert BOUNDS.search_box(0.0) == (0.2, 0.5)
+    assert BOUNDS.search_box(0.01) == (0.2, pytest.approx(0.495))
+    assert DurationBounds("total time", "t_T", 1.0, 1.001).search_box(0.01) == (1.0, pytest.approx(1.0005))
+
+
+def test_the_time_scale_of_what_is_too_short() -> None:
+    assert BOUNDS.time_scale(np.array([0.1, 0.4])) == pytest.approx(2.0)
+    assert BOUNDS.time_scale(np.array([0.4, 0.8])) == pytest.approx(0.5)
+
+
+def about_time(problem: Problem[Any], trajectory: Any) -> Verdict:
+    [outcome] = [v for v in problem.verify(trajectory) if v.name in {"segment time", "total time"}]
+    return outcome
+
+
+CASES = {
+    "segments": moving(equal_links(3), START, GOAL, "rotation", "up", segment_time=(0.5, 0.6)),
+    "segments around an obstacle": moving(
+        equal_links(3), START, GOAL, "length", "up", segment_time=(0.6, 0.8), obstacles=(OVAL,)
+    ),
+    "path": following(THREE_METRES, STAR, 0.1, "rotation", "up", total_time=(0.9, 1.0)),
+    "path in least time": following(THREE_METRES, STAR, 0.1, "time", "up", total_time=(0.9, 1.0)),
+}
+
+
+@pytest.mark.parametrize("formulation", ["paper", "reduced"])
+@pytest.mark.parametrize("problem", CASES.values(), ids=CASES)
+def test_a_search_keeps_them(problem: Problem[Any], formulation: str) -> None:
+    problem = changed(problem, formulation=formulation)
+    found = minimize(problem.evaluator(VM), Box(*problem.bounds), BSO(), Budget(3000), 1)
+    motion = problem.trajectory(found.x)
+    motion = motion.time_scaled(max(1.0, problem.safe_time_scale(motion)))
+    assert about_time(problem, motion).satisfied
+    bounds = problem.task.duration_bounds
+    assert bounds is not None
+    durations = problem.task.durations(motion)
+    assert (durations >= bounds.shortest * (1.0 - 1e-12)).all()
+    assert (durations <= bounds.longest).all()
+
+
+@pytest.mark.parametrize("problem", CASES.values(), ids=CASES)
+def test_ipopt_keeps_them(problem: Problem[Any]) -> None:
+    program = problem.nlp()
+    starts = program.starts(np.random.default_rng(1))
+    motions = [program.trajectory(Descent(program, IPOPT())(next(starts)).x) for _ in range(3)]
+    outcomes = [about_time(problem, motion) for motion in motions]
+    assert any(outcome.satisfied for outcome in outcomes)
+
+
+@pytest.mark.parametrize("formulation", ["paper", "reduced"])
+@pytest.mark.parametrize("kind", ["segments", "path"])
+def test_a_search_that_cannot_keep_them_says_so(kind: str, formulation: str) -> None:
+    impossible = {"segments": {"segment_time": (0.01, 0.05)}, "path": {"total_time": (0.1, 0.2)}}[kind]
+    problem = changed(CASES[kind], formulation=formulation, **impossible)
+    candidates = Box(*problem.bounds).sample(np.random.default_rng(0), 50)
+    assert (problem.evaluator(VM)(candidates) > problem.objective_upper_bound).all()
+    motion = problem.trajectory(candidates[0])
+    motion = motion.time_scaled(max(1.0, problem.safe_time_scale(motion)))
+    outcome = about_time(problem, motion)
+    assert outcome.status is CertificateStatus.VIOLATED
+    assert outcome.worst == pytest.approx(problem.task.durations(motion).max())
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_search_and_program_list_them(name: str) -> None:
+    problem = CASES[name]
+    expected = "segment time" if name.startswith("segments") else "total time"
+    [ours] = [c for c in problem.constraints if c.name == expected]
+    [row] = [c for c in problem.nlp().constraints(SAMPLING_MARGIN) if c.name == expected]
+    assert (row.lower, row.columns) == (None, ours.columns)
+    wide = [c for c in problem.nlp().constraints(10.0 * SAMPLING_MARGIN) if c.name == expected]
+    assert (wide[0].bounds[1] < row.bounds[1]).all()
+
+
+def test_what_is_not_stated_is_not_promised() -> None:
+    slow = equal_links(3)
+    arm = type(slow)(slow.link_lengths, (0.05,) * 3, slow.max_acceleration)
+    for formulation in ("paper", "reduced"):
+        problem = moving(arm, START, GOAL, "time", "up", formulation)
+        assert problem.task.duration_bounds is None
+        motion = problem.trajectory(np.mean(problem.bounds, axis=0))
+        motion = motion.time_scaled(max(1.0, problem.safe_time_scale(motion)))
+        assert motion.duration > 8.0
+        assert {v.name for v in problem.verify(motion)} == {"speed", "acceleration", "start", "goal"}
+
+
+@pytest.mark.parametrize("formulation", ["paper", "reduced"])
+def test_a_motion_that_is_too_short_is_slowed(formulation: str) -> None:
+    problem = changed(CASES["segments"], formulation=formulation)
+    motion = problem.trajectory(np.mean(problem.bounds, axis=0)).time_scaled(0.1)
+    assert not about_time(problem, motion).satisfied
+    slowed = motion.time_scaled(problem.safe_time_scale(motion))
+    assert problem.task.durations(slowed).min() >= 0.5 * (1.0 - 1e-12)
