@@ -213,9 +213,8 @@ class Problem(ABC, Generic[P]):
         return [*verdicts, *(verdict(constraint, times) for constraint, times in self.task.conditions(trajectory))]
 
     def objective_value(self, trajectory: Trajectory, times: FloatArray) -> float:
-        """The objective of a trajectory, measured at times (n,) in s."""
-        samples = trajectory.samples(times, self.robot)
-        return float(self.objective.value(samples))
+        """The objective of a finished motion, exact where it can be; else over samples at times (n,) in s."""
+        return self.objective.of_motion(trajectory, self.robot, times)
 
     def markers(self) -> tuple[Marker, ...]:
         """Positions that the tool has to reach, for drawing."""

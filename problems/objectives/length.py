@@ -6,15 +6,23 @@ from typing import ClassVar
 
 import casadi as ca
 
-from problems.base.matrix import Matrix
+from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.motions.samples import Samples
+from problems.motions.trajectory import Trajectory
 from problems.objectives.objective import MotionBounds, Objective
+from problems.objectives.quadrature import integral
+from problems.robots.robot import Robot
 
 SMOOTHING_LENGTH = 1e-3  # m: rounds the corner of a tip that stands still; costs 1e-4 of a length
+LENGTH_FLOOR = 1e-14  # of the reach: what rounding makes of a tip that stands still
 
 
 class TipTravel(Objective):
-    """(10): length of the line through the tip's positions at the samples; m."""
+    """(10): how far the tip travels; m.
+
+    A search adds up the straight lines between the tip's positions at its samples, as the paper does. That is too
+    little, by the curvature between two samples; a finished motion has the length of the curve itself.
+    """
 
     name: ClassVar[str] = "length"
     symbol: ClassVar[str] = "F_d"
@@ -29,6 +37,17 @@ class TipTravel(Objective):
         """The length of each step."""
         step = after.tool - before.tool
         return ca.sqrt(ca.sum2(step * step))
+
+    def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
+        """The length of the curve, to 1e-9: the integral of the tip's speed."""
+        theta, rates = ca.SX.sym("theta", robot.dof), ca.SX.sym("rates", robot.dof)
+        velocity = ca.jtimes(robot.tool(theta.T).T, theta, rates)
+        speed = ca.Function("speed", [theta, rates], [ca.norm_2(velocity)])
+
+        def at(moments: FloatArray) -> FloatArray:
+            return as_array(speed(trajectory.at(moments).T, trajectory.at(moments, 1).T)).ravel()
+
+        return integral(at, trajectory.breakpoints, LENGTH_FLOOR * robot.reach()[1])
 
     def upper_bound(self, bounds: MotionBounds) -> float:
         """The tip moves no farther than the farthest it can be from the base times what the joints turn."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix, total
 from problems.motions.samples import Samples
+from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 
 UNKNOWN_UPPER_BOUND = 1e12  # for objectives that state none; no motion comes near it, whatever the unit
@@ -35,7 +36,7 @@ class Objective(ABC):
     """A function to minimise: ``terminal(T) + sum over samples of at + sum over steps of between``.
 
     A subclass defines at least one of the three. The value is the same whether samples are evaluated one by one, as
-    compiled code does, or all at once.
+    compiled code does, or all at once. What a plan reports is :meth:`of_motion`.
 
     Attributes:
         name: as in a scenario file.
@@ -76,6 +77,10 @@ class Objective(ABC):
         for part in (self.at(samples), self.between(*samples.steps) if samples.count > 1 else None):
             value = value if part is None else value + total(part)
         return value
+
+    def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
+        """The value of a finished motion: exact where a subclass knows how, else over samples at times (n,) in s."""
+        return float(self.value(trajectory.samples(times, robot)))
 
     def upper_bound(self, bounds: MotionBounds) -> float:
         """An upper bound over all motions within the bounds; a huge number where none is known."""

@@ -9,12 +9,16 @@ import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix, total
 from problems.motions.samples import Samples
+from problems.motions.trajectory import Trajectory
 from problems.objectives.objective import MotionBounds, Objective
 from problems.robots.robot import Robot
 
 
 class JointRotation(Objective):
-    """(9), (20): sum over joints and time steps of the absolute angular displacement; rad."""
+    """(9), (20): sum over joints and time steps of the absolute angular displacement; rad.
+
+    In a search over its samples; of a finished motion over the times at which any joint turns back, which is exact.
+    """
 
     name: ClassVar[str] = "rotation"
     symbol: ClassVar[str] = "F_q"
@@ -28,6 +32,10 @@ class JointRotation(Objective):
     def between(self, before: Samples, after: Samples) -> Matrix:
         """The displacement of each joint."""
         return ca.fabs(after.theta - before.theta)
+
+    def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
+        """Exactly: the displacements from one turning point to the next."""
+        return float(self.value(trajectory.samples(trajectory.extreme_times(0))))
 
     def upper_bound(self, bounds: MotionBounds) -> float:
         """How far all joints together can turn."""

@@ -61,7 +61,7 @@ class Plan:
 
     @property
     def objective(self) -> float:
-        """The objective of the motion, measured at the rows of ``trajectory.csv``."""
+        """The objective of the motion."""
         return self.motion.objective
 
     @property

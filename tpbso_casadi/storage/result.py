@@ -69,7 +69,7 @@ class SolverResult(StrictModel):
 
 
 class ObjectiveResult(StrictModel):
-    """The objective of the plan, measured at the rows of ``trajectory.csv``."""
+    """The objective of the plan, exact; one of a plug-in at the rows of ``trajectory.csv``."""
 
     name: str
     value: Number
