@@ -16,6 +16,7 @@ from problems.robots.robot import Robot
 
 SAMPLED_ORDERS = 4  # angles, speeds, accelerations, jerks
 SMOOTH_ORDERS = 3  # of which all but the jerks have to be continuous
+LARGEST_JUMP_SCALE, LEAST_JUMP_SCALE = 1.0, 1e-6  # rad: jumps are relative to what lies between
 
 
 @dataclass(frozen=True)
@@ -100,19 +101,35 @@ class Trajectory:
         return np.unique(np.concatenate(times))
 
     def largest_jump(self) -> float:
-        """Largest jump of angle, speed or acceleration, ends not at rest included, relative to their largest values."""
-        worst = 0.0
-        h = np.diff(self.breakpoints)
-        for derivative, curve in enumerate(self._derivatives[:SMOOTH_ORDERS]):
-            powers = h[:, None] ** np.arange(curve.c.shape[0] - 1, -1, -1)
-            starts, ends = np.asarray(curve.c[-1]), np.einsum("ipk,pi->pk", np.asarray(curve.c), powers)
-            jumps = np.abs(starts[1:] - ends[:-1])
-            if derivative > 0:
-                jumps = np.concatenate([jumps, np.abs(starts[:1]), np.abs(ends[-1:])])
-            extreme = np.abs(self.at(self.extreme_times(derivative), derivative)).max()
-            scale = max(float(extreme), np.finfo(float).tiny)
-            worst = max(worst, float(jumps.max(initial=0.0)) / scale)
-        return worst
+        """The largest jump of angle, speed or acceleration, ends not at rest included; dimensionless.
+
+        A jump is relative to the largest value over all t of its kind, but never to more than 1 rad, for speeds and
+        accelerations 1 rad in the mean duration h of a piece, 1 / h and 1 / h^2: what turns far or fast somewhere
+        may not jump farther elsewhere. Nor to less than 1e-6 rad, over the duration of the motion: what hardly moves is
+        mostly rounding. Infinite where the motion is no number.
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            numbers = [self.breakpoints, *(curve.c for curve in self._derivatives)]
+            if not all(np.isfinite(part).all() for part in numbers):
+                return np.inf
+            relative = [self._jump(order) / self._jump_scale(order) for order in range(SMOOTH_ORDERS)]
+        return float(max(np.inf if np.isnan(jump) else jump for jump in relative))
+
+    def _jump(self, order: int) -> float:
+        """The largest jump of a derivative, rad / s^order; its values at both ends count as jumps."""
+        curve = self._derivatives[order]
+        powers = np.diff(self.breakpoints)[:, None] ** np.arange(curve.c.shape[0] - 1, -1, -1)
+        starts, ends = np.asarray(curve.c[-1]), np.einsum("ipk,pi->pk", np.asarray(curve.c), powers)
+        jumps = np.abs(starts[1:] - ends[:-1])
+        if order > 0:
+            jumps = np.concatenate([jumps, np.abs(starts[:1]), np.abs(ends[-1:])])
+        return float(jumps.max(initial=0.0))
+
+    def _jump_scale(self, order: int) -> float:
+        """What a jump of a derivative is relative to, rad / s^order."""
+        extreme = float(np.abs(self.at(self.extreme_times(order), order)).max())
+        piece = self.duration / (self.breakpoints.size - 1)
+        return max(min(extreme, LARGEST_JUMP_SCALE / piece**order), LEAST_JUMP_SCALE / self.duration**order)
 
     def stays_within(self, derivative: int, lower: FloatArray, upper: FloatArray) -> bool:
         """Whether bounds (k,) of angles (0), speeds (1) or accelerations (2) are proven for all t."""
