@@ -11,7 +11,7 @@ from problems.base.arguments import Statement
 from problems.base.matrix import Matrix
 from problems.limits.constraint import Constraint, PenaltyKind
 
-SQUARED_DISTANCE_OFFSET = 1e-30  # m^2, keeps the gradient of a distance finite where it is 0
+DISTANCE_OFFSET = 1e-15  # of the accuracy: keeps the gradient of a distance finite where it is 0
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Accuracy(Statement):
             name="accuracy",
             equation="(24)",
             unit="m",
-            expression=ca.sqrt(ca.sum2(away * away) + SQUARED_DISTANCE_OFFSET),
+            expression=ca.sqrt(ca.sum2(away * away) + (DISTANCE_OFFSET * self.accuracy) ** 2),
             lower=None,
             upper=ca.horzcat(self.accuracy),
             columns=("tip",),

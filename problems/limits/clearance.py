@@ -95,6 +95,7 @@ class Clearance(Limit):
             lower=ca.repmat(margin * self.robot.radius, 1, len(self.pairs)),
             upper=None,
             columns=tuple(f"{what}{pair}" for pair in self.pairs),
+            scale=ca.repmat(ca.horzcat(self.robot.radius / 2.0), 1, len(self.pairs)),
             transform=self._smooth,
             formula=formula,
         )

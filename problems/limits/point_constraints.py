@@ -7,7 +7,7 @@ import casadi as ca
 from problems.base.matrix import Matrix
 from problems.limits.constraint import Constraint
 
-POINT_TOLERANCE = 1e-9  # m; allows for rounding only
+POINT_TOLERANCE = 1e-9  # of the reach; allows for rounding only
 
 
 def reach_limit(cosines: Matrix) -> Constraint:
@@ -27,9 +27,9 @@ def reach_limit(cosines: Matrix) -> Constraint:
     )
 
 
-def end_point(name: str, tool: Matrix, point: tuple[float, ...]) -> Constraint:
-    """The tool (1, dim) is where the task wants it, m: a distance, up to rounding."""
-    bound = ca.DM([[POINT_TOLERANCE]])
+def end_point(name: str, tool: Matrix, point: tuple[float, ...], reach: float) -> Constraint:
+    """The tool (1, dim) of a robot with that reach is where the task wants it, m: a distance, up to rounding."""
+    bound = ca.DM([[POINT_TOLERANCE * reach]])
     return Constraint(
         name=name,
         unit="m",
@@ -40,5 +40,5 @@ def end_point(name: str, tool: Matrix, point: tuple[float, ...]) -> Constraint:
         columns=("tip",),
         scale=bound,
         for_all_t=False,
-        formula=f"|tip at the {name} - {name}| <= {POINT_TOLERANCE:g} m",
+        formula=f"|tip at the {name} - {name}| <= {POINT_TOLERANCE:g} x reach",
     )

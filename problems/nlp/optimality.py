@@ -115,6 +115,7 @@ def _bounds(program: NonlinearProgram, z: FloatArray) -> tuple[FloatArray, Float
 def sensitivities(program: NonlinearProgram, multipliers: FloatArray, objective_unit: str) -> list[Sensitivity]:
     """Shadow prices from multipliers (r + n,): of limits on the whole motion, by column, and of variables' bounds."""
     entries, first = [], 0
+    multipliers = multipliers * program.objective_size
     for constraint in program.constraints(SAMPLING_MARGIN):
         count, width = constraint.expression.shape
         forces = multipliers[first : first + count * width].reshape(width, count)
@@ -137,7 +138,7 @@ def _slope(constraint: Constraint, column: int, upper: bool) -> float:
         return 1.0 / float(constraint.scales[column])
     bound = constraint.bounds[1 if upper else 0]
     bound = np.where(np.isfinite(bound), bound, 0.0)
-    step = 1e-6 * max(1.0, abs(float(bound[column])))
+    step = 1e-6 * max(float(constraint.scales[column]), abs(float(bound[column])))
     shifted = bound + step * (np.arange(bound.size) == column)
     before, after = (as_array(constraint.transform(ca.DM(b).T)).ravel()[column] for b in (bound, shifted))
     return float(after - before) / step

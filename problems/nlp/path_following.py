@@ -127,7 +127,7 @@ class PathNlp(TimedProgram):
     @cached_property
     def f(self) -> Matrix:
         """The objective without kinks."""
-        return self.objective.smooth(self._motion, self.split(self.x)[-1])
+        return self.objective.smooth(self._motion, self.split(self.x)[-1]) / self.objective_size
 
     def constraints(self, margin: float) -> tuple[Constraint, ...]:
         """Joints of the pieces, knots on the path, accuracy, the limits that time scaling does not restore."""
@@ -136,7 +136,7 @@ class PathNlp(TimedProgram):
         on_path = self.robot.tool(angles[self.form.knots, :]) - points
         rows = [
             equality("spline", self.form.joins(angles, bends), "rad", self.robot.joint_names, JOINS),
-            equality("tip at the knots", on_path, "m", AXES[: self.robot.dim], ON_PATH),
+            equality("tip at the knots", on_path, "m", AXES[: self.robot.dim], ON_PATH, self.robot.length_unit),
         ]
         if self.task.knot_redundancy == "values":
             at_knots = angles[self.form.knots, :]

@@ -102,7 +102,7 @@ class PointToPointNlp(TimedProgram):
     @cached_property
     def f(self) -> Matrix:
         """The objective without kinks."""
-        return self.objective.smooth(self._symbols[2], self._symbols[3])
+        return self.objective.smooth(self._symbols[2], self._symbols[3]) / self.objective_size
 
     def constraints(self, margin: float) -> tuple[Constraint, ...]:
         """Both ends, the limits that time scaling does not restore, obstacles, slacks."""
@@ -122,6 +122,7 @@ class PointToPointNlp(TimedProgram):
                 "m",
                 AXES[: self.robot.dim],
                 f"tip({symbol}) = {name}",
+                self.robot.length_unit,
             )
             for name, symbol, theta, point in ends
         ]
@@ -146,7 +147,7 @@ class PointToPointNlp(TimedProgram):
         samples = replace(motion, derivatives=tuple(derivatives), duration=duration, times=times, weights=weights)
         g = ca.vertcat(*(row.row_values() for row in self._constraints(samples, SAMPLING_MARGIN)))
         y, inner = (ca.densify(ca.veccat(*each)) for each in (symbols, parts))
-        return composed_hessian(self.x, y, inner, self.objective.smooth(samples, slack), g)
+        return composed_hessian(self.x, y, inner, self.objective.smooth(samples, slack) / self.objective_size, g)
 
     def _quantities(self, x: Matrix) -> Quantities:
         k = self.robot.dof

@@ -43,7 +43,12 @@ class NonlinearProgram(ABC):
     @property
     @abstractmethod
     def f(self) -> Matrix:
-        """The objective."""
+        """The objective, in units of :attr:`objective_size`."""
+
+    @property
+    def objective_size(self) -> float:
+        """What the objective is divided by, in its unit."""
+        return 1.0
 
     @abstractmethod
     def constraints(self, margin: float) -> tuple[Constraint, ...]:
@@ -108,8 +113,10 @@ class NonlinearProgram(ABC):
         return {}
 
 
-def equality(name: str, expression: Matrix, unit: str, column_names: Sequence[str], formula: str) -> Constraint:
-    """``expression == 0``, one column a name."""
+def equality(
+    name: str, expression: Matrix, unit: str, column_names: Sequence[str], formula: str, scale: float = 1.0
+) -> Constraint:
+    """``expression == 0``, one column a name; of the size of ``scale``."""
     zero = ca.DM.zeros(1, len(column_names))
     return Constraint(
         name=name,
@@ -118,6 +125,7 @@ def equality(name: str, expression: Matrix, unit: str, column_names: Sequence[st
         lower=zero,
         upper=zero,
         columns=tuple(column_names),
+        scale=zero + scale,
         for_all_t=False,
         formula=formula,
     )
@@ -148,6 +156,11 @@ class TimedProgram(NonlinearProgram):
     task: Task
     objective: Objective
     limits: tuple[Limit, ...]
+
+    @property
+    def objective_size(self) -> float:
+        """A value of the usual size for this robot."""
+        return self.objective.size(self.task.robot)
 
     @property
     def timed(self) -> bool:

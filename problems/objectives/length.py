@@ -13,7 +13,9 @@ from problems.objectives.objective import MotionBounds, Objective
 from problems.objectives.quadrature import integral
 from problems.robots.robot import Robot
 
-SMOOTHING_LENGTH = 1e-3  # m: rounds the corner of a tip that stands still; costs 1e-4 of a length
+SMOOTHING_LENGTH = (
+    1e-3  # of the robot's unit of length: rounds the corner of a tip that stands still; costs 1e-4 of a length
+)
 LENGTH_FLOOR = 1e-14  # of the reach: what rounding makes of a tip that stands still
 
 
@@ -49,6 +51,10 @@ class TipTravel(Objective):
 
         return integral(at, trajectory.breakpoints, LENGTH_FLOOR * robot.reach()[1])
 
+    def size(self, robot: Robot) -> float:
+        """A length of the robot's, m."""
+        return robot.length_unit
+
     def upper_bound(self, bounds: MotionBounds) -> float:
         """The tip moves no farther than the farthest it can be from the base times what the joints turn."""
         return bounds.radius * bounds.rotation
@@ -56,5 +62,5 @@ class TipTravel(Objective):
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
         """The same with corners rounded off by ``SMOOTHING_LENGTH``."""
         before, after = samples.steps
-        step = after.tool - before.tool
-        return ca.sum1(ca.sqrt(ca.sum2(step * step) + SMOOTHING_LENGTH**2) - SMOOTHING_LENGTH)
+        step, corner = after.tool - before.tool, SMOOTHING_LENGTH * samples.moving.length_unit
+        return ca.sum1(ca.sqrt(ca.sum2(step * step) + corner**2) - corner)

@@ -86,6 +86,10 @@ class Objective(ABC):
         """An upper bound over all motions within the bounds; a huge number where none is known."""
         return UNKNOWN_UPPER_BOUND
 
+    def size(self, robot: Robot) -> float:
+        """A value of the usual size, by which a nonlinear program divides; 1 by default."""
+        return 1.0
+
     def slack_count(self, robot: Robot, steps: int) -> int:
         """The number of slack variables of its smooth form over so many steps."""
         return 0

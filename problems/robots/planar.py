@@ -18,9 +18,13 @@ import numpy as np
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, columns
+from problems.base.ranges import ANGLES, LENGTHS, RATES, check_within, shown
 from problems.robots.redundancy import angular_range, annulus, restore
 from problems.robots.robot import JointLimits, Robot
 from problems.robots.turns import wrap_to
+
+MAX_LINKS = 100  # more take minutes to build
+MIN_LENGTH_RATIO = 1e-6  # of the shortest link to the longest: below, rounding decides what is within reach
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,8 @@ class PlanarArm(Robot):
         joint_limits: optional (lowest, highest) angle of each joint in rad; k pairs.
 
     Raises:
-        InvalidProblem: a length or limit is not positive and finite, or a list is not k long.
+        InvalidProblem: a length or limit is not positive or out of range, there are more than ``MAX_LINKS`` links, or a
+            list is not k long.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("link_lengths", "max_speed", "max_acceleration", "joint_limits")
@@ -60,16 +65,25 @@ class PlanarArm(Robot):
     def __post_init__(self) -> None:
         if self.links < 2:
             raise InvalidProblem("link_lengths", f"an arm has at least 2 links, not {self.links}")
+        if self.links > MAX_LINKS:
+            raise InvalidProblem("link_lengths", f"{self.links} links are more than {MAX_LINKS}")
         for field in ("link_lengths", "max_speed", "max_acceleration"):
             self._check_length(field)
             for value in getattr(self, field):
-                if not (np.isfinite(value) and value > 0.0):
-                    raise InvalidProblem(field, f"{value} is not a positive number")
+                if not value > 0.0:
+                    raise InvalidProblem(field, f"{shown(value)} is not a positive number")
+        check_within("link_lengths", self.link_lengths, LENGTHS, "m")
+        check_within("max_speed", self.max_speed, RATES, "rad/s")
+        check_within("max_acceleration", self.max_acceleration, RATES, "rad/s^2")
+        if min(self.link_lengths) < MIN_LENGTH_RATIO * max(self.link_lengths):
+            reason = f"the shortest link has to be at least {MIN_LENGTH_RATIO:g} times as long as the longest"
+            raise InvalidProblem("link_lengths", reason)
         if self.joint_limits is not None:
             self._check_length("joint_limits")
             for joint, (lowest, highest) in enumerate(self.joint_limits, start=1):
-                if not (np.isfinite([lowest, highest]).all() and lowest < highest):
-                    reason = f"joint {joint}: {lowest} is not below {highest}, or one is not finite"
+                check_within("joint_limits", (lowest, highest), ANGLES, "rad")
+                if not lowest < highest:
+                    reason = f"joint {joint}: {lowest} is not below {highest}"
                     raise InvalidProblem("joint_limits", reason)
 
     def _check_length(self, field: str) -> None:

@@ -130,6 +130,11 @@ class Robot(Statement, ABC):
         return self.reach()[1]
 
     @property
+    def length_unit(self) -> float:
+        """The unit of lengths in nonlinear programs, m: half the reach, down to a power of two (exact)."""
+        return float(2.0 ** np.floor(np.log2(self.reach()[1] / 2.0)))
+
+    @property
     @abstractmethod
     def turns(self) -> FloatArray:
         """Matrix (m, dof) from joint speeds to the angular rates u = turns @ dq/dt that move the bodies."""

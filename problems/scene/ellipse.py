@@ -13,8 +13,8 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, columns
+from problems.base.ranges import ANGLES, COORDINATES, LENGTHS, check_within
 from problems.scene.obstacle import Obstacle
 
 # All three are squared and dimensionless: in units of the semi-axes.
@@ -33,7 +33,7 @@ class Ellipse(Obstacle):
         angle: how far it is turned counter-clockwise, rad.
 
     Raises:
-        InvalidProblem: a number is not finite or a semi-axis not positive.
+        InvalidProblem: a number is out of range, or a semi-axis not positive.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("center", "semi_axes", "angle")
@@ -44,10 +44,9 @@ class Ellipse(Obstacle):
     angle: float = 0.0
 
     def __post_init__(self) -> None:
-        if not np.isfinite([*self.center, self.angle]).all():
-            raise InvalidProblem("center", f"{self.center} at angle {self.angle} is not finite")
-        if not (np.isfinite(self.semi_axes).all() and min(self.semi_axes) > 0.0):
-            raise InvalidProblem("semi_axes", f"{self.semi_axes} are not positive numbers")
+        check_within("center", self.center, COORDINATES, "m")
+        check_within("angle", (self.angle,), ANGLES, "rad")
+        check_within("semi_axes", self.semi_axes, LENGTHS, "m")
 
     @property
     def place(self) -> tuple[float, ...]:

@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from problems.base.errors import InvalidProblem
+from problems.base.ranges import COORDINATES, TIMES, check_within, shown
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 
@@ -18,10 +19,11 @@ def check_choice(field: str, value: str, known: Collection[str]) -> None:
 
 
 def check_range(field: str, bounds: tuple[float, float]) -> None:
-    """0 < lower < upper, both finite."""
+    """0 < lower < upper, both durations in s that can be computed with."""
     lower, upper = bounds
-    if not (np.isfinite(upper) and 0.0 < lower < upper):
-        raise InvalidProblem(field, f"0 < {lower} < {upper} does not hold, or is not finite")
+    if not 0.0 < lower < upper < np.inf:
+        raise InvalidProblem(field, f"0 < {shown(lower)} < {shown(upper)} does not hold, or is not finite")
+    check_within(field, bounds, TIMES, "s")
 
 
 def check_at_least(field: str, value: int | None, least: int, what: str = "") -> None:
@@ -41,6 +43,7 @@ def check_point(
     robot: Robot, obstacles: Sequence[Obstacle], field: str, point: tuple[float, ...], name: str = ""
 ) -> None:
     """The tip can be at a point: within reach, not too close, in no obstacle."""
+    check_within(field, point, COORDINATES, "m")
     distance = float(np.hypot.reduce(np.array(point) - robot.base))
     inner, outer = robot.reach()
     place = f"{name}{point} is {distance:.6g} m from the base"

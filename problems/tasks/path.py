@@ -15,8 +15,10 @@ from numpy.typing import ArrayLike
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray
+from problems.base.ranges import COORDINATES, check_within
 
 CORNER_ANGLE = pi / 4.0  # a change of direction of at least this is a corner
+MAX_POINTS = 2000  # of a path; more take minutes to build
 FINE_POLYGON_POINTS = 4000  # of the polygon from which a smooth shape is resampled
 
 
@@ -39,8 +41,7 @@ class Path:
         if len(self.points) < 2:
             raise InvalidProblem("points", f"a path has at least 2 points, not {len(self.points)}")
         for index, point in enumerate(self.points):
-            if not np.isfinite(point).all():
-                raise InvalidProblem("points", f"points[{index}] = {point} is not finite")
+            check_within("points", point, COORDINATES, "m", f"points[{index}]: ")
             if index > 0 and point == self.points[index - 1]:
                 raise InvalidProblem("points", f"points[{index - 1}] and points[{index}] are the same, {point}")
 
@@ -68,6 +69,7 @@ class Path:
         Raises:
             InvalidProblem: fewer points than ends and corners.
         """
+        check_count("count", count)
         fixed_points = [0, *self.corners, len(self.points) - 1]
         if count < len(fixed_points):
             raise InvalidProblem("count", f"{count} points cannot hold both ends and {len(fixed_points) - 2} corners")
@@ -81,6 +83,12 @@ class Path:
         x, y = (np.interp(at, along, coordinate) for coordinate in self.array.T)
         corners = np.cumsum(stretches)[:-1].tolist()
         return Path(tuple(zip(x.tolist(), y.tolist(), strict=True)), tuple(corners))
+
+
+def check_count(field: str, count: int) -> None:
+    """There are no more points than a path may have."""
+    if count > MAX_POINTS:
+        raise InvalidProblem(field, f"more than {MAX_POINTS} points")
 
 
 def _corners(points: FloatArray) -> tuple[int, ...]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, largest
+from problems.base.ranges import LENGTHS, check_within, shown
 from problems.limits.accuracy import Accuracy
 from problems.limits.constraint import Constraint
 from problems.limits.duration import DurationBounds
@@ -26,10 +27,11 @@ from problems.scene.obstacle import Obstacle
 from problems.tasks.checks import check_at_least, check_choice, check_obstacles, check_point, check_range
 from problems.tasks.drawing import Marker, MarkerKind
 from problems.tasks.elbow import Elbow, check_elbow
-from problems.tasks.path import Path
+from problems.tasks.path import Path, check_count
 from problems.tasks.point_to_point import end_conditions
 from problems.tasks.task import Task
 
+MIN_ACCURACY = 1e-12  # of the reach: less is rounding
 KnotRedundancy: TypeAlias = Literal["free", "values"]
 
 
@@ -80,8 +82,11 @@ class PathFollowing(Task):
         if self.robot.redundancy < 1:
             links = self.robot.redundancy + 2
             raise InvalidProblem("link_lengths", f"following a path takes at least 3 links, not {links}")
-        if not (np.isfinite(self.accuracy) and self.accuracy > 0.0):
-            raise InvalidProblem("accuracy", f"{self.accuracy} m is not positive")
+        if not self.accuracy > 0.0:
+            raise InvalidProblem("accuracy", f"{shown(self.accuracy)} m is not positive")
+        least = MIN_ACCURACY * self.robot.reach()[1]
+        check_within("accuracy", (self.accuracy,), (least, LENGTHS[1]), "m, for an arm of this reach")
+        check_count("points", len(self.path.points))
         check_at_least("knots", self.knots, 2)
         if self.total_time is not None:
             check_range("total_time", self.total_time)

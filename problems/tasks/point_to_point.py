@@ -100,6 +100,6 @@ def end_conditions(
     ends = trajectory.breakpoints[[0, -1]]
     tool = trajectory.samples(ends, robot).tool
     return [
-        (end_point(name, tool[i, :], point), ends[i : i + 1])
+        (end_point(name, tool[i, :], point, robot.reach()[1]), ends[i : i + 1])
         for i, (name, point) in enumerate((("start", start), ("goal", goal)))
     ]

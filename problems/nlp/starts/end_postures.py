@@ -75,7 +75,7 @@ class EndPostures:
         """Over theta_s, theta_f, and T (s) or the ways (k) of the joints; rows in the order of ``_row_bounds``."""
         k = self.robot.dof
         theta_s, theta_f, size = ca.SX.sym("s", k), ca.SX.sym("f", k), ca.SX.sym("z", self._sizes)
-        tips = [self.robot.tool(theta.T).T for theta in (theta_s, theta_f)]
+        tips = [self.robot.tool(theta.T).T / self.robot.length_unit for theta in (theta_s, theta_f)]
         way = theta_f - theta_s
         ways = [allowed - sign * way for allowed in self._allowed(size) for sign in (1.0, -1.0)]
         nlp = {"x": ca.vertcat(theta_s, theta_f, size), "f": total(size), "g": ca.vertcat(*tips, *ways)}
@@ -121,7 +121,7 @@ class EndPostures:
             if self.robot.limits.position is not None:
                 lower[first : first + k], upper[first : first + k] = np.array(self.robot.limits.position).T
             narrow_elbow(self.elbow, x, first + 1, lower, upper)
-        on_points = np.array([*self.start, *self.goal])
+        on_points = np.array([*self.start, *self.goal]) / self.robot.length_unit
         rows = self._solve.size1_in("lbg") - on_points.size
         solution = self._solve(
             x0=x,

@@ -186,8 +186,9 @@ def test_accuracy_by_hand() -> None:
 def test_points_by_hand() -> None:
     reach = reach_limit(ca.DM([[0.5, -1.5]]))
     assert as_array(reach.broken()).tolist() == [[0.0, 1.0]]
-    end = end_point("goal", ca.DM([[3.0, 4.0]]), (0.0, 0.0))
+    end = end_point("goal", ca.DM([[3.0, 4.0]]), (0.0, 0.0), 2.0)
     assert (end.name, float(end.expression), end.for_all_t) == ("goal", 5.0, False)
+    assert end.bounds[1] == pytest.approx([2e-9])
 
 
 # Which of them hold

@@ -1,0 +1,33 @@
+"""The numbers that a statement may have; beyond, their squares and quotients are not exact enough, or not finite."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from problems.base.errors import InvalidProblem
+
+LENGTHS = (1e-12, 1e8)  # m, of links and obstacles
+COORDINATES = (-1e8, 1e8)  # m
+ANGLES = (-1e6, 1e6)  # rad
+RATES = (1e-9, 1e12)  # rad/s, rad/s^2: limits of joints
+TIMES = (1e-9, 1e9)  # s
+
+
+def check_within(field: str, values: Iterable[float], bounds: tuple[float, float], unit: str, name: str = "") -> None:
+    """Every value is a number between the bounds; ``name`` says more than the field whose they are.
+
+    Raises:
+        InvalidProblem: one is not.
+    """
+    least, most = bounds
+    for value in values:
+        if not least <= value <= most:
+            raise InvalidProblem(field, f"{name}{shown(value)} is not within {least:g} and {most:g} {unit}")
+
+
+def shown(value: float) -> str:
+    """A number for a message; integers too may have more digits than can be printed."""
+    try:
+        return f"{float(value):g}"
+    except OverflowError:
+        return "a number of more than 300 digits"

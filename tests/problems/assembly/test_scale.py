@@ -1,0 +1,80 @@
+"""An arm of any size: the same plan up to scaling, and the same verdicts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.cases import following, moving
+
+from problems import Ellipse, Path, PlanarArm, Problem, pentagram
+from problems.evaluation import EvaluationOptions
+from solvers import BSO, IPOPT, Box, Budget, Descent, minimize
+
+VM = EvaluationOptions("vm")
+STAR = pentagram((0.0, 0.0), 0.9, count=21)
+
+
+def arm(scale: float) -> PlanarArm:
+    return PlanarArm((0.7 * scale, 0.6 * scale, 0.7 * scale), (4.0,) * 3, (20.0,) * 3)
+
+
+def move(scale: float, objective: str, formulation: str) -> Problem[Any]:
+    oval = Ellipse((0.8 * scale, 0.8 * scale), (0.15 * scale, 0.25 * scale))
+    start, goal = (scale, 0.0), (0.5 * scale, 1.5 * scale)
+    return moving(arm(scale), start, goal, objective, "up", formulation, obstacles=(oval,))
+
+
+def trace(scale: float, objective: str, formulation: str) -> Problem[Any]:
+    path = Path(tuple((x * scale, y * scale) for x, y in STAR.points), STAR.corners)
+    return following(arm(scale), path, 0.2 * scale, objective, "up", formulation)
+
+
+CASES = [(move, "length", "paper"), (move, "length", "reduced"), (trace, "rotation", "reduced")]
+
+
+@pytest.mark.parametrize(("make", "objective", "formulation"), CASES)
+@pytest.mark.parametrize("exponent", [-30, 23])
+def test_a_power_of_two_changes_no_bit_of_a_search(make: Any, objective: str, formulation: str, exponent: int) -> None:
+    scale = 2.0**exponent
+    found = [
+        minimize(p.evaluator(VM), Box(*p.bounds), BSO(), Budget(900), 1)
+        for p in (make(1.0, objective, formulation), make(scale, objective, formulation))
+    ]
+    assert (found[0].x == found[1].x).all()
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e-3, 1e3, 1e7])
+@pytest.mark.parametrize("make", [move, trace])
+def test_verdicts_do_not_depend_on_the_size(make: Any, scale: float) -> None:
+    one, other = make(1.0, "length", "reduced"), make(scale, "length", "reduced")
+    for x in Box(*one.bounds).sample(np.random.default_rng(2), 6):
+        verdicts, again = (problem.verify(problem.trajectory(x)) for problem in (one, other))
+        assert [(v.name, v.status) for v in verdicts] == [(v.name, v.status) for v in again]
+        values = [problem.objective_value(problem.trajectory(x), np.array([0.0])) for problem in (one, other)]
+        assert values[1] == pytest.approx(scale * values[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e7])
+def test_ipopt_plans_for_any_size(scale: float) -> None:
+    for make, objective in ((move, "length"), (trace, "rotation")):
+        values = []
+        for problem in (make(1.0, objective, "paper"), make(scale, objective, "paper")):
+            program = problem.nlp()
+            solution = Descent(program, IPOPT())(next(program.starts(np.random.default_rng(3))))
+            motion = program.trajectory(solution.x)
+            assert {v.name for v in problem.verify(motion) if not v.satisfied} <= {"clearance"}
+            values.append(problem.objective_value(motion, np.array([0.0])))
+        unit = scale if objective == "length" else 1.0
+        assert values[1] == pytest.approx(unit * values[0], rel=1e-3)
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e7])
+def test_a_miss_of_a_part_of_the_reach_is_seen(scale: float) -> None:
+    problem = moving(arm(scale), (scale, 0.0), (0.5 * scale, 1.5 * scale), "time", "up", "reduced")
+    motion = problem.trajectory(np.mean(problem.bounds, axis=0))
+    assert all(v.satisfied for v in problem.verify(motion))
+    for miss in (0.1, 1e-6):
+        beside = moving(arm(scale), (scale * (1.0 + miss), 0.0), (0.5 * scale, 1.5 * scale), "time", "up", "reduced")
+        assert [v.name for v in beside.verify(motion) if not v.satisfied] == ["start"]
