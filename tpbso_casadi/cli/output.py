@@ -11,7 +11,7 @@ from solvers.driver.interruption import Interruption
 from tpbso_casadi.animation import animate, check_animation
 from tpbso_casadi.planning.plan import Plan
 from tpbso_casadi.planning.progress import Progress
-from tpbso_casadi.storage.exporting import TooManyRows, export_motion
+from tpbso_casadi.storage.exporting import export_motion
 from tpbso_casadi.storage.files import OutputError
 from tpbso_casadi.storage.run_folder import check_run_folder, write_run
 
@@ -53,31 +53,22 @@ class Output:
         """Write all of it; once there is a request to stop, the run folder without what is not complete.
 
         Raises:
-            OutputError: it cannot be written; or all of it has been but an export of too many rows.
+            OutputError: it cannot be written.
         """
-        refusals: list[TooManyRows] = []
         if self.folder is not None:
             progress.phase("writing")
             further: list[Callable[[Path], object]] = [
-                partial(self._export, plan, kind, refusals) for kind in self.exports
+                partial(export_motion, motion=plan.motion, kind=kind, rate=self.rate) for kind in self.exports
             ]
             if self._films_into_folder:
                 further.append(partial(self._film, plan, progress))
             write_run(self.folder, plan, self.plots, further, interruption)
         if self.film is not None and not self._films_into_folder:
             interruption.attempt(partial(self._film, plan, progress, self.film.parent))
-        if refusals:
-            raise OutputError(f"{self.folder}: the plan is written, but not its export: {refusals[0]}")
 
     @property
     def _films_into_folder(self) -> bool:
         return None not in (self.film, self.folder) and self.film.parent.resolve() == self.folder.resolve()  # type: ignore[union-attr]
-
-    def _export(self, plan: Plan, kind: str, refusals: list[TooManyRows], folder: Path) -> None:
-        try:
-            export_motion(folder, plan.motion, kind, self.rate)
-        except TooManyRows as error:  # no reason to lose the plan
-            refusals.append(error)
 
     def _film(self, plan: Plan, progress: Progress, folder: Path) -> None:
         assert self.film is not None

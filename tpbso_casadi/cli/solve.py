@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any, get_args
 
@@ -173,14 +174,15 @@ def planned(scenario: Scenario, evaluation: EvaluationOptions, output: Output, o
     """Search, then write and print what was found; returns the exit status."""
     problem = scenario.problem()
     with deferred_interrupt() as interruption:
-        with planning_progress(problem, options.quiet) as progress:
+        foreign_output = redirect_stdout(sys.stderr)  # of plug-ins: standard output is for the result
+        with foreign_output, planning_progress(problem, options.quiet) as progress:
             solution = plan(scenario, progress, evaluation, problem)
             output.write(solution, progress, interruption)
         if options.json:
             sys.stdout.write(result_of(solution).to_json())
         elif not options.quiet:
             print_plan(solution, OutputConsole())
-            OutputConsole().print(f"written to {output.folder}", markup=False, soft_wrap=True)
+            OutputConsole().say(f"written to {output.folder}")
         return exit_status(solution, output.folder, interruption)
 
 

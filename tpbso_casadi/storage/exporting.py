@@ -20,10 +20,6 @@ MOST_ROWS = 200_000  # which take some hundred MB
 NANOSECONDS = 1_000_000_000  # in a second
 
 
-class TooManyRows(OutputError):
-    """A motion that is too long for its rate, which is known only once it is planned."""
-
-
 def export_motion(folder: Path, motion: Motion, kind: str, rate: float = DEFAULT_RATE) -> Path:
     """Write a motion at equal steps of time; the last step is shorter if it must be.
 
@@ -34,8 +30,7 @@ def export_motion(folder: Path, motion: Motion, kind: str, rate: float = DEFAULT
         rate: steps per second, Hz.
 
     Raises:
-        OutputError: it cannot be written.
-        TooManyRows: it is too long for this rate; nothing is written.
+        OutputError: it cannot be written, or is too long for this rate.
     """
     with writing(folder):
         return EXPORTS[kind](folder, motion, equal_steps(motion, rate))
@@ -45,11 +40,11 @@ def equal_steps(motion: Motion, rate: float) -> FloatArray:
     """Times in s from 0 to the end of the motion, at least two.
 
     Raises:
-        TooManyRows: they are more than ``MOST_ROWS``.
+        OutputError: they are more than ``MOST_ROWS``.
     """
     duration = motion.trajectory.duration
     if not duration * rate <= MOST_ROWS:
-        raise TooManyRows(
+        raise OutputError(
             f"--rate {rate:g}: makes more than {MOST_ROWS} rows of a motion of {duration:.4g} s; "
             f"at most {MOST_ROWS / duration:.4g} Hz"
         )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from hashlib import file_digest
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from solvers.driver.interruption import Interruption
 from tpbso_casadi.planning.plan import Plan
@@ -84,17 +84,32 @@ def write_run(
         The names of the files.
 
     Raises:
-        OutputError: the folder cannot be written, or holds files that are not of a run; it is left as it was.
+        OutputError: the folder cannot be written, or holds files that are not of a run; it is left as it was. Or a
+            figure or a further file cannot be; the plan is written without it.
     """
     check_run_folder(folder)
+    failures: list[Exception] = []
     with writing(folder, make=False), replacing(folder) as staged:
         write_motion(staged / "trajectory.csv", plan.motion, plan.times)
         figures: list[Callable[[Path], object]] = [partial(_draw, plan)] if plots else []
         for write in [*figures, *further]:
-            (interruption or Interruption()).attempt(partial(write, staged))
+            try:
+                (interruption or Interruption()).attempt(partial(write, staged))
+            except Exception as error:  # no reason to lose the plan
+                failures.append(error)
         result = result_of(plan).model_copy(update={"files": _digests(staged)})
         write_text(staged / "result.json", lambda file: file.write(result.to_json()))
-        return ["result.json", *result.files]
+    if failures:
+        _report(folder, failures[0])
+    return ["result.json", *result.files]
+
+
+def _report(folder: Path, failure: Exception) -> NoReturn:
+    """Raise what kept a figure or a further file from being written."""
+    if isinstance(failure, (OSError, OutputError)):
+        reason = failure.strerror if isinstance(failure, OSError) else failure
+        raise OutputError(f"{folder}: the plan is written, but not all of its files: {reason}") from failure
+    raise failure
 
 
 def _draw(plan: Plan, folder: Path) -> None:

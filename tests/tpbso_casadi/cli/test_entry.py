@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -63,3 +64,28 @@ def test_closed_outputs(closed: str) -> None:
     done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     assert Path("out/result.json").exists()
+
+
+PRINTING = """
+from dataclasses import dataclass
+from solvers import Solver
+
+
+@dataclass(frozen=True)
+class Chatty(Solver):
+    population: int = 10
+
+    def search(self, box, rng, iterations):
+        print("searching ...")
+        yield box.sample(rng, self.population)
+        for progress in iterations:
+            yield box.sample(rng, self.population)
+"""
+
+
+def test_what_a_plug_in_prints_does_not_spoil_the_result() -> None:
+    Path("chatty.py").write_text(PRINTING)
+    done = subprocess.run([*SOLVE, "--json", "--solver", "chatty:Chatty"], capture_output=True, text=True, check=False)
+    assert done.stdout, done.stderr
+    assert json.loads(done.stdout)["solver"]["name"] == "chatty:Chatty"
+    assert done.stderr.startswith("searching ...\n")

@@ -18,6 +18,7 @@ import pytest
 from problems.base.matrix import FloatArray
 from solvers import Box, Search, Solver
 from tpbso_casadi import builtin, parse_scenario, plan, result_of, write_run
+from tpbso_casadi.storage.files import OutputError
 from tpbso_casadi.storage.plain import as_json, plain, settings_of
 from tpbso_casadi.storage.result import InvalidResult, RunResult
 from tpbso_casadi.storage.seal import sealed
@@ -259,3 +260,26 @@ def test_a_folder_is_read_as_it_was_written(tmp_path: Path) -> None:
     assert set(run.result.files) == {"trajectory.csv"}
     assert run.scenario == solution.scenario
     np.testing.assert_array_equal(run.motion.trajectory.coefficients, solution.trajectory.coefficients)
+
+
+@pytest.mark.parametrize(
+    ("failure", "reason"),
+    [
+        (OSError(28, "No space left on device"), "No space left"),
+        (OutputError("no film"), "no film"),
+        (KeyError(1), "1"),
+    ],
+)
+def test_a_file_that_cannot_be_written_does_not_lose_the_plan(failure: Exception, reason: str, tmp_path: Path) -> None:
+    content = builtin("time-2").model_dump()
+    content["solver"] |= {"evaluations": 500}
+    solution = plan(parse_scenario(content))
+
+    def fail(folder: Path) -> None:
+        (folder / ".half").write_text("half")
+        raise failure
+
+    with pytest.raises((OutputError, KeyError), match=reason):
+        write_run(tmp_path / "run", solution, plots=False, further=[fail])
+    assert sorted(path.name for path in (tmp_path / "run").iterdir()) == ["result.json", "trajectory.csv"]
+    assert read_run(tmp_path / "run").result.feasible == solution.feasible
