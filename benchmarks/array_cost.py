@@ -137,8 +137,9 @@ class Kinematics:
         return total + sum((values < self.margin).sum(-1) for values in clearances)
 
     def excess(self, clearances: list[Array]) -> Array:
-        """The graded penalty of obstacles."""
-        return sum(self.xp.maximum(0.0, self.margin - values).sum(-1) for values in clearances)
+        """The graded penalty of obstacles, in halves of the reach."""
+        unit = self.lengths.sum() / 2.0
+        return sum(self.xp.maximum(0.0, self.margin - values).sum(-1) / unit for values in clearances)
 
     def time_scale(self, speed: Array, acceleration: Array) -> Array:
         """The minimum time scale."""

@@ -43,7 +43,8 @@ def check_run(folder: Path) -> dict[str, Any]:
         check_clear(obstacle, positions)
     steps = np.abs(np.diff(positions[:, -1]))
     measured = {"time": t[-1], "rotation": np.abs(np.diff(q, axis=0)).sum(), "length": steps.sum()}[task["objective"]]
-    assert abs(measured - result["objective"]["value"]) <= 1e-9 * measured
+    missed = 0.0 if task["objective"] == "time" else 1e-3  # relative: what rows do not see between them
+    assert -1e-9 * measured <= result["objective"]["value"] - measured <= (missed + 1e-9) * measured
     check_task(result["scenario"], t, tip)
     return result
 

@@ -126,11 +126,12 @@ class PathOracle:
             low, high = np.array(arm.joint_limits).T
             low, high = low + MARGIN * (high - low), high - MARGIN * (high - low)
             broken_by["range"] = _rows(np.maximum(0.0, np.maximum(low - theta, theta - high)))
+        unit = 1.0 if self.formulation == "paper" else 2.0 / self.lengths.sum()  # graded: in halves of the reach
         for number, obstacle in enumerate(p.obstacles):
             links = clearance(obstacle, joints[..., :-1], joints[..., 1:])
             sweeps = clearance(obstacle, joints[:-1, :, 1:], joints[1:, :, 1:])
             for kind, values in (("links", links), ("sweeps", sweeps)):
-                broken_by[f"{kind} {number}"] = _rows(np.maximum(0.0, MARGIN * self.lengths.sum() - values))
+                broken_by[f"{kind} {number}"] = _rows(np.maximum(0.0, MARGIN * self.lengths.sum() - values) * unit)
         return broken_by
 
 
