@@ -12,7 +12,7 @@ import numpy as np
 from problems import CertificateStatus, Problem, Trajectory, Verdict
 from problems.base.matrix import FloatArray
 
-INFEASIBLE_MERIT = 1e9  # of a motion that breaks nothing by anything; whatever the unit, no objective comes near it
+INFEASIBLE_MERIT = 1e15  # of a motion that breaks nothing by anything; whatever the unit, no objective comes near it
 MINIMUM_ROWS = 201  # of trajectory.csv
 
 
