@@ -108,7 +108,7 @@ def test_other_versions_and_formats_are_refused(path: Path) -> None:
     assert "where 3.0 is needed, as its runs were made with that" in error_of(path)
     with sqlite3.connect(path) as connection:
         connection.execute("PRAGMA user_version = 99")
-    assert "of format 99 where this version writes 1" in error_of(path)
+    assert "of format 99 where this version writes 2" in error_of(path)
 
 
 def test_one_at_a_time(path: Path) -> None:
