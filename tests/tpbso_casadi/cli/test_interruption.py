@@ -66,8 +66,18 @@ def sigterm(process: subprocess.Popen[str]) -> None:
     process.send_signal(signal.SIGTERM)
 
 
-@pytest.mark.parametrize("stop", [ctrl_c, three_ctrl_c, sigterm])
-@pytest.mark.parametrize("phase", ["searching: ", "polishing", "polishing: ", "writing", "filming"])
+@pytest.mark.parametrize(
+    ("phase", "stop"),
+    [
+        ("searching: ", ctrl_c),
+        ("polishing", ctrl_c),
+        ("polishing: ", sigterm),
+        ("writing", ctrl_c),
+        ("writing", three_ctrl_c),
+        ("filming", three_ctrl_c),
+        ("filming", sigterm),
+    ],
+)
 def test_from_the_first_candidate_on_there_is_a_plan(
     phase: str, stop: Callable[[subprocess.Popen[str]], None], old: dict[str, bytes]
 ) -> None:
