@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,9 @@ from hypothesis import HealthCheck, settings
 
 from problems.evaluation import population
 from problems.evaluation.native import cache
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as for all that a shell runs in the background
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile(  # neither the load of the machine nor chance decides
     "unhurried", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]

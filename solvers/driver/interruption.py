@@ -93,17 +93,23 @@ def deferred_interrupt() -> Iterator[Interruption]:
 
     Within another one, yields that. Threads other than the main one receive no signals.
     """
-    before = signal.getsignal(signal.SIGINT)
-    outer = getattr(before, "__self__", None)
+    outer = _installed()
     if threading.current_thread() is not threading.main_thread():
         yield Interruption()
-    elif isinstance(outer, Interruption):
+    elif outer is not None:
         with outer.holding():
             yield outer
     else:
-        interruption = Interruption()
+        before, interruption = signal.getsignal(signal.SIGINT), Interruption()
         interruption.install(signal.SIGINT)
         try:
             yield interruption
         finally:
             signal.signal(signal.SIGINT, before)
+
+
+def _installed() -> Interruption | None:
+    """The interruption that handles a signal now, whichever: where SIGINT is ignored, another one may be handled."""
+    handlers = (signal.getsignal(number) for number in signal.valid_signals())
+    owners = (getattr(handler, "__self__", None) for handler in handlers)
+    return next((owner for owner in owners if isinstance(owner, Interruption)), None)

@@ -73,6 +73,8 @@ def prepare(options: argparse.Namespace, *files: str) -> None:
         ExecutorError: no such workers.
     """
     check_writable(options.out)
+    if (options.out / "result.json").exists():
+        raise OutputError(f"{options.out}: is the folder of a run; say another")
     for name in (STORE, *files):
         check_file(options.out / name)
     if options.export is not None:

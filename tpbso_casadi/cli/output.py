@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,7 +14,7 @@ from tpbso_casadi.planning.plan import Plan
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.storage.exporting import export_motion
 from tpbso_casadi.storage.files import OutputError
-from tpbso_casadi.storage.run_folder import check_run_folder, write_run
+from tpbso_casadi.storage.run_folder import OtherPlan, check_run_folder, write_run
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +22,9 @@ class Output:
     """Files to be written.
 
     Attributes:
-        folder: of the run; None where there is none.
+        folder: says where the run goes to; it is asked before the search and again when the plan is written, as another
+            plan may have taken the place. None where there is no folder.
+        named: whether the user named the folder, who may have a run of another plan replaced there.
         plots: whether to draw figures.
         exports: their kinds, keys of ``EXPORTS``.
         rate: of their rows, Hz.
@@ -29,7 +32,8 @@ class Output:
         title: of the animation.
     """
 
-    folder: Path | None
+    folder: Callable[[], Path] | None
+    named: bool
     plots: bool
     exports: Sequence[str]
     rate: float
@@ -42,33 +46,51 @@ class Output:
         Raises:
             OutputError: it cannot.
         """
-        if self.folder is not None:
-            check_run_folder(self.folder)
+        folder = None if self.folder is None else self.folder()
+        if folder is not None:
+            check_run_folder(folder)
         elif self.exports:
             raise OutputError("--export: needs a run folder; say --out DIR too")
         if self.film is not None:
             check_animation(self.film)
+            inner = None if folder is None else self._place_in(folder)
+            if inner is not None and len(inner.parts) > 1:
+                raise OutputError(f"--animate {self.film}: a run folder holds no other folders")
 
-    def write(self, plan: Plan, progress: Progress, interruption: Interruption) -> None:
+    def write(self, plan: Plan, progress: Progress, interruption: Interruption) -> Path | None:
         """Write all of it; once there is a request to stop, the run folder without what is not complete.
+
+        Returns:
+            The run folder.
 
         Raises:
             OutputError: it cannot be written.
         """
-        if self.folder is not None:
-            progress.phase("writing")
+        folder = None if self.folder is None else self._write_run(self.folder, plan, progress, interruption)
+        if self.film is not None and (folder is None or self._place_in(folder) is None):
+            interruption.attempt(partial(self._film, plan, progress, self.film.parent))
+        return folder
+
+    def _write_run(
+        self, next_folder: Callable[[], Path], plan: Plan, progress: Progress, interruption: Interruption
+    ) -> Path:
+        progress.phase("writing")
+        while True:
+            folder = next_folder()
             further: list[Callable[[Path], object]] = [
                 partial(export_motion, motion=plan.motion, kind=kind, rate=self.rate) for kind in self.exports
             ]
-            if self._films_into_folder:
+            if self.film is not None and self._place_in(folder) is not None:
                 further.append(partial(self._film, plan, progress))
-            write_run(self.folder, plan, self.plots, further, interruption)
-        if self.film is not None and not self._films_into_folder:
-            interruption.attempt(partial(self._film, plan, progress, self.film.parent))
+            with suppress(OtherPlan):  # which came while this one was being drawn
+                write_run(folder, plan, self.plots, further, interruption, same_plan_only=not self.named)
+                return folder
 
-    @property
-    def _films_into_folder(self) -> bool:
-        return None not in (self.film, self.folder) and self.film.parent.resolve() == self.folder.resolve()  # type: ignore[union-attr]
+    def _place_in(self, folder: Path) -> Path | None:
+        """The animation relative to a folder; None where it lies outside."""
+        assert self.film is not None
+        place = self.film.parent.resolve() / self.film.name
+        return place.relative_to(folder.resolve()) if place.is_relative_to(folder.resolve()) else None
 
     def _film(self, plan: Plan, progress: Progress, folder: Path) -> None:
         assert self.film is not None

@@ -8,7 +8,7 @@ from itertools import count
 from pathlib import Path
 
 from tpbso_casadi.scenario.scenario import Scenario
-from tpbso_casadi.storage.run_folder import scenario_in
+from tpbso_casadi.storage.run_folder import stored_content
 
 RUNS = Path("runs")
 LONGEST_NAME = 120  # characters
@@ -50,4 +50,4 @@ def _is_free(folder: Path, scenario: Scenario) -> bool:
     """Whether there is nothing, or the same plan."""
     if not folder.exists() and not folder.is_symlink():
         return True
-    return scenario_in(folder) == scenario.model_dump(mode="json")
+    return stored_content(folder).get("scenario") == scenario.model_dump(mode="json")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
@@ -155,7 +156,8 @@ def solve(options: argparse.Namespace) -> int:
     stated, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
     scenario = overridden(stated, options)
     output = Output(
-        folder=options.out if options.out is not None or options.json else run_folder(options, scenario),
+        folder=folder_of(options, scenario),
+        named=options.out is not None,
         plots=not options.no_plots,
         exports=options.export,
         rate=options.rate,
@@ -177,13 +179,20 @@ def planned(scenario: Scenario, evaluation: EvaluationOptions, output: Output, o
         foreign_output = redirect_stdout(sys.stderr)  # of plug-ins: standard output is for the result
         with foreign_output, planning_progress(problem, options.quiet) as progress:
             solution = plan(scenario, progress, evaluation, problem)
-            output.write(solution, progress, interruption)
+            folder = output.write(solution, progress, interruption)
         if options.json:
             sys.stdout.write(result_of(solution).to_json())
         elif not options.quiet:
             print_plan(solution, OutputConsole())
-            OutputConsole().say(f"written to {output.folder}")
-        return exit_status(solution, output.folder, interruption)
+            OutputConsole().say(f"written to {folder}")
+        return exit_status(solution, folder, interruption)
+
+
+def folder_of(options: argparse.Namespace, scenario: Scenario) -> Callable[[], Path] | None:
+    """What says where the run goes to; None where only JSON is printed."""
+    if options.out is not None:
+        return lambda: Path(options.out)
+    return None if options.json else partial(run_folder, options, scenario)
 
 
 def evaluation_options(options: argparse.Namespace) -> EvaluationOptions:
@@ -203,7 +212,7 @@ def exit_status(solution: Plan, folder: Path | None, interruption: Interruption)
         return Exit.INTERRUPTED
     if not solution.feasible:
         broken = ", ".join(
-            f"{verdict.name} is {verdict.worst:.4g} {verdict.unit} where {verdict.bound:.4g} is the limit"
+            f"{verdict.name} is {verdict.worst:.6g} {verdict.unit} where {verdict.bound:.6g} is the limit"
             for verdict in solution.verdicts
             if not verdict.satisfied
         )

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-TEMPORARY = "."  # what the names of incomplete files begin with
+TEMPORARY = ".incomplete-"  # what the names of incomplete files begin with
 
 
 class OutputError(ValueError):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from dataclasses import asdict, is_dataclass
 from enum import Enum
 from typing import Any
@@ -51,7 +52,7 @@ def parsed_json(text: str) -> dict[str, Any]:
         NotJSON: it is not JSON, not a table, or nested too deeply.
     """
     try:
-        content = json.loads(text)
+        content = json.loads(text, object_pairs_hook=_without_repetition)
     except json.JSONDecodeError as error:
         raise NotJSON(f"not JSON: {error}") from error
     except RecursionError as error:
@@ -60,6 +61,14 @@ def parsed_json(text: str) -> dict[str, Any]:
         raise NotJSON(f"not JSON of ours: {error}") from error
     if not isinstance(content, dict):
         raise NotJSON("not JSON of ours: a table is needed")
+    return content
+
+
+def _without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    content = dict(pairs)
+    if len(content) < len(pairs):
+        [(twice, _)] = Counter(name for name, _ in pairs).most_common(1)
+        raise ValueError(f"{twice[:100]}: is there twice")
     return content
 
 

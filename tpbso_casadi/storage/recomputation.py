@@ -18,7 +18,7 @@ from tpbso_casadi.storage.content import polished_motion
 from tpbso_casadi.storage.motion_table import table_of
 from tpbso_casadi.storage.plain import plain, settings_of
 from tpbso_casadi.storage.result import ConstraintResult, HistoryResult, PolishedMotion, PolishResult, RunResult
-from tpbso_casadi.storage.run_folder import FILES, LARGEST_RESULT, digest_of
+from tpbso_casadi.storage.run_folder import LARGEST_RESULT, SUFFIXES, digest_of
 from tpbso_casadi.storage.versions import versions
 
 TOLERANCE = 1e-9  # between a stored and a recomputed number, relative to the largest of its column
@@ -70,10 +70,10 @@ def check_result(result: RunResult, motion: Motion) -> None:
     if set(result.versions) != {"python", *versions()}:
         raise Contradiction(f"versions: those of python, {', '.join(versions())} are needed")
     _check_history(result, result.history)
+    _check_whether_polished(result)
     vector = result.solution.vector
     if vector is not None:
         _check_vector(result, vector, motion)
-    _check_whether_polished(result)
     if result.polish is not None:
         _check_polish(result.polish, vector, motion)
 
@@ -87,6 +87,8 @@ def _check_whether_polished(result: RunResult) -> None:
         raise Contradiction("polish: missing key")
     if result.rounds > 1 and solver.within is None:
         raise Contradiction("rounds: one is all that the scenario asks for")
+    if polish is not None and solver.within is None and polish.starts > solver.polish_starts:
+        raise Contradiction(f"polish.starts: {polish.starts} where the scenario asks for {solver.polish_starts}")
     if polish is not None and polish.accepted:
         _same("solution.time_scale", result.solution.time_scale, 1.0)
 
@@ -110,6 +112,8 @@ def _check_history(result: RunResult, history: HistoryResult) -> None:
     if any(later > earlier for earlier, later in pairwise(cost)):
         raise Contradiction("history.cost: the best so far grows")
     _same("evaluations", result.evaluations, history.evaluations[-1])
+    if not len(history.cost) - 2 <= result.iterations <= len(history.cost):  # the last may have been cut short
+        raise Contradiction(f"iterations: {result.iterations} with {len(history.cost)} entries of the history")
     _same("cost", result.cost, history.cost[-1])
 
 
@@ -180,14 +184,16 @@ def check_table(path: Path, motion: Motion) -> None:
 def check_files(folder: Path, digests: Mapping[str, str]) -> None:
     """The other files in a run folder are those that were written with it; one that was removed does not matter.
 
+    Files of kinds that no run has, notes for example, do not matter either.
+
     Raises:
-        Contradiction: one is not, or cannot be read; the message begins with the file.
+        Contradiction: one is not; the message begins with the file.
     """
-    for name in sorted({*FILES, *digests} - {"result.json"}):
-        path = folder / name
-        if not path.exists():
+    for path in sorted(folder.iterdir()):
+        of_interest = path.name in digests or path.suffix in SUFFIXES
+        if path.name == "result.json" or not of_interest:
             continue
-        if not path.is_file() or path.is_symlink() or digest_of(path) != digests.get(name):
+        if not path.is_file() or path.is_symlink() or digest_of(path) != digests.get(path.name):
             raise Contradiction(f"{path}: is not of this run")
 
 

@@ -59,6 +59,7 @@ def _rectangular(coefficients: list[list[list[float]]]) -> list[list[list[float]
 Number: TypeAlias = Annotated[float | None, BeforeValidator(plain)]  # None where it is not finite
 Count: TypeAlias = Annotated[int, Field(ge=0)]
 Seconds: TypeAlias = Annotated[float, Field(ge=0.0)]
+FileName: TypeAlias = Annotated[str, Field(pattern=r"^[^/\\\x00]{1,255}$")]
 
 
 class SolverResult(StrictModel):
@@ -213,7 +214,7 @@ class RunResult(StrictModel):
     interrupted: bool
     history: HistoryResult
     versions: dict[str, str]
-    files: dict[str, str] = Field(default_factory=dict)
+    files: dict[FileName, str] = Field(default_factory=dict)
 
     @model_serializer(mode="wrap")
     def _without_missing_polish(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:

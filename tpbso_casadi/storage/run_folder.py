@@ -16,52 +16,66 @@ from tpbso_casadi.storage.content import result_of
 from tpbso_casadi.storage.files import TEMPORARY, OutputError, check_writable, write_text, writing
 from tpbso_casadi.storage.motion_table import write_motion
 from tpbso_casadi.storage.plain import NotJSON, parsed_json
+from tpbso_casadi.storage.seal import BrokenSeal, check_seal
 from tpbso_casadi.storage.staging import replacing
 
 LARGEST_RESULT = 100_000_000  # bytes of a result.json
-FILES = (  # of a run, whether or not its result.json names them
-    "result.json",
-    "trajectory.csv",
-    *(f"{name}.png" for name in ("convergence", "path", "joints", "accuracy", "redundancy")),
-    *(f"joint_trajectory.{suffix}" for suffix in ("json", "csv", "npz")),
-)
+SUFFIXES = (".json", ".csv", ".npz", ".png", ".gif", ".mp4", ".html")  # of the files of a run
+
+
+class OtherPlan(OutputError):
+    """A folder that holds a run of another scenario."""
 
 
 def check_run_folder(folder: Path) -> None:
-    """Make sure that a run can be written there: it replaces the whole folder, and so holds nothing else.
+    """Make sure that a run can be written there: it replaces the whole folder, and so nothing else may be in it.
 
     Raises:
-        OutputError: the folder cannot be written, or holds files that are not of a run.
+        OutputError: the folder cannot be written, is the working folder, or holds anything but a run, unchanged.
     """
     check_writable(folder)
     with writing(folder, make=False):
         target = folder.resolve()
         check_writable(target.parent)
-        names = sorted(path.name for path in target.iterdir()) if target.exists() else []
-    strangers = [name for name in names if name not in {*FILES, *_recorded_files(target)}]
-    if strangers:
-        raise OutputError(
-            f"{folder}: holds {strangers[0]}, which is not of a run; a run replaces its whole folder, say another"
-        )
+        if Path.cwd().is_relative_to(target):
+            raise OutputError(f"{folder}: is the working folder, which cannot be replaced; say another")
+        if target.exists():
+            check_replaceable(folder, target)
 
 
-def scenario_in(folder: Path) -> object:
-    """The scenario of the run in a folder, as plain data that nobody has checked; None where there is none."""
-    return _unchecked(folder).get("scenario")
+def check_replaceable(folder: Path, place: Path) -> None:
+    """Make sure that a folder is empty or holds a run as it was written, and nothing else.
+
+    Args:
+        folder: its name in messages.
+        place: where it is.
+
+    Raises:
+        OutputError: something in it would be lost.
+        OSError: it cannot be read.
+    """
+    names = sorted(path.name for path in place.iterdir())
+    content = stored_content(place)
+    digests = content.get("files")
+    expected = {} if not isinstance(digests, dict) else digests
+    for name in names:
+        path = place / name
+        ours = path.is_file() and not path.is_symlink() and (content if name == "result.json" else name in expected)
+        if not ours or (name != "result.json" and digest_of(path) != expected[name]):
+            raise OutputError(
+                f"{folder}: holds {name}, which is not of a run, or was changed; a run replaces its whole folder, "
+                "say another"
+            )
 
 
-def _recorded_files(folder: Path) -> set[str]:
-    """The names of the files of the run in a folder, if there is one."""
-    files = _unchecked(folder).get("files")
-    return set(files) if isinstance(files, dict) else set()
-
-
-def _unchecked(folder: Path) -> dict[str, Any]:
-    """What ``result.json`` in a folder holds; nothing where it cannot be read."""
+def stored_content(folder: Path) -> dict[str, Any]:
+    """What the sealed ``result.json`` in a folder holds; nothing where there is none, or none that is unchanged."""
     try:
-        return parsed_json(read_text(folder / "result.json", LARGEST_RESULT))
-    except (ScenarioError, NotJSON):
+        content = parsed_json(read_text(folder / "result.json", LARGEST_RESULT))
+        check_seal(content)
+    except (ScenarioError, NotJSON, BrokenSeal):
         return {}
+    return content
 
 
 def write_run(
@@ -70,6 +84,7 @@ def write_run(
     plots: bool = True,
     further: Sequence[Callable[[Path], object]] = (),
     interruption: Interruption | None = None,
+    same_plan_only: bool = False,
 ) -> list[str]:
     """Write the files of a plan in place of everything in the folder: at every moment it holds one run, complete.
 
@@ -79,17 +94,26 @@ def write_run(
         plots: whether to draw the figures.
         further: each writes files into the folder that it is given.
         interruption: after its request, figures and further files that are not complete yet are left out.
+        same_plan_only: whether a run in the folder has to be of the same scenario.
 
     Returns:
         The names of the files.
 
     Raises:
-        OutputError: the folder cannot be written, or holds files that are not of a run; it is left as it was. Or a
-            figure or a further file cannot be; the plan is written without it.
+        OutputError: the folder cannot be written, or holds anything but a run; it is left as it was. Or a figure or a
+            further file cannot be; the plan is written without it.
+        OtherPlan: it holds the run of another scenario, where that must not be; it is left as it was.
     """
     check_run_folder(folder)
     failures: list[Exception] = []
-    with writing(folder, make=False), replacing(folder) as staged:
+
+    def check(old: Path) -> None:
+        check_replaceable(folder, old)
+        held = stored_content(old).get("scenario")
+        if same_plan_only and held not in (None, plan.scenario.model_dump(mode="json")):
+            raise OtherPlan(f"{folder}: holds another plan")
+
+    with writing(folder, make=False), replacing(folder, check) as staged:
         write_motion(staged / "trajectory.csv", plan.motion, plan.times)
         figures: list[Callable[[Path], object]] = [partial(_draw, plan)] if plots else []
         for write in [*figures, *further]:

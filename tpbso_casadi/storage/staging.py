@@ -6,7 +6,7 @@ import ctypes
 import os
 import platform
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import mkdtemp
@@ -18,7 +18,7 @@ STAGED = "staged"  # suffix of a folder that is being written
 
 
 @contextmanager
-def replacing(folder: Path) -> Iterator[Path]:
+def replacing(folder: Path, check: Callable[[Path], object] = lambda old: None) -> Iterator[Path]:
     """An empty folder to write in, which takes the place of ``folder`` at the end; a failure leaves that as it was.
 
     On systems that cannot exchange two folders (all but Linux) the old one lies beside its place for the moment
@@ -26,6 +26,7 @@ def replacing(folder: Path) -> Iterator[Path]:
 
     Args:
         folder: of which everything is replaced; it need not exist.
+        check: gets the old folder, when nobody can find it any more; if it raises, that is put back.
 
     Raises:
         OSError: it cannot be written.
@@ -38,8 +39,19 @@ def replacing(folder: Path) -> Iterator[Path]:
         yield staged
         staged.chmod(0o777 & ~umask())
         _put_in_place(staged, target)
+        if staged.exists():
+            _checked(staged, target, check)
     finally:
         shutil.rmtree(staged, ignore_errors=True)  # the old content, or what was not completed
+
+
+def _checked(old: Path, target: Path, check: Callable[[Path], object]) -> None:
+    """Exchange the folders again if the old one does not pass."""
+    try:
+        check(old)
+    except BaseException:
+        _put_in_place(old, target)
+        raise
 
 
 def _mark(target: Path) -> str:

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,10 +42,10 @@ def old() -> dict[str, bytes]:
     return contents(FOLDER)
 
 
-def started(phase: str, *arguments: str) -> subprocess.Popen[str]:
+def started(phase: str, *arguments: str, **options: Any) -> subprocess.Popen[str]:
     """The command, at the moment when it has begun a phase."""
     command = [sys.executable, "-c", ANNOUNCING, *COMMAND, "--out", str(FOLDER), *arguments]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, **options)
     assert process.stderr is not None
     for line in process.stderr:
         if line.startswith(phase):
@@ -93,6 +94,29 @@ def test_from_the_first_candidate_on_there_is_a_plan(
     assert run.result.interrupted == (phase.partition(":")[0] in ("searching", "polishing"))
     assert "joint_trajectory.npz" in old and not (FOLDER / "joint_trajectory.npz").exists()
     assert {path.name for path in Path().iterdir()} <= {"out", "arm.gif"}
+
+
+@pytest.mark.parametrize("phase", ["searching: ", "polishing: "])
+def test_sigterm_is_handled_where_ctrl_c_is_ignored(phase: str) -> None:
+    def ignore_ctrl_c() -> None:  # as shells do with what runs in the background
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    with started(phase, preexec_fn=ignore_ctrl_c) as process:
+        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGTERM)
+        _, errors = process.communicate(timeout=120.0)
+    assert process.returncode == 130
+    assert errors.splitlines()[-1].endswith(" is in out")
+    assert read_run(FOLDER).result.interrupted
+
+
+def test_what_comes_into_the_folder_meanwhile_is_not_lost(old: dict[str, bytes]) -> None:
+    with started("filming", "--animate", "out/arm.gif") as process:
+        (FOLDER / "thesis.tex").write_text("mine")
+        _, errors = process.communicate(timeout=120.0)
+    assert process.returncode == 2
+    assert "out: holds thesis.tex, which is not of a run" in errors
+    assert contents(FOLDER) == {**old, "thesis.tex": b"mine"}
 
 
 def test_before_there_is_a_candidate_the_old_run_stays(old: dict[str, bytes]) -> None:
@@ -148,12 +172,75 @@ def test_a_full_disk_leaves_the_old_run(old: dict[str, bytes]) -> None:
     assert [path.name for path in Path().iterdir()] == ["out"]
 
 
-def test_strangers_in_a_folder_are_not_lost(capfd: pytest.CaptureFixture[str]) -> None:
+STRANGERS = {
+    "notes.txt": "mine",
+    "path.png": "a picture of mine",
+    "result.json": '{"my": "thesis", "files": {}, "seal": {}}',
+}
+
+
+@pytest.mark.parametrize("name", STRANGERS)
+def test_strangers_in_a_folder_are_not_lost(name: str, capfd: pytest.CaptureFixture[str]) -> None:
     FOLDER.mkdir()
-    (FOLDER / "notes.txt").write_text("mine")
+    (FOLDER / name).write_text(STRANGERS[name])
     assert main(["time-2", "--evaluations", "500", "--out", str(FOLDER)]) == 2
-    assert "out: holds notes.txt, which is not of a run" in capfd.readouterr().err
-    assert contents(FOLDER) == {"notes.txt": b"mine"}
+    assert f"out: holds {name}, which is not of a run" in capfd.readouterr().err
+    assert contents(FOLDER) == {name: STRANGERS[name].encode()}
+
+
+@pytest.mark.parametrize("change", ["edited", "replaced by a folder", "added"])
+def test_a_run_that_was_changed_is_not_lost(change: str, old: dict[str, bytes]) -> None:
+    table = FOLDER / "trajectory.csv"
+    if change == "edited":
+        table.write_text("with remarks of mine")
+    elif change == "added":
+        (FOLDER / "convergence.png").write_text("of mine")
+    else:
+        table.unlink()
+        table.mkdir()
+    assert main(["time-2", "--evaluations", "500", "--out", str(FOLDER)]) == 2
+    assert (FOLDER / "joint_trajectory.npz").read_bytes() == old["joint_trajectory.npz"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--out", "."], ".: is the working folder, which cannot be replaced"),
+        (
+            ["--out", "out", "--animate", "out/films/arm.gif"],
+            "arm.gif: a run folder holds no other folders",
+        ),
+    ],
+)
+def test_places_that_cannot_be(arguments: list[str], reason: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["time-2", "--evaluations", "500", *arguments]) == 2
+    assert reason in capfd.readouterr().err
+    assert not list(Path().iterdir())
+
+
+def test_a_plan_that_took_the_name_meanwhile_is_not_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = ["--evaluations", "500", "--no-plots", "--quiet"]
+    drawn: list[Path] = []
+
+    def other_plan_comes(folder: Path, title: str, motion: object) -> None:
+        drawn.append(folder)
+        if len(drawn) == 1:
+            write_scenario(Path("mine.toml"), speed=5.0)
+            main(["mine.toml", *quick])
+            write_scenario(Path("mine.toml"), speed=4.0)
+
+    write_scenario(Path("mine.toml"), speed=4.0)
+    monkeypatch.setattr("tpbso_casadi.cli.output.animate", other_plan_comes)
+    assert main(["mine.toml", *quick, "--animate", "runs/mine-abso-1-500-evaluations/arm.gif"]) == 0
+    speeds = {path.name: read_run(path).scenario.arm.max_speed for path in Path("runs").iterdir()}  # type: ignore[union-attr]
+    assert speeds == {"mine-abso-1-500-evaluations": 5.0, "mine-abso-1-500-evaluations-2": 4.0}
+
+
+def write_scenario(path: Path, speed: float) -> None:
+    path.write_text(
+        f"[arm]\nlink_lengths = [1.0, 1.0]\nmax_speed = {speed}\nmax_acceleration = 20.0\n"
+        '[task]\nkind = "point-to-point"\nstart = [1.0, 0.0]\ngoal = [0.5, 1.5]\n'
+    )
 
 
 def moments(count: int, longest: float) -> Iterator[float]:

@@ -18,7 +18,7 @@ import pytest
 from problems.base.matrix import FloatArray
 from solvers import Box, Search, Solver
 from tpbso_casadi import builtin, parse_scenario, plan, result_of, write_run
-from tpbso_casadi.storage.files import OutputError
+from tpbso_casadi.storage.files import TEMPORARY, OutputError
 from tpbso_casadi.storage.plain import as_json, plain, settings_of
 from tpbso_casadi.storage.result import InvalidResult, RunResult
 from tpbso_casadi.storage.seal import sealed
@@ -181,16 +181,32 @@ def test_what_is_wrong_is_named(path: str, value: object, reason: str, tmp_path:
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("text", ["", "{", "[1, 2]", "null", '"text"'])
+@pytest.mark.parametrize("text", ["", "{", "[1, 2]", "null", '"text"', "[" * 100_000, '{"seed": ' + "1" * 5000 + "}"])
 def test_what_is_no_result_at_all(text: str) -> None:
     with pytest.raises(InvalidResult) as caught:
         RunResult.from_json(text)
     assert "\n" not in str(caught.value)
 
 
+def test_a_key_that_is_there_twice_is_refused() -> None:
+    text = result("polish").to_json()
+    with pytest.raises(InvalidResult, match="feasible: is there twice"):
+        RunResult.from_json(text.replace('"feasible"', '"feasible": false, "feasible"', 1))
+
+
 @pytest.mark.parametrize(
     ("path", "value", "reason"),
     [
+        ("iterations", 10**6, "iterations: 1000000 with "),
+        ("polish.starts", 50, "polish.starts: 50 where the scenario asks for 1"),
+        ("rounds", 2, "rounds: one is all that the scenario asks for"),
+        ("polish", ..., "polish: missing key"),
+        ("objective.unit", "h", "objective.unit: 'h' is stored, 's' is computed"),
+        ("solver.settings.c1", 1.0, "solver.settings: "),
+        ("history.cost.0", 0.0, "history.cost: the best so far grows"),
+        ("versions", {}, "versions: those of python"),
+        ("polish.before.objective", 9.0, "polish.before.objective: 9.0 is stored"),
+        ("files", {"../result.json": ""}, "files."),
         ("seed", 7, "seed: 7 is stored, 1 is computed"),
         ("solver.name", "bso", "solver.name: 'bso' is stored, 'pso' is computed"),
         ("constraints.0.bound", 5.0, "constraints.speed.bound: 5.0 is stored"),
@@ -276,7 +292,7 @@ def test_a_file_that_cannot_be_written_does_not_lose_the_plan(failure: Exception
     solution = plan(parse_scenario(content))
 
     def fail(folder: Path) -> None:
-        (folder / ".half").write_text("half")
+        (folder / f"{TEMPORARY}half.png").write_text("half")
         raise failure
 
     with pytest.raises((OutputError, KeyError), match=reason):

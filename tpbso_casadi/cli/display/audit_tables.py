@@ -10,6 +10,7 @@ from rich.text import Text
 from problems import CertificateStatus
 from tpbso_casadi.cli.display.console import OutputConsole, number, prose, table_of, word
 from tpbso_casadi.cli.display.plan_tables import MARKS, limit_of
+from tpbso_casadi.storage.plain import visible
 
 ACTIVE = Text("active", "green")  # it holds with nothing to spare
 LISTED_NAMES = 4
@@ -87,8 +88,8 @@ def print_optimality(audit: dict[str, Any], console: OutputConsole) -> None:
         )
     )
     if audit["polish"] is not None:
-        residuals = ", ".join(f"{name} {value:.2g}" for name, value in audit["polish"]["residuals"].items())
-        console.print(Text(f"the polish ended with {audit['polish']['status']}: {residuals}"))
+        residuals = ", ".join(f"{name} {_number(value)}" for name, value in audit["polish"]["residuals"].items())
+        console.print(Text(visible(f"the polish ended with {audit['polish']['status']}: {residuals}")))
     if not kkt["sensitivities"]:
         console.say("no active limit: all shadow prices are zero")
         return
@@ -96,3 +97,7 @@ def print_optimality(audit: dict[str, Any], console: OutputConsole) -> None:
     for s in kkt["sensitivities"][:LISTED_SENSITIVITIES]:
         table.add_row(*map(Text, (s["constraint"], s["column"], f"{s['per_unit']:.4g}", s["unit"])))
     console.print_table("shadow prices: change of the objective for one unit more of a limit", table)
+
+
+def _number(value: float | None) -> str:
+    return "not a number" if value is None else f"{value:.2g}"

@@ -7,6 +7,8 @@ from rich.console import Console
 from rich.table import Column, Table
 from rich.text import Text
 
+from tpbso_casadi.storage.plain import visible
+
 
 class OutputConsole(Console):
     """A console on which a closed pipe is an error like any other, and text is printed as it is."""
@@ -19,8 +21,8 @@ class OutputConsole(Console):
         raise  # noqa: PLE0704 (Rich calls this while it handles the error)
 
     def say(self, text: str) -> None:
-        """Print a text as it is, one line however long."""
-        self.print(text, markup=False, soft_wrap=True)
+        """Print a text as one line however long, control characters as their escapes."""
+        self.print(visible(text), markup=False, soft_wrap=True)
 
     def print_table(self, title: str, table: Table) -> None:
         """Print a table below its title."""
