@@ -215,8 +215,8 @@ sys.exit(main(sys.argv[1:]))
 def test_interruption_of_ipopt_keeps_the_best(how: list[str], reason: str) -> None:
     command = [sys.executable, "-c", ANNOUNCED, "obstacle-5", *how, "--out", "out", "--no-plots", "--quiet"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "descending\n"
+        assert process.stderr is not None
+        assert process.stderr.readline() == "descending\n"
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
