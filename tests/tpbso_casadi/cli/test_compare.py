@@ -210,6 +210,7 @@ def check_kills(rows: Sequence[int], longest_delay: float) -> None:
         assert connection.execute("SELECT count(*), count(DISTINCT key) FROM runs").fetchone() == (36, 36)
 
 
+@pytest.mark.slow
 def test_killed_twice_two_workers_give_the_table_of_one() -> None:
     check_kills((3, 14), 0.05)
 

@@ -110,13 +110,18 @@ def test_sigterm_is_handled_where_ctrl_c_is_ignored(phase: str) -> None:
     assert read_run(FOLDER).result.interrupted
 
 
-def test_what_comes_into_the_folder_meanwhile_is_not_lost(old: dict[str, bytes]) -> None:
-    with started("filming", "--animate", "out/arm.gif") as process:
+def test_what_comes_into_the_folder_meanwhile_is_not_lost(
+    old: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def somebody_writes(folder: Path, title: str, motion: object) -> None:
         (FOLDER / "thesis.tex").write_text("mine")
-        _, errors = process.communicate(timeout=120.0)
-    assert process.returncode == 2
-    assert "out: holds thesis.tex, which is not of a run" in errors
+
+    monkeypatch.setattr("tpbso_casadi.cli.output.animate", somebody_writes)
+    arguments = ["time-2", "--evaluations", "500", "--no-plots", "--quiet", "--out", "out", "--animate", "out/arm.gif"]
+    assert main(arguments) == 2
+    assert "out: holds thesis.tex, which is not of a run" in capfd.readouterr().err
     assert contents(FOLDER) == {**old, "thesis.tex": b"mine"}
+    assert [path.name for path in Path().iterdir()] == ["out"]
 
 
 def test_before_there_is_a_candidate_the_old_run_stays(old: dict[str, bytes]) -> None:

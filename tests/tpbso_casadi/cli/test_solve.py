@@ -53,8 +53,13 @@ def run(*arguments: str) -> int:
         return int(end.code or 0)
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-@pytest.mark.parametrize("case", TITLES)
+ALL = [(case, solver) for case in TITLES for solver in SOLVERS]
+IN_BRIEF = [pair for number, pair in enumerate(ALL) if number % 3 == 0]  # every case, and every solver
+
+
+@pytest.mark.parametrize(
+    ("case", "solver"), [pair if pair in IN_BRIEF else pytest.param(*pair, marks=pytest.mark.slow) for pair in ALL]
+)
 def test_every_case_with_every_solver_in_the_reduced_form(case: str, solver: str) -> None:
     quick = ["--evaluations", "5000", "--no-plots", "--quiet", "--out", "out", "--formulation", "reduced"]
     assert run(case, "--solver", solver, *quick) == 0
