@@ -55,7 +55,13 @@ def audit(capfd: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, A
     return status, json.loads(output.out)
 
 
-LONG = ("obstacle-4", "pentagram-rotation", "closed-curve-rotation")  # much like others, and seconds each
+LONG = (
+    "obstacle-4",
+    "obstacle-5",
+    "pentagram-time",
+    "pentagram-rotation",
+    "closed-curve-rotation",
+)  # much like others, and seconds each
 
 
 @pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c in LONG else c for c in TITLES])

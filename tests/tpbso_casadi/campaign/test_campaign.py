@@ -95,6 +95,7 @@ def test_a_run_that_kills_its_worker_is_found_and_the_rest_goes_on(tmp_path: Pat
     assert records[1].error == "WorkerDied: 2 times in a row while nothing else ran"
 
 
+@pytest.mark.slow
 def test_a_run_whose_worker_died_once_is_done_again(tmp_path: Path) -> None:
     mark = tmp_path / "mark"
     runs = runs_of(f"bso,helpers.campaign:Kills(mark={mark})", (1, 2))

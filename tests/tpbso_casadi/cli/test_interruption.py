@@ -74,9 +74,7 @@ def sigterm(process: subprocess.Popen[str]) -> None:
         ("polishing", ctrl_c),
         ("polishing: ", sigterm),
         ("writing", ctrl_c),
-        ("writing", three_ctrl_c),
         ("filming", three_ctrl_c),
-        ("filming", sigterm),
     ],
 )
 def test_from_the_first_candidate_on_there_is_a_plan(

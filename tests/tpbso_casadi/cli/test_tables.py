@@ -21,7 +21,9 @@ def eighty_columns(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "80")
 
 
-@pytest.mark.parametrize("case", ["time-2", "obstacle-5", "pentagram-time"])
+@pytest.mark.parametrize(
+    "case", ["time-2", *(pytest.param(case, marks=pytest.mark.slow) for case in ("obstacle-5", "pentagram-time"))]
+)
 def test_tables_fit_and_cut_nothing(case: str, capfd: pytest.CaptureFixture[str]) -> None:
     solve([case, "--evaluations", "1000", "--no-plots", "--out", "out"])
     audit(["out"])
