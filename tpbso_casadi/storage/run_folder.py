@@ -43,12 +43,15 @@ def check_run_folder(folder: Path) -> None:
             check_replaceable(folder, target)
 
 
-def check_replaceable(folder: Path, place: Path) -> None:
+def check_replaceable(folder: Path, place: Path) -> dict[str, Any]:
     """Make sure that a folder is empty or holds a run as it was written, and nothing else.
 
     Args:
         folder: its name in messages.
         place: where it is.
+
+    Returns:
+        What its ``result.json`` holds; nothing where it is empty.
 
     Raises:
         OutputError: something in it would be lost.
@@ -66,6 +69,7 @@ def check_replaceable(folder: Path, place: Path) -> None:
                 f"{folder}: holds {name}, which is not of a run, or was changed; a run replaces its whole folder, "
                 "say another"
             )
+    return content
 
 
 def stored_content(folder: Path) -> dict[str, Any]:
@@ -108,8 +112,7 @@ def write_run(
     failures: list[Exception] = []
 
     def check(old: Path) -> None:
-        check_replaceable(folder, old)
-        held = stored_content(old).get("scenario")
+        held = check_replaceable(folder, old).get("scenario")
         if same_plan_only and held not in (None, plan.scenario.model_dump(mode="json")):
             raise OtherPlan(f"{folder}: holds another plan")
 
