@@ -1,0 +1,170 @@
+"""A move: from one place to another, by way of places in a given order, each passed whenever it suits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, get_args
+
+import casadi as ca
+import numpy as np
+
+from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray, as_array
+from problems.base.ranges import check_within
+from problems.limits.constraint import Constraint
+from problems.limits.duration import DurationBounds
+from problems.motions.trajectory import Trajectory
+from problems.robots.robot import Robot
+from problems.scene.obstacle import Obstacle
+from problems.tasks.checks import check_choice, check_obstacles, check_range
+from problems.tasks.drawing import Marker, MarkerKind
+from problems.tasks.elbow import Elbow, check_elbow
+from problems.tasks.passing import passing_times
+from problems.tasks.place import Place
+from problems.tasks.task import Task
+
+SPEED_TOLERANCE = 1e-9  # of a joint's largest speed; allows for rounding only
+
+
+@dataclass(frozen=True)
+class Move(Task):
+    """Move from ``start`` to any one of ``goals``, through ``vias`` in order.
+
+    Args:
+        robot: that moves.
+        start: where it is at t = 0.
+        goals: of which one is reached at t = T.
+        vias: passed in this order, at free times.
+        elbow: the branch of inverse kinematics wherever it chooses a posture; ``free`` adds decision variables.
+        obstacles: to keep clear of.
+        start_velocity: of the joints at t = 0, rad/s; at rest where empty.
+        goal_velocity: of the joints at t = T, rad/s; at rest where empty.
+        total_time: bounds of T in s; None where nothing is promised.
+
+    Raises:
+        InvalidProblem: a place cannot be reached, or a field is not one of the above.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("start_velocity", "goal_velocity", "total_time")
+
+    robot: Robot
+    start: Place
+    goals: tuple[Place, ...]
+    vias: tuple[Place, ...] = ()
+    elbow: Elbow = "free"
+    obstacles: tuple[Obstacle, ...] = ()
+    start_velocity: tuple[float, ...] = ()
+    goal_velocity: tuple[float, ...] = ()
+    total_time: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        check_choice("elbow", self.elbow, get_args(Elbow))
+        check_elbow(self.robot, self.elbow)
+        if not self.goals:
+            raise InvalidProblem("goal", "there is none")
+        if self.total_time is not None:
+            check_range("total_time", self.total_time)
+        check_obstacles(self.robot, self.obstacles)
+        self.start.check(self.robot, self.obstacles, "start")
+        for field, places in (("goal", self.goals), ("via", self.vias)):
+            for number, place in enumerate(places):
+                place.check(self.robot, self.obstacles, field, f"{field}[{number}]: " if len(places) > 1 else "")
+        for field in ("start_velocity", "goal_velocity"):
+            self._check_velocity(field, getattr(self, field))
+
+    def _check_velocity(self, field: str, velocity: tuple[float, ...]) -> None:
+        if velocity and len(velocity) != self.robot.dof:
+            raise InvalidProblem(field, f"{len(velocity)} values for {self.robot.dof} joints")
+        for joint, (value, most) in enumerate(zip(velocity, self.robot.limits.speed, strict=False), start=1):
+            check_within(field, (value,), (-most, most), "rad/s", f"joint {joint}: ")
+
+    @property
+    def end_velocities(self) -> FloatArray:
+        """Joint velocities at both ends, (2, dof), rad/s."""
+        rest = (0.0,) * self.robot.dof
+        return np.array([self.start_velocity or rest, self.goal_velocity or rest])
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether both ends are at rest."""
+        return not self.end_velocities.any()
+
+    @property
+    def duration_bounds(self) -> DurationBounds | None:
+        """The bounds of T, where they are stated."""
+        return None if self.total_time is None else DurationBounds("total time", "T", *self.total_time)
+
+    def reached_goal(self, theta: FloatArray) -> Place:
+        """The goal that a posture (dof,) misses least, of its tolerance."""
+        posture = ca.DM(theta).T
+
+        def missed(place: Place) -> float:
+            return float(np.abs(as_array(place.miss(self.robot, posture))).max()) / place.tolerance(self.robot)
+
+        return min(self.goals, key=missed)
+
+    def via_times(self, trajectory: Trajectory) -> FloatArray:
+        """When the vias are passed, or missed least, in order, (vias,), s."""
+        return passing_times(self.robot, trajectory, self.vias)
+
+    def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
+        """Start, vias, goal; the velocities at both ends."""
+        times = np.concatenate([[0.0], self.via_times(trajectory), [trajectory.duration]])
+        names = ["start", *(f"via {number}" for number in range(1, len(self.vias) + 1)), "goal"]
+        places = [self.start, *self.vias, self.reached_goal(trajectory.at(times[-1:])[0])]
+        passed = [
+            (self._passed(name, place, trajectory.at(times[i : i + 1])), times[i : i + 1])
+            for i, (name, place) in enumerate(zip(names, places, strict=True))
+        ]
+        return [*passed, *self._velocity_conditions(trajectory)]
+
+    def _passed(self, name: str, place: Place, theta: FloatArray) -> Constraint:
+        miss = place.miss(self.robot, ca.DM(theta))
+        bound = ca.DM([[place.tolerance(self.robot)]])
+        return Constraint(
+            name=name,
+            unit=place.unit,
+            expression=ca.norm_2(miss),
+            lower=-bound,
+            upper=bound,
+            symmetric=True,
+            columns=("distance",),
+            scale=bound,
+            for_all_t=False,
+            formula=f"the motion is at {name}, to rounding",
+        )
+
+    def _velocity_conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
+        ends = trajectory.breakpoints[[0, -1]]
+        away = np.abs(trajectory.at(ends, 1) - self.end_velocities)
+        bound = ca.DM(SPEED_TOLERANCE * np.array([self.robot.limits.speed]))
+        return [
+            (
+                Constraint(
+                    name=name,
+                    unit="rad/s",
+                    expression=ca.DM(away[i : i + 1]),
+                    lower=-bound,
+                    upper=bound,
+                    symmetric=True,
+                    columns=self.robot.joint_names,
+                    scale=bound,
+                    for_all_t=False,
+                    formula=f"|dtheta_i - {name}_i|, to rounding",
+                ),
+                ends[i : i + 1],
+            )
+            for i, name in enumerate(("start velocity", "goal velocity"))
+        ]
+
+    def markers(self) -> tuple[Marker, ...]:
+        """Start, vias, goals."""
+        robot = self.robot
+        ends = [
+            Marker(label="start", points=self.start.position(robot)[None], kind=MarkerKind.START),
+            Marker(label="goal", points=np.array([g.position(robot) for g in self.goals]), kind=MarkerKind.GOAL),
+        ]
+        if self.vias:
+            points = np.array([via.position(robot) for via in self.vias])
+            ends.insert(1, Marker(label="via", points=points, kind=MarkerKind.POINTS))
+        return tuple(ends)

@@ -1,0 +1,158 @@
+"""Where a motion has to start, pass or end: at a posture, or with the tool at a position."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from problems.base.arguments import Statement
+from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray, Matrix, Operand, as_array
+from problems.base.ranges import ANGLES, check_within
+from problems.robots.robot import Robot
+from problems.scene.obstacle import Obstacle
+from problems.tasks.checks import check_point
+
+ANGLE_TOLERANCE = 1e-9  # rad; allows for rounding only
+
+
+class Place(Statement, ABC):
+    """A condition on one posture of a motion. A subclass is a frozen dataclass.
+
+    Attributes:
+        unit: of :meth:`miss`.
+        chosen_by_inverse_kinematics: whether redundancy values and a branch of the elbow determine the posture.
+    """
+
+    unit: ClassVar[str]
+    chosen_by_inverse_kinematics: ClassVar[bool]
+
+    @abstractmethod
+    def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
+        """The robot can be there.
+
+        Args:
+            robot: that moves.
+            obstacles: to keep clear of.
+            field: of the task, for messages.
+            name: says more than the field where it is one of several.
+
+        Raises:
+            InvalidProblem: it cannot.
+        """
+
+    @abstractmethod
+    def posture(
+        self, robot: Robot, normalised: Matrix, elbow: Operand, near: Matrix | None
+    ) -> tuple[Matrix, Matrix | None]:
+        """A posture there.
+
+        Args:
+            robot: that moves.
+            normalised: redundancy values in [0, 1], (redundancy, 1); ignored where nothing is to be chosen.
+            elbow: the branch, +1 or -1; likewise.
+            near: a posture (1, dof) in the turns nearest to which angles are chosen, joint limits first; None for the
+                first turns.
+
+        Returns:
+            Joint angles (1, dof) in rad, and a number that is within [-1, 1] exactly when the place is reached; None
+            where it always is.
+        """
+
+    @abstractmethod
+    def miss(self, robot: Robot, theta: Matrix) -> Matrix:
+        """By how much postures (n, dof) miss it, (n, m), in ``unit``; zero where they are there."""
+
+    @abstractmethod
+    def tolerance(self, robot: Robot) -> float:
+        """How large each entry of :meth:`miss` may be in a finished motion: rounding."""
+
+    @abstractmethod
+    def position(self, robot: Robot) -> FloatArray:
+        """Where the tool is, (dim,), m."""
+
+
+@dataclass(frozen=True)
+class Joints(Place):
+    """A given posture.
+
+    Args:
+        values: joint angles, dof of them, rad.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("values",)
+    unit: ClassVar[str] = "rad"
+    chosen_by_inverse_kinematics: ClassVar[bool] = False
+
+    values: tuple[float, ...]
+
+    def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
+        """As many angles as joints, within their limits."""
+        if len(self.values) != robot.dof:
+            raise InvalidProblem(field, f"{name}{len(self.values)} joints for a robot of {robot.dof}")
+        check_within(field, self.values, ANGLES, "rad", name)
+        for joint, (value, (low, high)) in enumerate(zip(self.values, robot.limits.position or (), strict=False), 1):
+            if not low <= value <= high:
+                raise InvalidProblem(field, f"{name}joint {joint}: {value:g} is not within {low:g} and {high:g} rad")
+
+    def posture(
+        self, robot: Robot, normalised: Matrix, elbow: Operand, near: Matrix | None
+    ) -> tuple[Matrix, Matrix | None]:
+        """The posture itself: turns are as they were given."""
+        return ca.horzcat(*self.values), None
+
+    def miss(self, robot: Robot, theta: Matrix) -> Matrix:
+        """Differences of the angles, (n, dof)."""
+        return theta - ca.repmat(ca.horzcat(*self.values), theta.shape[0], 1)
+
+    def tolerance(self, robot: Robot) -> float:
+        """Rounding of an angle, rad."""
+        return ANGLE_TOLERANCE
+
+    def position(self, robot: Robot) -> FloatArray:
+        """Where the tool is in that posture."""
+        return as_array(robot.tool(ca.DM([self.values]))).ravel()
+
+
+@dataclass(frozen=True)
+class Position(Place):
+    """The tool at a point, in whatever posture.
+
+    Args:
+        point: m.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("point",)
+    unit: ClassVar[str] = "m"
+    chosen_by_inverse_kinematics: ClassVar[bool] = True
+
+    point: tuple[float, ...]
+
+    def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
+        """Within reach, not too close, in no obstacle."""
+        check_point(robot, obstacles, field, self.point, name)
+
+    def posture(
+        self, robot: Robot, normalised: Matrix, elbow: Operand, near: Matrix | None
+    ) -> tuple[Matrix, Matrix | None]:
+        """The posture that inverse kinematics finds."""
+        point = ca.vertcat(*self.point)
+        theta, cosine = robot.inverse(point, robot.restore_redundancy(point, normalised), elbow)
+        return (robot.wrap(theta) if near is None else robot.wrap_near(theta, near)), cosine
+
+    def miss(self, robot: Robot, theta: Matrix) -> Matrix:
+        """From the point to the tool, (n, dim), m."""
+        return robot.tool(theta) - ca.repmat(ca.horzcat(*self.point), theta.shape[0], 1)
+
+    def tolerance(self, robot: Robot) -> float:
+        """Rounding of a position, m."""
+        return ANGLE_TOLERANCE * robot.reach()[1]
+
+    def position(self, robot: Robot) -> FloatArray:
+        """The point."""
+        return np.array(self.point)
