@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, as_array
+from problems.motions.order import increasing_choice
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 from problems.tasks.place import Place
@@ -26,27 +27,13 @@ def passing_times(robot: Robot, trajectory: Trajectory, places: Sequence[Place])
         return np.empty(0)
     times = np.unique(np.concatenate([trajectory.times(SEARCHED_TIMES), trajectory.breakpoints]))
     theta = ca.DM(trajectory.at(times))
-    chosen = _best_increasing([_squared_miss(robot, place, theta) for place in places])
+    chosen = increasing_choice(np.array([_squared_miss(robot, place, theta) for place in places]))
     return np.array([_refined(robot, trajectory, place, times, i) for place, i in zip(places, chosen, strict=True)])
 
 
 def _squared_miss(robot: Robot, place: Place, theta: ca.DM) -> FloatArray:
     missed = as_array(place.miss(robot, theta)) / place.tolerance(robot)
     return np.asarray(np.square(missed).sum(axis=1))
-
-
-def _best_increasing(costs: list[FloatArray]) -> list[int]:
-    """Indices, one into each cost, that do not decrease and have the smallest sum."""
-    best, back = costs[0], []
-    for cost in costs[1:]:
-        least = np.minimum.accumulate(best)
-        index = np.arange(best.size)
-        back.append(np.maximum.accumulate(np.where(best == least, index, 0)))
-        best = least + cost
-    chosen = [int(np.argmin(best))]
-    for previous in reversed(back):
-        chosen.append(int(previous[chosen[-1]]))
-    return chosen[::-1]
 
 
 def _refined(robot: Robot, trajectory: Trajectory, place: Place, times: FloatArray, index: int) -> float:

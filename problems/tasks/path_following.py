@@ -6,7 +6,7 @@ the joint angles; the other points are passed within the trajectory accuracy (24
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -77,23 +77,12 @@ class PathFollowing(Task):
     knot_redundancy: KnotRedundancy = "free"
 
     def __post_init__(self) -> None:
-        check_choice("elbow", self.elbow, get_args(Elbow))
         check_choice("knot_redundancy", self.knot_redundancy, get_args(KnotRedundancy))
         if self.robot.redundancy < 1:
             links = self.robot.redundancy + 2
             raise InvalidProblem("link_lengths", f"following a path takes at least 3 links, not {links}")
-        if not self.accuracy > 0.0:
-            raise InvalidProblem("accuracy", f"{shown(self.accuracy)} m is not positive")
-        least = MIN_ACCURACY * self.robot.reach()[1]
-        check_within("accuracy", (self.accuracy,), (least, LENGTHS[1]), "m, for an arm of this reach")
-        check_count("points", len(self.path.points))
         check_at_least("knots", self.knots, 2)
-        if self.total_time is not None:
-            check_range("total_time", self.total_time)
-        check_elbow(self.robot, self.elbow)
-        check_obstacles(self.robot, self.obstacles)
-        for index, point in enumerate(self.path.points):
-            check_point(self.robot, self.obstacles, "points", point, name=f"points[{index}] = ")
+        check_path(self.robot, self.path, self.accuracy, self.elbow, self.obstacles, self.total_time)
 
     @cached_property
     def knot_indices(self) -> tuple[int, ...]:
@@ -133,3 +122,30 @@ class PathFollowing(Task):
     def markers(self) -> tuple[Marker, ...]:
         """The given points."""
         return (Marker(label="given points", points=self.path.array, kind=MarkerKind.POINTS),)
+
+
+def check_path(
+    robot: Robot,
+    path: Path,
+    accuracy: float,
+    elbow: Elbow,
+    obstacles: Sequence[Obstacle],
+    total_time: tuple[float, float] | None,
+) -> None:
+    """The statement of a path is one that the robot can do.
+
+    Raises:
+        InvalidProblem: naming the first field that is not.
+    """
+    check_choice("elbow", elbow, get_args(Elbow))
+    if not accuracy > 0.0:
+        raise InvalidProblem("accuracy", f"{shown(accuracy)} m is not positive")
+    least = MIN_ACCURACY * robot.reach()[1]
+    check_within("accuracy", (accuracy,), (least, LENGTHS[1]), "m, for an arm of this reach")
+    check_count("points", len(path.points))
+    if total_time is not None:
+        check_range("total_time", total_time)
+    check_elbow(robot, elbow)
+    check_obstacles(robot, obstacles)
+    for index, point in enumerate(path.points):
+        check_point(robot, obstacles, "points", point, name=f"points[{index}] = ")
