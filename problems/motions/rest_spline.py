@@ -12,18 +12,13 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
-from scipy.sparse import csc_array
-from scipy.sparse.linalg import splu
 
-from problems.base.matrix import FloatArray, Matrix, constant
-
-DEGREE = 3
-RELATIVE_ROUNDING = 1e-12  # relative: what rounding leaves where a basis function is zero
+from problems.base.matrix import FloatArray, Matrix
+from problems.motions.interpolating_spline import DEGREE, InterpolatingSpline, without_rounding
 
 
-class RestSpline:
+class RestSpline(InterpolatingSpline):
     """Splines with given knots.
 
     Args:
@@ -31,15 +26,11 @@ class RestSpline:
     """
 
     def __init__(self, knots: FloatArray) -> None:
-        self.knots = knots
         first, last = (knots[0] + knots[1]) / 2.0, (knots[-2] + knots[-1]) / 2.0
         inner = np.unique(np.concatenate([[first], knots[1:-1], [last]]))
         if inner.size < knots.size:  # two knots: both middles are the same node
             inner = np.array([1.0, 2.0]) / 3.0
-        self.nodes = np.concatenate([[0.0], inner, [1.0]])
-        self._ends = np.repeat([0.0, 1.0], DEGREE)
-        padded = np.sort(np.concatenate([self._ends, self.nodes]))
-        self.basis = BSpline(padded, np.eye(padded.size - DEGREE - 1), DEGREE)
+        super().__init__(knots, np.concatenate([[0.0], inner, [1.0]]))
 
     @cached_property
     def conditions(self) -> FloatArray:
@@ -47,37 +38,17 @@ class RestSpline:
         start, end = ([self.basis.derivative(n)(u) for n in (1, 2)] for u in (0.0, 1.0))
         at_knots = self.basis(self.knots)
         rows = np.vstack([at_knots[:1], *start, at_knots[1:-1], *reversed(end), at_knots[-1:]])
-        rows /= np.abs(rows).max(axis=1, keepdims=True)
-        return np.where(np.abs(rows) < RELATIVE_ROUNDING, 0.0, rows)
+        return without_rounding(rows)
+
+    def basis_functions(self, u: FloatArray, derivative: int = 0) -> FloatArray:
+        """The same by differencing coefficients, which rounds otherwise; plans depend on their last digits."""
+        return np.asarray(self.basis.derivative(derivative)(u) if derivative else self.basis(u))
 
     def known(self, angles: Matrix) -> Matrix:
         """Right-hand side (M + 4, k) of ``conditions`` for knot angles (M, k): rest, knots, rest."""
-        scaled = angles / ca.repmat(ca.DM(np.abs(self.basis(self.knots)).max(axis=1)), 1, angles.shape[1])
+        scaled = self.scaled(angles)
         rest = ca.DM.zeros(2, angles.shape[1])
         return ca.vertcat(scaled[0, :], rest, scaled[1:-1, :], rest, scaled[-1, :])
-
-    def coefficients(self, angles: Matrix) -> Matrix:
-        """B-spline coefficients (M + 4, k) of knot angles (M, k), by forward and backward substitution."""
-        factors = splu(csc_array(self.conditions), permc_spec="NATURAL", diag_pivot_thresh=0.0)
-        known = self.known(angles)
-        rows = [known[int(i), :] for i in np.argsort(factors.perm_r)]
-        forward = _substitute(factors.L.toarray(), rows, range(len(rows)))
-        return ca.vertcat(*_substitute(factors.U.toarray(), forward, range(len(rows) - 1, -1, -1)))
-
-    def sampling_matrix(self, u: FloatArray, derivative: int = 0) -> ca.DM:
-        """The constant sparse matrix (n, M + 4) from coefficients to derivatives with respect to u at times (n,)."""
-        rows = self.basis.derivative(derivative)(u) if derivative else self.basis(u)
-        return constant(np.where(np.abs(rows) < RELATIVE_ROUNDING * np.abs(rows).max(), 0.0, rows))
-
-    def local_basis(self, u: FloatArray, derivative: int = 0) -> tuple[FloatArray, NDArray[np.intp]]:
-        """The four basis functions that can differ from zero at times (n,): values (n, 4), and which is the first."""
-        rows = np.asarray(self.sampling_matrix(u, derivative))
-        piece = np.clip(np.searchsorted(self.nodes, u, side="right") - 1, 0, self.nodes.size - 2)
-        return np.take_along_axis(rows, piece[:, None] + np.arange(DEGREE + 1), axis=1), piece.astype(np.intp)
-
-    def operator(self, u: FloatArray, derivative: int = 0) -> FloatArray:
-        """The dense matrix (n, M) straight from knot angles to samples; for bounds and tests."""
-        return np.asarray(ca.mtimes(self.sampling_matrix(u, derivative), self.coefficients(ca.DM.eye(self.knots.size))))
 
     def extreme_speeds(self, coefficients: Matrix) -> Matrix:
         """All values among which the extremes of the speed over all u are, exactly: (2 nodes - 1, k), rad per u."""
@@ -116,15 +87,3 @@ def turning_speed(speed: Matrix, before: Matrix, after: Matrix, half_step: Matri
     """
     turning = speed + half_step * before * before / (before - after)
     return ca.if_else(before * after < 0.0, turning, speed)
-
-
-def _substitute(triangle: FloatArray, known: list[Matrix], order: range) -> list[Matrix]:
-    """Solve a constant triangular system for symbolic right-hand sides, row by row in the given order."""
-    solved: list[Matrix] = list(known)
-    for i in order:
-        value = known[i]
-        for j in np.flatnonzero(triangle[i]).tolist():
-            if j != i:
-                value = value - triangle[i, j] * solved[j]
-        solved[i] = value * (1.0 / triangle[i, i])
-    return solved

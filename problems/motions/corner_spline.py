@@ -1,0 +1,60 @@
+"""Cubic splines through knots that may turn corners: C2 between corners, continuous at them, natural at their ends.
+
+A path with a corner is passed by stopping there; between two corners the spline is the natural one, with second
+derivatives zero at both ends. The parameter is regular at the ends: q'(u) is not zero there, as in a spline of a motion
+from rest, so that the path can be run at any speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import pairwise
+
+import casadi as ca
+import numpy as np
+
+from problems.base.matrix import FloatArray, Matrix
+from problems.motions.interpolating_spline import DEGREE, InterpolatingSpline, without_rounding
+
+NATURAL_ORDER = 2  # of the derivative that is zero at the ends of a stretch
+
+
+class CornerSpline(InterpolatingSpline):
+    """Splines with given knots and corners.
+
+    Args:
+        knots: M >= 2 increasing values of u, the first 0, the last 1.
+        corners: indices of the inner knots that are corners.
+    """
+
+    def __init__(self, knots: FloatArray, corners: Sequence[int] = ()) -> None:
+        self.corners = tuple(corners)
+        repeated = np.repeat(knots[list(self.corners)], DEGREE - 1)
+        super().__init__(knots, knots, repeated)
+
+    @cached_property
+    def conditions(self) -> FloatArray:
+        """Natural at the start of each stretch, its knots, natural at its end; (n, n)."""
+        rows = []
+        for first, last in self.stretches:
+            start, end = self.knots[first], np.nextafter(self.knots[last], 0.0)
+            at_knots = self.basis(self.knots[first : last + 1])
+            bends = self.basis(np.array([start, end]), NATURAL_ORDER)
+            block = [at_knots[0], bends[0], *at_knots[1:-1], bends[1], at_knots[-1]]
+            rows += block if first == 0 else block[1:]
+        return without_rounding(np.array(rows))
+
+    def known(self, angles: Matrix) -> Matrix:
+        """Right-hand side: zero, the angles, zero, for each stretch."""
+        zero, angles, rows = ca.DM.zeros(1, angles.shape[1]), self.scaled(angles), []
+        for first, last in self.stretches:
+            block = [angles[first, :], zero, angles[first + 1 : last, :], zero, angles[last, :]]
+            rows += block if first == 0 else block[1:]
+        return ca.vertcat(*rows)
+
+    @property
+    def stretches(self) -> list[tuple[int, int]]:
+        """First and last knot of each stretch between corners."""
+        ends = [0, *self.corners, self.knots.size - 1]
+        return list(pairwise(ends))
