@@ -14,18 +14,18 @@ from typing import ClassVar
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import CubicSpline
 
-from problems.base.matrix import FloatArray, Matrix, Operand, constant, split
-from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
+from problems.base.matrix import FloatArray, Matrix
+from problems.encodings.encoding import CostWeights, Decoded, Variable
+from problems.encodings.path_encoding import PathEncoding
 from problems.encodings.penalty import FeasibilityFirst, limit_weight, paper_cost
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.limits.time_scale import longest_time_scale, minimum_time_scale, scaling
 from problems.motions.knot_spline import KnotSpline, SplineShape
 from problems.objectives.objective import MotionBounds
-from problems.robots.turns import wrap_to
-from problems.tasks.elbow import elbow_signs
+from problems.robots.robot import Robot
+from problems.tasks.elbow import Elbow
 from problems.tasks.path_following import PathFollowing
 
 EXACT_ORDERS = (1, 2)  # of the derivatives whose extremes over all t a cubic spline gives in closed form
@@ -33,7 +33,7 @@ DEFAULT_TIME_BOUNDS = (0.1, 10.0)  # s, bounds of t_T
 
 
 @dataclass(frozen=True)
-class KnotsEncoding(Encoding[SplineShape]):
+class KnotsEncoding(PathEncoding[SplineShape]):
     """The common part of both formulations: postures at the knots by inverse kinematics.
 
     Args:
@@ -52,58 +52,29 @@ class KnotsEncoding(Encoding[SplineShape]):
     time_box: tuple[float, float] = DEFAULT_TIME_BOUNDS
 
     @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The paper's solution vector: x_phi of link 3, ..., of link k, [elbow,] t_T (not in the reduced form)."""
-        extra, values = self.task.robot.redundancy, range(1, self.redundancy_values + 1)
-        listed = [Variable(f"x_phi_{link}[{i}]", 0.0, 1.0, "1") for link in range(3, 3 + extra) for i in values]
-        if self.task.elbow == "free":
-            listed.append(Variable("elbow", -1.0, 1.0, "1"))
-        return (*listed, *[Variable("t_T", *self.time_box, "s")] * self.time_variables)
+    def robot(self) -> Robot:
+        """The robot that moves."""
+        return self.task.robot
 
-    @cached_property
-    def interpolation(self) -> FloatArray:
-        """Matrix (M, n) from the decision variables of one link to its values at the knots: a cubic spline."""
-        decided = np.linspace(0.0, 1.0, self.redundancy_values)
-        return np.asarray(CubicSpline(decided, np.eye(self.redundancy_values))(self.motion.spline.knots))
+    @property
+    def elbow(self) -> Elbow:
+        """The branch of inverse kinematics."""
+        return self.task.elbow
+
+    @property
+    def knots(self) -> FloatArray:
+        """Path parameters of the knots, (M,)."""
+        return self.motion.spline.knots
 
     @cached_property
     def knot_points(self) -> FloatArray:
         """The points at the knots, (M, dim), m."""
         return self.task.path.array[list(self.task.knot_indices)]
 
-    def parts(self, x: Matrix) -> tuple[Matrix, Operand, Matrix]:
-        """The parts of a search vector: redundancy values (n, redundancy), the elbow's sign, t_T or nothing."""
-        extra = self.task.robot.redundancy
-        free = int(self.task.elbow == "free")
-        x_phi, branch, time = split(x, [extra * self.redundancy_values, free, self.time_variables])
-        values = ca.reshape(x_phi, self.redundancy_values, extra)
-        return values, elbow_signs(self.task.elbow, branch, ends=1)[0], time
-
-    def redundancy_at(self, weights: Matrix, point: Matrix, values: Matrix) -> Matrix:
-        """Redundant values (redundancy, 1) at a knot: interpolated by weights (1, n), cut off at 0 and 1, then (7)."""
-        normalised = ca.fmin(1.0, ca.fmax(0.0, ca.mtimes(weights, values)))
-        return self.task.robot.restore_redundancy(point, normalised.T)
-
-    def posture(self, point: Matrix, redundancy: Matrix, elbow: Operand, before: Matrix) -> Matrix:
-        """Joint angles (1, dof) at a knot, each in the turn nearest those at the knot before."""
-        angles, _ = self.task.robot.inverse(point, redundancy, elbow)
-        return wrap_to(angles, before)
-
     @property
-    def first_turn(self) -> Matrix:
-        """The angles near which those of the first knot are wrapped, (1, dof), rad: the middle of their first turn."""
-        return self.task.robot.middle
-
-    def at_knots(self, x: Matrix) -> tuple[Matrix, Matrix]:
-        """Redundant values (M, redundancy) and joint angles (M, dof) at the knots, rad."""
-        values, elbow, _ = self.parts(x)
-        redundancy: list[Matrix] = []
-        theta: list[Matrix] = [self.first_turn]
-        for weights, point in zip(self.interpolation, self.knot_points, strict=True):
-            target = ca.DM(point)
-            redundancy.append(self.redundancy_at(constant(weights[None]), target, values))
-            theta.append(self.posture(target, redundancy[-1], elbow, theta[-1]))
-        return ca.horzcat(*redundancy).T, ca.vertcat(*theta[1:])
+    def variables(self) -> tuple[Variable, ...]:
+        """The paper's solution vector: x_phi of link 3, ..., of link k, [elbow,] t_T (not in the reduced form)."""
+        return (*self.posture_variables, *[Variable("t_T", *self.time_box, "s")] * self.time_variables)
 
     def decode(self, x: Matrix) -> Decoded[SplineShape]:
         """The spline through the knots; it takes 1 s where time is scaled afterwards."""
