@@ -11,6 +11,7 @@ import numpy as np
 
 from problems.assembly.cost_steps import CostSteps
 from problems.assembly.point_to_point import objective_named
+from problems.assembly.posture_steps import posture_steps
 from problems.assembly.problem import Problem
 from problems.base.matrix import FloatArray, Matrix, as_array, largest
 from problems.encodings import KNOT_ENCODINGS, KnotsEncoding
@@ -211,9 +212,9 @@ class KnotSteps(CostSteps[SplineShape]):
         theta = ca.SX.sym("theta", k * len(self.encoding.knot_points))
         shape = self.encoding.shape(ca.reshape(theta, k, -1).T, self.encoding.parts(self.x)[2])
         inputs = {"x": self.x, "p": self.p, "theta": theta}
-        zeros = {**starting_values, "accuracy": 1}
+        zeros, postures = {**starting_values, "accuracy": 1}, posture_steps(self.encoding, self.x, self.p)
         if not self.encoding.scales_time:
-            return [*self._knots(), Step.of("spline", inputs, self.motion_vectors(shape, orders, zeros))]
+            return [*postures, Step.of("spline", inputs, self.motion_vectors(shape, orders, zeros))]
         nodes, peaks_size = self._nodes()
         outputs = {
             "coefficients": ca.vec(shape.coefficients.T),
@@ -226,26 +227,12 @@ class KnotSteps(CostSteps[SplineShape]):
         timed = self.encoding.timed(SplineShape(rows, ca.SX(1)), self.restored, self.peaks_of_each(peaks))
         inputs_of_scale = {"p": self.p, "coefficients": coefficients, "peaks": peaks}
         scale = Step.of("scale", inputs_of_scale, self.motion_vectors(timed, orders, zeros))
-        return [*self._knots(), Step.of("spline", inputs, outputs), nodes, scale]
+        return [*postures, Step.of("spline", inputs, outputs), nodes, scale]
 
     @property
     def least_orders(self) -> tuple[int, ...]:
         """The angles, which the points of the path need even if no sample does."""
         return (0,)
-
-    def _knots(self) -> list[Step]:
-        """Postures at the knots, each near the one before."""
-        encoding, k = self.encoding, self.motion.robot.dof
-        weights, points = encoding.interpolation, encoding.knot_points
-        row = ca.SX.sym("row", weights.shape[1] + points.shape[1])
-        posture = ca.SX.sym("posture", k)
-        values, elbow, _ = encoding.parts(self.x)
-        share, point = row[: weights.shape[1]].T, row[weights.shape[1] :]
-        theta = encoding.posture(point, encoding.redundancy_at(share, point, values), elbow, posture.T).T
-        start = Step.of("start", {"p": self.p}, {"posture": ca.SX(encoding.first_turn.T)})
-        inputs = {"x": self.x, "p": self.p, "row": row, "posture": posture}
-        loop = Loop(rows=np.column_stack([weights, points]))
-        return [start, Step.of("knots", inputs, {"posture": theta, "theta": theta}, loop, stacked=("theta",))]
 
     def _nodes(self) -> tuple[Step, int]:
         """Peaks of speed and acceleration over all u, at the nodes and where the speed turns between them."""
