@@ -50,7 +50,7 @@ def registered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_it_is_planned_drawn_animated_and_audited(options: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert solve(["move.toml", *options, "--out", "run", "--animate", "run/move.html"]) == 0
     pictures = {path.name for path in Path("run").glob("*.png")}
-    assert pictures == {"convergence.png", "path.png", "joints.png"}
+    assert pictures == {"convergence.png", "path.png", "joints.png", "limits.png"}
     data = re.search(r'<script type="application/json">(.*?)</script>', Path("run/move.html").read_text())
     assert data is not None and json.loads(data[1])["points"] == []
     assert audit(["run"]) == 0

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from problems.base.matrix import FloatArray, as_array
+from tpbso_casadi.figures.limits import limits_figure
 from tpbso_casadi.figures.measures import curve_figures, progress_figures
 from tpbso_casadi.figures.scene import draw_scene
 from tpbso_casadi.planning.plan import Plan, convergence, first_feasible, step_name
@@ -140,4 +141,9 @@ def colour_of(joint: int) -> str:
     return JOINT_COLOURS[joint % len(JOINT_COLOURS)]
 
 
-FIGURES = {"convergence": convergence_figure, "path": path_figure, "joints": joints_figure}
+FIGURES = {
+    "convergence": convergence_figure,
+    "path": path_figure,
+    "joints": joints_figure,
+    "limits": limits_figure,
+}

@@ -17,7 +17,7 @@ ARM = PlanarArm((0.6, 0.5, 0.4), (4.0,) * 3, (20.0,) * 3)
 def motion(seed: int) -> Trajectory:
     rng = np.random.default_rng(seed)
     times = np.linspace(0.0, 2.0, 8)
-    curve = CubicSpline(times, np.cumsum(rng.normal(scale=0.25, size=(8, 3)), axis=0) + [0.3, 0.8, 0.5])
+    curve = CubicSpline(times, np.array([[0.3, 0.8, 0.5]]) + np.cumsum(rng.normal(scale=0.25, size=(8, 3)), axis=0))
     return Trajectory(curve.x, curve.c)
 
 

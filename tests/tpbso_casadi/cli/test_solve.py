@@ -93,6 +93,7 @@ def test_what_a_newcomer_gets() -> None:
     assert sorted(path.name for path in folder.iterdir()) == [
         "convergence.png",
         "joints.png",
+        "limits.png",
         "path.png",
         "result.json",
         "trajectory.csv",
