@@ -107,7 +107,7 @@ def test_what_a_newcomer_gets() -> None:
 def test_figures_are_pictures() -> None:
     assert run("pentagram-time", "--evaluations", "3000", "--formulation", "reduced", "--quiet", "--out", "out") == 0
     pictures = {path.stem: path.read_bytes() for path in Path("out").glob("*.png")}
-    assert set(pictures) == {"accuracy", "convergence", "joints", "path", "redundancy"}
+    assert set(pictures) == {"accuracy", "convergence", "joints", "limits", "path", "redundancy"}
     assert all(content.startswith(b"\x89PNG") and len(content) > 10_000 for content in pictures.values())
 
 
