@@ -23,6 +23,7 @@ from tpbso_casadi.scenario.catalogues import (
     find_solver,
 )
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml, too_much
+from tpbso_casadi.scenario.motions import with_motion
 from tpbso_casadi.scenario.robots import ArmSection, ObstacleSection, RobotSection, check_numbers
 from tpbso_casadi.scenario.section import (
     LARGEST_SEED,
@@ -37,7 +38,7 @@ from tpbso_casadi.scenario.section import (
     Word,
 )
 from tpbso_casadi.scenario.task import ModelSection
-from tpbso_casadi.scenario.tasks import TASKS, AnyTask
+from tpbso_casadi.scenario.tasks.registry import TASKS, AnyTask
 from tpbso_casadi.scenario.validation import as_text, describe, hint, shown
 
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
@@ -141,6 +142,11 @@ class Scenario(Section):
             raise ValueError("robot: the robot is stated twice, as [arm] and as [robot]")
         return self
 
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        object.__setattr__(self, "model", with_motion(self.model, self.task))  # frozen from now on
+        return self
+
     def problem(self) -> Problem[Any]:
         """The problem itself.
 
@@ -159,7 +165,7 @@ class Scenario(Section):
             raise ScenarioError(f"{robot_table}{error.field}: {error.reason}") from error
         self.model.check_size(robot.dof)
         tables = {"link_lengths": robot_table, "joint_limits": robot_table, "obstacles": ""}
-        tables |= dict.fromkeys(("samples", "knots", "knot_redundancy", "formulation", "limits"), "model.")
+        tables |= dict.fromkeys(("samples", "knots", "knot_redundancy", "formulation", "limits", "motion", "pieces"), "model.")
         try:
             return self.task.build(robot, obstacles, self.model)
         except InvalidProblem as error:

@@ -15,6 +15,7 @@ LARGEST = 1e12  # magnitude of a number, in whatever unit
 SMALLEST = 1e-12  # of a positive number
 MOST_LINKS = 100
 MOST_SAMPLES = 10_000  # of a segment
+MOST_PIECES = 100  # of a path from one place to the next
 MOST_POINTS = 1_000  # that a path is planned through
 MOST_GIVEN_POINTS = 100_000  # that it is resampled from
 MOST_OBSTACLES = 100
