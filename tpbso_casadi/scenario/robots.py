@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field
 
@@ -10,11 +10,12 @@ from problems import Ellipse, InvalidProblem, PlanarArm, Robot
 from tpbso_casadi.plugins import PluginError
 from tpbso_casadi.scenario.catalogues import ROBOT_CATALOGUE
 from tpbso_casadi.scenario.section import (
+    ANGULAR,
     LARGEST,
     MOST_LINKS,
     SMALLEST,
+    Angle,
     Interval,
-    Number,
     PlanarPoint,
     Positive,
     ScenarioError,
@@ -28,9 +29,9 @@ class ArmSection(Section):
     """[arm]: lengths in m, limits in rad/s and rad/s^2, as one number or one per joint; joint ranges in rad."""
 
     link_lengths: list[Positive] = Field(min_length=2, max_length=MOST_LINKS)
-    max_speed: Positive | list[Positive]
-    max_acceleration: Positive | list[Positive]
-    joint_limits: list[Interval] | None = None
+    max_speed: Annotated[Positive | list[Positive], ANGULAR]
+    max_acceleration: Annotated[Positive | list[Positive], ANGULAR]
+    joint_limits: Annotated[list[Interval] | None, ANGULAR] = None
 
     def with_links(self, links: int) -> Self:
         """The same reach and limits with another number of equal links."""
@@ -82,7 +83,7 @@ class ObstacleSection(Section):
 
     center: PlanarPoint
     semi_axes: tuple[Positive, Positive]
-    angle: Number = 0.0
+    angle: Angle = 0.0
 
     def build(self) -> Ellipse:
         """The obstacle itself."""

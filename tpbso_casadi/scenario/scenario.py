@@ -32,6 +32,7 @@ from tpbso_casadi.scenario.section import (
     MOST_MEMBERS,
     MOST_OBSTACLES,
     MOST_POLISH_STARTS,
+    FileSection,
     Positive,
     ScenarioError,
     Section,
@@ -115,7 +116,7 @@ class SolverSection(Section):
         return self.kind().default_budget
 
 
-class Scenario(Section):
+class Scenario(FileSection):
     """A whole scenario file."""
 
     arm: ArmSection | None = None
@@ -240,13 +241,13 @@ def read_scenario(path: pathlib.Path, outside_allowed: bool = False) -> Scenario
 
 
 def parse_scenario(content: dict[str, Any]) -> Scenario:
-    """Check the content of a scenario.
+    """Check the content of a scenario; what comes out is in rad.
 
     Raises:
         ScenarioError: naming the first wrong key.
     """
     try:
-        return Scenario.model_validate_json(as_text(content), strict=True)
+        return Scenario.model_validate_json(as_text(content), strict=True).normalised()
     except ValidationError as error:
         raise ScenarioError(describe(error, Scenario, content)) from error
     except (ValueError, RecursionError) as error:
