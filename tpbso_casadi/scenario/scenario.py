@@ -166,7 +166,7 @@ class Scenario(FileSection):
             raise ScenarioError(f"{robot_table}{error.field}: {error.reason}") from error
         self.model.check_size(robot.dof)
         tables = {"link_lengths": robot_table, "joint_limits": robot_table, "obstacles": ""}
-        tables |= dict.fromkeys(("samples", "knots", "knot_redundancy", "formulation", "limits", "motion", "pieces"), "model.")
+        tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:
             return self.task.build(robot, obstacles, self.model)
         except InvalidProblem as error:

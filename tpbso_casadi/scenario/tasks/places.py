@@ -7,7 +7,7 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import Field, PlainValidator, TypeAdapter, ValidationError
 
 from problems.tasks.place import Joints, Place, Position
-from tpbso_casadi.scenario.section import MOST_LINKS, Number, PlanarPoint, Section
+from tpbso_casadi.scenario.section import ANGULAR, MOST_LINKS, Number, PlanarPoint, Section
 from tpbso_casadi.scenario.validation import NestedError, as_text, describe, shown
 
 MOST_PLACES = 100  # goals, or vias
@@ -18,7 +18,7 @@ POINT: TypeAdapter[PlanarPoint] = TypeAdapter(PlanarPoint)
 class JointsTable(Section):
     """A posture: one angle a joint, rad."""
 
-    joints: list[Number] = Field(min_length=1, max_length=MOST_LINKS)
+    joints: Annotated[list[Number], ANGULAR, Field(min_length=1, max_length=MOST_LINKS)]
 
     def build(self) -> Place:
         """The place itself."""
@@ -93,6 +93,7 @@ def built(value: PlaceValue) -> Place:
     return Position(value) if isinstance(value, tuple) else value.build()
 
 
-AnyPlace = Annotated[PlaceValue, PlainValidator(read_place)]
-AnyGoals = Annotated[PlaceValue | list[PlaceValue], PlainValidator(read_goals)]
-AnyPlaces = Annotated[list[PlaceValue], PlainValidator(read_places)]
+# a PlaceValue, one or a list of them, a list of them; Any is how a tuple or a table is written back as it was
+AnyPlace = Annotated[Any, PlainValidator(read_place)]
+AnyGoals = Annotated[Any, PlainValidator(read_goals)]
+AnyPlaces = Annotated[Any, PlainValidator(read_places)]

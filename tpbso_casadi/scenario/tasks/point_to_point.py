@@ -6,15 +6,15 @@ from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal
 
-from problems.assembly.move import move
 from pydantic import Field
 
 from problems import PointToPoint, Problem, Robot, point_to_point
+from problems.assembly.move import move
 from problems.scene.obstacle import Obstacle
 from problems.tasks.elbow import Elbow
 from problems.tasks.move import Move
 from tpbso_casadi.scenario.catalogues import find_objective
-from tpbso_casadi.scenario.section import MOST_LINKS, Number, Positive
+from tpbso_casadi.scenario.section import ANGULAR, MOST_LINKS, Number, Positive
 from tpbso_casadi.scenario.task import ModelSection, ObjectiveName, TaskSection
 from tpbso_casadi.scenario.tasks.places import AnyGoals, AnyPlace, AnyPlaces, built
 
@@ -33,8 +33,8 @@ class PointToPointTask(TaskSection):
     start: AnyPlace
     goal: AnyGoals
     via: AnyPlaces | None = None
-    start_velocity: Velocities | None = None
-    goal_velocity: Velocities | None = None
+    start_velocity: Annotated[Velocities | None, ANGULAR] = None
+    goal_velocity: Annotated[Velocities | None, ANGULAR] = None
     objective: ObjectiveName = "time"
     elbow: Elbow = "free"
     segment_time: tuple[Positive, Positive] | None = None
