@@ -160,8 +160,9 @@ class Scenario(FileSection):
             raise ScenarioError(f"{robot_table}{error.field}: {error.reason}") from error
         self.model.check_size(robot.dof)
         tables = {"link_lengths": robot_table, "joint_limits": robot_table, "obstacles": ""}
-        tables |= dict.fromkeys(("samples", "knots", "knot_redundancy", "formulation", "limits"), "model.")
+        tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:
+            robot = self.model.kept_by(robot)
             return self.task.build(robot, obstacles, self.model)
         except InvalidProblem as error:
             raise ScenarioError(f"{tables.get(error.field, 'task.')}{error.field}: {error.reason}") from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Any, Self
 
 from pydantic import Field
@@ -17,6 +18,7 @@ from tpbso_casadi.scenario.section import (
     MOST_JOINT_SAMPLES,
     MOST_POINTS,
     MOST_SAMPLES,
+    NotNegative,
     ScenarioError,
     Section,
     Word,
@@ -37,11 +39,25 @@ class ModelSection(Section):
     knots: int | None = Field(default=None, ge=2, le=MOST_POINTS)
     knot_redundancy: KnotRedundancy = "free"
     limits: list[LimitName] = Field(default_factory=list)
+    margin: NotNegative = 0.0
+    self_collision: bool = False
 
     @property
     def further_limits(self) -> list[type[Limit]]:
         """Kinds of limits that hold besides those of the robot and of the obstacles."""
         return [LIMIT_CATALOGUE.find(name) for name in self.limits]
+
+    def kept_by(self, robot: Robot) -> Robot:
+        """The robot that keeps the margin, and clear of itself where that is asked for.
+
+        Raises:
+            InvalidProblem: it cannot.
+            ScenarioError: this kind of robot does not say which of its bodies could touch.
+        """
+        safe = replace(robot, margin=self.margin, self_collision=self.self_collision)
+        if self.self_collision and safe.dof > 2 and not safe.own_pairs:
+            raise ScenarioError("model.self_collision: this robot does not say which of its bodies could touch")
+        return safe
 
     def check_size(self, joints: int) -> None:
         """The model of so many joints can be built in less than a minute.
