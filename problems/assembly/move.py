@@ -13,7 +13,7 @@ from problems.tasks.move import Move
 
 
 def move(
-    task: Move, objective: Objective | str, samples: int, pieces: int, limits: Sequence[type[Limit]] = ()
+    task: Move, objective: Objective | str, samples: int, pieces: int | None, limits: Sequence[type[Limit]] = ()
 ) -> Problem[Any]:
     """The problem that a move states.
 

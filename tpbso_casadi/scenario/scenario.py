@@ -168,6 +168,7 @@ class Scenario(FileSection):
         tables = {"link_lengths": robot_table, "joint_limits": robot_table, "obstacles": ""}
         tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:
+            robot = self.model.kept_by(robot)
             return self.task.build(robot, obstacles, self.model)
         except InvalidProblem as error:
             raise ScenarioError(f"{tables.get(error.field, 'task.')}{error.field}: {error.reason}") from error

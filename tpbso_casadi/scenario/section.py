@@ -39,6 +39,7 @@ def _not_tiny(value: float) -> float:
 
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_tiny)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 PlanarPoint: TypeAlias = tuple[Number, Number]
 Interval: TypeAlias = tuple[Number, Number]
 Word = Annotated[str, Field(max_length=LONGEST_WORD)]

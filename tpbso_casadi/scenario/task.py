@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -20,6 +21,7 @@ from tpbso_casadi.scenario.section import (
     MOST_PIECES,
     MOST_POINTS,
     MOST_SAMPLES,
+    NotNegative,
     ScenarioError,
     Section,
     Word,
@@ -43,12 +45,14 @@ class ModelSection(Section):
     samples: int = Field(default=50, ge=2, le=MOST_SAMPLES)
     motion: Literal["paper", "spline"] = "paper"
     formulation: Formulation = "paper"
-    pieces: int = Field(default=6, ge=2, le=MOST_PIECES)
+    pieces: int | None = Field(default=None, ge=2, le=MOST_PIECES)
     retime: bool = False
     redundancy_values: int = Field(default=5, ge=2, le=100)
     knots: int | None = Field(default=None, ge=2, le=MOST_POINTS)
     knot_redundancy: KnotRedundancy = "free"
     limits: list[LimitName] = Field(default_factory=list)
+    margin: NotNegative = 0.0
+    self_collision: bool = False
 
     @property
     def further_limits(self) -> list[type[Limit]]:
@@ -59,6 +63,18 @@ class ModelSection(Section):
         """What of it is not filled in from the task; plain data."""
         filled = DEPENDENT - self.model_fields_set
         return self.model_dump(exclude=filled)
+
+    def kept_by(self, robot: Robot) -> Robot:
+        """The robot that keeps the margin, and clear of itself where that is asked for.
+
+        Raises:
+            InvalidProblem: it cannot.
+            ScenarioError: this kind of robot does not say which of its bodies could touch.
+        """
+        safe = replace(robot, margin=self.margin, self_collision=self.self_collision)
+        if self.self_collision and safe.dof > 2 and not safe.own_pairs:
+            raise ScenarioError("model.self_collision: this robot does not say which of its bodies could touch")
+        return safe
 
     def check_size(self, joints: int) -> None:
         """The model of so many joints can be built in less than a minute.
