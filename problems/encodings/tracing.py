@@ -1,0 +1,110 @@
+"""Search vectors of tracing a path: redundancy along it, and the elbow; postures at knots on it, a spline through them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from problems.base.matrix import FloatArray, Matrix
+from problems.encodings.encoding import Decoded, Variable
+from problems.encodings.path_encoding import PathEncoding
+from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming
+from problems.limits.limit import Limit
+from problems.motions.path_spline import Rates, TimedPath
+from problems.motions.traced_spline import TracedSpline
+from problems.objectives.objective import MotionBounds
+from problems.robots.robot import Robot
+from problems.tasks.elbow import Elbow
+from problems.tasks.path_tracing import PathTracing
+
+AT_REST: Rates = ca.DM(0.0), None
+
+
+@dataclass(frozen=True)
+class Tracing(PathTiming, PathEncoding[TimedPath]):
+    """Feasible by construction, except for the accuracy, obstacles and joint ranges.
+
+    Args:
+        task: whose path and elbow.
+        motion: that is decoded; its nodes are the knots.
+        points: at the knots, m.
+        redundancy_values: how many values of x_phi are decided for each redundant link.
+    """
+
+    name: ClassVar[str] = "spline"
+
+    task: PathTracing
+    motion: TracedSpline
+    points: tuple[tuple[float, ...], ...]
+    redundancy_values: int = 5
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that moves."""
+        return self.task.robot
+
+    @property
+    def elbow(self) -> Elbow:
+        """The branch of inverse kinematics."""
+        return self.task.elbow
+
+    @property
+    def moving_ends(self) -> tuple[bool, bool]:
+        """None: a path is traced from rest to rest."""
+        return False, False
+
+    @property
+    def shortest(self) -> Matrix | float:
+        """The least duration, s."""
+        bounds = self.task.duration_bounds
+        return 0.0 if bounds is None else bounds.shortest
+
+    @cached_property
+    def knots(self) -> FloatArray:
+        """Path parameters of the knots, (M,)."""
+        return np.array(self.motion.nodes)
+
+    @cached_property
+    def knot_points(self) -> FloatArray:
+        """The points at the knots, (M, dim), m."""
+        return np.array(self.points)
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """x_phi of each redundant link, [elbow]."""
+        return tuple(self.posture_variables)
+
+    def decode(self, x: Matrix) -> Decoded[TimedPath]:
+        """The least time along the spline through the knots."""
+        return Decoded(parameters=self.motion.timed(*self.path(x)))
+
+    def path(self, x: Matrix) -> tuple[Matrix, Rates]:
+        """Control points (N, dof), rad; both ends at rest."""
+        return self.motion.spline.coefficients(self.at_knots(x)[1]), AT_REST
+
+    def motion_bounds(self, limits: tuple[Limit, ...]) -> MotionBounds:
+        """Bounds of the motions of the search box: joints turn by at most pi from knot to knot.
+
+        The duration is that of accelerating in each stretch by a constant d2u/dt2 = c up to its middle and slowing
+        down from there, with a c so small that du/dt <= sqrt(c) keeps every limit on any path of the box.
+        """
+        spline, joints, grid = self.motion.spline, self.robot.limits, self.motion.parameters_u
+        first, second = (_largest(spline.operator(grid, order)).max() for order in (1, 2))
+        c = min(min(joints.acceleration) / (first + second), (min(joints.speed) / first) ** 2)
+        stretches = len(self.motion.corners) + 1
+        duration = GRID_ALLOWANCE * 2.0 * float(np.sqrt(stretches / c))
+        return MotionBounds(
+            duration=self.bounded(duration, limits),
+            rotation=self.robot.dof * np.pi * (self.knots.size - 1) * 4.0,
+            radius=self.robot.reach()[1],
+        )
+
+
+def _largest(operator: FloatArray) -> FloatArray:
+    """Bounds of an operator (n, M) on knot angles that do not change by more than pi from knot to knot, (n,)."""
+    steps = operator @ np.tril(np.ones((operator.shape[1],) * 2))[:, 1:]
+    return np.asarray(np.pi * np.abs(steps).sum(axis=1))

@@ -1,0 +1,69 @@
+"""Knots along a path: near enough to each other for a spline in joint space to stay near the path between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base.matrix import FloatArray
+from problems.tasks.path import CORNER_ANGLE, Path
+
+SPACING_RADIUS = 0.2  # of the reach: the radius of curvature that a joint-space curve between two knots may have
+MOST_SPACING = 0.06  # of the reach
+MOST_KNOTS = 400  # that are inserted; given points are knots anyway
+OVERSHOOT = 0.15  # of the distance of knots times the angle: by how much a spline overshoots a bend, about
+
+
+@dataclass(frozen=True, kw_only=True)
+class PathKnots:
+    """The knots of a path: its points, and others on the lines between them.
+
+    Attributes:
+        u: path parameters, by distance along the path, from 0 to 1, (M,).
+        points: (M, dim), m.
+        segments: of each knot but the last, the number of the line on which the interval after it lies, (M - 1,).
+        corners: indices of the inner knots at which the path turns too sharply for a spline.
+    """
+
+    u: FloatArray
+    points: FloatArray
+    segments: NDArray[np.intp]
+    corners: tuple[int, ...]
+
+
+def knots_of(path: Path, accuracy: float, reach: float) -> PathKnots:
+    """Knots so dense that a spline through them, stopped at corners, leaves the path by much less than the accuracy.
+
+    Args:
+        path: whose points.
+        accuracy: m.
+        reach: of the robot, m.
+    """
+    vertices = path.array
+    lengths = np.hypot.reduce(np.diff(vertices, axis=0), axis=1)
+    spacing = min(np.sqrt(2.0 * accuracy * SPACING_RADIUS * reach), MOST_SPACING * reach)
+    counts = np.ceil(lengths / max(spacing, lengths.sum() / MOST_KNOTS)).astype(int)
+    segments = np.repeat(np.arange(len(lengths)), counts)
+    shares = np.concatenate([np.arange(count) / count for count in counts])
+    points = vertices[segments] + shares[:, None] * np.diff(vertices, axis=0)[segments]
+    along = np.append(0.0, np.cumsum(lengths))
+    distances = along[segments] + shares * lengths[segments]
+    first = np.append(0, np.cumsum(counts))  # the knot at each vertex
+    corners = [int(first[i]) for i in _sharp(vertices, lengths / counts, accuracy)]
+    return PathKnots(
+        u=np.append(distances, along[-1]) / along[-1],
+        points=np.vstack([points, vertices[-1:]]),
+        segments=segments,
+        corners=tuple(corners),
+    )
+
+
+def _sharp(vertices: FloatArray, spacings: FloatArray, accuracy: float) -> NDArray[np.intp]:
+    """The inner vertices at which a spline would overshoot by half of the accuracy, or that turn by 45 degrees."""
+    steps = np.diff(vertices, axis=0)
+    unit = steps / np.hypot.reduce(steps, axis=1)[:, None]
+    angles = np.arccos(np.clip(np.einsum("nd,nd->n", unit[1:], unit[:-1]), -1.0, 1.0))
+    overshoot = OVERSHOOT * np.maximum(spacings[1:], spacings[:-1]) * angles
+    return np.flatnonzero((angles >= CORNER_ANGLE) | (overshoot > accuracy / 2.0)) + 1
