@@ -1,10 +1,10 @@
-"""Search vectors of tracing a path: redundancy along it, and the elbow; postures at knots on it, a spline through them."""
+"""Search vectors of tracing a path: redundancy along it, and the elbow; a spline leads through postures at knots."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -35,12 +35,11 @@ class Tracing(PathTiming, PathEncoding[TimedPath]):
         redundancy_values: how many values of x_phi are decided for each redundant link.
     """
 
-    name: ClassVar[str] = "spline"
-
     task: PathTracing
     motion: TracedSpline
     points: tuple[tuple[float, ...], ...]
     redundancy_values: int = 5
+    moving_ends: tuple[bool, bool] = field(init=False, default=(False, False))
 
     @property
     def robot(self) -> Robot:
@@ -51,17 +50,6 @@ class Tracing(PathTiming, PathEncoding[TimedPath]):
     def elbow(self) -> Elbow:
         """The branch of inverse kinematics."""
         return self.task.elbow
-
-    @property
-    def moving_ends(self) -> tuple[bool, bool]:
-        """None: a path is traced from rest to rest."""
-        return False, False
-
-    @property
-    def shortest(self) -> Matrix | float:
-        """The least duration, s."""
-        bounds = self.task.duration_bounds
-        return 0.0 if bounds is None else bounds.shortest
 
     @cached_property
     def knots(self) -> FloatArray:
@@ -86,7 +74,7 @@ class Tracing(PathTiming, PathEncoding[TimedPath]):
         """Control points (N, dof), rad; both ends at rest."""
         return self.motion.spline.coefficients(self.at_knots(x)[1]), AT_REST
 
-    def motion_bounds(self, limits: tuple[Limit, ...]) -> MotionBounds:
+    def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
         """Bounds of the motions of the search box: joints turn by at most pi from knot to knot.
 
         The duration is that of accelerating in each stretch by a constant d2u/dt2 = c up to its middle and slowing
@@ -98,7 +86,7 @@ class Tracing(PathTiming, PathEncoding[TimedPath]):
         stretches = len(self.motion.corners) + 1
         duration = GRID_ALLOWANCE * 2.0 * float(np.sqrt(stretches / c))
         return MotionBounds(
-            duration=self.bounded(duration, limits),
+            duration=self.longest(duration, limits),
             rotation=self.robot.dof * np.pi * (self.knots.size - 1) * 4.0,
             radius=self.robot.reach()[1],
         )

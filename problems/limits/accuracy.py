@@ -28,17 +28,35 @@ class Accuracy(Statement):
 
     def at(self, tool: Matrix, points: Matrix) -> Constraint:
         """The limit at n points of the path: planned and given positions, both (n, dim), m."""
-        away = tool - points
+        return self._constraint(tool - points, "|P*_i - tip(theta(u_i))| <= accuracy, at every given point i", 0.0)
+
+    def along(self, tool: Matrix, starts: Matrix, ends: Matrix, margin: float) -> Constraint:
+        """The limit between points of the path: the tool stays near the straight lines that join them.
+
+        Args:
+            tool: planned positions, (n, dim), m.
+            starts: where the lines begin, likewise.
+            ends: where they end.
+            margin: to keep, as a share of the accuracy.
+        """
+        line = ends - starts
+        share = ca.sum2((tool - starts) * line) / ca.sum2(line * line)
+        nearest = starts + ca.repmat(ca.fmin(1.0, ca.fmax(0.0, share)), 1, tool.shape[1]) * line
+        formula = "the distance from the tip at t_j to the line between two given points <= accuracy"
+        return self._constraint(tool - nearest, formula, margin)
+
+    def _constraint(self, away: Matrix, formula: str, margin: float) -> Constraint:
+        """On the lengths of vectors (n, dim), m."""
         return Constraint(
             name="accuracy",
             equation="(24)",
             unit="m",
             expression=ca.sqrt(ca.sum2(away * away) + (DISTANCE_OFFSET * self.accuracy) ** 2),
             lower=None,
-            upper=ca.horzcat(self.accuracy),
+            upper=ca.horzcat(self.accuracy if margin == 0.0 else self.accuracy * (1.0 - margin)),
             columns=("tip",),
             scale=ca.horzcat(self.accuracy),
             penalty=PenaltyKind.MAGNITUDE,
             transform=lambda distance: (distance / self.accuracy) ** 2,
-            formula="|P*_i - tip(theta(u_i))| <= accuracy, at every given point i",
+            formula=formula,
         )

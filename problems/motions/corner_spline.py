@@ -15,7 +15,8 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix
-from problems.motions.interpolating_spline import DEGREE, InterpolatingSpline, without_rounding
+from problems.motions.clamped_spline import DEGREE
+from problems.motions.interpolating_spline import InterpolatingSpline, without_rounding
 
 NATURAL_ORDER = 2  # of the derivative that is zero at the ends of a stretch
 
@@ -31,7 +32,7 @@ class CornerSpline(InterpolatingSpline):
     def __init__(self, knots: FloatArray, corners: Sequence[int] = ()) -> None:
         self.corners = tuple(corners)
         repeated = np.repeat(knots[list(self.corners)], DEGREE - 1)
-        super().__init__(knots, knots, repeated)
+        super().__init__(knots, knots, repeated.tolist())
 
     @cached_property
     def conditions(self) -> FloatArray:
@@ -44,6 +45,10 @@ class CornerSpline(InterpolatingSpline):
             block = [at_knots[0], bends[0], *at_knots[1:-1], bends[1], at_knots[-1]]
             rows += block if first == 0 else block[1:]
         return without_rounding(np.array(rows))
+
+    def basis_functions(self, u: FloatArray, derivative: int = 0) -> FloatArray:
+        """All basis functions, or a derivative of them from the right, at parameters (n,)."""
+        return np.asarray(self.basis(u, derivative))
 
     def known(self, angles: Matrix) -> Matrix:
         """Right-hand side: zero, the angles, zero, for each stretch."""

@@ -7,36 +7,29 @@ Everything is linear in the knot angles: each sample takes four B-spline coeffic
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from functools import cached_property
-from math import factorial
+from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
-from scipy.interpolate import BSpline, PPoly
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from problems.base.matrix import FloatArray, Matrix, constant
-
-DEGREE = 3
-RELATIVE_ROUNDING = 1e-12  # relative: what rounding leaves where a basis function is zero
+from problems.base.matrix import FloatArray, Matrix
+from problems.motions.clamped_spline import RELATIVE_ROUNDING, ClampedSpline
 
 
-class InterpolatingSpline(ABC):
+class InterpolatingSpline(ClampedSpline, ABC):
     """Splines with given knots. A subclass says which conditions, besides the angles at the knots, determine them.
 
     Args:
         knots: M >= 2 increasing values of u at which angles are given, the first 0, the last 1.
-        nodes: increasing values of u where pieces meet, the first 0, the last 1.
-        inner: nodes that are repeated in the basis, as often as they occur here; there the spline is less smooth.
+        nodes: where pieces meet, as those of any clamped spline.
+        repeated: likewise.
     """
 
-    def __init__(self, knots: FloatArray, nodes: FloatArray, inner: FloatArray | None = None) -> None:
-        self.knots, self.nodes = knots, nodes
-        repeated = np.empty(0) if inner is None else inner
-        padded = np.sort(np.concatenate([np.repeat([0.0, 1.0], DEGREE), nodes, repeated]))
-        self.basis = BSpline(padded, np.eye(padded.size - DEGREE - 1), DEGREE)
+    def __init__(self, knots: FloatArray, nodes: FloatArray, repeated: Sequence[float] = ()) -> None:
+        super().__init__(nodes, repeated)
+        self.knots = knots
 
     @property
     @abstractmethod
@@ -55,36 +48,9 @@ class InterpolatingSpline(ABC):
         forward = _substitute(factors.L.toarray(), rows, range(len(rows)))
         return ca.vertcat(*_substitute(factors.U.toarray(), forward, range(len(rows) - 1, -1, -1)))
 
-    def basis_functions(self, u: FloatArray, derivative: int = 0) -> FloatArray:
-        """All basis functions, or a derivative of them, at u (n,): (n, coefficients)."""
-        return np.asarray(self.basis(u, derivative))
-
-    def sampling_matrix(self, u: FloatArray, derivative: int = 0) -> ca.DM:
-        """The constant sparse matrix from coefficients to derivatives with respect to u at (n,), n rows."""
-        rows = self.basis_functions(u, derivative)
-        return constant(np.where(np.abs(rows) < RELATIVE_ROUNDING * np.abs(rows).max(), 0.0, rows))
-
-    def local_basis(self, u: FloatArray, derivative: int = 0) -> tuple[FloatArray, NDArray[np.intp]]:
-        """The four basis functions that can differ from zero at u (n,): values (n, 4), and which is the first, (n,)."""
-        rows = np.asarray(self.sampling_matrix(u, derivative))
-        piece = np.clip(np.searchsorted(self.nodes, u, side="right") - 1, 0, self.nodes.size - 2)
-        first = self.first_of_piece[piece]
-        return np.take_along_axis(rows, first[:, None] + np.arange(DEGREE + 1), axis=1), first
-
-    @cached_property
-    def first_of_piece(self) -> NDArray[np.intp]:
-        """The first of the four basis functions that are not zero in each piece between nodes, (nodes - 1,)."""
-        return (np.searchsorted(self.basis.t, self.nodes[:-1], side="right") - 1 - DEGREE).astype(np.intp)
-
     def operator(self, u: FloatArray, derivative: int = 0) -> FloatArray:
         """The dense matrix (n, M) straight from knot angles to samples; for bounds and tests."""
         return np.asarray(ca.mtimes(self.sampling_matrix(u, derivative), self.coefficients(ca.DM.eye(self.knots.size))))
-
-    def curve(self, coefficients: FloatArray) -> PPoly:
-        """The exact piecewise polynomial of coefficients (n, k), between the nodes."""
-        spline = BSpline(self.basis.t, coefficients, DEGREE)
-        at_nodes = [np.asarray(spline(self.nodes[:-1], n)) / factorial(n) for n in range(DEGREE, -1, -1)]
-        return PPoly(np.stack(at_nodes), self.nodes)
 
     def scaled(self, angles: Matrix) -> Matrix:
         """Angles (M, k) at the knots as :attr:`conditions`, whose rows are scaled, need them."""

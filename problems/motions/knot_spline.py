@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix, as_array
-from problems.motions.interpolating_spline import DEGREE
+from problems.motions.clamped_spline import DEGREE
 from problems.motions.motion import Motion, SampleGrid
 from problems.motions.rest_spline import RestSpline
 from problems.motions.samples import Samples

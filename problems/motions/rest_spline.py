@@ -15,7 +15,8 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from problems.base.matrix import FloatArray, Matrix
-from problems.motions.interpolating_spline import DEGREE, InterpolatingSpline, without_rounding
+from problems.motions.clamped_spline import DEGREE
+from problems.motions.interpolating_spline import InterpolatingSpline, without_rounding
 
 
 class RestSpline(InterpolatingSpline):
@@ -39,10 +40,6 @@ class RestSpline(InterpolatingSpline):
         at_knots = self.basis(self.knots)
         rows = np.vstack([at_knots[:1], *start, at_knots[1:-1], *reversed(end), at_knots[-1:]])
         return without_rounding(rows)
-
-    def basis_functions(self, u: FloatArray, derivative: int = 0) -> FloatArray:
-        """The same by differencing coefficients, which rounds otherwise; plans depend on their last digits."""
-        return np.asarray(self.basis.derivative(derivative)(u) if derivative else self.basis(u))
 
     def known(self, angles: Matrix) -> Matrix:
         """Right-hand side (M + 4, k) of ``conditions`` for knot angles (M, k): rest, knots, rest."""

@@ -42,6 +42,11 @@ class TracedSpline(PathSpline):
         """Twice the distances of the grid points, (n - 1,); zero from one side of a corner to the other."""
         return np.insert(super().double_steps, [corner * self.steps for corner in self.corners], 0.0)
 
+    @property
+    def stops(self) -> tuple[int, ...]:
+        """The first grid point at each corner."""
+        return tuple(corner * self.steps + before for before, corner in enumerate(self.corners))
+
     @cached_property
     def intervals(self) -> NDArray[np.intp]:
         """The node interval to which each grid point belongs, (n,); the last one's to the interval before it."""

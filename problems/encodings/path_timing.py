@@ -1,0 +1,79 @@
+"""The common part of encodings whose search vectors say where a path leads and nothing of when: its timing follows."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import ClassVar
+
+import casadi as ca
+
+from problems.base.matrix import Matrix
+from problems.encodings.encoding import CostWeights, Encoding
+from problems.encodings.penalty import FeasibilityFirst
+from problems.limits.limit import Limit
+from problems.limits.time_scale import UNREACHED_TIME_SCALE, minimum_time_scale, scaling
+from problems.motions.path_spline import PathSpline, Rates, TimedPath
+from problems.objectives.objective import MotionBounds
+from problems.tasks.task import Task
+
+GRID_ALLOWANCE = 1.1  # for what a grid makes of a shortest time
+KEPT_BY_TIMING = (1, 2, 3)  # orders of the derivatives whose limits the timing of a path keeps
+
+
+class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
+    """Paths that are run as fast as speed, acceleration and jerk limits allow.
+
+    Attributes:
+        task: what is to be done.
+        moving_ends: whether start and goal are passed at a velocity that is not zero.
+    """
+
+    name: ClassVar[str] = "spline"
+    scales_time: ClassVar[bool] = True
+
+    task: Task
+    motion: PathSpline
+    moving_ends: tuple[bool, bool]
+
+    @abstractmethod
+    def path(self, x: Matrix) -> tuple[Matrix, Rates]:
+        """Control points (N, dof), rad, and (du/dt)^2 at both ends."""
+
+    @abstractmethod
+    def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
+        """Bounds of the motions of the search box."""
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether both ends are at rest, so that a motion may be run more slowly."""
+        return not any(self.moving_ends)
+
+    def restored(self, limits: Sequence[Limit]) -> list[Limit]:
+        """Speed, acceleration and jerk, which the timing keeps; between ends at rest whatever running slowly keeps."""
+        slowing = scaling(limits) if self.at_rest else []
+        return [limit for limit in limits if limit.order in KEPT_BY_TIMING or limit in slowing]
+
+    def slowing(self, limits: Sequence[Limit]) -> list[Limit]:
+        """The limits that running more slowly than the timing says makes hold."""
+        return [limit for limit in self.restored(limits) if limit.order not in KEPT_BY_TIMING]
+
+    def timed(self, shape: TimedPath, limits: Sequence[Limit], peaks: Sequence[Matrix]) -> TimedPath:
+        """The motion run more slowly where further limits, given their peaks, or the task want that."""
+        bounds = self.task.duration_bounds if self.at_rest else None
+        factor = ca.fmax(1.0, minimum_time_scale(limits, peaks)) if limits else 1.0
+        return shape.slowed(factor, 0.0 if bounds is None else bounds.shortest)
+
+    def cost(
+        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
+    ) -> Matrix:
+        """Feasibility first; what is above the bound of the objective counts as that bound."""
+        bound = weights.objective_upper_bound
+        return super().cost(ca.if_else(objective > bound, bound, objective), penalties, reach, weights)
+
+    def longest(self, duration: float, limits: Sequence[Limit]) -> float:
+        """The longest duration of any candidate, s, given that of the timing alone."""
+        if self.slowing(limits):
+            return UNREACHED_TIME_SCALE
+        bounds = self.task.duration_bounds
+        return duration if bounds is None else max(bounds.shortest, duration)
