@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray
-from problems.tasks.path import CORNER_ANGLE, Path
+from problems.tasks.path import Path
 
 SPACING_RADIUS = 0.2  # of the reach: the radius of curvature that a joint-space curve between two knots may have
 MOST_SPACING = 0.06  # of the reach
 MOST_KNOTS = 400  # that are inserted; given points are knots anyway
+CORNER_ANGLE = np.pi / 3.0  # from this change of direction on a stop costs less than the way round it
 OVERSHOOT = 0.15  # of the distance of knots times the angle: by how much a spline overshoots a bend, about
 
 
@@ -61,7 +62,7 @@ def knots_of(path: Path, accuracy: float, reach: float) -> PathKnots:
 
 
 def _sharp(vertices: FloatArray, spacings: FloatArray, accuracy: float) -> NDArray[np.intp]:
-    """The inner vertices at which a spline would overshoot by half of the accuracy, or that turn by 45 degrees."""
+    """The inner vertices at which a spline would overshoot by half of the accuracy, or that turn by ``CORNER_ANGLE``."""
     steps = np.diff(vertices, axis=0)
     unit = steps / np.hypot.reduce(steps, axis=1)[:, None]
     angles = np.arccos(np.clip(np.einsum("nd,nd->n", unit[1:], unit[:-1]), -1.0, 1.0))
