@@ -62,7 +62,7 @@ def knots_of(path: Path, accuracy: float, reach: float) -> PathKnots:
 
 
 def _sharp(vertices: FloatArray, spacings: FloatArray, accuracy: float) -> NDArray[np.intp]:
-    """The inner vertices at which a spline would overshoot by half of the accuracy, or that turn by ``CORNER_ANGLE``."""
+    """The inner vertices where a spline would overshoot by half of the accuracy, or that turn by ``CORNER_ANGLE``."""
     steps = np.diff(vertices, axis=0)
     unit = steps / np.hypot.reduce(steps, axis=1)[:, None]
     angles = np.arccos(np.clip(np.einsum("nd,nd->n", unit[1:], unit[:-1]), -1.0, 1.0))

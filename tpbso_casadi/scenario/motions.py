@@ -32,7 +32,7 @@ class MotionFamily:
 
 FAMILIES = {
     "paper": MotionFamily(
-        keys=("formulation", "redundancy_values", "knots", "knot_redundancy"),
+        keys=("formulation", "knots", "knot_redundancy"),
         formulations=("paper", "reduced"),
         timed_at_the_end=False,
     ),

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import pi
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field
 
 from problems import InvalidProblem, Path, PathFollowing, Problem, Robot, closed_curve, path_following, pentagram
+from problems.assembly.tracing import tracing
 from problems.scene.obstacle import Obstacle
 from problems.tasks.elbow import Elbow
+from problems.tasks.path_tracing import PathTracing
 from tpbso_casadi.scenario.catalogues import find_objective
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import (
@@ -29,6 +32,8 @@ from tpbso_casadi.scenario.task import ModelSection, ObjectiveName, TaskSection
 class PathTask(TaskSection):
     """[task] of following a path of any shape: accuracy in m, times in s."""
 
+    motions: ClassVar[tuple[str, ...]] = ("spline", "paper")
+
     kind: Literal["path"]
     accuracy: Positive
     objective: ObjectiveName = "time"
@@ -41,26 +46,44 @@ class PathTask(TaskSection):
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
         """The problem itself."""
-        path = self.path()
-        check_path(path, robot, obstacles)
-        task = PathFollowing(
-            robot,
-            path,
-            self.accuracy,
-            elbow=self.elbow,
-            obstacles=obstacles,
-            knots=model.knots,
-            total_time=self.total_time,
-            knot_redundancy=model.knot_redundancy,
-        )
-        return path_following(
-            task,
-            find_objective(self.objective),
-            model.formulation,
-            model.samples,
-            model.redundancy_values,
-            model.further_limits,
-        )
+        check_path(self.path(), robot, obstacles)
+        return BUILDERS[model.motion](self, robot, obstacles, model)
+
+
+def _paper(table: PathTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
+    """The paper's statement: the points are passed at equal intervals of time."""
+    task = PathFollowing(
+        robot,
+        table.path(),
+        table.accuracy,
+        elbow=table.elbow,
+        obstacles=obstacles,
+        knots=model.knots,
+        total_time=table.total_time,
+        knot_redundancy=model.knot_redundancy,
+    )
+    return path_following(
+        task,
+        find_objective(table.objective),
+        model.formulation,
+        model.samples,
+        model.redundancy_values,
+        model.further_limits,
+    )
+
+
+def _spline(table: PathTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
+    """Ours: the tool stays near the whole path and passes its points when it suits."""
+    if model.pieces is not None:
+        raise InvalidProblem("pieces", "the points of a path decide about its pieces")
+    task = PathTracing(robot, table.path(), table.accuracy, table.elbow, obstacles, table.total_time)
+    return tracing(task, find_objective(table.objective), model.samples, model.redundancy_values, model.further_limits)
+
+
+BUILDERS: dict[str, Callable[[PathTask, Robot, tuple[Obstacle, ...], ModelSection], Problem[Any]]] = {
+    "paper": _paper,
+    "spline": _spline,
+}
 
 
 def check_path(path: Path, robot: Robot, obstacles: tuple[Obstacle, ...]) -> None:
