@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 from problems import Trajectory
 from problems.base.matrix import FloatArray
 from problems.robots.robot import JointLimits
-from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.planning.planned_motion import PlannedMotion
 
 KINDS = {"speed": (1, "#0072b2", "-"), "acceleration": (2, "#d55e00", "--"), "jerk": (3, "#009e73", ":")}
 TIMES = 2001  # at least, equally many in each piece
 BINDING = 0.995  # of a limit
 
 
-def limits_figure(plan: Plan) -> Figure:
+def limits_figure(plan: PlannedMotion) -> Figure:
     """Above, of each kind of limit, the largest share that any joint uses; below, where each joint is at one."""
     trajectory, limits = plan.trajectory, plan.problem.robot.limits
     times = trajectory.times(TIMES)

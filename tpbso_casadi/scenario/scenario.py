@@ -6,13 +6,15 @@ Every error is a :class:`ScenarioError` of one line that names the file, the key
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from pydantic import Field, ValidationError, model_validator
 
-from problems import InvalidProblem, Problem
+from problems import InvalidProblem, Problem, Robot
+from problems.assembly.criteria import Criteria
+from problems.scene.obstacle import Obstacle
 from solvers import AnySolver, Budget
 from tpbso_casadi.plugins import failure, is_raised_in
 from tpbso_casadi.scenario.catalogues import (
@@ -42,6 +44,7 @@ from tpbso_casadi.scenario.task import ModelSection
 from tpbso_casadi.scenario.tasks.registry import TASKS, AnyTask
 from tpbso_casadi.scenario.validation import as_text, describe, hint, shown
 
+C = TypeVar("C", bound=Criteria)
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
 
 NEEDED: dict[type, tuple[type | tuple[type, ...], str]] = {  # of a setting, by the type of its default
@@ -155,9 +158,18 @@ class Scenario(FileSection):
             ScenarioError: the robot cannot do the task, it is larger than what is planned, or a plug-in failed.
         """
         with plugin_failures_named(self):
-            return self._problem()
+            return self._stated(self.task.build)
 
-    def _problem(self) -> Problem[Any]:
+    def criteria(self) -> Criteria:
+        """What a motion is judged by; the problem, where there is something to search.
+
+        Raises:
+            ScenarioError: as :meth:`problem`.
+        """
+        with plugin_failures_named(self):
+            return self._stated(self.task.criteria)
+
+    def _stated(self, build: Callable[[Robot, tuple[Obstacle, ...], ModelSection], C]) -> C:
         robot_table = "arm." if self.robot is None else "robot.settings."
         try:
             obstacles = tuple(obstacle.build() for obstacle in self.obstacles)
@@ -169,7 +181,7 @@ class Scenario(FileSection):
         tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:
             robot = self.model.kept_by(robot)
-            return self.task.build(robot, obstacles, self.model)
+            return build(robot, obstacles, self.model)
         except InvalidProblem as error:
             raise ScenarioError(f"{tables.get(error.field, 'task.')}{error.field}: {error.reason}") from error
 
