@@ -14,7 +14,7 @@ from problems.objectives import OBJECTIVES, Objective
 from problems.robots import ROBOTS
 from problems.robots.planar import PlanarArm
 from problems.robots.robot import Robot
-from problems.scene.ellipse import Ellipse
+from problems.scene import OBSTACLES, Box, Ellipse, Obstacle, Polygon
 from problems.tasks.path import Path, closed_curve, pentagram
 from problems.tasks.path_following import PathFollowing
 from problems.tasks.point_to_point import PointToPoint
@@ -22,7 +22,9 @@ from problems.tasks.point_to_point import PointToPoint
 __all__ = [
     "LIMITS",
     "OBJECTIVES",
+    "OBSTACLES",
     "ROBOTS",
+    "Box",
     "CertificateStatus",
     "Constraint",
     "Ellipse",
@@ -30,6 +32,7 @@ __all__ = [
     "Limit",
     "Model",
     "Objective",
+    "Obstacle",
     "Path",
     "PathFollowing",
     "PathFollowingProblem",
@@ -37,6 +40,7 @@ __all__ = [
     "PlanarArm",
     "PointToPoint",
     "PointToPointProblem",
+    "Polygon",
     "Problem",
     "Robot",
     "Trajectory",

@@ -23,7 +23,6 @@ from tpbso_casadi.scenario.catalogues import (
     find_solver,
 )
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml, too_much
-from tpbso_casadi.scenario.robots import ArmSection, ObstacleSection, RobotSection, check_numbers
 from tpbso_casadi.scenario.section import (
     LARGEST_SEED,
     MOST_EVALUATIONS,
@@ -40,6 +39,8 @@ from tpbso_casadi.scenario.section import (
 from tpbso_casadi.scenario.task import ModelSection
 from tpbso_casadi.scenario.tasks import TASKS, AnyTask
 from tpbso_casadi.scenario.validation import as_text, describe, hint, shown
+from tpbso_casadi.scenario.world.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles
+from tpbso_casadi.scenario.world.robots import ArmSection, RobotSection, check_numbers
 
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
 
@@ -121,7 +122,7 @@ class Scenario(FileSection):
     arm: ArmSection | None = None
     robot: RobotSection | None = None
     task: AnyTask
-    obstacles: list[ObstacleSection] = Field(default_factory=list, max_length=MOST_OBSTACLES)
+    obstacles: list[AnyObstacle] = Field(default_factory=list, max_length=MOST_OBSTACLES)
     model: ModelSection = ModelSection()
     solver: SolverSection = SolverSection()
 
@@ -130,8 +131,15 @@ class Scenario(FileSection):
         """What of it is not ours: names of plug-ins, which may raise anything."""
         named = [self.task.kind, getattr(self.task, "objective", ""), *self.model.limits, self.solver.name]
         named += [] if self.robot is None else [self.robot.model]
+        named += [obstacle.shape for obstacle in self.obstacles]
         named = [str(name) for name in named]
-        ours = {*TASKS, *OBJECTIVE_CATALOGUE.registry, *LIMIT_CATALOGUE.registry, *ROBOT_CATALOGUE.registry}
+        ours = {
+            *TASKS,
+            *OBJECTIVE_CATALOGUE.registry,
+            *LIMIT_CATALOGUE.registry,
+            *ROBOT_CATALOGUE.registry,
+            *SHAPE_CATALOGUE.registry,
+        }
         return [name for name in named if name and name not in ours | {"path", *SOLVER_CATALOGUE.registry}]
 
     @model_validator(mode="after")
@@ -154,11 +162,11 @@ class Scenario(FileSection):
     def _problem(self) -> Problem[Any]:
         robot_table = "arm." if self.robot is None else "robot.settings."
         try:
-            obstacles = tuple(obstacle.build() for obstacle in self.obstacles)
             robot = (self.arm or self.robot).build()  # type: ignore[union-attr]
         except InvalidProblem as error:
             raise ScenarioError(f"{robot_table}{error.field}: {error.reason}") from error
         self.model.check_size(robot.dof)
+        obstacles = build_obstacles(self.obstacles)
         tables = {"link_lengths": robot_table, "joint_limits": robot_table, "obstacles": ""}
         tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:
