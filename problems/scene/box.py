@@ -11,8 +11,9 @@ import numpy as np
 from problems.base.arguments import is_zero
 from problems.base.matrix import FloatArray, Matrix
 from problems.base.ranges import ANGLES, COORDINATES, LENGTHS, check_within
-from problems.scene.convex import Corner, convex_clearance
+from problems.scene.convex import convex_clearance
 from problems.scene.obstacle import Obstacle
+from problems.scene.segments import Point
 
 SIGNS = ((-1, -1), (1, -1), (1, 1), (-1, 1))  # of the corners, counter-clockwise
 
@@ -53,7 +54,7 @@ class Box(Obstacle):
         return min(self.size)
 
     @property
-    def corners(self) -> tuple[Corner, ...]:
+    def corners(self) -> tuple[Point, ...]:
         """Counter-clockwise, m."""
         (x, y), (dx, dy) = self.center, self.size
         halves = [(0.5 * i * dx, 0.5 * j * dy) for i, j in SIGNS]

@@ -10,17 +10,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import reduce
 from itertools import pairwise
-from typing import TypeAlias
 
 import casadi as ca
 
-from problems.base.matrix import Matrix, Operand, columns
-
-Corner: TypeAlias = tuple[Operand, Operand]
-TINY_SQUARED = 1e-200  # m^2: keeps the length of a segment that is a point off zero
+from problems.base.matrix import Matrix
+from problems.scene.segments import TINY_SQUARED, Point, apart, ends_of, point_squared
 
 
-def convex_clearance(corners: Sequence[Corner], start: Matrix, end: Matrix) -> Matrix:
+def convex_clearance(corners: Sequence[Point], start: Matrix, end: Matrix) -> Matrix:
     """Signed distances of straight segments from a filled convex polygon.
 
     Args:
@@ -31,12 +28,11 @@ def convex_clearance(corners: Sequence[Corner], start: Matrix, end: Matrix) -> M
     Returns:
         (n, 1), m: the distance, or where a segment enters, less than zero by the shortest way out.
     """
-    ends = [tuple(columns(points)) for points in (start, end)]
-    gap, square = _widest_gap(corners, ends), _nearest_squared(corners, ends)
-    return ca.if_else(gap > 0.0, ca.sqrt(ca.fmax(square, gap * gap)), gap)  # a distance is no less than any gap
+    ends = ends_of(start), ends_of(end)
+    return apart(_widest_gap(corners, ends), _nearest_squared(corners, ends))
 
 
-def _widest_gap(corners: Sequence[Corner], ends: Sequence[tuple[Matrix, ...]]) -> Matrix:
+def _widest_gap(corners: Sequence[Point], ends: tuple[Point, Point]) -> Matrix:
     """The gap between the shadows along the line where it is largest; negative where they overlap; (n, 1), m."""
     (x0, y0), (x1, y1) = ends
     gaps = []
@@ -53,22 +49,14 @@ def _widest_gap(corners: Sequence[Corner], ends: Sequence[tuple[Matrix, ...]]) -
     return ca.if_else(square > TINY_SQUARED, ca.fmax(across_edges, across_segment), across_edges)
 
 
-def _nearest_squared(corners: Sequence[Corner], ends: Sequence[tuple[Matrix, ...]]) -> Matrix:
+def _nearest_squared(corners: Sequence[Point], ends: tuple[Point, Point]) -> Matrix:
     """The squared distance of the segment from the nearest edge, if they do not cross; (n, 1), m^2."""
     (x0, y0), (x1, y1) = ends
-    of_ends = [_point_squared((x, y), corner, edge) for corner, edge in _edges(corners) for x, y in ends]
-    of_corners = [_point_squared(corner, (x0, y0), (x1 - x0, y1 - y0)) for corner in corners]
+    of_ends = [point_squared((x, y), corner, edge) for corner, edge in _edges(corners) for x, y in ends]
+    of_corners = [point_squared(corner, (x0, y0), (x1 - x0, y1 - y0)) for corner in corners]
     return reduce(ca.fmin, [*of_ends, *of_corners])
 
 
-def _point_squared(point: tuple[Operand, ...], start: tuple[Operand, Operand], way: tuple[Operand, Operand]) -> Matrix:
-    """The squared distance between a point and the segment from ``start`` along ``way``, m^2."""
-    dx, dy = point[0] - start[0], point[1] - start[1]
-    square = way[0] * way[0] + way[1] * way[1] + TINY_SQUARED
-    along = ca.fmin(1.0, ca.fmax(0.0, (dx * way[0] + dy * way[1]) / square))
-    return (dx - along * way[0]) ** 2 + (dy - along * way[1]) ** 2
-
-
-def _edges(corners: Sequence[Corner]) -> list[tuple[Corner, Corner]]:
+def _edges(corners: Sequence[Point]) -> list[tuple[Point, Point]]:
     """From each corner the way to the next."""
     return [((ax, ay), (bx - ax, by - ay)) for (ax, ay), (bx, by) in pairwise([*corners, corners[0]])]

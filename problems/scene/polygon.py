@@ -13,9 +13,10 @@ import numpy as np
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand
 from problems.base.ranges import COORDINATES, LENGTHS, check_within
-from problems.scene.convex import Corner, convex_clearance
+from problems.scene.convex import convex_clearance
 from problems.scene.convex_cover import Part, Share, convex_cover
 from problems.scene.obstacle import Obstacle
+from problems.scene.segments import Point
 
 MAX_CORNERS = 60
 
@@ -98,7 +99,7 @@ class Polygon(Obstacle):
         each = [convex_clearance([self._corner(share) for share in part], start, end) for part in self.parts]
         return reduce(ca.fmin, each)
 
-    def _corner(self, share: Share) -> Corner:
+    def _corner(self, share: Share) -> Point:
         """A corner of a part, m."""
         if len(share) == 1:
             return self.points[share[0][0]]
