@@ -1,5 +1,6 @@
 """Planning problems: robots, tasks and limits as symbolic CasADi models. Knows nothing of how they are searched."""
 
+from problems.assembly.move import MoveProblem, move
 from problems.assembly.path_following import PathFollowingProblem, path_following
 from problems.assembly.point_to_point import PointToPointProblem, point_to_point
 from problems.assembly.problem import Model, Problem
@@ -15,8 +16,10 @@ from problems.robots import ROBOTS
 from problems.robots.planar import PlanarArm
 from problems.robots.robot import Robot
 from problems.scene.ellipse import Ellipse
+from problems.tasks.move import Move
 from problems.tasks.path import Path, closed_curve, pentagram
 from problems.tasks.path_following import PathFollowing
+from problems.tasks.place import Joints, Place, Position
 from problems.tasks.point_to_point import PointToPoint
 
 __all__ = [
@@ -27,22 +30,28 @@ __all__ = [
     "Constraint",
     "Ellipse",
     "InvalidProblem",
+    "Joints",
     "Limit",
     "Model",
+    "Move",
+    "MoveProblem",
     "Objective",
     "Path",
     "PathFollowing",
     "PathFollowingProblem",
     "PenaltyKind",
+    "Place",
     "PlanarArm",
     "PointToPoint",
     "PointToPointProblem",
+    "Position",
     "Problem",
     "Robot",
     "Trajectory",
     "Variable",
     "Verdict",
     "closed_curve",
+    "move",
     "path_following",
     "pentagram",
     "point_to_point",

@@ -31,7 +31,10 @@ FLOORS = {
 }
 MOST_MODULES = 13  # of its own in one folder
 KIND_NAMES = {"paper", "reduced", "time", "rotation", "length", "point-to-point", "path"}
-KIND_CLASSES = {"Problem", "PointToPointProblem", "PathFollowingProblem", "Task", "PointToPoint", "PathFollowing"}
+KIND_CLASSES = {
+    *("Problem", "PointToPointProblem", "PathFollowingProblem", "MoveProblem"),
+    *("Task", "PointToPoint", "PathFollowing", "Move"),
+}
 DRAWING = ("figures", "moving_figures")  # folders and modules that may load matplotlib
 LOADED_FOR_TYPES = "TYPE_CHECKING"
 

@@ -6,7 +6,7 @@ model that is compiled, differentiated and audited; given numbers it evaluates t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 import casadi as ca
@@ -25,10 +25,19 @@ def total(values: Operand) -> Matrix:
 
 def largest(values: Matrix) -> Matrix:
     """The largest of all entries, found in rounds, like a tournament's; in a chain each one waits for the last."""
+    return _winner(values, ca.fmax)
+
+
+def smallest(values: Matrix) -> Matrix:
+    """The smallest of all entries, found in the same way."""
+    return _winner(values, ca.fmin)
+
+
+def _winner(values: Matrix, better: Callable[[Matrix, Matrix], Matrix]) -> Matrix:
     left: Matrix = ca.vec(values)
     while left.numel() > 1:
         half = left.numel() // 2
-        left = ca.vertcat(ca.fmax(left[:half], left[half : 2 * half]), left[2 * half :])
+        left = ca.vertcat(better(left[:half], left[half : 2 * half]), left[2 * half :])
     return left
 
 

@@ -12,19 +12,16 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from problems.base.matrix import FloatArray, Matrix, constant
-
-DEGREE = 3
-RELATIVE_ROUNDING = 1e-12  # relative: what rounding leaves where a basis function is zero
+from problems.base.matrix import FloatArray, Matrix
+from problems.motions.clamped_spline import DEGREE, RELATIVE_ROUNDING, ClampedSpline
 
 
-class RestSpline:
-    """Splines with given knots.
+class RestSpline(ClampedSpline):
+    """Splines through given knots.
 
     Args:
         knots: M >= 2 increasing values of u, the first 0, the last 1.
@@ -36,10 +33,7 @@ class RestSpline:
         inner = np.unique(np.concatenate([[first], knots[1:-1], [last]]))
         if inner.size < knots.size:  # two knots: both middles are the same node
             inner = np.array([1.0, 2.0]) / 3.0
-        self.nodes = np.concatenate([[0.0], inner, [1.0]])
-        self._ends = np.repeat([0.0, 1.0], DEGREE)
-        padded = np.sort(np.concatenate([self._ends, self.nodes]))
-        self.basis = BSpline(padded, np.eye(padded.size - DEGREE - 1), DEGREE)
+        super().__init__(np.concatenate([[0.0], inner, [1.0]]))
 
     @cached_property
     def conditions(self) -> FloatArray:
@@ -63,17 +57,6 @@ class RestSpline:
         rows = [known[int(i), :] for i in np.argsort(factors.perm_r)]
         forward = _substitute(factors.L.toarray(), rows, range(len(rows)))
         return ca.vertcat(*_substitute(factors.U.toarray(), forward, range(len(rows) - 1, -1, -1)))
-
-    def sampling_matrix(self, u: FloatArray, derivative: int = 0) -> ca.DM:
-        """The constant sparse matrix (n, M + 4) from coefficients to derivatives with respect to u at times (n,)."""
-        rows = self.basis.derivative(derivative)(u) if derivative else self.basis(u)
-        return constant(np.where(np.abs(rows) < RELATIVE_ROUNDING * np.abs(rows).max(), 0.0, rows))
-
-    def local_basis(self, u: FloatArray, derivative: int = 0) -> tuple[FloatArray, NDArray[np.intp]]:
-        """The four basis functions that can differ from zero at times (n,): values (n, 4), and which is the first."""
-        rows = np.asarray(self.sampling_matrix(u, derivative))
-        piece = np.clip(np.searchsorted(self.nodes, u, side="right") - 1, 0, self.nodes.size - 2)
-        return np.take_along_axis(rows, piece[:, None] + np.arange(DEGREE + 1), axis=1), piece.astype(np.intp)
 
     def operator(self, u: FloatArray, derivative: int = 0) -> FloatArray:
         """The dense matrix (n, M) straight from knot angles to samples; for bounds and tests."""

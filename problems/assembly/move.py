@@ -1,0 +1,142 @@
+"""Moves between places: a spline in joint space is searched for, its least-time timing is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from problems.assembly.move_steps import MoveSteps, end_rates
+from problems.assembly.point_to_point import objective_named
+from problems.assembly.problem import Problem
+from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.encodings.control_points import ControlPoints
+from problems.encodings.encoding import Decoded
+from problems.encodings.waypoints import nominal, stops
+from problems.evaluation import Program
+from problems.limits import limits_of
+from problems.limits.constraint import Constraint
+from problems.limits.limit import Limit
+from problems.limits.time_scale import peaks_of
+from problems.motions.joint_path import JointPath
+from problems.motions.path_spline import PathSpline, TimedPath
+from problems.motions.trajectory import Trajectory
+from problems.nlp.program import NonlinearProgram
+from problems.objectives import Objective
+from problems.tasks.checks import check_at_least
+from problems.tasks.drawing import Milestone
+from problems.tasks.move import Move
+
+USUAL_PIECES = {1: 6, 2: 4, 3: 3}  # of the spline in each segment, by the number of segments
+LEAST_PIECES = 2
+LEAST_STEPS = 5  # of the grid in each piece
+LEAST_SHARE = 0.1  # of the longest segment: no segment has less of the path parameter
+
+
+def move(
+    task: Move,
+    objective: Objective | str = "time",
+    samples: int = 60,
+    pieces: int | None = None,
+    limits: Sequence[type[Limit]] = (),
+) -> MoveProblem:
+    """The problem that a task states.
+
+    Args:
+        task: the statement: robot, start, vias, goals, obstacles.
+        objective: what is minimised: an objective, or a key of ``OBJECTIVES``.
+        samples: steps of the path, at whose ends it is timed and checked; more where there are many pieces.
+        pieces: of the spline between two stops; by the number of stops where None.
+        limits: kinds of limits that hold besides those of the robot and of the obstacles.
+
+    Raises:
+        InvalidProblem: an unknown name, or too few samples or pieces.
+    """
+    check_at_least("samples", samples, 2)
+    check_at_least("pieces", pieces, LEAST_PIECES)
+    segments = len(task.vias) + 1
+    each = USUAL_PIECES.get(segments, LEAST_PIECES) if pieces is None else pieces
+    durations = segment_durations(task)
+    share = np.maximum(durations, LEAST_SHARE * durations.max())
+    nodes = np.interp(np.arange(segments * each + 1) / each, np.arange(segments + 1), np.append(0.0, np.cumsum(share)))
+    steps = max(LEAST_STEPS, round(samples / (segments * each)))
+    motion = PathSpline(task.robot, tuple((nodes / nodes[-1]).tolist()), steps)
+    return MoveProblem(
+        task=task,
+        motion=motion,
+        encoding=ControlPoints(task, motion, float(durations.sum())),
+        objective=objective_named(objective),
+        limits=limits_of(task.robot, task.obstacles, limits),
+    )
+
+
+def segment_durations(task: Move) -> FloatArray:
+    """Roughly how long each segment takes on a straight line between usual postures, (segments,), s."""
+    limits = task.robot.limits
+    speed, acceleration = np.array(limits.speed), np.array(limits.acceleration)
+    distances = np.abs(np.diff(np.concatenate([as_array(posture) for posture in nominal(task)]), axis=0))
+    return np.asarray((distances / speed).max(axis=1)) + float((speed / acceleration).max())
+
+
+@dataclass(frozen=True, kw_only=True)
+class MoveProblem(Problem[TimedPath]):
+    """Move from a place to another, by way of others."""
+
+    task: Move
+    motion: PathSpline
+    encoding: ControlPoints
+
+    def decoded(self, x: Matrix) -> Decoded[TimedPath]:
+        """The motion of a search vector, in the least time of its path on the grid."""
+        shape = self.encoding.decode(x).parameters
+        limits = self.encoding.slowing(self.limits)
+        samples = self.motion.samples(shape)
+        return Decoded(parameters=self.encoding.timed(shape, limits, [peaks_of(limit, samples) for limit in limits]))
+
+    def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
+        """That the velocities at the ends can be attained, where they are not zero."""
+        return [] if self.encoding.at_rest else [end_rates(parameters.gap)]
+
+    def objective_bound(self) -> float:
+        """An upper bound of what the objective counts as: what is above it costs no more."""
+        return self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
+
+    def cost_program(self) -> Program:
+        """Path, scan backward, scan forward, [slow down,] sample, finish."""
+        return MoveSteps(self).program()
+
+    def nlp(self) -> NonlinearProgram:
+        """The same problem for solvers that follow gradients."""
+        raise NotImplementedError
+
+    @cached_property
+    def _control_points(self) -> ca.Function:
+        x = ca.SX.sym("x", len(self.variables))
+        return ca.Function("path", [x], [self.encoding.path(x)[0]])
+
+    def path(self, x: FloatArray) -> JointPath:
+        """The path of one candidate (d,)."""
+        return self.motion.path(as_array(self._control_points(x)))
+
+    def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
+        """The postures at the stops of one candidate (d,), rad, and the path parameter there."""
+        at = np.array(self.motion.nodes[:: self.encoding.pieces])
+        names = [stop.name for stop in stops(self.task)]
+        theta = {f"theta_{name}": row for name, row in zip(names, self.path(x).at(at), strict=True)}
+        return {**theta, "u_stops": at}
+
+    def exact_time_scale(self, trajectory: Trajectory) -> float:
+        """How much slower, or faster, a trajectory has to be run; 1 where an end moves, whose velocity is given."""
+        return super().exact_time_scale(trajectory) if self.encoding.at_rest else 1.0
+
+    def safe_time_scale(self, trajectory: Trajectory) -> float:
+        """The same and a little more, so that rounding breaks no limit."""
+        return super().safe_time_scale(trajectory) if self.encoding.at_rest else 1.0
+
+    def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
+        """When the vias are passed."""
+        times = self.task.via_times(trajectory)
+        return tuple(Milestone(label=f"via {number}", time=float(t)) for number, t in enumerate(times, start=1))

@@ -1,0 +1,165 @@
+"""The cost of a move in steps: path, scan backward, scan forward, samples, finish."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import casadi as ca
+import numpy as np
+
+from problems.assembly.cost_steps import CostSteps
+from problems.assembly.sample_loop import peak_loop
+from problems.base.matrix import Matrix, split
+from problems.encodings.control_points import ControlPoints
+from problems.evaluation import Loop, Step
+from problems.limits.constraint import Constraint
+from problems.limits.limit import Limit
+from problems.motions.path_scan import Bounds, advance, before, gap, interval_time
+from problems.motions.path_spline import ALONG, SUPPORT, PathSpline, TimedPath, in_time
+
+GAP_TOLERANCE = 1e-9  # relative, of (du/dt)^2 at the ends
+
+
+def end_rates(found: Matrix) -> Constraint:
+    """The velocities at the ends can be attained on the path, given by how much not."""
+    return Constraint(
+        name="end velocities",
+        unit="1",
+        expression=found,
+        lower=None,
+        upper=ca.DM([[GAP_TOLERANCE]]),
+        columns=("path",),
+        for_all_t=False,
+        formula="(du/dt)^2 at both ends is neither above nor below what can be attained on the path",
+    )
+
+
+class MoveSteps(CostSteps[TimedPath]):
+    """Backward over the grid for the largest (du/dt)^2, forward for the timing; then as any motion."""
+
+    encoding: ControlPoints
+    motion: PathSpline
+
+    @property
+    def restored(self) -> list[Limit]:
+        """The limits for which a motion is run more slowly than the scan says."""
+        return self.encoding.slowing(self.limits)
+
+    @property
+    def further_penalties(self) -> tuple[str, ...]:
+        """That of velocities at the ends that cannot be attained."""
+        return () if self.encoding.at_rest else ("ends",)
+
+    def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
+        """The steps from the candidate to the motion's samples."""
+        zeros = {name: ca.SX.zeros(size) for name, size in starting_values.items()}
+        stacks = {"blocks": orders} if starting_values else {}
+        peaks = peak_loop(self.motion, self.restored, self.p) if self.restored else None
+        if peaks is None and (self.duration_bounds is None or not self.encoding.at_rest):
+            return self._scan(stacks, "durations", zeros)
+        stacks = {f"raw_{name}": held for name, held in stacks.items()}
+        if peaks is None:
+            return [*self._scan(stacks, "shape_durations", zeros), *self._slow_down(stacks)]
+        zeros["peaks"] = ca.SX.zeros(peaks.starting_values["peaks"])
+        scan = self._scan({**stacks, "shape_blocks": peaks.orders}, "shape_durations", zeros)
+        return [*scan, peaks.step, *self._slow_down(stacks, zeros["peaks"].shape[0])]
+
+    def _scan(self, stacks: Mapping[str, tuple[int, ...]], durations: str, zeros: Mapping[str, ca.SX]) -> list[Step]:
+        """Decode, scan backward and forward.
+
+        Args:
+            stacks: of samples, to be written: the orders of the derivatives that they hold.
+            durations: the name of the duration.
+            zeros: further vectors to begin with.
+        """
+        along = sorted({n for held in stacks.values() for order in held for n in ALONG[order]})
+        points, (start, goal) = self.encoding.path(self.x)
+        outputs = {
+            "control_points": ca.vec(points.T),
+            "squared": start,
+            "most": ca.SX(0) if goal is None else goal,
+            **({} if goal is None else {"least": goal}),
+            "ahead": ca.SX.zeros(2 * self.motion.robot.dof),
+            durations: ca.SX(0),
+            **({"passed": ca.SX.zeros(2)} if stacks else {}),
+            **({} if self.encoding.at_rest else {"ends": ca.SX(0)}),
+            **zeros,
+        }
+        steps = [Step.of("path", {"x": self.x, "p": self.p}, outputs), self._backward(along)]
+        if not self.encoding.at_rest:
+            steps.append(self._ends())
+        return [*steps, self._forward(stacks, along, durations)]
+
+    def _backward(self, along: Sequence[int]) -> Step:
+        """What b may be at each grid point, from the last to the first; kept with what the scan forward needs."""
+        motion, k, grid = self.motion, self.motion.robot.dof, self.motion.path_grid
+        rows = np.column_stack([grid.rows, np.append(motion.double_steps, 0.0)])
+        window, row = ca.SX.sym("window", SUPPORT * k), ca.SX.sym("row", rows.shape[1])
+        state = {"most": ca.SX.sym("most"), "ahead": ca.SX.sym("ahead", 2 * k)}
+        if self.encoding.moving_ends[1]:
+            state["least"] = ca.SX.sym("least")
+        if not self.encoding.at_rest:
+            state["ends"] = ca.SX.sym("ends")
+        path, step, limits = motion.along(window, row[:-1], {1, 2, *along}), row[-1], motion.robot.limits
+        here, ahead = (path[1], path[2]), (state["ahead"][:k].T, state["ahead"][k:].T)
+        bounds = Bounds.of_interval(here, ahead, step, limits.acceleration)
+        most, least, between = before(here, bounds, step, state["most"], state.get("least"), limits.speed)
+        outputs = {"most": most, "ahead": ca.horzcat(*here).T}
+        if least is not None:
+            outputs["least"] = least
+        if "ends" in state:
+            outputs["ends"] = state["ends"] + between
+        outputs["scanned"] = ca.vertcat(state["most"], bounds.room, bounds.tilt, *(path[n].T for n in along))
+        loop = Loop(rows=rows[::-1], window="control_points", starts=grid.pieces[::-1] * k)
+        given = {"p": self.p, "window": window, "row": row}
+        return Step.of("backward", given | state, outputs, loop, stacked=("scanned",))
+
+    def _ends(self) -> Step:
+        """The penalty for velocities at the ends that cannot be attained."""
+        names = ["ends", "squared", "most", *(["least"] if self.encoding.moving_ends[1] else [])]
+        given = {name: ca.SX.sym(name) for name in names}
+        found = given["ends"] + gap(given["squared"], given["most"])
+        if "least" in given:
+            found = found + gap(given["least"], given["squared"])
+        return Step.of("ends", given, {"ends": self.encoding.penalty(end_rates(found))})
+
+    def _forward(self, stacks: Mapping[str, tuple[int, ...]], along: Sequence[int], durations: str) -> Step:
+        """The timing, from the first grid point to the last, and the samples."""
+        motion, k, count = self.motion, self.motion.robot.dof, self.motion.parameters_u.size
+        size = 1 + 4 * k + len(along) * k
+        given = {"window": ca.SX.sym("window", size), "row": ca.SX.sym("row", 2)}
+        state = {"squared": ca.SX.sym("squared"), durations: ca.SX.sym("durations")}
+        most, room, tilt, *path = split(given["window"], [1, 2 * k, 2 * k, *[k] * len(along)])
+        step, inner = given["row"][0], given["row"][1]
+        c, squared = advance(Bounds(room, tilt), step, state["squared"], most)
+        taken = interval_time(step, state["squared"], squared)
+        outputs = {"squared": squared, durations: state[durations] + inner * taken}
+        if stacks:
+            state["passed"] = ca.SX.sym("passed", 2)  # c and the duration of the interval before
+            c, taken = ca.if_else(inner > 0.5, c, state["passed"][0]), inner * taken
+            found = {n: part.T for n, part in zip(along, path, strict=True)}
+            clock = state[durations], (state["passed"][1] + taken) / 2.0
+            for name, held in stacks.items():
+                outputs[name] = ca.vertcat(*(in_time(order, found, state["squared"], c).T for order in held), *clock)
+            outputs["passed"] = ca.vertcat(c, taken)
+        rows = np.column_stack([np.append(motion.double_steps, 1.0), np.arange(count) < count - 1])
+        loop = Loop(rows=rows, window="scanned", starts=np.arange(count)[::-1] * size)
+        return Step.of("forward", given | state, outputs, loop, stacked=tuple(stacks))
+
+    def _slow_down(self, stacks: Mapping[str, tuple[int, ...]], magnitudes: int = 0) -> list[Step]:
+        """Run the motion more slowly, as far as the task and further limits want it."""
+        duration, peaks = ca.SX.sym("duration"), ca.SX.sym("peaks", magnitudes)
+        shape = TimedPath(ca.SX(0, 0), ca.SX(1), duration, ca.SX(0))
+        slowed = self.encoding.timed(shape, self.restored, self.peaks_of_each(peaks))
+        given = {"p": self.p, "shape_durations": duration, **({"peaks": peaks} if magnitudes else {})}
+        written = {"durations": slowed.duration, "slower": slowed.duration / duration}
+        steps = [Step.of("slow", given, written)]
+        for name, held in stacks.items():
+            size, k = self.motion.piece_sizes(held)[0], self.motion.robot.dof
+            window, slower = ca.SX.sym("window", size), ca.SX.sym("slower")
+            powers = [slower**-order for order in held for _ in range(k)] + [slower, slower]
+            loop = Loop(rows=self.motion.grid.rows, window=name, starts=self.motion.grid.pieces * size)
+            blocks = name.removeprefix("raw_")
+            outputs = {blocks: window * ca.vertcat(*powers)}
+            steps.append(Step.of("slower", {"window": window, "slower": slower}, outputs, loop, stacked=(blocks,)))
+        return steps

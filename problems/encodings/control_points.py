@@ -1,0 +1,201 @@
+"""Search vectors of moves along a spline: postures at the stops, and how far control points lie from between them.
+
+Control points of a spline without detours lie on straight lines from stop to stop. Each may be off by as much as
+``DETOUR`` in every joint. One control point at each via is not free but such that the curve passes the via exactly;
+where an end moves, the control point next to it lies in the direction of the velocity, and how far is free instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from problems.base.matrix import Matrix
+from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
+from problems.encodings.penalty import FeasibilityFirst
+from problems.encodings.waypoints import postures, spread, variables
+from problems.limits.limit import Limit
+from problems.limits.time_scale import UNREACHED_TIME_SCALE, minimum_time_scale, scaling
+from problems.motions.clamped_spline import DEGREE
+from problems.motions.path_spline import PathSpline, Rates, TimedPath
+from problems.objectives.objective import MotionBounds
+from problems.tasks.move import Move
+
+DETOUR = 1.0  # rad
+PACES = (0.3, 3.0)  # square root of how far the control point next to a moving end is, over its usual distance
+GRID_ALLOWANCE = 1.1  # for what a grid makes of a shortest time
+KEPT_BY_TIMING = (1, 2, 3)  # orders of the derivatives whose limits the timing of a path keeps
+
+
+@dataclass(frozen=True)
+class ControlPoints(FeasibilityFirst, Encoding[TimedPath]):
+    """Feasible by construction, except for obstacles and joint ranges.
+
+    Args:
+        task: whose stops and end velocities.
+        motion: that is decoded; the same number of pieces between any two stops.
+        usual_duration: that a motion takes roughly, s.
+
+    Attributes:
+        shares: how far from one stop to the next each control point lies where nothing is off.
+        via_bases: the three basis functions that are not zero at each via.
+        end_rates: du of the curve's end over the distance of its last two control points.
+        moving_ends: whether start and goal are passed at a velocity that is not zero.
+    """
+
+    name: ClassVar[str] = "spline"
+    scales_time: ClassVar[bool] = True
+    numbers: ClassVar[tuple[str, ...]] = ("usual_duration", "shares", "via_bases", "end_rates")
+
+    task: Move
+    motion: PathSpline
+    usual_duration: float
+    shares: tuple[float, ...] = field(init=False)
+    via_bases: tuple[tuple[float, ...], ...] = field(init=False)
+    end_rates: tuple[float, float] = field(init=False)
+    moving_ends: tuple[bool, bool] = field(init=False)
+
+    def __post_init__(self) -> None:
+        spline, nodes = self.motion.spline, np.array(self.motion.nodes)
+        stops = nodes[:: self.pieces]
+        segment = np.array([self.segment(i) for i in range(self.count)])
+        shares = np.clip((spline.greville - stops[segment]) / np.diff(stops)[segment], 0.0, 1.0)
+        bases, _ = spline.local_basis(stops[1:-1])
+        object.__setattr__(self, "shares", tuple(shares.tolist()))
+        object.__setattr__(self, "via_bases", tuple(map(tuple, bases[:, :DEGREE].tolist())))
+        object.__setattr__(self, "end_rates", tuple((DEGREE / np.diff(nodes)[[0, -1]]).tolist()))
+        object.__setattr__(self, "moving_ends", tuple(bool(velocity.any()) for velocity in self.task.end_velocities))
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether both ends are at rest, so that a motion may be run more slowly."""
+        return not any(self.moving_ends)
+
+    @property
+    def count(self) -> int:
+        """The number of control points N."""
+        return len(self.motion.nodes) + DEGREE - 1
+
+    @property
+    def segments(self) -> int:
+        """The number of segments, each from one stop to the next."""
+        return len(self.task.vias) + 1
+
+    @property
+    def pieces(self) -> int:
+        """The number of pieces of the spline in each segment."""
+        return (len(self.motion.nodes) - 1) // self.segments
+
+    def segment(self, i: int) -> int:
+        """The segment of a control point; one at a via counts to the segment that ends there."""
+        return sum(i > via for via in self.at_vias)
+
+    @property
+    def at_vias(self) -> tuple[int, ...]:
+        """The control points that make the curve pass the vias."""
+        return tuple(via * self.pieces + DEGREE // 2 for via in range(1, self.segments))
+
+    @cached_property
+    def free(self) -> tuple[int, ...]:
+        """The control points whose offsets are decided."""
+        start, goal = self.moving_ends
+        return tuple(i for i in range(1 + start, self.count - 1 - goal) if i not in self.at_vias)
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """Those of the stops, the offsets, the pace at each moving end."""
+        joints = range(1, self.task.robot.dof + 1)
+        offsets = [Variable(f"offset_{i}[{joint}]", -DETOUR, DETOUR, "rad") for i in self.free for joint in joints]
+        ends = [name for name, moves in zip(("start", "goal"), self.moving_ends, strict=True) if moves]
+        return (*variables(self.task), *offsets, *(Variable(f"pace_{name}", *PACES, "1") for name in ends))
+
+    def decode(self, x: Matrix) -> Decoded[TimedPath]:
+        """The least time along the path."""
+        return Decoded(parameters=self.motion.timed(*self.path(x)))
+
+    def path(self, x: Matrix) -> tuple[Matrix, Rates]:
+        """Control points (N, dof), rad, and (du/dt)^2 at both ends."""
+        k, at_stops = self.task.robot.dof, postures(self.task, x)
+        first = len(variables(self.task))
+        offsets = ca.reshape(x[first : first + k * len(self.free)], k, len(self.free)).T
+        points: list[Matrix] = []
+        for i in range(self.count):
+            before, after = at_stops[self.segment(i)], at_stops[self.segment(i) + 1]
+            points.append(before + self.shares[i] * (after - before))
+        points[0], points[-1] = at_stops[0], at_stops[-1]
+        for row, i in enumerate(self.free):
+            points[i] = points[i] + offsets[row, :]
+        rates = self._move_ends(points, x[first + k * len(self.free) :])
+        for via, i in enumerate(self.at_vias):
+            left, middle, right = self.via_bases[via]
+            points[i] = (at_stops[via + 1] - left * points[i - 1] - right * points[i + 1]) / middle
+        return ca.vertcat(*points), rates
+
+    def _move_ends(self, points: list[Matrix], paces: Matrix) -> Rates:
+        """Put the control points next to moving ends in place; (du/dt)^2 at both ends."""
+        start, goal = self.moving_ends
+        at_start: Matrix = ca.DM(0.0)
+        at_goal: Matrix | None = None
+        if start:
+            ahead = self.usual_duration / self.end_rates[0] * paces[0] ** 2
+            points[1] = points[0] + ahead * ca.horzcat(*self.task.start_velocity)
+            at_start = 1.0 / (self.end_rates[0] * ahead) ** 2
+        if goal:
+            behind = self.usual_duration / self.end_rates[1] * paces[int(start)] ** 2
+            points[-2] = points[-1] - behind * ca.horzcat(*self.task.goal_velocity)
+            at_goal = 1.0 / (self.end_rates[1] * behind) ** 2
+        return at_start, at_goal
+
+    def restored(self, limits: Sequence[Limit]) -> list[Limit]:
+        """Speed, acceleration and jerk, which the timing keeps; between ends at rest whatever running slowly keeps."""
+        slowing = scaling(limits) if self.at_rest else []
+        return [limit for limit in limits if limit.order in KEPT_BY_TIMING or limit in slowing]
+
+    def slowing(self, limits: Sequence[Limit]) -> list[Limit]:
+        """The limits that running more slowly than the timing says makes hold."""
+        return [limit for limit in self.restored(limits) if limit.order not in KEPT_BY_TIMING]
+
+    def timed(self, shape: TimedPath, limits: Sequence[Limit], peaks: Sequence[Matrix]) -> TimedPath:
+        """The motion run more slowly where further limits, given their peaks, or the task want that."""
+        bounds = self.task.duration_bounds if self.at_rest else None
+        factor = ca.fmax(1.0, minimum_time_scale(limits, peaks)) if limits else 1.0
+        return shape.slowed(factor, 0.0 if bounds is None else bounds.shortest)
+
+    def cost(
+        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
+    ) -> Matrix:
+        """Feasibility first; what is above the bound of the objective counts as that bound."""
+        bound = weights.objective_upper_bound
+        return super().cost(ca.if_else(objective > bound, bound, objective), penalties, reach, weights)
+
+    def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
+        """Bounds of the motions of the search box.
+
+        The duration is that of d2u/dt2 = c up to the middle of the path and -c from there, with a c so small that
+        du/dt <= sqrt(c) keeps every limit on any path of the box: 2 / sqrt(c), on a grid a little more. It says nothing
+        of ends that move, nor of limits that slow a motion down further.
+        """
+        step, spacing = 2.0 * self._farthest(), float(np.diff(self.motion.nodes).min())
+        first = DEGREE * step / spacing
+        second = 2.0 * (DEGREE - 1) * first / spacing
+        joints = self.task.robot.limits
+        c = min(min(joints.acceleration) / (first + second), (min(joints.speed) / first) ** 2)
+        shortest = 0.0 if self.task.total_time is None else self.task.total_time[0]
+        slow = bool(self.slowing(limits))
+        return MotionBounds(
+            duration=UNREACHED_TIME_SCALE if slow else max(shortest, GRID_ALLOWANCE * 2.0 / float(np.sqrt(c))),
+            rotation=self.task.robot.dof * step * self.count,
+            radius=self.task.robot.reach()[1],
+        )
+
+    def _farthest(self) -> float:
+        """How far a control point can be from one posture, whatever is chosen; of any joint, rad."""
+        ahead = [PACES[1] ** 2 * self.usual_duration / rate for rate in self.end_rates]
+        moved = (np.abs(self.task.end_velocities).max(axis=1) * ahead).max()
+        through_via = max(((1.0 + left + right) / middle for left, middle, right in self.via_bases), default=1.0)
+        return float((spread(self.task) + max(DETOUR, moved)) * through_via)
