@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -84,6 +85,8 @@ def segment_durations(task: Move) -> FloatArray:
 @dataclass(frozen=True, kw_only=True)
 class MoveProblem(Problem[TimedPath]):
     """Move from a place to another, by way of others."""
+
+    free_timing: ClassVar[bool] = True
 
     task: Move
     motion: PathSpline

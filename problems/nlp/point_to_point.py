@@ -168,7 +168,7 @@ class PointToPointNlp(TimedProgram):
                 (x[block] - MAX_ANGLE_CHANGE, x[block] + MAX_ANGLE_CHANGE) if ranges is None else np.array(ranges).T
             )
             if name != "theta_m":
-                narrow_elbow(self.task.elbow, x, first + 1, lower, upper)
+                narrow_elbow(self.task.elbow, x, first + 1, lower, upper, self.robot.stretched)
         times = slice(4 * k, 4 * k + (2 if self.timed else 1))
         lower[times], upper[times] = (self.task.time_box[0], np.inf) if self.timed else TIME_SHARES
         lower[times.stop :] = 0.0

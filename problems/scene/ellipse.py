@@ -13,6 +13,7 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
+from problems.base.arguments import is_zero
 from problems.base.matrix import FloatArray, Matrix, Operand, columns
 from problems.base.ranges import ANGLES, COORDINATES, LENGTHS, check_within
 from problems.scene.obstacle import Obstacle
@@ -67,7 +68,7 @@ class Ellipse(Obstacle):
         """Map points (n, 2) in m so that this ellipse becomes the unit circle; both (n, 1), dimensionless."""
         x, y = columns(points)
         dx, dy = x - self.center[0], y - self.center[1]
-        if not (isinstance(self.angle, float) and self.angle == 0.0):
+        if not is_zero(self.angle):
             cosine, sine = ca.cos(self.angle), ca.sin(self.angle)
             dx, dy = cosine * dx + sine * dy, cosine * dy - sine * dx
         return dx * (1.0 / self.semi_axes[0]), dy * (1.0 / self.semi_axes[1])

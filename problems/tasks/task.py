@@ -31,6 +31,11 @@ class Task(Statement, ABC):
     robot: Robot
     obstacles: tuple[Obstacle, ...]
 
+    @property
+    def end_velocities(self) -> FloatArray:
+        """Joint velocities at both ends of the motion, (2, dof), rad/s; at rest by default."""
+        return np.zeros((2, self.robot.dof))
+
     @abstractmethod
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """The task's own conditions on a finished motion: numeric constraints, and the times of their rows in s."""

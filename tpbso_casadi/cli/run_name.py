@@ -16,6 +16,7 @@ CHANGES = {  # what an option adds to the name
     "links": "{}-links",
     "objective": "{}",
     "elbow": "elbow-{}",
+    "motion": "{}",
     "formulation": "{}",
     "knot_redundancy": "{}-redundancy",
     "population": "population-{}",
@@ -34,6 +35,8 @@ def run_folder(options: argparse.Namespace, scenario: Scenario) -> Path:
         value = getattr(options, option)
         if value is not None:
             parts.append(form.format(_word(value) if isinstance(value, str) else value))
+    if options.retime is not None:
+        parts.append("retimed" if options.retime else "not-retimed")
     if options.polish and options.polish_starts is None:
         parts.append("polish")
     name = re.sub(r"[^\w.+-]+", "_", "-".join(parts))[:LONGEST_NAME]

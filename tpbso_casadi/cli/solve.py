@@ -37,6 +37,7 @@ from tpbso_casadi.planning.plan import Plan, plan
 from tpbso_casadi.scenario.builtin import DEFAULT
 from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE
 from tpbso_casadi.scenario.loading import load
+from tpbso_casadi.scenario.motions import FAMILIES
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import (
     MOST_EVALUATIONS,
@@ -87,6 +88,13 @@ def parser() -> argparse.ArgumentParser:
         "--objective", type=word, metavar="NAME", help=f"{', '.join(OBJECTIVES)}, a plug-in, or package.module:Class"
     )
     problem.add_argument("--elbow", choices=get_args(Elbow), help="branch of inverse kinematics at both ends")
+    problem.add_argument("--motion", choices=FAMILIES, help="the paper's quartic and quintic, or splines in least time")
+    problem.add_argument(
+        "--retime",
+        action=argparse.BooleanOptionalAction,
+        help="run the plan as fast as the limits allow on its path; by default with splines, and where the objective "
+        "does not depend on time",
+    )
     problem.add_argument("--formulation", choices=FORMULATIONS, help="cost (15), or feasible by construction")
     problem.add_argument(
         "--knot-redundancy", choices=get_args(KnotRedundancy), help="of a path, where IPOPT follows it"
@@ -224,13 +232,14 @@ def exit_status(solution: Plan, folder: Path | None, interruption: Interruption)
 def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     """The scenario with the values of the command line in place of its own; validated anew."""
     content = scenario.model_dump()
+    content["model"] = scenario.model.stated()
     if options.links is not None:
         if scenario.arm is None:
             raise ScenarioError("--links: changes an [arm]; this scenario has a [robot]")
         content["arm"] = scenario.arm.with_links(options.links).model_dump()
     sections = {
         "task": ("objective", "elbow"),
-        "model": ("formulation", "knot_redundancy"),
+        "model": ("motion", "retime", "formulation", "knot_redundancy"),
         "solver": ("population", "iterations", "evaluations", "time_limit", "within", "seed", "polish_starts"),
     }
     if options.polish and not content["solver"]["polish_starts"]:

@@ -23,6 +23,7 @@ from tpbso_casadi.scenario.catalogues import (
     find_solver,
 )
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml, too_much
+from tpbso_casadi.scenario.motions import with_motion
 from tpbso_casadi.scenario.robots import ArmSection, ObstacleSection, RobotSection, check_numbers
 from tpbso_casadi.scenario.section import (
     LARGEST_SEED,
@@ -31,13 +32,14 @@ from tpbso_casadi.scenario.section import (
     MOST_MEMBERS,
     MOST_OBSTACLES,
     MOST_POLISH_STARTS,
+    FileSection,
     Positive,
     ScenarioError,
     Section,
     Word,
 )
 from tpbso_casadi.scenario.task import ModelSection
-from tpbso_casadi.scenario.tasks import TASKS, AnyTask
+from tpbso_casadi.scenario.tasks.registry import TASKS, AnyTask
 from tpbso_casadi.scenario.validation import as_text, describe, hint, shown
 
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
@@ -114,7 +116,7 @@ class SolverSection(Section):
         return self.kind().default_budget
 
 
-class Scenario(Section):
+class Scenario(FileSection):
     """A whole scenario file."""
 
     arm: ArmSection | None = None
@@ -141,6 +143,11 @@ class Scenario(Section):
             raise ValueError("robot: the robot is stated twice, as [arm] and as [robot]")
         return self
 
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        object.__setattr__(self, "model", with_motion(self.model, self.task))  # frozen from now on
+        return self
+
     def problem(self) -> Problem[Any]:
         """The problem itself.
 
@@ -159,8 +166,9 @@ class Scenario(Section):
             raise ScenarioError(f"{robot_table}{error.field}: {error.reason}") from error
         self.model.check_size(robot.dof)
         tables = {"link_lengths": robot_table, "joint_limits": robot_table, "obstacles": ""}
-        tables |= dict.fromkeys(("samples", "knots", "knot_redundancy", "formulation", "limits"), "model.")
+        tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:
+            robot = self.model.kept_by(robot)
             return self.task.build(robot, obstacles, self.model)
         except InvalidProblem as error:
             raise ScenarioError(f"{tables.get(error.field, 'task.')}{error.field}: {error.reason}") from error
@@ -234,13 +242,13 @@ def read_scenario(path: pathlib.Path, outside_allowed: bool = False) -> Scenario
 
 
 def parse_scenario(content: dict[str, Any]) -> Scenario:
-    """Check the content of a scenario.
+    """Check the content of a scenario; what comes out is in rad.
 
     Raises:
         ScenarioError: naming the first wrong key.
     """
     try:
-        return Scenario.model_validate_json(as_text(content), strict=True)
+        return Scenario.model_validate_json(as_text(content), strict=True).normalised()
     except ValidationError as error:
         raise ScenarioError(describe(error, Scenario, content)) from error
     except (ValueError, RecursionError) as error:
