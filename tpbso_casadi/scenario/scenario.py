@@ -26,7 +26,6 @@ from tpbso_casadi.scenario.catalogues import (
 )
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml, too_much
 from tpbso_casadi.scenario.motions import with_motion
-from tpbso_casadi.scenario.robots import ArmSection, ObstacleSection, RobotSection, check_numbers
 from tpbso_casadi.scenario.section import (
     LARGEST_SEED,
     MOST_EVALUATIONS,
@@ -43,6 +42,8 @@ from tpbso_casadi.scenario.section import (
 from tpbso_casadi.scenario.task import ModelSection
 from tpbso_casadi.scenario.tasks.registry import TASKS, AnyTask
 from tpbso_casadi.scenario.validation import as_text, describe, hint, shown
+from tpbso_casadi.scenario.world.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles
+from tpbso_casadi.scenario.world.robots import ArmSection, RobotSection, check_numbers
 
 C = TypeVar("C", bound=Criteria)
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
@@ -125,7 +126,7 @@ class Scenario(FileSection):
     arm: ArmSection | None = None
     robot: RobotSection | None = None
     task: AnyTask
-    obstacles: list[ObstacleSection] = Field(default_factory=list, max_length=MOST_OBSTACLES)
+    obstacles: list[AnyObstacle] = Field(default_factory=list, max_length=MOST_OBSTACLES)
     model: ModelSection = ModelSection()
     solver: SolverSection = SolverSection()
 
@@ -134,8 +135,15 @@ class Scenario(FileSection):
         """What of it is not ours: names of plug-ins, which may raise anything."""
         named = [self.task.kind, getattr(self.task, "objective", ""), *self.model.limits, self.solver.name]
         named += [] if self.robot is None else [self.robot.model]
+        named += [obstacle.shape for obstacle in self.obstacles]
         named = [str(name) for name in named]
-        ours = {*TASKS, *OBJECTIVE_CATALOGUE.registry, *LIMIT_CATALOGUE.registry, *ROBOT_CATALOGUE.registry}
+        ours = {
+            *TASKS,
+            *OBJECTIVE_CATALOGUE.registry,
+            *LIMIT_CATALOGUE.registry,
+            *ROBOT_CATALOGUE.registry,
+            *SHAPE_CATALOGUE.registry,
+        }
         return [name for name in named if name and name not in ours | {"path", *SOLVER_CATALOGUE.registry}]
 
     @model_validator(mode="after")
@@ -172,11 +180,11 @@ class Scenario(FileSection):
     def _stated(self, build: Callable[[Robot, tuple[Obstacle, ...], ModelSection], C]) -> C:
         robot_table = "arm." if self.robot is None else "robot.settings."
         try:
-            obstacles = tuple(obstacle.build() for obstacle in self.obstacles)
             robot = (self.arm or self.robot).build()  # type: ignore[union-attr]
         except InvalidProblem as error:
             raise ScenarioError(f"{robot_table}{error.field}: {error.reason}") from error
         self.model.check_size(robot.dof)
+        obstacles = build_obstacles(self.obstacles)
         tables = {"link_lengths": robot_table, "joint_limits": robot_table, "obstacles": ""}
         tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:
