@@ -16,11 +16,11 @@ import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix, split
 from problems.limits.constraint import Constraint
-from problems.motions.acceleration_pieces import AccelerationPieces
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.nlp.program import equality
 from problems.robots.robot import Robot
+from problems.timing.free_space.acceleration_pieces import AccelerationPieces
 
 SHORTEST = 1e-7  # of the time unit: the least duration of a piece
 

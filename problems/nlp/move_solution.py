@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray
-from problems.motions.acceleration_pieces import AccelerationPieces
 from problems.motions.trajectory import Trajectory
+from problems.timing.free_space.acceleration_pieces import AccelerationPieces
 
 LEAST_SHARE = 1e-6  # of the duration, between two nodes of a start
 CORRECTIONS = 3  # each leaves about 1e-12 of what it corrects

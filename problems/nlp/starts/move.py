@@ -15,26 +15,27 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
-from problems.base.matrix import FloatArray, constant
+from problems.base.matrix import FloatArray, as_array, constant
 from problems.limits.limit import Limit
 from problems.motions.trajectory import Trajectory
 from problems.nlp.starts.displacement import displacement_of
 from problems.nlp.starts.waypoint_postures import WaypointPostures, excess
 from problems.objectives import Objective
 from problems.tasks.move import Move
-from problems.timing.moving_ends import least_time_move
+from problems.timing.free_space.moving_ends import least_time_move
 
 DRAWS = 64  # random postures at the places, of which the best become starts
 DESCENTS = 8  # of them that are improved first
 BEST_POSTURES = 2  # different ones that become starts
-DETOUR = 0.3  # rad, of a random start's posture between two places
-FARTHEST_DETOUR = 1.5  # rad, of one around obstacles
-CANDIDATES = {
-    False: 8,
-    True: 64,
-}  # of a random start, in free space and around obstacles; the clearest, shortest counts
+DETOURS = {
+    False: 1,
+    True: 2,
+}  # random postures of a random start between two places, in free space and around obstacles
+NEAREST_DETOUR = 0.3  # rad, of such a posture
+FARTHEST_DETOUR = {False: 0.3, True: 2.0}  # rad
+CANDIDATES = {False: 8, True: 512}  # for a random start; the clearest counts, of several clear ones the shortest
 RANDOM_STARTS = {False: 1, True: 4}  # between those of least displacement
-PATH_STEPS = 24  # from each posture to the next, where a path is looked at
+PATH_STEPS = 16  # from each posture to the next, where a path is looked at
 PASSING_SPEED = 0.5  # of what speed and acceleration allow on the shorter way, where a joint passes a posture
 
 
@@ -72,13 +73,12 @@ class MoveStarts:
 
     def sequence(self, rng: np.random.Generator) -> Iterator[PassedMotion]:
         """An endless sequence of starts; the most promising come first."""
-        around = bool(self.task.obstacles)
-        if not around:
+        if not self._around:
             yield from self.direct(rng)
         while True:
-            for _ in range(RANDOM_STARTS[around]):
+            for _ in range(RANDOM_STARTS[self._around]):
                 yield self.random(rng)
-            if around or not self.postures.given:
+            if self._around or not self.postures.given:
                 yield from self.direct(rng)
 
     def direct(self, rng: np.random.Generator) -> Iterator[PassedMotion]:
@@ -87,30 +87,40 @@ class MoveStarts:
             yield self.along(theta)
 
     def random(self, rng: np.random.Generator) -> PassedMotion:
-        """Between random postures, in each segment by way of a random one."""
-        candidates = [self._detour(rng) for _ in range(CANDIDATES[bool(self.task.obstacles)])]
-        theta = min(candidates, key=lambda theta: (float(self._excess(theta)), self.postures.value(theta)))
-        motion = self.along(theta)
-        return PassedMotion(motion.trajectory, motion.times[::2])
+        """Between random postures, in each segment by way of random ones."""
+        candidates = [self._detour(theta, rng) for theta in self.postures.draw(rng, CANDIDATES[self._around])]
+        broken = as_array(self._excess.map(len(candidates))(np.hstack(candidates))).ravel()
+        best = min(range(len(candidates)), key=lambda i: (broken[i], self.postures.value(candidates[i])))
+        motion = self.along(candidates[best])
+        return PassedMotion(motion.trajectory, motion.times[:: self._ways])
 
-    def _detour(self, rng: np.random.Generator) -> FloatArray:
-        """Random postures at the places and between them, (2 m - 1, k), rad."""
-        theta = self.postures.draw(rng)
-        farthest = np.log(FARTHEST_DETOUR if self.task.obstacles else DETOUR)
-        middle = (theta[1:] + theta[:-1]) / 2.0
-        middle += rng.normal(0.0, np.exp(rng.uniform(np.log(DETOUR), farthest)), middle.shape)
+    @property
+    def _around(self) -> bool:
+        return bool(self.task.obstacles)
+
+    @property
+    def _ways(self) -> int:
+        """From one place to the next, by way of random postures."""
+        return DETOURS[self._around] + 1
+
+    def _detour(self, theta: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Postures (m, k) at the places, and random ones between each and the next, (ways (m - 1) + 1, k), rad."""
+        spread = np.exp(rng.uniform(*np.log([NEAREST_DETOUR, FARTHEST_DETOUR[self._around]])))
+        shares = (np.arange(self._ways) / self._ways)[:, None]
+        mixed = theta[:-1, None] + shares * (theta[1:] - theta[:-1])[:, None]
+        mixed[:, 1:] += rng.normal(0.0, spread, mixed[:, 1:].shape)
         ranges = self.task.robot.limits.position
         if ranges is not None:
-            middle = np.clip(middle, *np.array(ranges).T)
-        return np.concatenate([np.stack([theta[:-1], middle], axis=1).reshape(-1, theta.shape[1]), theta[-1:]])
+            mixed[:, 1:] = np.clip(mixed[:, 1:], *np.array(ranges).T)
+        return np.concatenate([mixed.reshape(-1, theta.shape[1]), theta[-1:]])
 
     @cached_property
     def _excess(self) -> ca.Function:
         """By how much the straight lines between the postures of a random start break limits."""
-        count, k = 2 * len(self.task.vias) + 3, self.task.robot.dof
-        theta, shares = ca.SX.sym("theta", count, k), np.linspace(0.0, count - 1.0, (count - 1) * PATH_STEPS + 1)
-        hats = np.maximum(0.0, 1.0 - np.abs(shares[:, None] - np.arange(count)))
-        path = ca.mtimes(constant(hats), theta)
+        count = self._ways * (len(self.task.vias) + 1) + 1
+        theta = ca.SX.sym("theta", count, self.task.robot.dof)
+        shares = np.linspace(0.0, count - 1.0, (count - 1) * PATH_STEPS + 1)
+        path = ca.mtimes(constant(np.maximum(0.0, 1.0 - np.abs(shares[:, None] - np.arange(count)))), theta)
         return ca.Function("excess", [theta], [excess(self.task.robot, self.limits, path)])
 
     def along(self, theta: FloatArray) -> PassedMotion:

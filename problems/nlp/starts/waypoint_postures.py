@@ -22,7 +22,7 @@ from problems.tasks.move import Move
 from problems.tasks.place import ANGLE_TOLERANCE, Place
 from problems.timing.rest_to_rest import least_durations
 
-MOST_DRAWS = 32  # until postures are within the limits
+OVERSAMPLING = 4  # random postures, of which one breaks limits least
 
 
 @dataclass(frozen=True)
@@ -67,13 +67,19 @@ class WaypointPostures:
         theta = ca.SX.sym("theta", len(self.task.vias) + 2, self.task.robot.dof)
         return ca.Function("excess", [theta], [excess(self.task.robot, self.limits, theta)])
 
-    def draw(self, rng: np.random.Generator) -> FloatArray:
-        """Random postures (m, k), rad, each in the turn nearest to the one before; within the limits if soon found."""
+    def draw(self, rng: np.random.Generator, count: int) -> list[FloatArray]:
+        """Random postures, ``count`` times (m, k) in rad, each in the turn nearest to the one before.
+
+        More are drawn: those that break limits least count.
+        """
+        if self.given:
+            return [as_array(self._postures(ca.DM(0, 1)))] * count
         lower, upper = ([getattr(v, bound) for v in variables(self.task)] for bound in ("lower", "upper"))
-        drawn = [as_array(self._postures(rng.uniform(lower, upper)))]
-        while lower and float(self._excess(drawn[-1])) > 0.0 and len(drawn) < MOST_DRAWS:
-            drawn.append(as_array(self._postures(rng.uniform(lower, upper))))
-        return min(drawn, key=lambda theta: float(self._excess(theta)))
+        drawn = rng.uniform(lower, upper, (OVERSAMPLING * count, len(lower)))
+        theta = self._postures.map(len(drawn))(drawn.T)
+        order = np.argsort(as_array(self._excess.map(len(drawn))(theta)).ravel(), kind="stable")
+        each = as_array(theta).reshape(theta.shape[0], len(drawn), -1)
+        return [each[:, i] for i in order[:count]]
 
     def best(self, rng: np.random.Generator, draws: int, descents: int, count: int) -> list[FloatArray]:
         """The best ``count`` different ones, the best first; maybe none.
@@ -85,8 +91,8 @@ class WaypointPostures:
             count: how many at the most.
         """
         if self.given:
-            return [self.draw(rng)]
-        drawn = sorted((self.draw(rng) for _ in range(draws)), key=self.value)
+            return self.draw(rng, 1)
+        drawn = sorted(self.draw(rng, draws), key=self.value)
         solved = [theta for theta in map(self.descend, drawn[:descents]) if theta is not None]
         distinct: list[FloatArray] = []
         for theta in sorted(solved, key=self.value):

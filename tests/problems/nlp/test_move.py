@@ -18,7 +18,7 @@ from problems.limits import limits_of
 from problems.nlp.move import MoveNlp
 from problems.tasks.move import Move
 from problems.tasks.place import Joints, Position
-from problems.timing.moving_ends import least_time_move
+from problems.timing.free_space.moving_ends import least_time_move
 from problems.timing.rest_to_rest import rest_to_rest
 from solvers import IPOPT, Descent, StopReason
 
