@@ -22,6 +22,7 @@ FLOORS = {
     "motions": 3,
     "limits": 4,
     "objectives": 4,
+    "timing": 4,
     "tasks": 5,
     "certify": 5,
     "encodings": 6,

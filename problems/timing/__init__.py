@@ -1,0 +1,1 @@
+"""How fast a motion can be: moves between postures at rest, and given paths; exact, and proven for all t."""

@@ -1,0 +1,113 @@
+"""A path made ready for timing: without pieces that stand still, its derivative continuous but for corners.
+
+The joints have to stop where the path's derivative changes its direction. Where it only changes its length, the
+parametrisation jumps, not the path: the pieces after it get another length in the parameter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray
+from problems.motions.joint_path import JointPath
+
+STANDS_STILL = 1e-12  # of the path's extent: how far a piece turns that is left out
+LARGEST_GAP = 1e-9  # of the path's extent: between pieces that join
+SAME = 1e-10  # of what a piece turns: a smaller difference of derivatives is none
+
+
+@dataclass(frozen=True, kw_only=True)
+class PreparedPath:
+    """A path in which every piece turns a joint and q' is continuous but for corners.
+
+    Attributes:
+        path: with parameters of its own, from 0.
+        corners: whether q' jumps at a breakpoint, (p + 1,); not at the ends.
+        kinks: whether q' or q'' jumps at a breakpoint, (p + 1,); not at the ends.
+        resting: whether q' is zero at the start, and at the end.
+        rates: du/dt at the start, and at the end.
+    """
+
+    path: JointPath
+    corners: FloatArray
+    kinks: FloatArray
+    resting: tuple[bool, bool]
+    rates: tuple[float, float]
+
+    @property
+    def moves_at_an_end(self) -> bool:
+        """Whether joints have a velocity at an end, so that nothing can be slowed afterwards."""
+        return any(rate > 0.0 and not resting for rate, resting in zip(self.rates, self.resting, strict=True))
+
+
+def prepared(path: JointPath, rates: tuple[float, float] = (0.0, 0.0)) -> PreparedPath:
+    """Prepare a path.
+
+    Args:
+        path: to time.
+        rates: du/dt at its start and at its end.
+
+    Raises:
+        InvalidProblem: it stands still, or jumps, or has a number that is none.
+    """
+    lengths, coefficients = np.diff(path.breakpoints), np.asarray(path.coefficients, dtype=np.float64)
+    if not (np.isfinite(coefficients).all() and np.isfinite(lengths).all() and (lengths > 0.0).all()):
+        raise InvalidProblem("path", "a coefficient is not a number, or the parameter does not increase")
+    if not (np.isfinite(rates).all() and min(rates) >= 0.0):
+        raise InvalidProblem("rates", "du/dt at an end is negative or not a number")
+    unit = coefficients * (lengths ** np.arange(len(coefficients))[::-1, None])[..., None]  # each piece over [0, 1]
+    turned = np.abs(unit[:-1]).sum(axis=0).max(axis=-1, initial=0.0)
+    extent = float(np.ptp(unit[-1], axis=0).max() + turned.max())
+    turning = turned > STANDS_STILL * extent
+    if not turning.any():
+        raise InvalidProblem("path", "it stands still: there is nothing to time")
+    _check_joined(unit, path.breakpoints, extent)
+    return _joined(unit[:, turning], lengths[turning], turned[turning], rates)
+
+
+def _check_joined(unit: FloatArray, breakpoints: FloatArray, extent: float) -> None:
+    gaps = np.abs(unit[-1, 1:] - unit[:, :-1].sum(axis=0))
+    if gaps.max(initial=0.0) > LARGEST_GAP * extent:
+        piece, joint = np.unravel_index(np.argmax(gaps), gaps.shape)
+        at = breakpoints[piece + 1]
+        raise InvalidProblem("path", f"joint {joint + 1} jumps by {gaps.max():.3g} rad where the parameter is {at:g}")
+
+
+def _joined(unit: FloatArray, lengths: FloatArray, turned: FloatArray, rates: tuple[float, float]) -> PreparedPath:
+    """Choose the lengths of pieces (order, p, k) over [0, 1] so that q' is continuous where its direction is."""
+    starts, ends = _end_derivatives(unit)
+    corners, kinks = np.zeros((2, lengths.size + 1), dtype=bool)
+    chosen = lengths.copy()
+    for i in range(1, lengths.size):
+        chosen[i] = chosen[i - 1] * lengths[i] / lengths[i - 1]
+        (before, before2), (after, after2) = ends[:, i - 1], starts[:, i]
+        least = SAME * max(turned[i - 1] / chosen[i - 1], turned[i] / chosen[i])
+        fast, slow = np.linalg.norm(before) / chosen[i - 1], np.linalg.norm(after) / chosen[i]
+        if fast > least and slow > least and np.abs(before / chosen[i - 1] - after / chosen[i]).max() > least:
+            chosen[i] *= slow / fast
+        corners[i] = np.abs(before / chosen[i - 1] - after / chosen[i]).max() > least
+        least2 = SAME * max(turned[i - 1] / chosen[i - 1] ** 2, turned[i] / chosen[i] ** 2)
+        kinks[i] = corners[i] or np.abs(before2 / chosen[i - 1] ** 2 - after2 / chosen[i] ** 2).max() > least2
+    powers = np.arange(len(unit))[::-1, None]
+    resting = [
+        bool(np.abs(first).max() <= SAME * most)
+        for first, most in ((starts[0, 0], turned[0]), (ends[0, -1], turned[-1]))
+    ]
+    return PreparedPath(
+        path=JointPath(np.concatenate([[0.0], np.cumsum(chosen)]), unit / (chosen**powers)[..., None]),
+        corners=corners,
+        kinks=kinks,
+        resting=(resting[0], resting[1]),
+        rates=(rates[0], rates[1] * float(chosen[-1] / lengths[-1])),
+    )
+
+
+def _end_derivatives(unit: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """First and second derivatives of pieces (order, p, k) over [0, 1], at their starts and ends, (2, p, k) each."""
+    n = np.arange(len(unit))[::-1, None, None]
+    padded = np.concatenate([np.zeros((3, *unit.shape[1:])), unit])
+    starts = np.stack([padded[-2], 2.0 * padded[-3]])
+    return starts, np.stack([(n * unit).sum(axis=0), (n * (n - 1) * unit).sum(axis=0)])

@@ -1,0 +1,183 @@
+"""Least time along a path: optimal where the optimum is known, limits kept for all t, corners stopped at."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+from problems import InvalidProblem
+from problems.base.matrix import FloatArray
+from problems.motions.joint_path import JointPath
+from problems.motions.trajectory import Trajectory
+from problems.robots.robot import JointLimits
+from problems.timing import linear_program
+from problems.timing.rest_to_rest import least_durations, rest_to_rest
+from problems.timing.retime import retime
+from problems.timing.stretch import minimum_time_scale
+
+LIMITS = JointLimits(speed=(2.0, 3.0), acceleration=(10.0, 5.0))
+WAYPOINTS = np.random.default_rng(0).uniform(-1.0, 1.0, (6, 2))
+
+
+def polyline(waypoints: FloatArray, u: FloatArray | None = None) -> JointPath:
+    u = np.arange(float(len(waypoints))) if u is None else u
+    return JointPath(u, np.stack([np.diff(waypoints, axis=0) / np.diff(u)[:, None], waypoints[:-1]]))
+
+
+def curve() -> JointPath:
+    spline = CubicSpline(np.arange(6.0), WAYPOINTS)
+    return JointPath(spline.x, spline.c)
+
+
+def along_line(start: FloatArray, goal: FloatArray) -> float:
+    """The least duration on a straight line: of one joint with the tightest limits."""
+    way = np.abs(goal - start)
+    speed, acceleration = (float((np.array(limit) / way).min()) for limit in (LIMITS.speed, LIMITS.acceleration))
+    one = JointLimits(speed=(speed,), acceleration=(acceleration,))
+    return float(least_durations(np.ones(1), one)[0])
+
+
+def check_kept(trajectory: Trajectory, limits: JointLimits = LIMITS) -> None:
+    """Limits at 20,000 times, by NumPy alone; no jump of velocity."""
+    times = np.linspace(0.0, trajectory.duration, 20_000)
+    assert (np.abs(trajectory.at(times, 1)) <= np.array(limits.speed) * (1.0 + 1e-9)).all()
+    assert (np.abs(trajectory.at(times, 2)) <= np.array(limits.acceleration) * (1.0 + 1e-9)).all()
+    inner = trajectory.breakpoints[1:-1]
+    before, after = trajectory.at(np.nextafter(inner, 0.0), 1), trajectory.at(inner, 1)
+    np.testing.assert_allclose(before, after, atol=1e-10 * max(limits.speed))
+
+
+@pytest.mark.parametrize(
+    ("shape", "loss"),
+    [
+        ([0.0, 1.0], 1e-4),
+        ([0.0, 0.0, 3.0, -2.0], 3e-4),  # at rest at both ends
+        ([0.0, 0.0, 0.0, 10.0, -15.0, 6.0], 4e-3),
+    ],
+)
+def test_straight_line_needs_its_closed_form(shape: list[float], loss: float) -> None:
+    start, goal = WAYPOINTS[:2]
+    coefficients = np.multiply.outer(np.array(shape[::-1]), goal - start)[:, None]
+    coefficients[-1] += start
+    trajectory = retime(JointPath(np.array([0.0, 1.0]), coefficients), LIMITS)
+    check_kept(trajectory)
+    assert 1.0 - 1e-9 <= trajectory.duration / along_line(start, goal) < 1.0 + loss
+    np.testing.assert_allclose(trajectory.at(trajectory.breakpoints[[0, -1]], 1), 0.0, atol=1e-12)
+
+
+def test_corners_are_stops() -> None:
+    trajectory = retime(polyline(WAYPOINTS), LIMITS)
+    check_kept(trajectory)
+    stops = sum(along_line(*pair) for pair in pairwise(WAYPOINTS))
+    assert stops * (1.0 - 1e-9) <= trajectory.duration < stops * 1.001
+    for waypoint in WAYPOINTS:
+        at = trajectory.breakpoints[np.abs(trajectory.at(trajectory.breakpoints) - waypoint).max(axis=1).argmin()]
+        np.testing.assert_allclose(trajectory.at(np.array([at])), [waypoint], atol=1e-12)
+        np.testing.assert_allclose(trajectory.at(np.array([at]), 1), 0.0, atol=1e-12)
+
+
+def test_a_jump_of_the_parametrisation_is_no_corner() -> None:
+    waypoints = np.multiply.outer([0.0, 1.0, 1.5, 4.0], [1.0, 2.0])
+    uneven = retime(polyline(waypoints, np.array([0.0, 1.0, 5.0, 5.5])), LIMITS)
+    assert uneven.duration == pytest.approx(along_line(waypoints[0], waypoints[-1]), rel=1e-4)
+
+
+def test_pieces_that_stand_still_cost_nothing() -> None:
+    with_pauses = retime(polyline(WAYPOINTS[[0, 0, 1, 2, 2, 3]]), LIMITS)
+    assert with_pauses.duration == pytest.approx(retime(polyline(WAYPOINTS[:4]), LIMITS).duration, rel=1e-9)
+
+
+def test_a_curve_touches_its_limits_and_stays_on_its_path() -> None:
+    path = curve()
+    trajectory = retime(path, LIMITS)
+    check_kept(trajectory)
+    assert minimum_time_scale(trajectory, LIMITS) == pytest.approx(1.0, abs=1e-10)
+    dense, passed = path.at(np.linspace(0.0, 5.0, 20_001)), trajectory.at(np.linspace(0.0, trajectory.duration, 300))
+    away = np.abs(passed[:, None] - dense[None]).max(axis=2).min(axis=1)
+    assert away.max() < 1e-3
+
+
+def test_as_fast_as_toppra() -> None:
+    toppra = pytest.importorskip("toppra")
+    path = curve()
+
+    class Geometry(toppra.interpolator.AbstractGeometricPath):
+        dof, path_interval, waypoints = 2, np.array([0.0, 5.0]), None
+
+        def __call__(self, u: FloatArray, order: int = 0) -> FloatArray:
+            return np.asarray(path.curve(u, order))
+
+    def both(bounds: tuple[float, ...]) -> FloatArray:
+        return np.array([[-bound, bound] for bound in bounds])
+
+    constraints = [
+        toppra.constraint.JointVelocityConstraint(both(LIMITS.speed)),
+        toppra.constraint.JointAccelerationConstraint(both(LIMITS.acceleration)),
+    ]
+    grid = np.linspace(0.0, 5.0, 4001)
+    best = toppra.algorithm.TOPPRA(constraints, Geometry(), gridpoints=grid).compute_trajectory(0, 0).duration
+    assert best * 0.9995 < retime(path, LIMITS).duration < best * 1.003
+
+
+@pytest.mark.parametrize("share", [0.3, 0.7, 1.0])
+def test_velocities_at_the_ends_are_exact(share: float) -> None:
+    path = curve()
+    slopes = path.at(path.breakpoints[[0, -1]], 1)
+    rates = share * (np.array(LIMITS.speed) / np.abs(slopes)).min(axis=1)
+    trajectory = retime(path, LIMITS, (float(rates[0]), float(rates[1])))
+    check_kept(trajectory)
+    found = trajectory.at(trajectory.breakpoints[[0, -1]], 1)
+    np.testing.assert_allclose(found, slopes * rates[:, None], atol=1e-13)
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1e6])
+def test_units_do_not_matter(factor: float) -> None:
+    unit = retime(curve(), LIMITS).duration
+    path = curve()
+    in_other_units = JointPath(
+        path.breakpoints * factor, path.coefficients / factor ** np.arange(3, -1, -1)[:, None, None]
+    )
+    assert retime(in_other_units, LIMITS).duration == pytest.approx(unit, rel=1e-6)
+    turned = JointPath(path.breakpoints, path.coefficients * factor)
+    faster = JointLimits(speed=(2.0 * factor, 3.0 * factor), acceleration=(10.0 * factor, 5.0 * factor))
+    assert retime(turned, faster).duration == pytest.approx(unit, rel=1e-6)
+
+
+def test_without_the_linear_program_slower_but_valid(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(linear_program, "METHODS", ())
+    for path in (curve(), polyline(WAYPOINTS)):
+        check_kept(retime(path, LIMITS))
+
+
+def test_a_move_retimed_is_that_move() -> None:
+    move = rest_to_rest(np.zeros(2), np.array([1.0, 0.2]), LIMITS)
+    again = retime(JointPath.of(move), LIMITS)
+    assert again.duration == pytest.approx(move.duration, rel=2e-3)
+
+
+def jumping() -> JointPath:
+    path = polyline(WAYPOINTS)
+    coefficients = path.coefficients.copy()
+    coefficients[-1, 2, 0] += 0.1
+    return JointPath(path.breakpoints, coefficients)
+
+
+@pytest.mark.parametrize(
+    ("path", "rates", "message"),
+    [
+        (polyline(WAYPOINTS[[0, 0]]), (0.0, 0.0), "path: it stands still: there is nothing to time"),
+        (jumping(), (0.0, 0.0), "path: joint 1 jumps by 0.1 rad where the parameter is 2"),
+        (polyline(WAYPOINTS * np.nan), (0.0, 0.0), "path: a coefficient is not a number, or the parameter does not"),
+        (polyline(WAYPOINTS[:, :1]), (0.0, 0.0), "path: 1 joints for limits of 2"),
+        (curve(), (-1.0, 0.0), "rates: du/dt at an end is negative or not a number"),
+        (curve(), (0.0, np.inf), "rates: du/dt at an end is negative or not a number"),
+        (curve(), (9.0, 0.0), r"rates: start: joint 1 at .* rad/s may not exceed 2 rad/s"),
+        (polyline(WAYPOINTS[:2] * 0.01), (50.0, 0.0), "rates: the limits allow no motion along the path with these"),
+    ],
+)
+def test_what_cannot_be_timed(path: JointPath, rates: tuple[float, float], message: str) -> None:
+    with pytest.raises(InvalidProblem, match=f"^{message}"):
+        retime(path, LIMITS, rates)
