@@ -49,9 +49,20 @@ class Criteria:
         return self.task.obstacles
 
     @property
+    def smoothness(self) -> int:
+        """How many derivatives of a motion are continuous, the angle the first."""
+        return self.timed_smoothness if self.free_timing else SMOOTH_ORDERS
+
+    @property
     def timed_smoothness(self) -> int:
-        """How many derivatives of a motion that is timed path by path are continuous, the angle the first."""
+        """The same of a motion that is timed path by path."""
         return CONTINUOUS_ORDERS if self.robot.limits.jerk is None else SMOOTH_ORDERS
+
+    def at_free_times(self) -> Criteria:
+        """The same for a motion that is timed anew along its path."""
+        if self.free_timing:
+            return self
+        return Criteria(task=self.task.at_free_times(), objective=self.objective, limits=self.limits)
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
         """Times in s at which to tabulate a trajectory, its breakpoints among them."""

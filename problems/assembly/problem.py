@@ -16,6 +16,7 @@ from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.limits.constraint import Constraint
 from problems.limits.limit import SAMPLING_MARGIN
+from problems.motions.joint_path import JointPath
 from problems.motions.motion import Motion
 from problems.motions.trajectory import Trajectory
 from problems.nlp.program import NonlinearProgram
@@ -163,6 +164,10 @@ class Problem(Criteria, ABC, Generic[P]):
     def trajectory(self, x: FloatArray) -> Trajectory:
         """The exact trajectory of one candidate (d,)."""
         return self.motion.trajectory(self.parameters_of(x))
+
+    def path(self, x: FloatArray) -> JointPath:
+        """The path of one candidate (d,), whatever its timing."""
+        return JointPath.of(self.trajectory(x))
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
         """Times in s at which to tabulate a trajectory, those of the search's samples among them."""

@@ -109,6 +109,12 @@ class Trajectory:
         largest = max(float(np.abs(before).max(initial=0.0)), float(np.abs(after).max(initial=0.0)))
         return np.asarray((np.abs(after[1:] - before[:-1]) > ROUNDING * largest).any(axis=1))
 
+    @cached_property
+    def is_finite(self) -> bool:
+        """Whether its times, and the coefficients of its derivatives too, are numbers."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            return all(np.isfinite(part).all() for part in (self.breakpoints, *(d.c for d in self._derivatives)))
+
     def largest_jump(self, end_velocities: FloatArray | None = None, smooth_orders: int = SMOOTH_ORDERS) -> float:
         """The largest jump of a derivative that has to be continuous, at the ends included; dimensionless.
 
@@ -123,10 +129,9 @@ class Trajectory:
             may not jump farther elsewhere. Nor to less than 1e-6 rad, over the duration of the motion: what hardly
             moves is mostly rounding. Infinite where the motion is no number.
         """
+        if not self.is_finite:
+            return np.inf
         with np.errstate(over="ignore", invalid="ignore"):
-            numbers = [self.breakpoints, *(curve.c for curve in self._derivatives)]
-            if not all(np.isfinite(part).all() for part in numbers):
-                return np.inf
             rest = np.zeros((2, self.coefficients.shape[2]))
             outside = {1: rest if end_velocities is None else end_velocities, 2: rest}
             relative = [self._jump(n, outside.get(n)) / self._jump_scale(n) for n in range(smooth_orders)]

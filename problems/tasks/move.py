@@ -90,6 +90,11 @@ class Move(Task):
         return not self.end_velocities.any()
 
     @property
+    def passes_nothing(self) -> bool:
+        """Whether there are no vias."""
+        return not self.vias
+
+    @property
     def duration_bounds(self) -> DurationBounds | None:
         """The bounds of T, where they are stated."""
         return None if self.total_time is None else DurationBounds("total time", "T", *self.total_time)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -48,6 +48,15 @@ class Task(Statement, ABC):
     def durations(self, trajectory: Trajectory) -> FloatArray:
         """The durations of a finished motion to which these bounds apply, (n,), s; that of the whole by default."""
         return np.array([trajectory.duration])
+
+    @property
+    def passes_nothing(self) -> bool:
+        """Whether a motion is bound by its two ends alone, and by nothing on the way; not by default."""
+        return False
+
+    def at_free_times(self) -> Self:
+        """The same task for a motion that is timed anew along its path: nothing is asked at given times any more."""
+        return self
 
     def markers(self) -> tuple[Marker, ...]:
         """Positions that the tool has to reach, for drawing; none by default."""

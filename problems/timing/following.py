@@ -33,8 +33,8 @@ def departure(path: JointPath, trajectory: Trajectory) -> float:
     pieces = np.clip(np.searchsorted(path.breakpoints, u[:, NODES // 2], "right") - 1, 0, path.breakpoints.size - 2)
     starts, ends = path.breakpoints[pieces], path.breakpoints[pieces + 1]
     local = np.clip(u, starts[:, None], ends[:, None]) - starts[:, None]
-    course = np.linalg.solve(np.vander(shares, increasing=True), local.T)[:, :, None]  # lowest power of the share first
-    planned = composition(path.coefficients[::-1, pieces], course)
+    course = np.asarray(np.linalg.solve(np.vander(shares, increasing=True), local.T))  # lowest power of the share first
+    planned = composition(path.coefficients[::-1, pieces], course[:, :, None])
     powers = np.arange(len(trajectory.coefficients))[:, None]
     made = trajectory.coefficients[::-1] * (durations**powers)[..., None]
     difference = np.zeros((max(len(planned), len(made)), *made.shape[1:]))

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from problems import Problem
+from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray
 from tpbso_casadi.planning.motion import Motion
 
@@ -25,7 +24,7 @@ class Frames:
         joints: where base, joints and tip are, (n, k + 1, 2), m.
     """
 
-    problem: Problem[Any]
+    problem: Criteria
     times: FloatArray
     joints: FloatArray
 
@@ -52,4 +51,4 @@ class Frames:
 def frames_of(motion: Motion, count: int = FRAME_COUNT) -> Frames:
     """The postures of a motion at ``count`` equally spaced times."""
     times = np.linspace(0.0, motion.trajectory.duration, count)
-    return Frames(motion.problem, times, motion.joint_positions(times))
+    return Frames(motion.criteria, times, motion.joint_positions(times))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from solvers.driver.interruption import Interruption
 from tpbso_casadi.animation import animate, check_animation
-from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.storage.exporting import export_motion
 from tpbso_casadi.storage.files import OutputError
@@ -57,7 +57,7 @@ class Output:
             if inner is not None and len(inner.parts) > 1:
                 raise OutputError(f"--animate {self.film}: a run folder holds no other folders")
 
-    def write(self, plan: Plan, progress: Progress, interruption: Interruption) -> Path | None:
+    def write(self, plan: PlannedMotion, progress: Progress, interruption: Interruption) -> Path | None:
         """Write all of it; once there is a request to stop, the run folder without what is not complete.
 
         Returns:
@@ -72,7 +72,7 @@ class Output:
         return folder
 
     def _write_run(
-        self, next_folder: Callable[[], Path], plan: Plan, progress: Progress, interruption: Interruption
+        self, next_folder: Callable[[], Path], plan: PlannedMotion, progress: Progress, interruption: Interruption
     ) -> Path:
         progress.phase("writing")
         while True:
@@ -92,7 +92,7 @@ class Output:
         place = self.film.parent.resolve() / self.film.name
         return place.relative_to(folder.resolve()) if place.is_relative_to(folder.resolve()) else None
 
-    def _film(self, plan: Plan, progress: Progress, folder: Path) -> None:
+    def _film(self, plan: PlannedMotion, progress: Progress, folder: Path) -> None:
         assert self.film is not None
         progress.phase("filming")
         animate(folder / self.film.name, self.title, plan.motion)

@@ -33,7 +33,8 @@ from tpbso_casadi.cli.display.plan_tables import print_plan, print_scenarios, su
 from tpbso_casadi.cli.display.planning_progress import planning_progress
 from tpbso_casadi.cli.output import Output
 from tpbso_casadi.cli.run_name import run_folder
-from tpbso_casadi.planning.plan import Plan, plan
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.scenario.builtin import DEFAULT
 from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE
 from tpbso_casadi.scenario.loading import load
@@ -212,7 +213,7 @@ def evaluation_options(options: argparse.Namespace) -> EvaluationOptions:
     )
 
 
-def exit_status(solution: Plan, folder: Path | None, interruption: Interruption) -> int:
+def exit_status(solution: PlannedMotion, folder: Path | None, interruption: Interruption) -> int:
     """0 feasible, 1 not, 130 interrupted; the last two with a line that says what there is."""
     if interruption.requested:
         what = f"best plan so far, {summary_of(solution)}," if solution.feasible else "best attempt, not feasible,"

@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
-from problems import Problem
+from problems.assembly.criteria import Criteria
 from problems.tasks.drawing import MarkerKind
 
 MARKER_STYLES: dict[MarkerKind, dict[str, Any]] = {
@@ -20,7 +20,7 @@ MARKER_STYLES: dict[MarkerKind, dict[str, Any]] = {
 }
 
 
-def draw_scene(axes: Axes, problem: Problem[Any]) -> None:
+def draw_scene(axes: Axes, problem: Criteria) -> None:
     """Draw the base of the arm, the obstacles and the markers of the task."""
     axes.plot(*problem.robot.base, "s", color="black", markersize=8, label="base", zorder=5)
     for obstacle in problem.obstacles:

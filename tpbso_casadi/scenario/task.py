@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field
 
 from problems import Limit, Problem, Robot
+from problems.assembly.criteria import Criteria
 from problems.encodings import FORMULATIONS
 from problems.scene.obstacle import Obstacle
 from problems.tasks.path_following import KnotRedundancy
@@ -92,10 +93,12 @@ class TaskSection(Section):
     """[task]: the interface of every kind of task.
 
     Attributes:
+        is_searched: whether a motion has to be searched for; if not, there is nothing but a path to be timed.
         motions: families of motions that it can be planned with, the default first.
         keys_of: by family, keys that belong to it alone.
     """
 
+    is_searched: ClassVar[bool] = True
     motions: ClassVar[tuple[str, ...]] = ("paper",)
     keys_of: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
 
@@ -124,3 +127,11 @@ class TaskSection(Section):
             InvalidProblem: the robot cannot do the task.
         """
         raise NotImplementedError
+
+    def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
+        """What a motion is judged by; the problem itself, where there is something to search.
+
+        Raises:
+            InvalidProblem: the robot cannot do the task.
+        """
+        return self.build(robot, obstacles, model)

@@ -1,4 +1,4 @@
-"""The [arm], [robot] and [[obstacles]] tables of a scenario file."""
+"""The [arm] and [robot] tables of a scenario file."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field
 
-from problems import Ellipse, InvalidProblem, PlanarArm, Robot
+from problems import InvalidProblem, PlanarArm, Robot
 from tpbso_casadi.plugins import PluginError
 from tpbso_casadi.scenario.catalogues import ROBOT_CATALOGUE
 from tpbso_casadi.scenario.section import (
@@ -15,7 +15,6 @@ from tpbso_casadi.scenario.section import (
     LARGEST,
     MOST_LINKS,
     SMALLEST,
-    Angle,
     Interval,
     NotNegative,
     Number,
@@ -118,18 +117,6 @@ class RobotSection(Section):
         if robot.dof > MOST_LINKS:
             raise ScenarioError(f"robot: {robot.dof} joints; at most {MOST_LINKS} are planned")
         return robot
-
-
-class ObstacleSection(Section):
-    """[[obstacles]]: an ellipse, m and rad."""
-
-    center: PlanarPoint
-    semi_axes: tuple[Positive, Positive]
-    angle: Angle = 0.0
-
-    def build(self) -> Ellipse:
-        """The obstacle itself."""
-        return Ellipse(self.center, self.semi_axes, self.angle)
 
 
 def check_numbers(key: str, value: object) -> None:
