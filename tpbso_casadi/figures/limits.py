@@ -21,10 +21,10 @@ BINDING = 0.995  # of a limit
 
 def limits_figure(plan: PlannedMotion) -> Figure:
     """Above, of each kind of limit, the largest share that any joint uses; below, where each joint is at one."""
-    trajectory, limits = plan.trajectory, plan.problem.robot.limits
+    trajectory, limits = plan.trajectory, plan.criteria.robot.limits
     times = trajectory.times(TIMES)
     shares = {name: shares_of(trajectory, limits, name, times) for name in KINDS if getattr(limits, name) is not None}
-    joints = plan.problem.robot.dof
+    joints = plan.criteria.robot.dof
     figure = Figure(figsize=(7.2, 3.6 + 0.32 * joints), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3.0, 0.4 + 0.4 * joints]})
     for name, used in shares.items():
