@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -24,10 +25,10 @@ from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.motions.path_spline import TimedPath
 from problems.motions.traced_spline import TracedSpline
 from problems.motions.trajectory import Trajectory
-from problems.nlp.program import NonlinearProgram
+from problems.nlp.tracing import TracingNlp, end_to_end
 from problems.objectives import Objective
 from problems.tasks.checks import check_at_least
-from problems.tasks.path_knots import knots_of
+from problems.tasks.path_knots import PathKnots, knots_of
 from problems.tasks.path_tracing import PathTracing
 
 LEAST_STEPS = 2  # of the grid between two knots
@@ -58,14 +59,13 @@ def tracing(
     steps = max(LEAST_STEPS, round(samples / (knots.u.size - 1)))
     motion = TracedSpline(task.robot, tuple(knots.u.tolist()), steps, knots.corners)
     points = tuple(tuple(point) for point in knots.points.tolist())
-    ends = task.path.array[knots.segments], task.path.array[knots.segments + 1]
     return TracingProblem(
         task=task,
         motion=motion,
         encoding=Tracing(task, motion, points, redundancy_values),
         objective=objective_named(objective),
         limits=limits_of(task.robot, task.obstacles, limits),
-        lines=np.column_stack(ends),
+        knots=knots,
     )
 
 
@@ -74,13 +74,19 @@ class TracingProblem(SplineProblem):
     """Lead the tool along a path, from rest to rest.
 
     Attributes:
-        lines: start and end of the line on which each interval between knots lies, (M - 1, 2 dim), m.
+        knots: of the path.
     """
 
     task: PathTracing
     motion: TracedSpline
     encoding: Tracing
-    lines: FloatArray
+    knots: PathKnots
+
+    @cached_property
+    def lines(self) -> FloatArray:
+        """Start and end of the line on which each grid point lies, (n, 2 dim), m."""
+        segments, path = self.knots.segments[self.motion.intervals], self.task.path.array
+        return np.column_stack([path[segments], path[segments + 1]])
 
     @property
     def accuracy(self) -> Accuracy:
@@ -89,8 +95,7 @@ class TracingProblem(SplineProblem):
 
     def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
         """The distances from the path at the grid points."""
-        lines = self.lines[self.motion.intervals]
-        starts, ends = np.split(lines, 2, axis=1)
+        starts, ends = np.split(self.lines, 2, axis=1)
         tool = self.motion.samples(parameters).tool
         return [self.accuracy.along(tool, ca.DM(starts), ca.DM(ends), SAMPLING_MARGIN)]
 
@@ -98,9 +103,19 @@ class TracingProblem(SplineProblem):
         """Postures at the knots, spline, scan backward, scan forward, samples, distances from the path, finish."""
         return TracingSteps(self).program()
 
-    def nlp(self) -> NonlinearProgram:
+    def nlp(self) -> TracingNlp:
         """The same problem for solvers that follow gradients."""
-        raise NotImplementedError
+        return TracingNlp(
+            task=end_to_end(self.task),
+            objective=self.objective,
+            limits=self.limits,
+            pieces=self.knots.u.size - 1,
+            decode=self.trajectory,
+            knots=self.knots,
+            path=self.task.path.array,
+            accuracy=self.task.accuracy,
+            box=self.bounds,
+        )
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """Path parameters of the knots, and the redundant values there, of one candidate (d,)."""
@@ -141,15 +156,14 @@ class TracingSteps(MoveSteps):
     def further_steps(self, orders: tuple[int, ...]) -> list[Step]:
         """A loop over the grid points that adds up how far the tool is from the path."""
         size, width = self.motion.piece_sizes(orders)
-        lines = self.lines[self.motion.intervals]
-        window, row = ca.SX.sym("window", width), ca.SX.sym("row", lines.shape[1])
+        window, row = ca.SX.sym("window", width), ca.SX.sym("row", self.lines.shape[1])
         theta = self.motion.at(window, row, ca.SX(1), orders).theta
-        start, end = ca.vertsplit(row, lines.shape[1] // 2)
+        start, end = ca.vertsplit(row, self.lines.shape[1] // 2)
         constraint = self.accuracy.along(self.motion.robot.tool(theta), start.T, end.T, SAMPLING_MARGIN)
         accuracy = ca.SX.sym("accuracy")
         inputs = {"p": self.p, "window": window, "row": row, "accuracy": accuracy}
         outputs = {"accuracy": accuracy + self.encoding.penalty(constraint)}
-        loop = Loop(rows=lines, window="blocks", starts=self.motion.grid.pieces * size)
+        loop = Loop(rows=self.lines, window="blocks", starts=self.motion.grid.pieces * size)
         return [Step.of("distances", inputs, outputs, loop)]
 
     @property

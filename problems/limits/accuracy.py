@@ -26,9 +26,15 @@ class Accuracy(Statement):
 
     accuracy: float
 
-    def at(self, tool: Matrix, points: Matrix) -> Constraint:
-        """The limit at n points of the path: planned and given positions, both (n, dim), m."""
-        return self._constraint(tool - points, "|P*_i - tip(theta(u_i))| <= accuracy, at every given point i", 0.0)
+    def at(self, tool: Matrix, points: Matrix, margin: float = 0.0) -> Constraint:
+        """The limit at n points of the path: planned and given positions, both (n, dim), m.
+
+        Args:
+            tool: planned positions.
+            points: given ones.
+            margin: to keep, as a share of the accuracy.
+        """
+        return self._constraint(tool - points, "|P*_i - tip(theta(u_i))| <= accuracy, at every given point i", margin)
 
     def along(self, tool: Matrix, starts: Matrix, ends: Matrix, margin: float) -> Constraint:
         """The limit between points of the path: the tool stays near the straight lines that join them.

@@ -207,10 +207,14 @@ class MoveNlp(TimedProgram):
         return self._variables(PassedMotion(trajectory, passed))
 
     def _variables(self, motion: PassedMotion) -> FloatArray:
-        x = self.variables.of(motion.trajectory, node_times(motion.trajectory, motion.times, self.pieces))
+        x = self.variables.of(motion.trajectory, self.node_times(motion))
         goal = self.variables.end_postures(x)[1]
         misses = goal_misses(self.task, goal) if len(self.task.goals) > 1 else []
         return np.concatenate([x, *misses, self.objective.slack_values(as_array(self._angles(x)))])
+
+    def node_times(self, motion: PassedMotion) -> FloatArray:
+        """Where to put the nodes on a motion, (N + 1,), s."""
+        return node_times(motion.trajectory, motion.times, self.pieces)
 
     @cached_property
     def _angles(self) -> ca.Function:

@@ -25,12 +25,14 @@ class PathKnots:
         u: path parameters, by distance along the path, from 0 to 1, (M,).
         points: (M, dim), m.
         segments: of each knot but the last, the number of the line on which the interval after it lies, (M - 1,).
+        vertices: indices of the knots that are given points, (n,).
         corners: indices of the inner knots at which the path turns too sharply for a spline.
     """
 
     u: FloatArray
     points: FloatArray
     segments: NDArray[np.intp]
+    vertices: NDArray[np.intp]
     corners: tuple[int, ...]
 
 
@@ -57,6 +59,7 @@ def knots_of(path: Path, accuracy: float, reach: float) -> PathKnots:
         u=np.append(distances, along[-1]) / along[-1],
         points=np.vstack([points, vertices[-1:]]),
         segments=segments,
+        vertices=first,
         corners=tuple(corners),
     )
 

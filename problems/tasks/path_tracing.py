@@ -68,13 +68,7 @@ class PathTracing(Task):
 
         Of all choices in order among many times that with the smallest sum of squared distances.
         """
-        points = self.path.array
-        times = trajectory.times(max(LEAST_TIMES, TIMES_PER_POINT * len(points)))
-        tool = as_array(trajectory.samples(times, self.robot).tool)
-        away = np.array([np.square(tool - point).sum(axis=1) for point in points])
-        chosen = times[increasing_choice(away)]
-        chosen[[0, -1]] = 0.0, trajectory.duration
-        return chosen
+        return times_at(self.robot, trajectory, self.path.array)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """Start and goal; that the tool stays near the path has a proof of its own."""
@@ -83,3 +77,13 @@ class PathTracing(Task):
     def markers(self) -> tuple[Marker, ...]:
         """The given points."""
         return (Marker(label="given points", points=self.path.array, kind=MarkerKind.POINTS),)
+
+
+def times_at(robot: Robot, trajectory: Trajectory, points: FloatArray) -> FloatArray:
+    """When the tool passes points (n, dim) in their order, the first at the start, the last at the end; (n,), s."""
+    times = trajectory.times(max(LEAST_TIMES, TIMES_PER_POINT * len(points)))
+    tool = as_array(trajectory.samples(times, robot).tool)
+    away = np.array([np.square(tool - point).sum(axis=1) for point in points])
+    chosen = times[increasing_choice(away)]
+    chosen[[0, -1]] = 0.0, trajectory.duration
+    return chosen

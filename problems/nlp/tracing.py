@@ -1,0 +1,81 @@
+"""The nonlinear program of tracing a path: a move whose nodes are the knots of the path, near which the tool stays.
+
+The knots are passed at free times, anywhere within the accuracy: corners are rounded off as far as it allows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from problems.base.matrix import FloatArray
+from problems.limits.accuracy import Accuracy
+from problems.limits.constraint import Constraint
+from problems.motions.samples import Samples
+from problems.motions.trajectory import Trajectory
+from problems.nlp.move import MoveNlp
+from problems.nlp.move_solution import node_times
+from problems.nlp.starts.move import PassedMotion
+from problems.tasks.move import Move
+from problems.tasks.path_knots import PathKnots
+from problems.tasks.path_tracing import PathTracing, times_at
+from problems.tasks.place import Position
+
+STEPS = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class TracingNlp(MoveNlp):
+    """Lead the tool along a path.
+
+    Args:
+        knots: of the path; between any two of them is one piece.
+        path: the given points, (n, dim), m.
+        accuracy: the largest distance from the path, m.
+        box: of the search vectors, lower and upper corner, both (d,).
+    """
+
+    knots: PathKnots
+    path: FloatArray
+    accuracy: float
+    box: tuple[FloatArray, FloatArray]
+
+    @property
+    def steps(self) -> int:
+        """Time steps of a piece: so many that the tool hardly leaves the accuracy between them."""
+        return STEPS
+
+    def _constraints(self, samples: Samples, margin: float) -> tuple[Constraint, ...]:
+        """Those of a move; near the given points when they are passed, near the lines that join them in between."""
+        near, lines = (
+            Accuracy(self.accuracy),
+            np.append(self.knots.segments.repeat(self.steps), self.knots.segments[-1]),
+        )
+        starts, ends = ca.DM(self.path[lines]), ca.DM(self.path[lines + 1])
+        at_points = (self.steps * self.knots.vertices[1:-1]).tolist()
+        rows = [near.along(samples.tool, starts, ends, margin)]
+        if at_points:
+            rows.append(near.at(samples.tool[at_points, :], ca.DM(self.path[1:-1]), margin))
+        return (*super()._constraints(samples, margin), *rows)
+
+    def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
+        """Nodes where the knots are passed."""
+        return self._variables(PassedMotion(trajectory, times_at(self.robot, trajectory, self.knots.points)))
+
+    def node_times(self, motion: PassedMotion) -> FloatArray:
+        """When the knots are passed, a little apart."""
+        return node_times(motion.trajectory, motion.times, 1)
+
+    def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
+        """Random search vectors."""
+        while True:
+            yield self.from_search(rng.uniform(*self.box))
+
+
+def end_to_end(task: PathTracing) -> Move:
+    """The move from the first point of a path to its last one."""
+    first, last = (Position(task.path.points[i]) for i in (0, -1))
+    return Move(task.robot, first, (last,), (), task.elbow, task.obstacles, total_time=task.total_time)
