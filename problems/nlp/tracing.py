@@ -25,6 +25,7 @@ from problems.tasks.path_tracing import PathTracing, times_at
 from problems.tasks.place import Position
 
 STEPS = 3
+MARGINS_OF_ACCURACY = 25.0  # a tool leaves lines between samples by more of the accuracy than obstacles of the reach
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,9 +57,10 @@ class TracingNlp(MoveNlp):
         )
         starts, ends = ca.DM(self.path[lines]), ca.DM(self.path[lines + 1])
         at_points = (self.steps * self.knots.vertices[1:-1]).tolist()
-        rows = [near.along(samples.tool, starts, ends, margin)]
+        margin_of_accuracy = MARGINS_OF_ACCURACY * margin
+        rows = [near.along(samples.tool, starts, ends, margin_of_accuracy)]
         if at_points:
-            rows.append(near.at(samples.tool[at_points, :], ca.DM(self.path[1:-1]), margin))
+            rows.append(near.at(samples.tool[at_points, :], ca.DM(self.path[1:-1]), margin_of_accuracy))
         return (*super()._constraints(samples, margin), *rows)
 
     def from_trajectory(self, trajectory: Trajectory) -> FloatArray:

@@ -29,6 +29,7 @@ class Motion:
         time_scale: the factor by which the search's motion has been slowed so that the speed and acceleration limits
             hold between its samples too; 1 where they did already.
         retimed: whether it is timed anew: what has to be at given times of the search's motion is then free.
+        least_time: whether it is known to be as fast as its path allows, so that there is nothing to retime.
     """
 
     problem: Criteria
@@ -36,6 +37,7 @@ class Motion:
     quantities: dict[str, FloatArray]
     time_scale: float = 1.0
     retimed: bool = False
+    least_time: bool = False
 
     @property
     def path(self) -> JointPath:
@@ -105,4 +107,5 @@ def motion_of(problem: Problem[Any], x: FloatArray) -> Motion:
     """The motion of a search vector (d,), slowed by the least factor with which its limits hold for all t."""
     trajectory = problem.trajectory(x)
     scale = max(1.0, problem.safe_time_scale(trajectory))
-    return Motion(problem, trajectory.time_scaled(scale), problem.quantities(x), scale)
+    quantities, least_time = problem.quantities(x), problem.free_timing and scale == 1.0
+    return Motion(problem, trajectory.time_scaled(scale), quantities, scale, least_time=least_time)
