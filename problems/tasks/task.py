@@ -31,6 +31,11 @@ class Task(Statement, ABC):
     robot: Robot
     obstacles: tuple[Obstacle, ...]
 
+    @property
+    def crowded(self) -> bool:
+        """Whether there is anything to keep clear of: an obstacle, or the robot itself."""
+        return bool(self.obstacles) or self.robot.self_collision
+
     @abstractmethod
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """The task's own conditions on a finished motion: numeric constraints, and the times of their rows in s."""
