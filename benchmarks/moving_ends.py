@@ -16,7 +16,7 @@ import numpy as np
 from problems import Trajectory
 from problems.base.matrix import FloatArray
 from problems.robots.robot import JointLimits
-from problems.timing.moving_ends import least_time_move
+from problems.timing.free_space.moving_ends import least_time_move
 
 JOINTS = (2, 7)
 CHECKED_TIMES = 20_000

@@ -1,7 +1,8 @@
-"""Search vectors of moves along a spline: postures at the stops, and how far control points lie from between them.
+"""Search vectors of moves along a spline: postures at the stops, a bend for each segment, offsets of control points.
 
-Control points of a spline without detours lie on straight lines from stop to stop. Each may be off by as much as
-``DETOUR`` in every joint. One control point at each via is not free but such that the curve passes the via exactly;
+Control points of a spline without bends lie on straight lines from stop to stop. A bend moves those of one segment
+together, most in the middle; it takes a motion around obstacles, which offsets of single control points would have to
+do in concert. One control point at each via is not free but such that the curve passes the via exactly;
 where an end moves, the control point next to it lies in the direction of the velocity, and how far is free instead.
 """
 
@@ -10,12 +11,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import pi
 from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from problems.base.matrix import Matrix
+from problems.base.matrix import Matrix, split
 from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
 from problems.encodings.penalty import FeasibilityFirst
 from problems.encodings.waypoints import postures, spread, variables
@@ -26,7 +28,7 @@ from problems.motions.path_spline import PathSpline, Rates, TimedPath
 from problems.objectives.objective import MotionBounds
 from problems.tasks.move import Move
 
-DETOUR = 1.0  # rad
+BEND, OFFSET = pi, 0.6  # rad
 PACES = (0.3, 3.0)  # square root of how far the control point next to a moving end is, over its usual distance
 GRID_ALLOWANCE = 1.1  # for what a grid makes of a shortest time
 KEPT_BY_TIMING = (1, 2, 3)  # orders of the derivatives whose limits the timing of a path keeps
@@ -108,9 +110,11 @@ class ControlPoints(FeasibilityFirst, Encoding[TimedPath]):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Those of the stops, the offsets, the pace at each moving end."""
+        """Those of the stops, bends, offsets, the pace at each moving end."""
         joints = range(1, self.task.robot.dof + 1)
-        offsets = [Variable(f"offset_{i}[{joint}]", -DETOUR, DETOUR, "rad") for i in self.free for joint in joints]
+        segments = range(1, self.segments + 1)
+        offsets = [Variable(f"bend_{segment}[{joint}]", -BEND, BEND, "rad") for segment in segments for joint in joints]
+        offsets += [Variable(f"offset_{i}[{joint}]", -OFFSET, OFFSET, "rad") for i in self.free for joint in joints]
         ends = [name for name, moves in zip(("start", "goal"), self.moving_ends, strict=True) if moves]
         return (*variables(self.task), *offsets, *(Variable(f"pace_{name}", *PACES, "1") for name in ends))
 
@@ -120,17 +124,19 @@ class ControlPoints(FeasibilityFirst, Encoding[TimedPath]):
 
     def path(self, x: Matrix) -> tuple[Matrix, Rates]:
         """Control points (N, dof), rad, and (du/dt)^2 at both ends."""
-        k, at_stops = self.task.robot.dof, postures(self.task, x)
-        first = len(variables(self.task))
-        offsets = ca.reshape(x[first : first + k * len(self.free)], k, len(self.free)).T
+        k, at_stops, of_stops = self.task.robot.dof, postures(self.task, x), len(variables(self.task))
+        sizes = [of_stops, k * self.segments, k * len(self.free), sum(self.moving_ends)]
+        _, bends, offsets, paces = split(x, sizes)
         points: list[Matrix] = []
         for i in range(self.count):
-            before, after = at_stops[self.segment(i)], at_stops[self.segment(i) + 1]
-            points.append(before + self.shares[i] * (after - before))
+            segment, share = self.segment(i), self.shares[i]
+            before, after = at_stops[segment], at_stops[segment + 1]
+            bend = bends[k * segment : k * (segment + 1)].T
+            points.append(before + share * (after - before) + 4.0 * share * (1.0 - share) * bend)
         points[0], points[-1] = at_stops[0], at_stops[-1]
-        for row, i in enumerate(self.free):
-            points[i] = points[i] + offsets[row, :]
-        rates = self._move_ends(points, x[first + k * len(self.free) :])
+        for place, i in enumerate(self.free):
+            points[i] = points[i] + offsets[k * place : k * (place + 1)].T
+        rates = self._move_ends(points, paces)
         for via, i in enumerate(self.at_vias):
             left, middle, right = self.via_bases[via]
             points[i] = (at_stops[via + 1] - left * points[i - 1] - right * points[i + 1]) / middle
@@ -198,4 +204,4 @@ class ControlPoints(FeasibilityFirst, Encoding[TimedPath]):
         ahead = [PACES[1] ** 2 * self.usual_duration / rate for rate in self.end_rates]
         moved = (np.abs(self.task.end_velocities).max(axis=1) * ahead).max()
         through_via = max(((1.0 + left + right) / middle for left, middle, right in self.via_bases), default=1.0)
-        return float((spread(self.task) + max(DETOUR, moved)) * through_via)
+        return float((spread(self.task) + max(BEND + OFFSET, moved)) * through_via)

@@ -27,7 +27,7 @@ from problems.limits.time_scale import safe_time_scale
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.motions.two_segments import Quantities, TwoSegments
-from problems.nlp.composition import composed_hessian
+from problems.nlp.composition import composed_hessian, stand_in
 from problems.nlp.program import MAX_ANGLE_CHANGE, TimedProgram, equality, slack_constraints
 from problems.nlp.starts.point_to_point import PointToPointStarts
 from problems.objectives import Objective
@@ -140,13 +140,8 @@ class PointToPointNlp(TimedProgram):
         if not self.task.crowded:
             return None
         motion, slack = self._symbols[2:]
-        given = (*motion.derivatives, motion.duration, motion.times, motion.weights)
-        parts = [part for part in given if part is not None]  # all of them are
-        symbols = [ca.SX.sym("y", *part.shape) for part in parts]
-        *derivatives, duration, times, weights = symbols
-        samples = replace(motion, derivatives=tuple(derivatives), duration=duration, times=times, weights=weights)
+        y, inner, samples = stand_in(motion)
         g = ca.vertcat(*(row.row_values() for row in self._constraints(samples, SAMPLING_MARGIN)))
-        y, inner = (ca.densify(ca.veccat(*each)) for each in (symbols, parts))
         return composed_hessian(self.x, y, inner, self.objective.smooth(samples, slack) / self.objective_size, g)
 
     def _quantities(self, x: Matrix) -> Quantities:

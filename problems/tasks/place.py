@@ -65,6 +65,10 @@ class Place(Statement, ABC):
         """
 
     @abstractmethod
+    def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
+        """The posture (dof,) there that is nearest to another one (dof,), rad."""
+
+    @abstractmethod
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
         """By how much postures (n, dof) miss it, (n, m), in ``unit``; zero where they are there."""
 
@@ -107,6 +111,10 @@ class Joints(Place):
         """The posture itself: turns are as they were given."""
         return ca.horzcat(*self.values), None
 
+    def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
+        """The posture itself."""
+        return np.array(self.values)
+
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
         """Differences of the angles, (n, dof)."""
         return theta - ca.repmat(ca.horzcat(*self.values), theta.shape[0], 1)
@@ -145,6 +153,10 @@ class Position(Place):
         point = ca.vertcat(*self.point)
         theta, cosine = robot.inverse(point, robot.restore_redundancy(point, normalised), elbow)
         return (robot.wrap(theta) if near is None else robot.wrap_near(theta, near)), cosine
+
+    def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
+        """With the redundant links in the same directions."""
+        return as_array(robot.project_to_point(ca.DM(theta).T, ca.vertcat(*self.point))).ravel()
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
         """From the point to the tool, (n, dim), m."""

@@ -22,9 +22,9 @@ from scipy.optimize import brentq
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray
-from problems.motions.acceleration_pieces import AccelerationPieces
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import JointLimits
+from problems.timing.free_space.acceleration_pieces import AccelerationPieces
 
 ALLOWANCE = 1e-10  # share of the limits that is left, so that rounding breaks none of them
 SAME_TIME = 4e-15  # of the duration: breakpoints that are one
