@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from problems.encodings.control_points import ControlPoints
 from problems.encodings.waypoints import nominal, stops
 from problems.evaluation import Program
 from problems.limits import limits_of
+from problems.limits.clearance import MAX_STEP_SHARE, StepLimit
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.motions.path_spline import PathSpline, TimedPath
@@ -28,6 +30,9 @@ from problems.tasks.move import Move
 USUAL_PIECES = {1: 6, 2: 4, 3: 3}  # of the spline in each segment, by the number of segments
 LEAST_PIECES = 2
 LEAST_STEPS = 5  # of the grid in each piece
+FINE = 50  # samples of a segment of the usual motion
+DETOUR = 4.0  # lengths of the usual motion that a motion may have
+MOST_SAMPLES = 600
 LEAST_SHARE = 0.1  # of the longest segment: no segment has less of the path parameter
 
 
@@ -43,7 +48,8 @@ def move(
     Args:
         task: the statement: robot, start, vias, goals, obstacles.
         objective: what is minimised: an objective, or a key of ``OBJECTIVES``.
-        samples: steps of the path, at whose ends it is timed and checked; more where there are many pieces.
+        samples: steps of the path, at whose ends it is timed and checked; more where there are many pieces, or
+            obstacles so small that one could be jumped over.
         pieces: of the spline between two stops; by the number of stops where None.
         limits: kinds of limits that hold besides those of the robot and of the obstacles.
 
@@ -57,7 +63,7 @@ def move(
     durations = segment_durations(task)
     share = np.maximum(durations, LEAST_SHARE * durations.max())
     nodes = np.interp(np.arange(segments * each + 1) / each, np.arange(segments + 1), np.append(0.0, np.cumsum(share)))
-    steps = max(LEAST_STEPS, round(samples / (segments * each)))
+    steps = max(LEAST_STEPS, round(max(samples, least_samples(task)) / (segments * each)))
     motion = PathSpline(task.robot, tuple((nodes / nodes[-1]).tolist()), steps)
     return MoveProblem(
         task=task,
@@ -66,6 +72,18 @@ def move(
         objective=objective_named(objective),
         limits=limits_of(task.robot, task.obstacles, limits),
     )
+
+
+def least_samples(task: Move) -> int:
+    """How many steps it takes that a motion somewhat longer than the usual one jumps over no obstacle."""
+    step = StepLimit.holding(task.robot, task.obstacles)
+    if step is None:
+        return 0
+    stops = np.concatenate([as_array(posture) for posture in nominal(task)])
+    between = np.linspace(0.0, len(stops) - 1.0, FINE * (len(stops) - 1) + 1)
+    theta = np.column_stack([np.interp(between, np.arange(len(stops)), column) for column in stops.T])
+    travel = np.linalg.norm(np.diff(task.robot.skeleton(theta), axis=0), axis=2).sum(axis=0).max()
+    return min(MOST_SAMPLES, ceil(DETOUR * float(travel) / (MAX_STEP_SHARE * step.width)))
 
 
 def segment_durations(task: Move) -> FloatArray:
@@ -85,8 +103,9 @@ class MoveProblem(SplineProblem):
     encoding: ControlPoints
 
     def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
-        """That the velocities at the ends can be attained, where they are not zero."""
-        return [] if self.encoding.at_rest else [end_rates(parameters.gap)]
+        """The length of steps, with obstacles; that the velocities at the ends, if not zero, can be attained."""
+        steps = super().point_constraints(parameters)
+        return steps if self.encoding.at_rest else [*steps, end_rates(parameters.gap)]
 
     def cost_program(self) -> Program:
         """Path, scan backward, scan forward, [slow down,] sample, finish."""

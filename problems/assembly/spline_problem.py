@@ -9,9 +9,11 @@ from typing import ClassVar
 import casadi as ca
 
 from problems.assembly.problem import Problem
+from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.encodings.encoding import Decoded
 from problems.encodings.path_timing import PathTiming
+from problems.limits.constraint import Constraint
 from problems.limits.time_scale import peaks_of
 from problems.motions.joint_path import JointPath
 from problems.motions.path_spline import PathSpline, TimedPath
@@ -39,18 +41,35 @@ class SplineProblem(Problem[TimedPath]):
         """An upper bound of what the objective counts as: what is above it costs no more."""
         return self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
 
+    def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
+        """The length of steps, with obstacles."""
+        if not self.encoding.step_limits:
+            return []
+        steps = self.motion.samples(parameters).steps
+        return [constraint for limit in self.encoding.step_limits for constraint in limit.between(*steps)]
+
     @cached_property
-    def _control_points(self) -> ca.Function:
+    def _path(self) -> ca.Function:
         x = ca.SX.sym("x", len(self.variables))
-        return ca.Function("path", [x], [self.encoding.path(x)[0]])
+        points, (start, goal) = self.encoding.path(x)
+        return ca.Function("path", [x], [points, ca.sqrt(start), ca.DM(0.0) if goal is None else ca.sqrt(goal)])
 
     def path(self, x: FloatArray) -> JointPath:
-        """The path of one candidate (d,)."""
-        return self.motion.path(as_array(self._control_points(x)))
+        """The path of one candidate (d,), with a parameter u in [0, 1]."""
+        return self.motion.path(as_array(self._path(x)[0]))
 
     def trajectory(self, x: FloatArray) -> Trajectory:
-        """The exact least-time motion along the path of one candidate (d,), under jerk limits too."""
-        return retime(self.path(x), self.robot.limits)
+        """The least time along the path of one candidate (d,), in which its limits hold for all t.
+
+        Where there is none, as the path stands still or its ends cannot be passed at the given velocities, the motion
+        of the search's own timing.
+        """
+        points, *rates = (as_array(part) for part in self._path(x))
+        start, goal = (float(rate[0, 0]) for rate in rates)
+        try:
+            return retime(self.motion.path(points), self.robot.limits, (start, goal))
+        except InvalidProblem:
+            return super().trajectory(x)
 
     def exact_time_scale(self, trajectory: Trajectory) -> float:
         """How much slower, or faster, a trajectory has to be run; 1 where an end moves, whose velocity is given."""

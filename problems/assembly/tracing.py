@@ -94,10 +94,11 @@ class TracingProblem(SplineProblem):
         return Accuracy(self.task.accuracy)
 
     def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
-        """The distances from the path at the grid points."""
+        """The length of steps, with obstacles; the distances from the path at the grid points."""
         starts, ends = np.split(self.lines, 2, axis=1)
         tool = self.motion.samples(parameters).tool
-        return [self.accuracy.along(tool, ca.DM(starts), ca.DM(ends), SAMPLING_MARGIN)]
+        near = self.accuracy.along(tool, ca.DM(starts), ca.DM(ends), SAMPLING_MARGIN)
+        return [*super().point_constraints(parameters), near]
 
     def cost_program(self) -> Program:
         """Postures at the knots, spline, scan backward, scan forward, samples, distances from the path, finish."""

@@ -19,8 +19,9 @@ import numpy as np
 
 from problems.base.matrix import Matrix, split
 from problems.encodings.encoding import Decoded, Variable
-from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming
+from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming, step_limits
 from problems.encodings.waypoints import postures, spread, variables
+from problems.limits.clearance import StepLimit
 from problems.limits.limit import Limit
 from problems.motions.clamped_spline import DEGREE
 from problems.motions.path_spline import PathSpline, Rates, TimedPath
@@ -45,6 +46,7 @@ class ControlPoints(PathTiming):
         via_bases: the three basis functions that are not zero at each via.
         end_rates: du of the curve's end over the distance of its last two control points.
         moving_ends: whether start and goal are passed at a velocity that is not zero.
+        step_limits: with obstacles, that none is jumped over from one sample to the next.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("usual_duration", "shares", "via_bases", "end_rates")
@@ -56,6 +58,7 @@ class ControlPoints(PathTiming):
     via_bases: tuple[tuple[float, ...], ...] = field(init=False)
     end_rates: tuple[float, float] = field(init=False)
     moving_ends: tuple[bool, bool] = field(init=False)
+    step_limits: tuple[StepLimit, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         spline, nodes = self.motion.spline, np.array(self.motion.nodes)
@@ -67,6 +70,7 @@ class ControlPoints(PathTiming):
         object.__setattr__(self, "via_bases", tuple(map(tuple, bases[:, :DEGREE].tolist())))
         object.__setattr__(self, "end_rates", tuple((DEGREE / np.diff(nodes)[[0, -1]]).tolist()))
         object.__setattr__(self, "moving_ends", tuple(bool(velocity.any()) for velocity in self.task.end_velocities))
+        object.__setattr__(self, "step_limits", step_limits(self.task))
 
     @property
     def count(self) -> int:

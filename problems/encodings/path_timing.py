@@ -11,6 +11,7 @@ import casadi as ca
 from problems.base.matrix import Matrix
 from problems.encodings.encoding import CostWeights, Encoding
 from problems.encodings.penalty import FeasibilityFirst
+from problems.limits.clearance import StepLimit
 from problems.limits.limit import Limit
 from problems.limits.time_scale import UNREACHED_TIME_SCALE, minimum_time_scale, scaling
 from problems.motions.path_spline import PathSpline, Rates, TimedPath
@@ -27,6 +28,7 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
     Attributes:
         task: what is to be done.
         moving_ends: whether start and goal are passed at a velocity that is not zero.
+        step_limits: with obstacles, that none is jumped over from one sample to the next.
     """
 
     name: ClassVar[str] = "spline"
@@ -35,6 +37,7 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
     task: Task
     motion: PathSpline
     moving_ends: tuple[bool, bool]
+    step_limits: tuple[StepLimit, ...]
 
     @abstractmethod
     def path(self, x: Matrix) -> tuple[Matrix, Rates]:
@@ -53,6 +56,10 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
         """Speed, acceleration and jerk, which the timing keeps; between ends at rest whatever running slowly keeps."""
         slowing = scaling(limits) if self.at_rest else []
         return [limit for limit in limits if limit.order in KEPT_BY_TIMING or limit in slowing]
+
+    def penalised(self, limits: Sequence[Limit]) -> list[Limit]:
+        """What timing cannot restore, and the length of steps."""
+        return [*super().penalised(limits), *self.step_limits]
 
     def slowing(self, limits: Sequence[Limit]) -> list[Limit]:
         """The limits that running more slowly than the timing says makes hold."""
@@ -77,3 +84,9 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
             return UNREACHED_TIME_SCALE
         bounds = self.task.duration_bounds
         return duration if bounds is None else max(bounds.shortest, duration)
+
+
+def step_limits(task: Task) -> tuple[StepLimit, ...]:
+    """That no obstacle is jumped over from one sample to the next, where there are any."""
+    limit = StepLimit.holding(task.robot, task.obstacles)
+    return () if limit is None else (limit,)

@@ -12,7 +12,8 @@ import numpy as np
 from problems.base.matrix import FloatArray, Matrix
 from problems.encodings.encoding import Decoded, Variable
 from problems.encodings.path_encoding import PathEncoding
-from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming
+from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming, step_limits
+from problems.limits.clearance import StepLimit
 from problems.limits.limit import Limit
 from problems.motions.path_spline import Rates, TimedPath
 from problems.motions.traced_spline import TracedSpline
@@ -40,6 +41,10 @@ class Tracing(PathTiming, PathEncoding[TimedPath]):
     points: tuple[tuple[float, ...], ...]
     redundancy_values: int = 5
     moving_ends: tuple[bool, bool] = field(init=False, default=(False, False))
+    step_limits: tuple[StepLimit, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "step_limits", step_limits(self.task))
 
     @property
     def robot(self) -> Robot:
