@@ -15,7 +15,7 @@ from problems.objectives import OBJECTIVES, Objective
 from problems.robots import ROBOTS
 from problems.robots.planar import PlanarArm
 from problems.robots.robot import Robot
-from problems.scene.ellipse import Ellipse
+from problems.scene import OBSTACLES, Box, Ellipse, Obstacle, Polygon
 from problems.tasks.move import Move
 from problems.tasks.path import Path, closed_curve, pentagram
 from problems.tasks.path_following import PathFollowing
@@ -25,7 +25,9 @@ from problems.tasks.point_to_point import PointToPoint
 __all__ = [
     "LIMITS",
     "OBJECTIVES",
+    "OBSTACLES",
     "ROBOTS",
+    "Box",
     "CertificateStatus",
     "Constraint",
     "Ellipse",
@@ -36,6 +38,7 @@ __all__ = [
     "Move",
     "MoveProblem",
     "Objective",
+    "Obstacle",
     "Path",
     "PathFollowing",
     "PathFollowingProblem",
@@ -44,6 +47,7 @@ __all__ = [
     "PlanarArm",
     "PointToPoint",
     "PointToPointProblem",
+    "Polygon",
     "Position",
     "Problem",
     "Robot",

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -104,6 +105,8 @@ def segment_durations(task: Move) -> FloatArray:
 @dataclass(frozen=True, kw_only=True)
 class MoveProblem(Problem[TimedPath]):
     """Move from a place to another, by way of others."""
+
+    free_timing: ClassVar[bool] = True
 
     task: Move
     motion: PathSpline

@@ -100,6 +100,10 @@ class PathFollowingProblem(Problem[SplineShape]):
     motion: KnotSpline
     encoding: KnotsEncoding
 
+    def at_free_times(self) -> PathFollowingProblem:
+        """The same where the points of the path are passed in order, at any times."""
+        return replace(self, task=self.task.at_free_times())
+
     def decoded(self, x: Matrix) -> Decoded[SplineShape]:
         """The spline of a search vector, as fast as the limits allow where time is scaled."""
         shape = self.encoding.decode(x).parameters

@@ -10,22 +10,16 @@ from typing import Generic, TypeVar
 import casadi as ca
 import numpy as np
 
+from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray, Matrix
-from problems.certify.verdict import Verdict, verdict
-from problems.certify.verification import limit_verdicts
 from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.limits.constraint import Constraint
-from problems.limits.limit import SAMPLING_MARGIN, Limit
-from problems.limits.time_scale import exact_time_scale, safe_time_scale
+from problems.limits.limit import SAMPLING_MARGIN
+from problems.motions.joint_path import JointPath
 from problems.motions.motion import Motion
 from problems.motions.trajectory import Trajectory
 from problems.nlp.program import NonlinearProgram
-from problems.objectives import Objective
-from problems.robots.robot import Robot
-from problems.scene.obstacle import Obstacle
-from problems.tasks.drawing import BoundedCurve, Marker, Milestone, ProgressMeasure
-from problems.tasks.task import Task
 
 P = TypeVar("P")
 
@@ -46,32 +40,16 @@ class Model:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Problem(ABC, Generic[P]):
+class Problem(Criteria, ABC, Generic[P]):
     """A planning problem: cost, constraints, nonlinear program and verification from one set of formulas.
 
     Attributes:
-        task: the statement: robot, start and goal or path, obstacles.
         motion: the family of motions in which an answer is sought.
         encoding: what a search vector means, and what it costs.
-        objective: what is minimised.
-        limits: what the motion must keep.
     """
 
-    task: Task
     motion: Motion[P]
     encoding: Encoding[P]
-    objective: Objective
-    limits: tuple[Limit, ...]
-
-    @property
-    def robot(self) -> Robot:
-        """The robot that moves."""
-        return self.task.robot
-
-    @property
-    def obstacles(self) -> tuple[Obstacle, ...]:
-        """The obstacles to keep clear of."""
-        return self.task.obstacles
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -187,47 +165,10 @@ class Problem(ABC, Generic[P]):
         """The exact trajectory of one candidate (d,)."""
         return self.motion.trajectory(self.parameters_of(x))
 
+    def path(self, x: FloatArray) -> JointPath:
+        """The path of one candidate (d,), whatever its timing."""
+        return JointPath.of(self.trajectory(x))
+
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
         """Times in s at which to tabulate a trajectory, those of the search's samples among them."""
         return self.motion.row_times(trajectory, at_least)
-
-    def exact_time_scale(self, trajectory: Trajectory) -> float:
-        """How much slower, or faster, a trajectory has to be run so that its limits just hold for all t."""
-        return max(exact_time_scale(self.limits, trajectory), self._duration_time_scale(trajectory))
-
-    def safe_time_scale(self, trajectory: Trajectory) -> float:
-        """The exact time scale and a little more, so that rounding breaks no limit."""
-        return max(safe_time_scale(self.limits, trajectory), self._duration_time_scale(trajectory))
-
-    def _duration_time_scale(self, trajectory: Trajectory) -> float:
-        """How much slower a trajectory has to be run so that none of its durations is too short."""
-        bounds = self.task.duration_bounds
-        return 0.0 if bounds is None else bounds.time_scale(self.task.durations(trajectory))
-
-    def verify(self, trajectory: Trajectory) -> list[Verdict]:
-        """Judge a finished trajectory against every constraint, far more densely than the search does."""
-        verdicts, bounds = limit_verdicts(self.limits, trajectory), self.task.duration_bounds
-        if bounds is not None:
-            durations = bounds.at(ca.DM(self.task.durations(trajectory)).T)
-            verdicts.append(verdict(durations, trajectory.breakpoints[-1:]))
-        return [*verdicts, *(verdict(constraint, times) for constraint, times in self.task.conditions(trajectory))]
-
-    def objective_value(self, trajectory: Trajectory, times: FloatArray) -> float:
-        """The objective of a finished motion, exact where it can be; else over samples at times (n,) in s."""
-        return self.objective.of_motion(trajectory, self.robot, times)
-
-    def markers(self) -> tuple[Marker, ...]:
-        """Positions that the tool has to reach, for drawing."""
-        return self.task.markers()
-
-    def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
-        """Times of interest within a motion; none by default."""
-        return ()
-
-    def bounded_curves(self, trajectory: Trajectory) -> tuple[BoundedCurve, ...]:
-        """Quantities to plot over a motion together with their bounds; none by default."""
-        return ()
-
-    def progress_measures(self) -> tuple[ProgressMeasure, ...]:
-        """Quantities to record and plot during a search; none by default."""
-        return ()

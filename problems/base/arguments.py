@@ -23,11 +23,18 @@ class Statement:
 
     Attributes:
         numbers: names of these fields: numbers, or tuples of numbers or of such tuples.
-        zero_is_structure: those of them that stay a number where they are zero, because formulas are then shorter.
+        zero_is_structure: those of them that stay numbers where they are zero, because formulas are then shorter.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ()
     zero_is_structure: ClassVar[tuple[str, ...]] = ()
+
+
+def is_zero(value: Any) -> bool:
+    """Whether a number, or every number in a tuple, is zero; a symbol never is."""
+    if isinstance(value, tuple):
+        return all(is_zero(entry) for entry in value)
+    return isinstance(value, (int, float)) and value == 0.0
 
 
 class Arguments:
@@ -76,7 +83,7 @@ class Arguments:
         twin = object.__new__(type(statement))
         for field in fields(statement):  # type: ignore[arg-type]
             value = getattr(statement, field.name)
-            structural = field.name in statement.zero_is_structure and value == 0.0
+            structural = field.name in statement.zero_is_structure and is_zero(value)
             is_number = field.name in statement.numbers and not structural
             lifted = self.symbol(value) if is_number else self.twin(value)
             object.__setattr__(twin, field.name, lifted)

@@ -12,8 +12,8 @@ from functools import singledispatch
 from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import prove_clearance
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
-from problems.limits.clearance import Clearance
 from problems.limits.limit import Limit
+from problems.limits.proximity import Proximity
 from problems.motions.trajectory import Trajectory
 
 
@@ -50,11 +50,12 @@ def prove(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
 
 
 @prove.register
-def _(limit: Clearance, trajectory: Trajectory) -> list[Verdict]:
-    """The verdict on the clearance, from a proven lower bound."""
+def _(limit: Proximity, trajectory: Trajectory) -> list[Verdict]:
+    """The verdict on a clearance, from a proven lower bound."""
     proof = prove_clearance(limit, trajectory)
     if proof is None:
         return []
     worst = proof.proven if proof.status is CertificateStatus.CERTIFIED else proof.smallest
     where = f"{proof.where}, t = {proof.time:.4g} s"
-    return [Verdict(name=limit.name, worst=worst, bound=0.0, unit="m", status=proof.status, where=where)]
+    bound = limit.robot.margin
+    return [Verdict(name=limit.name, worst=worst, bound=bound, unit="m", status=proof.status, where=where)]

@@ -7,10 +7,12 @@ from problems.limits.clearance import Clearance
 from problems.limits.derivative import AccelerationLimit, JerkLimit, SpeedLimit
 from problems.limits.joint_range import JointRange
 from problems.limits.limit import Limit
+from problems.limits.proximity import Proximity
+from problems.limits.self_clearance import SelfClearance
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 
-KINDS = (SpeedLimit, AccelerationLimit, JerkLimit, JointRange, Clearance)
+KINDS = (SpeedLimit, AccelerationLimit, JerkLimit, JointRange, Clearance, SelfClearance)
 LIMITS: dict[str, type[Limit]] = {limit.name: limit for limit in KINDS}
 
 
@@ -27,3 +29,8 @@ def limits_of(robot: Robot, obstacles: Sequence[Obstacle], more: Sequence[type[L
     if twice is not None:
         raise InvalidProblem("limits", f"the limit {twice!r} is there twice")
     return limits
+
+
+def proximity_limits(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[Proximity, ...]:
+    """Those of them that depend on a posture alone: what has to keep clear of what."""
+    return tuple(limit for limit in limits_of(robot, obstacles) if isinstance(limit, Proximity))

@@ -8,50 +8,86 @@ from typing import ClassVar, Self
 
 import casadi as ca
 
-from problems.base.arguments import Statement
-from problems.base.matrix import Matrix, columns
+from problems.base.arguments import is_zero
+from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.limits.constraint import Constraint
 from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.proximity import Pair, Proximity
 from problems.motions.samples import Samples
 from problems.robots.robot import Body, Robot
 from problems.scene.obstacle import Obstacle
 
+EQUATION = "(14), (18)"
 MAX_STEP_SHARE = 0.9  # the longest step of a joint between two samples, as a share of the smallest obstacle's width
 
 
 @dataclass(frozen=True)
-class CollisionPair(Statement):
-    """A body and an obstacle (number 1, 2, ...) that it may touch."""
+class CollisionPair(Pair):
+    """A body and an obstacle (number 1, 2, ...) that it may touch.
+
+    Args:
+        body: of the robot.
+        number: of the obstacle.
+        obstacle: itself.
+        measured: whether it counts how far they are apart, not only whether they are.
+    """
 
     body: Body
     number: int
     obstacle: Obstacle
+    measured: bool = False
 
     def __str__(self) -> str:
         return f"{self.body.name}, obstacle {self.number}"
 
     def clearance(self, positions: Sequence[Matrix]) -> Matrix:
         """Clearance in m in n postures, (n, 1); positions of the frames, each (n, dim)."""
-        return self.obstacle.segment_clearance(positions[self.body.start], positions[self.body.end])
+        return self._between(positions[self.body.start], positions[self.body.end])
 
     def swept_clearance(self, before: Sequence[Matrix], after: Sequence[Matrix]) -> Matrix:
         """Clearance in m of the straight line that the body's far end draws from one posture to the next, (n, 1)."""
-        return self.obstacle.segment_clearance(before[self.body.end], after[self.body.end])
+        return self._between(before[self.body.end], after[self.body.end])
+
+    def _between(self, start: Matrix, end: Matrix) -> Matrix:
+        """Of a capsule as thick as the body, (n, 1), m."""
+        measure = self.obstacle.segment_distance if self.measured else self.obstacle.segment_clearance
+        clearance = measure(start, end)
+        return clearance if is_zero(self.body.radius) else clearance - self.body.radius
+
+    def distance(self, positions: Sequence[Matrix]) -> float:
+        """The distance in one posture, exact to rounding, m."""
+        start, end = (tuple(as_array(positions[frame]).ravel()) for frame in (self.body.start, self.body.end))
+        return self.obstacle.distance_of(start, end) - float(self.body.radius)
+
+    def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
+        """The obstacle stands still."""
+        return robot.turns, robot.levers[robot.bodies.index(self.body)]
+
+    def can_touch(self, robot: Robot, spare: float = 0.0) -> bool:
+        """Whether the body reaches as near as the margin, and ``spare`` m farther."""
+        reach = max(robot.reach(frame)[1] for frame in (self.body.start, self.body.end) if frame > 0)
+        kept = float(self.body.radius) + robot.margin + spare
+        return reach >= self.obstacle.distance_to(robot.base) - kept
+
+    def smooth(self, clearance: Matrix) -> Matrix:
+        """The obstacle's own, of the distance from the body's middle line."""
+        return self.obstacle.smooth(clearance + self.body.radius)
 
 
-def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], margin: float = 0.0) -> tuple[CollisionPair, ...]:
-    """All pairs of body and obstacle except those that can never come within ``margin`` m of each other."""
-    return tuple(
-        CollisionPair(body, number, obstacle)
+def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 0.0) -> tuple[CollisionPair, ...]:
+    """All pairs of body and obstacle except those that can never come within the margin, and ``spare`` m more."""
+    bodies = robot.bodies
+    pairs = (
+        CollisionPair(body, number, obstacle, measured=not (is_zero(body.radius) and is_zero(robot.margin)))
         for number, obstacle in enumerate(obstacles, start=1)
-        for body in robot.bodies
-        if robot.reach(body.end)[1] >= obstacle.distance_to(robot.base) - margin
+        for body in bodies
     )
+    return tuple(pair for pair in pairs if pair.can_touch(robot, spare))
 
 
 @dataclass(frozen=True)
-class Clearance(Limit):
-    """(14): no link meets an obstacle at a sample, no joint crosses one between two samples.
+class Clearance(Proximity):
+    """(14): no link comes nearer to an obstacle than the robot's margin at a sample, no joint between two samples.
 
     With checks at the samples alone the tip could cut a corner of an obstacle between two samples, which the travel
     length rewards. The straight line from each joint's position at one sample to the next closes this gap: together
@@ -64,7 +100,6 @@ class Clearance(Limit):
 
     name: ClassVar[str] = "clearance"
 
-    robot: Robot
     pairs: tuple[CollisionPair, ...]
 
     @classmethod
@@ -74,34 +109,15 @@ class Clearance(Limit):
         return cls(robot, pairs) if pairs else None
 
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        """The bodies at each sample, kept clear by a share ``margin`` of the reach."""
-        clearances = ca.horzcat(*(pair.clearance(samples.positions) for pair in self.pairs))
+        """The bodies at each sample, kept clear by a share ``margin`` of the reach on top of the robot's margin."""
         formula = "clearance(link i at t_j, obstacle) >= margin: the link's point nearest to the obstacle"
-        return [self._constraint(self.name, "", clearances, margin, formula)]
+        return [self.constraint(self.name, "", self.clearances(samples), margin, formula, EQUATION)]
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """Clearance of the straight line from each joint's position at one sample to that at the next."""
         swept = ca.horzcat(*(pair.swept_clearance(before.positions, after.positions) for pair in self.pairs))
         formula = "clearance(line from a link's end at t_j to the same at t_j+1, obstacle) >= margin"
-        return [self._constraint("swept clearance", "end of ", swept, margin, formula)]
-
-    def _constraint(self, name: str, what: str, clearances: Matrix, margin: float, formula: str) -> Constraint:
-        return Constraint(
-            name=name,
-            equation="(14), (18)",
-            unit="m",
-            expression=clearances,
-            lower=ca.repmat(margin * self.robot.radius, 1, len(self.pairs)),
-            upper=None,
-            columns=tuple(f"{what}{pair}" for pair in self.pairs),
-            scale=ca.repmat(ca.horzcat(self.robot.radius / 2.0), 1, len(self.pairs)),
-            transform=self._smooth,
-            formula=formula,
-        )
-
-    def _smooth(self, clearances: Matrix) -> Matrix:
-        each = zip(self.pairs, columns(clearances), strict=True)
-        return ca.horzcat(*(pair.obstacle.smooth(column) for pair, column in each))
+        return [self.constraint("swept clearance", "end of ", swept, margin, formula, EQUATION)]
 
 
 @dataclass(frozen=True)
@@ -113,7 +129,7 @@ class StepLimit(Limit):
 
     Args:
         robot: whose joints.
-        width: of the narrowest obstacle, m.
+        width: of the narrowest obstacle and of what has to be kept free on both of its sides, m.
     """
 
     name: ClassVar[str] = "step"
@@ -125,7 +141,10 @@ class StepLimit(Limit):
     @classmethod
     def holding(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
         """The limit, where there are obstacles."""
-        return cls(robot, min(obstacle.width for obstacle in obstacles)) if obstacles else None
+        if not obstacles:
+            return None
+        kept = robot.margin + min(float(body.radius) for body in robot.bodies)
+        return cls(robot, min(obstacle.width for obstacle in obstacles) + 2.0 * kept)
 
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """None: the limit is on steps."""

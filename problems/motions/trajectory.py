@@ -7,6 +7,7 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
 from problems.base.matrix import FloatArray
@@ -15,7 +16,9 @@ from problems.motions.samples import Samples
 from problems.robots.robot import Robot
 
 SAMPLED_ORDERS = 4  # angles, speeds, accelerations, jerks
-SMOOTH_ORDERS = 3  # of which all but the jerks have to be continuous
+SMOOTH_ORDERS = 3  # of which all but the jerks are continuous where nothing else is said
+CONTINUOUS_ORDERS = 2  # of which at least angles and speeds have to be
+ROUNDING = 1e-12  # relative to a derivative's largest value: smaller jumps are none
 LARGEST_JUMP_SCALE, LEAST_JUMP_SCALE = 1.0, 1e-6  # rad: jumps are relative to what lies between
 
 
@@ -89,41 +92,64 @@ class Trajectory:
         """All times in s at which any joint's angle (0), speed (1), acceleration (2) or jerk (3) can be extreme.
 
         These are the breakpoints and the roots of the next derivative; the extremes over all t are at some of them.
-        A derivative that jumps at a breakpoint is evaluated just before it too.
+        Where a derivative jumps it is evaluated just before the breakpoint too.
         """
         curve = self._derivatives[derivative + 1]
         times = [self.breakpoints]
-        if derivative >= SMOOTH_ORDERS:
-            times.append(np.nextafter(self.breakpoints[1:-1], 0.0))
+        if derivative >= CONTINUOUS_ORDERS:
+            times.append(np.nextafter(self.breakpoints[1:-1][self._is_jump(derivative)], 0.0))
         for joint in range(self.coefficients.shape[2]):
             roots = PPoly(curve.c[:, :, joint], curve.x).roots(discontinuity=False, extrapolate=False)
             times.append(roots[np.isfinite(roots)])
         return np.unique(np.concatenate(times))
 
-    def largest_jump(self) -> float:
-        """The largest jump of angle, speed or acceleration, ends not at rest included; dimensionless.
+    def _is_jump(self, order: int) -> NDArray[np.bool_]:
+        """At which inner breakpoints a derivative jumps by more than rounding, (p - 1,)."""
+        before, after = self._sides(order)
+        largest = max(float(np.abs(before).max(initial=0.0)), float(np.abs(after).max(initial=0.0)))
+        return np.asarray((np.abs(after[1:] - before[:-1]) > ROUNDING * largest).any(axis=1))
 
-        A jump is relative to the largest value over all t of its kind, but never to more than 1 rad, for speeds and
-        accelerations 1 rad in the mean duration h of a piece, 1 / h and 1 / h^2: what turns far or fast somewhere
-        may not jump farther elsewhere. Nor to less than 1e-6 rad, over the duration of the motion: what hardly moves is
-        mostly rounding. Infinite where the motion is no number.
-        """
+    @cached_property
+    def is_finite(self) -> bool:
+        """Whether its times, and the coefficients of its derivatives too, are numbers."""
         with np.errstate(over="ignore", invalid="ignore"):
-            numbers = [self.breakpoints, *(curve.c for curve in self._derivatives)]
-            if not all(np.isfinite(part).all() for part in numbers):
-                return np.inf
-            relative = [self._jump(order) / self._jump_scale(order) for order in range(SMOOTH_ORDERS)]
+            return all(np.isfinite(part).all() for part in (self.breakpoints, *(d.c for d in self._derivatives)))
+
+    def largest_jump(self, end_velocities: FloatArray | None = None, smooth_orders: int = SMOOTH_ORDERS) -> float:
+        """The largest jump of a derivative that has to be continuous, at the ends included; dimensionless.
+
+        Args:
+            end_velocities: of the joints before the start and after the end, (2, k), rad/s; at rest if None.
+                Accelerations are zero there.
+            smooth_orders: how many derivatives have to be continuous, the angle the first.
+
+        Returns:
+            A jump is relative to the largest value over all t of its kind, but never to more than 1 rad, for speeds and
+            accelerations 1 rad in the mean duration h of a piece, 1 / h and 1 / h^2: what turns far or fast somewhere
+            may not jump farther elsewhere. Nor to less than 1e-6 rad, over the duration of the motion: what hardly
+            moves is mostly rounding. Infinite where the motion is no number.
+        """
+        if not self.is_finite:
+            return np.inf
+        with np.errstate(over="ignore", invalid="ignore"):
+            rest = np.zeros((2, self.coefficients.shape[2]))
+            outside = {1: rest if end_velocities is None else end_velocities, 2: rest}
+            relative = [self._jump(n, outside.get(n)) / self._jump_scale(n) for n in range(smooth_orders)]
         return float(max(np.inf if np.isnan(jump) else jump for jump in relative))
 
-    def _jump(self, order: int) -> float:
-        """The largest jump of a derivative, rad / s^order; its values at both ends count as jumps."""
+    def _jump(self, order: int, outside: FloatArray | None) -> float:
+        """The largest jump of a derivative, rad / s^order; also to its values before and after the motion, (2, k)."""
+        before, after = self._sides(order)
+        jumps = np.abs(after[1:] - before[:-1])
+        if outside is not None:
+            jumps = np.concatenate([jumps, np.abs(np.stack([after[0], before[-1]]) - outside)])
+        return float(jumps.max(initial=0.0))
+
+    def _sides(self, order: int) -> tuple[FloatArray, FloatArray]:
+        """A derivative at the end of each piece and at its start, both (p, k), rad / s^order."""
         curve = self._derivatives[order]
         powers = np.diff(self.breakpoints)[:, None] ** np.arange(curve.c.shape[0] - 1, -1, -1)
-        starts, ends = np.asarray(curve.c[-1]), np.einsum("ipk,pi->pk", np.asarray(curve.c), powers)
-        jumps = np.abs(starts[1:] - ends[:-1])
-        if order > 0:
-            jumps = np.concatenate([jumps, np.abs(starts[:1]), np.abs(ends[-1:])])
-        return float(jumps.max(initial=0.0))
+        return np.einsum("ipk,pi->pk", np.asarray(curve.c), powers), np.asarray(curve.c[-1])
 
     def _jump_scale(self, order: int) -> float:
         """What a jump of a derivative is relative to, rad / s^order."""

@@ -11,10 +11,13 @@ which around an obstacle takes less than half of the operations.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 
 from problems.base.matrix import Matrix
+from problems.motions.samples import Samples
 
 
 def composed_hessian(x: Matrix, y: Matrix, inner: Matrix, f: Matrix, g: Matrix) -> ca.Function:
@@ -52,3 +55,17 @@ def composed_hessian(x: Matrix, y: Matrix, inner: Matrix, f: Matrix, g: Matrix) 
     hessian = of_x + ca.mtimes([jacobian.T, of_values, jacobian]) + bend(point, forces)
     names = ["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"]
     return ca.Function("nlp_hess_l", [point, nothing, lam_f, lam_g], [ca.triu(hessian)], *names)
+
+
+def stand_in(samples: Samples) -> tuple[ca.SX, Matrix, Samples]:
+    """Symbols in the place of a motion's samples, all of whose parts are known.
+
+    Returns:
+        The symbols (m, 1), what they stand for (m, 1), and the samples made of them.
+    """
+    given = (*samples.derivatives, samples.duration, samples.times, samples.weights)
+    parts = [part for part in given if part is not None]  # all of them are
+    symbols = [ca.SX.sym("y", *part.shape) for part in parts]
+    *derivatives, duration, times, weights = symbols
+    of_symbols = replace(samples, derivatives=tuple(derivatives), duration=duration, times=times, weights=weights)
+    return ca.veccat(*symbols), ca.densify(ca.veccat(*parts)), of_symbols

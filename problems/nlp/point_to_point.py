@@ -27,7 +27,7 @@ from problems.limits.time_scale import safe_time_scale
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.motions.two_segments import Quantities, TwoSegments
-from problems.nlp.composition import composed_hessian
+from problems.nlp.composition import composed_hessian, stand_in
 from problems.nlp.program import MAX_ANGLE_CHANGE, TimedProgram, equality, slack_constraints
 from problems.nlp.starts.point_to_point import PointToPointStarts
 from problems.objectives import Objective
@@ -37,7 +37,7 @@ from problems.tasks.point_to_point import PointToPoint
 
 TIMED_ROWS = 132  # time steps a segment times joints, about, where limits scale with time: with exact scaling enough
 TIMED_STEPS = 25  # but no fewer time steps
-CLEARANCE_STEPS = 12  # time steps a segment at the least where there are obstacles
+CLEARANCE_STEPS = 12  # time steps a segment at the least where there is anything to keep clear of
 AXES = ("x", "y", "z")
 
 
@@ -69,7 +69,7 @@ class PointToPointNlp(TimedProgram):
         """The number of time steps per segment."""
         timed = min(self.motion.steps, max(TIMED_STEPS, TIMED_ROWS // self.robot.dof))
         steps = timed if self.timed or self.objective.program_steps is None else self.objective.program_steps
-        return max(steps, CLEARANCE_STEPS) if self.task.obstacles else steps
+        return max(steps, CLEARANCE_STEPS) if self.task.crowded else steps
 
     @cached_property
     def sampled_motion(self) -> TwoSegments:
@@ -136,17 +136,12 @@ class PointToPointNlp(TimedProgram):
 
     @cached_property
     def hessian(self) -> ca.Function | None:
-        """With obstacles: in two steps, over the samples."""
-        if not self.task.obstacles:
+        """With anything to keep clear of: in two steps, over the samples."""
+        if not self.task.crowded:
             return None
         motion, slack = self._symbols[2:]
-        given = (*motion.derivatives, motion.duration, motion.times, motion.weights)
-        parts = [part for part in given if part is not None]  # all of them are
-        symbols = [ca.SX.sym("y", *part.shape) for part in parts]
-        *derivatives, duration, times, weights = symbols
-        samples = replace(motion, derivatives=tuple(derivatives), duration=duration, times=times, weights=weights)
+        y, inner, samples = stand_in(motion)
         g = ca.vertcat(*(row.row_values() for row in self._constraints(samples, SAMPLING_MARGIN)))
-        y, inner = (ca.densify(ca.veccat(*each)) for each in (symbols, parts))
         return composed_hessian(self.x, y, inner, self.objective.smooth(samples, slack) / self.objective_size, g)
 
     def _quantities(self, x: Matrix) -> Quantities:
@@ -168,7 +163,7 @@ class PointToPointNlp(TimedProgram):
                 (x[block] - MAX_ANGLE_CHANGE, x[block] + MAX_ANGLE_CHANGE) if ranges is None else np.array(ranges).T
             )
             if name != "theta_m":
-                narrow_elbow(self.task.elbow, x, first + 1, lower, upper)
+                narrow_elbow(self.task.elbow, x, first + 1, lower, upper, self.robot.stretched)
         times = slice(4 * k, 4 * k + (2 if self.timed else 1))
         lower[times], upper[times] = (self.task.time_box[0], np.inf) if self.timed else TIME_SHARES
         lower[times.stop :] = 0.0

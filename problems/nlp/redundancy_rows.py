@@ -24,7 +24,8 @@ def redundancy_rows(encoding: KnotsEncoding, theta: Matrix, values: Matrix) -> l
     robot = encoding.task.robot
     extra = robot.redundancy
     share = ca.mtimes(constant(encoding.interpolation), ca.reshape(values, -1, extra))
-    psi = ca.cumsum(theta, 1)[:, 2:]
+    at_zero = ca.repmat(ca.DM(robot.redundant_values(np.zeros((1, robot.dof)))), theta.shape[0], 1)
+    psi = ca.cumsum(theta, 1)[:, 2:] + at_zero
     points = enumerate(encoding.knot_points)
     phi = [robot.restore_redundancy(ca.DM(point), share[row, :].T).T for row, point in points]
     links = tuple(f"link {link}" for link in range(3, 3 + extra))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import casadi as ca
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from problems.base.arguments import Statement
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
+from problems.base.ranges import COORDINATES, check_within
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,26 +34,49 @@ class JointLimits:
 
 
 @dataclass(frozen=True)
-class Body:
-    """A straight part of the robot that must not touch anything: the segment between two of its frames.
+class Body(Statement):
+    """A part of the robot that must not touch anything: a capsule, the points near the segment between two frames.
 
     Attributes:
         name: for messages, as ``link 2``.
         start: index of the frame at its start, in the order of :meth:`Robot.positions`.
         end: index of the frame at its end.
+        radius: of the capsule, m; with 0 it is the segment itself.
     """
+
+    numbers: ClassVar[tuple[str, ...]] = ("radius",)
+    zero_is_structure: ClassVar[tuple[str, ...]] = ("radius",)
 
     name: str
     start: int
     end: int
+    radius: Operand = 0.0
 
 
+@dataclass(frozen=True, kw_only=True)
 class Robot(Statement, ABC):
     """A serial chain of joints.
 
     A subclass is a frozen dataclass. Every method takes postures of n rows and computes with whatever matrices it is
     given, symbolic or numeric.
+
+    Args:
+        margin: what its bodies keep from every obstacle and, with ``self_collision``, from each other, m.
+        self_collision: whether its own bodies must not touch.
+
+    Attributes:
+        angular: fields that a file may state in degrees: angles, and rates of angles.
     """
+
+    numbers: ClassVar[tuple[str, ...]] = ("margin",)
+    zero_is_structure: ClassVar[tuple[str, ...]] = ("margin",)
+    angular: ClassVar[tuple[str, ...]] = ()
+
+    margin: float = 0.0
+    self_collision: bool = False
+
+    def __post_init__(self) -> None:
+        check_within("margin", (self.margin,), (0.0, COORDINATES[1]), "m")
 
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Self:
@@ -61,11 +85,12 @@ class Robot(Statement, ABC):
         Raises:
             InvalidProblem: an unknown, missing or impossible value.
         """
-        names = [field.name for field in fields(cls)]  # type: ignore[arg-type]
+        own = [field for field in fields(cls) if field.name not in Robot.__dataclass_fields__]
+        names = [field.name for field in own]
         unknown = next((key for key in settings if key not in names), None)
         if unknown is not None:
             raise InvalidProblem(unknown, f"{cls.__name__} has no such setting; there are {', '.join(names)}")
-        for field in fields(cls):  # type: ignore[arg-type]
+        for field in own:
             if field.name not in settings and field.default is MISSING and field.default_factory is MISSING:
                 raise InvalidProblem(field.name, "missing key")
         for key in set(cls.numbers) & set(settings):
@@ -133,6 +158,28 @@ class Robot(Statement, ABC):
     def length_unit(self) -> float:
         """The unit of lengths in nonlinear programs, m: half the reach, down to a power of two (exact)."""
         return float(2.0 ** np.floor(np.log2(self.reach()[1] / 2.0)))
+
+    @property
+    def stretched(self) -> float:
+        """The second joint's angle at which the branches of the elbow meet with the arm stretched, rad."""
+        return 0.0
+
+    @property
+    def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
+        """Pairs of its own bodies that must not touch if ``self_collision``, the one nearer the base first; none here.
+
+        Bodies that a joint connects are none.
+        """
+        return ()
+
+    def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
+        """How fast the bodies of a pair can move as seen from each other.
+
+        Returns:
+            turns (m, dof), from joint speeds to angular rates u = turns @ dq/dt; and levers (m,), m: seen from the
+            first body, no point of the second moves faster than the sum over j of levers[j] |u_j|.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no pairs of its own bodies")
 
     @property
     @abstractmethod

@@ -3,6 +3,13 @@
 The plane is mapped so that the ellipse becomes the unit circle; there the closest point of a link, a straight
 segment, is a clamped projection. That is exact where points sampled along the link, the paper's way, miss what
 lies between them, and it costs less.
+
+How far the link is away is another matter: the distance from an ellipse has no closed form. Where it counts, a bound
+takes its place: how far the two are apart in a direction n, min(n.start, n.end) - h(n) with the ellipse's extent h(n),
+which is no more than the distance whatever the direction. The first one is the normal of the ellipse towards the point
+found above, the next ones turn towards the line between the nearest points. Measured against dense points, the best of
+``DIRECTIONS`` = 3 is never less than 0.97 of the distance at semi-axes of 5:3, 0.9 at 3:1 and 0.79 at 10:1, and mostly
+within 1 %; of a circle it is exact.
 """
 
 from __future__ import annotations
@@ -12,7 +19,9 @@ from typing import ClassVar
 
 import casadi as ca
 import numpy as np
+from scipy.optimize import brentq, minimize_scalar
 
+from problems.base.arguments import is_zero
 from problems.base.matrix import FloatArray, Matrix, Operand, columns
 from problems.base.ranges import ANGLES, COORDINATES, LENGTHS, check_within
 from problems.scene.obstacle import Obstacle
@@ -20,6 +29,8 @@ from problems.scene.obstacle import Obstacle
 # All three are squared and dimensionless: in units of the semi-axes.
 POINT_LENGTH_SQUARED = 1e-12  # a shorter segment counts as a point; avoids 0 / 0 and its gradient
 CORE_RADIUS_SQUARED = 1e-3  # within this radius of the centre the logarithm levels off
+DIRECTIONS = 3  # in which the ellipse and a segment are separated
+TINY_SQUARED = 1e-200  # m^2: keeps the direction of no vector, and its gradient, finite
 CENTRE_DISTANCE_SQUARED = 1e-30  # added to the distance from the centre: keeps the square root's gradient finite
 
 
@@ -65,12 +76,17 @@ class Ellipse(Obstacle):
 
     def to_unit_circle(self, points: Matrix) -> tuple[Matrix, Matrix]:
         """Map points (n, 2) in m so that this ellipse becomes the unit circle; both (n, 1), dimensionless."""
+        dx, dy = self._local(points)
+        return dx * (1.0 / self.semi_axes[0]), dy * (1.0 / self.semi_axes[1])
+
+    def _local(self, points: Matrix) -> tuple[Matrix, Matrix]:
+        """From the centre to points (n, 2), along the semi-axes; both (n, 1), m."""
         x, y = columns(points)
         dx, dy = x - self.center[0], y - self.center[1]
-        if not (isinstance(self.angle, float) and self.angle == 0.0):
+        if not is_zero(self.angle):
             cosine, sine = ca.cos(self.angle), ca.sin(self.angle)
             dx, dy = cosine * dx + sine * dy, cosine * dy - sine * dx
-        return dx * (1.0 / self.semi_axes[0]), dy * (1.0 / self.semi_axes[1])
+        return dx, dy
 
     def contains(self, point: tuple[float, ...]) -> bool:
         """Whether a point (m) lies in or on the ellipse."""
@@ -84,13 +100,58 @@ class Ellipse(Obstacle):
             (n, 1), m: negative when the segment enters the ellipse, 0 when it touches, else a lower bound of the
             distance between them (the dimensionless distance times the smaller semi-axis).
         """
+        u, v = self._nearest(start, end)
+        distance = ca.sqrt(u * u + v * v + CENTRE_DISTANCE_SQUARED)
+        return (distance - 1.0) * self.smaller_axis
+
+    def _nearest(self, start: Matrix, end: Matrix) -> tuple[Matrix, Matrix]:
+        """The point of each segment that is nearest to the centre where the ellipse is the unit circle; both (n, 1)."""
         (u0, v0), (u1, v1) = self.to_unit_circle(start), self.to_unit_circle(end)
         du, dv = u1 - u0, v1 - v0
         length = ca.fmax(du * du + dv * dv, POINT_LENGTH_SQUARED)
         along = ca.fmin(1.0, ca.fmax(0.0, -(u0 * du + v0 * dv) / length))
-        nearest_u, nearest_v = u0 + along * du, v0 + along * dv
-        distance = ca.sqrt(nearest_u * nearest_u + nearest_v * nearest_v + CENTRE_DISTANCE_SQUARED)
-        return (distance - 1.0) * self.smaller_axis
+        return u0 + along * du, v0 + along * dv
+
+    def segment_distance(self, start: Matrix, end: Matrix) -> Matrix:
+        """Clearance of straight segments, with a sharper lower bound of their distance: see the top of this module."""
+        (a, b), clearance = self.semi_axes, self.segment_clearance(start, end)
+        (x0, y0), (x1, y1) = (self._local(points) for points in (start, end))
+        dx, dy = x1 - x0, y1 - y0
+        length = ca.fmax(dx * dx + dy * dy, POINT_LENGTH_SQUARED * self.smaller_axis**2)
+        u, v = self._nearest(start, end)
+        nx, ny = _unit(u / a, v / b)
+        bound = clearance
+        for count in range(1, DIRECTIONS + 1):
+            extent = ca.sqrt((a * nx) ** 2 + (b * ny) ** 2 + TINY_SQUARED)
+            bound = ca.fmax(bound, ca.fmin(nx * x0 + ny * y0, nx * x1 + ny * y1) - extent)
+            if count < DIRECTIONS:
+                far_x, far_y = a * a * nx / extent, b * b * ny / extent  # of the ellipse, farthest that way
+                along = ca.fmin(1.0, ca.fmax(0.0, ((far_x - x0) * dx + (far_y - y0) * dy) / length))
+                mx, my = _unit(x0 + along * dx - far_x, y0 + along * dy - far_y)
+                nx, ny = _unit(nx + mx, ny + my)
+        return ca.if_else(clearance > 0.0, bound, clearance)
+
+    def distance_of(self, start: tuple[float, ...], end: tuple[float, ...]) -> float:
+        """The distance of one segment in m, exact to rounding; 0 or less where it enters."""
+        clearance = float(self.segment_clearance(ca.DM([start]), ca.DM([end])))
+        if clearance <= 0.0:
+            return clearance
+        first, way = np.array(start), np.array(end) - np.array(start)
+        inner = minimize_scalar(lambda s: self._point_distance(first + s * way), bounds=(0.0, 1.0), method="bounded")
+        return min(self._point_distance(first), self._point_distance(first + way), float(inner.fun))
+
+    def _point_distance(self, point: FloatArray) -> float:
+        """The distance of a point outside, m: along the normal of the ellipse on which it lies, by a root."""
+        place = np.abs([float(part) for part in self._local(ca.DM(point[None]))])
+        square = np.array(self.semi_axes) ** 2
+
+        def beyond(t: float) -> float:
+            return float(((place * np.sqrt(square) / (t + square)) ** 2).sum() - 1.0)
+
+        if beyond(0.0) <= 0.0:
+            return 0.0
+        root = brentq(beyond, 0.0, float(np.sqrt(square.max()) * np.hypot(*place)))
+        return float(np.hypot(*(place - square * place / (root + square))))
 
     def smooth(self, clearance: Matrix) -> Matrix:
         """The logarithm of the dimensionless distance from the centre that a clearance in m stands for.
@@ -118,3 +179,9 @@ class Ellipse(Obstacle):
         cosine, sine = np.cos(self.angle), np.sin(self.angle)
         half = np.array([np.hypot(a * cosine, b * sine), np.hypot(a * sine, b * cosine)])
         return np.asarray(self.center + np.array([-half, half]))
+
+
+def _unit(x: Matrix, y: Matrix) -> tuple[Matrix, Matrix]:
+    """Vectors of length 1; of length 0 where there is no direction."""
+    length = ca.sqrt(x * x + y * y + TINY_SQUARED)
+    return x / length, y / length

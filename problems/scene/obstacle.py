@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
+import casadi as ca
+
 from problems.base.arguments import Statement
 from problems.base.matrix import FloatArray, Matrix
 
@@ -38,6 +40,23 @@ class Obstacle(Statement, ABC):
             changes by no more than the segment's points move.
         """
 
+    def segment_distance(self, start: Matrix, end: Matrix) -> Matrix:
+        """The same with a sharper lower bound, for those who keep a distance: a margin, or the width of a link.
+
+        Args:
+            start: of the segments, (n, dim), m.
+            end: likewise.
+
+        Returns:
+            (n, 1), m: the sign of :meth:`segment_clearance`; where it is positive, no more than the distance, which
+            changes by no more than the segment's points move.
+        """
+        return self.segment_clearance(start, end)
+
+    def distance_of(self, start: tuple[float, ...], end: tuple[float, ...]) -> float:
+        """The distance of one segment in m, exact to rounding; 0 or less where it enters."""
+        return float(self.segment_distance(ca.DM([start]), ca.DM([end])))
+
     def smooth(self, clearance: Matrix) -> Matrix:
         """An increasing function of a clearance in m that a nonlinear program bounds instead; itself by default."""
         return clearance
@@ -48,7 +67,7 @@ class Obstacle(Statement, ABC):
 
     @abstractmethod
     def outline(self, count: int = 96) -> FloatArray:
-        """Points on the boundary for drawing, in order and counter-clockwise, (count, dim), m."""
+        """Points on the boundary for drawing, counter-clockwise, (n, dim), m: corners, or ``count`` on a curve."""
 
     @abstractmethod
     def bounding_box(self) -> FloatArray:

@@ -19,24 +19,27 @@ def check_elbow(robot: Robot, elbow: Elbow) -> None:
     """Raise InvalidProblem when the limits of joint 2 exclude the whole half turn of its elbow."""
     if robot.limits.position is not None and elbow != "free":
         low, high = robot.limits.position[1]
-        if half_turn(elbow, (low + high) / 2.0, (low, high)) is None:
+        if half_turn(elbow, (low + high) / 2.0, (low, high), robot.stretched) is None:
             raise InvalidProblem(
                 "joint_limits", f"joint 2: with the elbow {elbow} it cannot be within {low} and {high}"
             )
 
 
-def half_turn(elbow: Elbow, theta_2: float, within: tuple[float, float]) -> tuple[float, float] | None:
+def half_turn(
+    elbow: Elbow, theta_2: float, within: tuple[float, float], stretched: float = 0.0
+) -> tuple[float, float] | None:
     """Where theta_2 may be with the elbow up (sin theta_2 >= 0) or down, in rad.
 
     Args:
         elbow: ``up`` or ``down``.
         theta_2: of several half turns the nearest to this angle is taken.
         within: the limits of joint 2.
+        stretched: theta_2 of the stretched arm, see :attr:`Robot.stretched`.
 
     Returns:
         The part of that half turn that lies within the limits; None when no half turn does.
     """
-    low = 0.0 if elbow == "up" else -pi
+    low = stretched if elbow == "up" else stretched - pi
     nearest = int(np.rint((theta_2 - low - pi / 2.0) / (2.0 * pi)))
     for turn in sorted(range(nearest - 2, nearest + 3), key=lambda n: abs(n - nearest)):
         interval = max(low + 2.0 * pi * turn, within[0]), min(low + pi + 2.0 * pi * turn, within[1])
@@ -45,11 +48,13 @@ def half_turn(elbow: Elbow, theta_2: float, within: tuple[float, float]) -> tupl
     return None
 
 
-def narrow_elbow(elbow: Elbow, x: FloatArray, index: int, lower: FloatArray, upper: FloatArray) -> None:
+def narrow_elbow(
+    elbow: Elbow, x: FloatArray, index: int, lower: FloatArray, upper: FloatArray, stretched: float = 0.0
+) -> None:
     """Narrow, in place, the bounds of a theta_2 among the variables to the half turn of its elbow nearest to it."""
     if elbow == "free":
         return
-    interval = half_turn(elbow, float(x[index]), (float(lower[index]), float(upper[index])))
+    interval = half_turn(elbow, float(x[index]), (float(lower[index]), float(upper[index])), stretched)
     if interval is not None:
         lower[index], upper[index] = interval
 

@@ -7,10 +7,10 @@ the joint angles; the other points are passed within the trajectory accuracy (24
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import ClassVar, Literal, TypeAlias, get_args
+from typing import ClassVar, Literal, Self, TypeAlias, get_args
 
 import casadi as ca
 import numpy as np
@@ -27,7 +27,9 @@ from problems.scene.obstacle import Obstacle
 from problems.tasks.checks import check_at_least, check_choice, check_obstacles, check_point, check_range
 from problems.tasks.drawing import Marker, MarkerKind
 from problems.tasks.elbow import Elbow, check_elbow
+from problems.tasks.passing import passing_times
 from problems.tasks.path import Path, check_count
+from problems.tasks.place import Position
 from problems.tasks.point_to_point import end_conditions
 from problems.tasks.task import Task
 
@@ -51,6 +53,7 @@ class PathFollowing(Task):
             searches from 0.1 s to 10 s, or to twice the time that the motion in the middle of its redundancy takes if
             that is more, and the others keep the least.
         knot_redundancy: of the nonlinear program alone: ``free`` at every knot, or the search vector's ``values``.
+        free_times: whether the points may be passed at any times, in order; at equal intervals if not.
 
     Raises:
         InvalidProblem: a point is out of reach, too close to the base or inside an obstacle, or a field is out of
@@ -75,6 +78,7 @@ class PathFollowing(Task):
     knots: int | None = None
     total_time: tuple[float, float] | None = None
     knot_redundancy: KnotRedundancy = "free"
+    free_times: bool = False
 
     def __post_init__(self) -> None:
         check_choice("elbow", self.elbow, get_args(Elbow))
@@ -109,7 +113,13 @@ class PathFollowing(Task):
 
     def point_times(self, trajectory: Trajectory) -> FloatArray:
         """When the points of the path are passed, (n,), s."""
+        if self.free_times:
+            return passing_times(self.robot, trajectory, [Position(point) for point in self.path.points])
         return np.linspace(0.0, 1.0, len(self.path.points)) * trajectory.duration
+
+    def at_free_times(self) -> Self:
+        """The same, with the points passed in order at any times."""
+        return replace(self, free_times=True)
 
     def accuracy_constraint(self, trajectory: Trajectory) -> Constraint:
         """The trajectory accuracy (24) at every point of the path, numeric."""

@@ -16,7 +16,7 @@ from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.base.ranges import ANGLES, check_within
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
-from problems.tasks.checks import check_point
+from problems.tasks.checks import check_point, check_posture
 
 ANGLE_TOLERANCE = 1e-9  # rad; allows for rounding only
 
@@ -65,6 +65,10 @@ class Place(Statement, ABC):
         """
 
     @abstractmethod
+    def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
+        """The posture (dof,) there that is nearest to another one (dof,), rad."""
+
+    @abstractmethod
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
         """By how much postures (n, dof) miss it, (n, m), in ``unit``; zero where they are there."""
 
@@ -92,19 +96,24 @@ class Joints(Place):
     values: tuple[float, ...]
 
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
-        """As many angles as joints, within their limits."""
+        """As many angles as joints, within their limits; clear of obstacles, and of itself where that is asked for."""
         if len(self.values) != robot.dof:
             raise InvalidProblem(field, f"{name}{len(self.values)} joints for a robot of {robot.dof}")
         check_within(field, self.values, ANGLES, "rad", name)
         for joint, (value, (low, high)) in enumerate(zip(self.values, robot.limits.position or (), strict=False), 1):
             if not low <= value <= high:
                 raise InvalidProblem(field, f"{name}joint {joint}: {value:g} is not within {low:g} and {high:g} rad")
+        check_posture(robot, obstacles, field, self.values, name)
 
     def posture(
         self, robot: Robot, normalised: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
         """The posture itself: turns are as they were given."""
         return ca.horzcat(*self.values), None
+
+    def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
+        """The posture itself."""
+        return np.array(self.values)
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
         """Differences of the angles, (n, dof)."""
@@ -144,6 +153,10 @@ class Position(Place):
         point = ca.vertcat(*self.point)
         theta, cosine = robot.inverse(point, robot.restore_redundancy(point, normalised), elbow)
         return (robot.wrap(theta) if near is None else robot.wrap_near(theta, near)), cosine
+
+    def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
+        """With the redundant links in the same directions."""
+        return as_array(robot.project_to_point(ca.DM(theta).T, ca.vertcat(*self.point))).ravel()
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
         """From the point to the tool, (n, dim), m."""

@@ -61,6 +61,11 @@ class PointToPoint(Task):
             check_point(self.robot, self.obstacles, field, getattr(self, field))
 
     @property
+    def passes_nothing(self) -> bool:
+        """Whether nothing is said of its segments."""
+        return self.segment_time is None
+
+    @property
     def duration_bounds(self) -> DurationBounds | None:
         """The bounds of t1 and t2, where they are stated."""
         return None if self.segment_time is None else DurationBounds("segment time", "t{}", *self.segment_time)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -31,6 +31,16 @@ class Task(Statement, ABC):
     robot: Robot
     obstacles: tuple[Obstacle, ...]
 
+    @property
+    def end_velocities(self) -> FloatArray:
+        """Joint velocities at both ends of the motion, (2, dof), rad/s; at rest by default."""
+        return np.zeros((2, self.robot.dof))
+
+    @property
+    def crowded(self) -> bool:
+        """Whether there is anything to keep clear of: an obstacle, or the robot itself."""
+        return bool(self.obstacles) or self.robot.self_collision
+
     @abstractmethod
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """The task's own conditions on a finished motion: numeric constraints, and the times of their rows in s."""
@@ -43,6 +53,15 @@ class Task(Statement, ABC):
     def durations(self, trajectory: Trajectory) -> FloatArray:
         """The durations of a finished motion to which these bounds apply, (n,), s; that of the whole by default."""
         return np.array([trajectory.duration])
+
+    @property
+    def passes_nothing(self) -> bool:
+        """Whether a motion is bound by its two ends alone, and by nothing on the way; not by default."""
+        return False
+
+    def at_free_times(self) -> Self:
+        """The same task for a motion that is timed anew along its path: nothing is asked at given times any more."""
+        return self
 
     def markers(self) -> tuple[Marker, ...]:
         """Positions that the tool has to reach, for drawing; none by default."""

@@ -19,7 +19,7 @@ from tpbso_casadi.cli.audit import main as audit
 from tpbso_casadi.cli.solve import main as solve
 from tpbso_casadi.reproduction.page.case_figures import illustrate
 from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.scenario.tasks import TASKS
+from tpbso_casadi.scenario.tasks.registry import TASKS
 
 SCENARIO = """
 [arm]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from problems import Problem
+from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray
 from tpbso_casadi.planning.motion import Motion
 
@@ -25,7 +24,7 @@ class Frames:
         joints: where base, joints and tip are, (n, k + 1, 2), m.
     """
 
-    problem: Problem[Any]
+    problem: Criteria
     times: FloatArray
     joints: FloatArray
 
@@ -43,7 +42,9 @@ class Frames:
     def extent(self) -> tuple[float, float, float, float]:
         """Left, right, bottom and top of everything drawn, with some padding, m."""
         boxes = [obstacle.bounding_box() for obstacle in self.problem.obstacles]
-        points = np.vstack([self.joints.reshape(-1, 2), self.task_points, *boxes])
+        thickest = max((float(body.radius) for body in self.problem.robot.bodies), default=0.0)
+        joints = self.joints.reshape(-1, 2)
+        points = np.vstack([joints - thickest, joints + thickest, self.task_points, *boxes])
         lower, upper = points.min(axis=0), points.max(axis=0)
         padding = PADDING * float((upper - lower).max())
         return lower[0] - padding, upper[0] + padding, lower[1] - padding, upper[1] + padding
@@ -52,4 +53,4 @@ class Frames:
 def frames_of(motion: Motion, count: int = FRAME_COUNT) -> Frames:
     """The postures of a motion at ``count`` equally spaced times."""
     times = np.linspace(0.0, motion.trajectory.duration, count)
-    return Frames(motion.problem, times, motion.joint_positions(times))
+    return Frames(motion.criteria, times, motion.joint_positions(times))

@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from problems import CertificateStatus, Constraint, Problem, Verdict
+from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray
 from problems.certify.structure import freedom, structure_of
 from problems.limits.limit import SAMPLING_MARGIN
@@ -71,27 +72,30 @@ def impossible(audit: dict[str, Any]) -> list[str]:
 def audit_run(run: StoredRun) -> dict[str, Any]:
     """The numeric audit and the certificate of a stored run that has been read and recomputed."""
     began = time.perf_counter()
-    motion, polish = run.motion, run.result.polish
-    verdicts = motion.problem.verify(motion.trajectory)
+    motion, polish, retiming = run.motion, run.result.polish, run.result.retiming
+    verdicts = motion.criteria.verify(motion.trajectory)
     certified = time.perf_counter()
-    kkt = optimality_of(motion)
+    kkt = None if run.problem is None else optimality_of(run.problem, run.found)
     return {
         "kind": "run",
         "objective": run.result.objective.model_dump(),
         "certificate": {"verdict": str(motion.status), "seconds": certified - began},
-        "constraints": [_constraint(verdict, motion.problem) for verdict in verdicts],
-        "optimality": {**asdict(kkt), "licq": kkt.licq, "seconds": time.perf_counter() - certified},
+        "constraints": [_constraint(verdict, motion.criteria) for verdict in verdicts],
+        "optimality": None
+        if kkt is None
+        else {**asdict(kkt), "licq": kkt.licq, "seconds": time.perf_counter() - certified},
+        "retiming": None if retiming is None else retiming.model_dump(exclude={"motion"}),
         "polish": None if polish is None else polish.model_dump(include=POLISH_KEYS),
     }
 
 
-def optimality_of(motion: Motion) -> Optimality:
+def optimality_of(problem: Problem[Any], motion: Motion) -> Optimality:
     """First-order conditions of a motion in the program of its problem, multipliers by least squares."""
-    program = motion.problem.nlp()
-    return optimality(program, program.from_trajectory(motion.trajectory), motion.problem.objective.unit)
+    program = problem.nlp()
+    return optimality(program, program.from_trajectory(motion.trajectory), problem.objective.unit)
 
 
-def _constraint(verdict: Verdict, problem: Problem[Any]) -> dict[str, Any]:
+def _constraint(verdict: Verdict, problem: Criteria) -> dict[str, Any]:
     """A verdict with its margin: how far inside the bound the worst value is, negative outside."""
     distance = abs(verdict.worst - verdict.bound)
     margin = distance if verdict.status is not CertificateStatus.VIOLATED else -distance

@@ -12,6 +12,7 @@ from solvers.traits import Preset
 from tpbso_casadi.campaign.run import Run, escaped, problem_of
 from tpbso_casadi.plugins import PluginError
 from tpbso_casadi.scenario.catalogues import find_solver
+from tpbso_casadi.scenario.motions import FAMILIES
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
 
@@ -51,6 +52,7 @@ class SolverSpec:
         further = self.descent_table if kind.solves_program and self.descent_table is not None else self.table
         if self.name != scenario.solver.name:
             table |= {"population": None, "settings": {}}
+        content["model"]["retime"] = scenario.model.retime and _is_retimed(scenario)
         table |= {"name": self.name, "polish_starts": self.polish_starts, "seed": seed, **further}
         table["settings"] |= dict(self.settings)
         if not kind.has_population:
@@ -59,6 +61,11 @@ class SolverSpec:
         with plugin_failures_named(applied):
             applied.solver.build()
         return applied
+
+
+def _is_retimed(scenario: Scenario) -> bool:
+    """Whether plans of a campaign are timed anew: only where the scenario says so, or its motions always are."""
+    return "retime" in scenario.model.model_fields_set or FAMILIES[scenario.model.motion].timed_at_the_end
 
 
 def parse_solvers(text: str) -> list[SolverSpec]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import redirect_stdout
 from functools import partial
 from pathlib import Path
@@ -21,9 +21,7 @@ from tpbso_casadi.cli.common import (
     OneLineParser,
     add_input_options,
     natural,
-    path,
     positive_float,
-    positive_number,
     print_error,
     whole_number,
     word,
@@ -31,12 +29,14 @@ from tpbso_casadi.cli.common import (
 from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.cli.display.plan_tables import print_plan, print_scenarios, summary_of
 from tpbso_casadi.cli.display.planning_progress import planning_progress
-from tpbso_casadi.cli.output import Output
+from tpbso_casadi.cli.output import Output, add_output_options
 from tpbso_casadi.cli.run_name import run_folder
-from tpbso_casadi.planning.plan import Plan, plan
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.scenario.builtin import DEFAULT
 from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE
 from tpbso_casadi.scenario.loading import load
+from tpbso_casadi.scenario.motions import FAMILIES
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import (
     MOST_EVALUATIONS,
@@ -47,7 +47,6 @@ from tpbso_casadi.scenario.section import (
     ScenarioError,
 )
 from tpbso_casadi.storage.content import result_of
-from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, HIGHEST_RATE
 from tpbso_casadi.storage.files import OutputError
 
 DEFAULT_SOLVER = "abso"  # of a command that names none; with a polish
@@ -87,6 +86,13 @@ def parser() -> argparse.ArgumentParser:
         "--objective", type=word, metavar="NAME", help=f"{', '.join(OBJECTIVES)}, a plug-in, or package.module:Class"
     )
     problem.add_argument("--elbow", choices=get_args(Elbow), help="branch of inverse kinematics at both ends")
+    problem.add_argument("--motion", choices=FAMILIES, help="the paper's quartic and quintic, or splines in least time")
+    problem.add_argument(
+        "--retime",
+        action=argparse.BooleanOptionalAction,
+        help="run the plan as fast as the limits allow on its path; by default with splines, and where the objective "
+        "does not depend on time",
+    )
     problem.add_argument("--formulation", choices=FORMULATIONS, help="cost (15), or feasible by construction")
     problem.add_argument(
         "--knot-redundancy", choices=get_args(KnotRedundancy), help="of a path, where IPOPT follows it"
@@ -126,28 +132,7 @@ def parser() -> argparse.ArgumentParser:
     speed.add_argument(
         "--threads", type=whole_number(1, MOST_THREADS), default=1, metavar="N", help="for populations of thousands"
     )
-    output = command_line.add_argument_group("the output")
-    output.add_argument(
-        "--out",
-        type=path,
-        metavar="DIR",
-        help="run folder, replaced as a whole; runs/SCENARIO-SOLVER-SEED... by default",
-    )
-    output.add_argument("--json", action="store_true", help="print result.json; writes no folder unless --out is given")
-    output.add_argument("--no-plots", action="store_true", help="draw no figures")
-    output.add_argument("--animate", type=path, metavar="FILE", help="the motion as .gif, .mp4 or .html")
-    output.add_argument(
-        "--export", action="append", choices=EXPORTS, default=[], help="for a robot, at equal steps of time; repeatable"
-    )
-    output.add_argument(
-        "--rate",
-        type=positive_number(HIGHEST_RATE),
-        default=DEFAULT_RATE,
-        metavar="HZ",
-        help=f"of these steps; {DEFAULT_RATE:g}",
-    )
-    output.add_argument("--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds")
-    output.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_output_options(command_line, "runs/SCENARIO-SOLVER-SEED...")
     return command_line
 
 
@@ -155,26 +140,20 @@ def solve(options: argparse.Namespace) -> int:
     """Plan the scenario of the options, write and print the plan; returns the exit status."""
     stated, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
     scenario = overridden(stated, options)
-    output = Output(
-        folder=folder_of(options, scenario),
-        named=options.out is not None,
-        plots=not options.no_plots,
-        exports=options.export,
-        rate=options.rate,
-        film=options.animate,
-        title=Path(options.scenario).stem,
-    )
+    output = Output.of(options, partial(run_folder, options, scenario), Path(options.scenario).stem)
     output.check()
     try:
         with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
-            return planned(scenario, evaluation, output, options)
+            return written(scenario, evaluation, output, options)
     except ScenarioError as error:
         raise ScenarioError(f"{options.scenario}: {error}") from error
 
 
-def planned(scenario: Scenario, evaluation: EvaluationOptions, output: Output, options: argparse.Namespace) -> int:
-    """Search, then write and print what was found; returns the exit status."""
-    problem = scenario.problem()
+def written(
+    scenario: Scenario, evaluation: EvaluationOptions | None, output: Output, options: argparse.Namespace
+) -> int:
+    """Plan, then write and print the plan; returns the exit status."""
+    problem = scenario.problem() if scenario.task.is_searched else None
     with deferred_interrupt() as interruption:
         foreign_output = redirect_stdout(sys.stderr)  # of plug-ins: standard output is for the result
         with foreign_output, planning_progress(problem, options.quiet) as progress:
@@ -188,13 +167,6 @@ def planned(scenario: Scenario, evaluation: EvaluationOptions, output: Output, o
         return exit_status(solution, folder, interruption)
 
 
-def folder_of(options: argparse.Namespace, scenario: Scenario) -> Callable[[], Path] | None:
-    """What says where the run goes to; None where only JSON is printed."""
-    if options.out is not None:
-        return lambda: Path(options.out)
-    return None if options.json else partial(run_folder, options, scenario)
-
-
 def evaluation_options(options: argparse.Namespace) -> EvaluationOptions:
     """How to evaluate populations: the command line decides, then the environment."""
     return (
@@ -204,7 +176,7 @@ def evaluation_options(options: argparse.Namespace) -> EvaluationOptions:
     )
 
 
-def exit_status(solution: Plan, folder: Path | None, interruption: Interruption) -> int:
+def exit_status(solution: PlannedMotion, folder: Path | None, interruption: Interruption) -> int:
     """0 feasible, 1 not, 130 interrupted; the last two with a line that says what there is."""
     if interruption.requested:
         what = f"best plan so far, {summary_of(solution)}," if solution.feasible else "best attempt, not feasible,"
@@ -216,7 +188,12 @@ def exit_status(solution: Plan, folder: Path | None, interruption: Interruption)
             for verdict in solution.verdicts
             if not verdict.satisfied
         )
-        print_error(f"no feasible plan was found; the best attempt's {broken} (try more evaluations or another seed)")
+        if solution.searched is None:
+            print_error(f"the path as it is cannot be run: its {broken}")
+        else:
+            print_error(
+                f"no feasible plan was found; the best attempt's {broken} (try more evaluations or another seed)"
+            )
         return Exit.INFEASIBLE
     return Exit.FEASIBLE
 
@@ -224,13 +201,14 @@ def exit_status(solution: Plan, folder: Path | None, interruption: Interruption)
 def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     """The scenario with the values of the command line in place of its own; validated anew."""
     content = scenario.model_dump()
+    content["model"] = scenario.model.stated()
     if options.links is not None:
         if scenario.arm is None:
             raise ScenarioError("--links: changes an [arm]; this scenario has a [robot]")
         content["arm"] = scenario.arm.with_links(options.links).model_dump()
     sections = {
         "task": ("objective", "elbow"),
-        "model": ("formulation", "knot_redundancy"),
+        "model": ("motion", "retime", "formulation", "knot_redundancy"),
         "solver": ("population", "iterations", "evaluations", "time_limit", "within", "seed", "polish_starts"),
     }
     if options.polish and not content["solver"]["polish_starts"]:
@@ -239,7 +217,7 @@ def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
         content[section] |= {key: getattr(options, key) for key in keys if getattr(options, key) is not None}
     if options.solver is not None and options.solver != scenario.solver.name:
         content["solver"] |= {"name": options.solver, "settings": {}}
-    if options.solver is None and "name" not in scenario.solver.model_fields_set:
+    if scenario.task.is_searched and options.solver is None and "name" not in scenario.solver.model_fields_set:
         content["solver"] = with_default(content["solver"], scenario.solver.model_fields_set)
     return parse_scenario(content)
 

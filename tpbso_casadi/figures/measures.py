@@ -16,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from problems.base.matrix import FloatArray
 from problems.tasks.drawing import BoundedCurve, ProgressMeasure
 from tpbso_casadi.planning.plan import Plan, convergence, step_name
+from tpbso_casadi.planning.planned_motion import PlannedMotion
 
 
 def progress_figures(plan: Plan) -> dict[str, tuple[str, Figure]]:
@@ -52,9 +53,9 @@ def progress_history(plan: Plan, measure: ProgressMeasure) -> FloatArray:
     return np.array([measure.of_trajectory(program.trajectory(x)) for x in best])
 
 
-def curve_figures(plan: Plan) -> dict[str, tuple[str, Figure]]:
+def curve_figures(plan: PlannedMotion) -> dict[str, tuple[str, Figure]]:
     """By file name, the caption and the figure of the problem's bounded curves; those of one name share a figure."""
-    curves = plan.problem.bounded_curves(plan.trajectory)
+    curves = plan.criteria.bounded_curves(plan.trajectory)
     groups = {name: tuple(group) for name, group in groupby(curves, key=lambda curve: curve.name)}
     return {name: (group[0].label, curve_figure(plan.times, group)) for name, group in groups.items()}
 

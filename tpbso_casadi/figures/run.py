@@ -15,8 +15,9 @@ from matplotlib.ticker import MaxNLocator
 
 from problems.base.matrix import FloatArray, as_array
 from tpbso_casadi.figures.measures import curve_figures, progress_figures
-from tpbso_casadi.figures.scene import draw_scene
+from tpbso_casadi.figures.scene import draw_bodies, draw_scene
 from tpbso_casadi.planning.plan import Plan, convergence, first_feasible, step_name
+from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.storage.files import write_with
 
 DPI = 150
@@ -24,10 +25,14 @@ JOINT_COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b
 SNAPSHOTS = (("initial", "#9aa5b1"), ("middle", "#5b6b7b"), ("final", "#1b2733"))
 
 
-def draw_figures(folder: Path, plan: Plan) -> list[Path]:
+def draw_figures(folder: Path, plan: PlannedMotion) -> list[Path]:
     """Draw every figure of a plan into a folder; returns their paths."""
     figures = {name: draw(plan) for name, draw in FIGURES.items()}
-    figures |= {name: figure for name, (_, figure) in (progress_figures(plan) | curve_figures(plan)).items()}
+    further = curve_figures(plan)
+    if plan.searched is not None:
+        figures |= {"convergence": convergence_figure(plan.searched)}
+        further |= progress_figures(plan.searched)
+    figures |= {name: figure for name, (_, figure) in further.items()}
     paths = {folder / f"{name}.png": figure for name, figure in figures.items()}
     for path, figure in paths.items():
         write_with(path, partial(figure.savefig, dpi=DPI))
@@ -58,7 +63,12 @@ def convergence_figure(plan: Plan) -> Figure:
     if first > 0:
         axes.axvspan(0, iterations[first], color="#d62728", alpha=0.10, label="no feasible candidate yet")
     if plan.polish is not None and plan.polish.accepted:
-        axes.axhline(plan.objective, color="#2ca02c", linestyle="--", label=f"polished: {plan.objective:.4g}")
+        axes.axhline(
+            plan.polish.after.objective,
+            color="#2ca02c",
+            linestyle="--",
+            label=f"polished: {plan.polish.after.objective:.4g}",
+        )
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper right")
     axes.set_xlim(0, max(int(iterations[-1]), 1))
@@ -66,17 +76,18 @@ def convergence_figure(plan: Plan) -> Figure:
     return figure
 
 
-def path_figure(plan: Plan) -> Figure:
+def path_figure(plan: PlannedMotion) -> Figure:
     """(b) The tip's path, the arm at the start, in the middle and at the end, obstacles and milestones."""
     figure = Figure(figsize=(6.4, 6.0), layout="constrained")
     axes = figure.subplots()
-    problem, trajectory = plan.problem, plan.trajectory
+    problem, trajectory = plan.criteria, plan.trajectory
     draw_scene(axes, problem)
     tip = plan.motion.joint_positions(plan.times)[:, -1]
     axes.plot(*tip.T, color="#1f4fd8", linewidth=2, label="planned path", zorder=3)
     snapshot_times = np.array([0.0, middle_time(plan), trajectory.duration])
     for (name, colour), posture in zip(SNAPSHOTS, plan.motion.joint_positions(snapshot_times), strict=True):
         label = f"{name} posture"
+        draw_bodies(axes, problem.robot, posture, colour)
         axes.plot(*posture.T, "-o", color=colour, markerfacecolor="white", linewidth=1.8, label=label, zorder=4)
     for milestone in problem.milestones(trajectory):
         tip = plan.motion.joint_positions(np.array([milestone.time]))[:, -1]
@@ -90,12 +101,12 @@ def path_figure(plan: Plan) -> Figure:
     return figure
 
 
-def joints_figure(plan: Plan) -> Figure:
+def joints_figure(plan: PlannedMotion) -> Figure:
     """(c) Angle, speed and acceleration of every joint over time, with the limits."""
     figure = Figure(figsize=(7.2, 8.0), layout="constrained")
     panels = figure.subplots(3, 1, sharex=True)
     samples = plan.trajectory.samples(plan.times)
-    limits_of_joints = plan.problem.robot.limits
+    limits_of_joints = plan.criteria.robot.limits
     ranges = None if limits_of_joints.position is None else np.array(limits_of_joints.position).T
     speed, acceleration = np.array(limits_of_joints.speed), np.array(limits_of_joints.acceleration)
     rows = (
@@ -108,7 +119,7 @@ def joints_figure(plan: Plan) -> Figure:
             axes.plot(plan.times, column, color=colour_of(joint), label=f"joint {joint + 1}")
         if limits is not None:
             draw_limits(axes, limits)
-        for milestone in plan.problem.milestones(plan.trajectory):
+        for milestone in plan.criteria.milestones(plan.trajectory):
             axes.axvline(milestone.time, color="#ff7f0e", linestyle=":", linewidth=1.2)
         axes.set_ylabel(label)
         axes.grid(alpha=0.3)
@@ -129,9 +140,9 @@ def draw_limits(axes: Axes, limits: FloatArray) -> None:
     axes.plot([], [], color="0.25", linestyle="--", linewidth=1.0, label="limit")
 
 
-def middle_time(plan: Plan) -> float:
+def middle_time(plan: PlannedMotion) -> float:
     """When the arm is shown in the middle, s: at the first milestone of the motion, else at half its duration."""
-    milestones = plan.problem.milestones(plan.trajectory)
+    milestones = plan.criteria.milestones(plan.trajectory)
     return milestones[0].time if milestones else plan.trajectory.duration / 2.0
 
 
@@ -140,4 +151,4 @@ def colour_of(joint: int) -> str:
     return JOINT_COLOURS[joint % len(JOINT_COLOURS)]
 
 
-FIGURES = {"convergence": convergence_figure, "path": path_figure, "joints": joints_figure}
+FIGURES = {"path": path_figure, "joints": joints_figure}  # of every motion; a search has others beside them

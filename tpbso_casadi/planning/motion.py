@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import isfinite
 from typing import Any
 
 import numpy as np
 
 from problems import CertificateStatus, Problem, Trajectory, Verdict
+from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray
+from problems.motions.joint_path import JointPath
 
 INFEASIBLE_MERIT = 1e15  # of a motion that breaks nothing by anything; whatever the unit, no objective comes near it
 MINIMUM_ROWS = 201  # of trajectory.csv
@@ -26,17 +28,34 @@ class Motion:
         quantities: the robot's own quantities behind it, by the paper's symbols.
         time_scale: the factor by which the search's motion has been slowed so that the speed and acceleration limits
             hold between its samples too; 1 where they did already.
+        retimed: whether it is timed anew: what has to be at given times of the search's motion is then free.
     """
 
-    problem: Problem[Any]
+    problem: Criteria
     trajectory: Trajectory
     quantities: dict[str, FloatArray]
     time_scale: float = 1.0
+    retimed: bool = False
+
+    @property
+    def path(self) -> JointPath:
+        """The path that it runs, with its time as the parameter."""
+        return JointPath.of(self.trajectory)
+
+    @property
+    def criteria(self) -> Criteria:
+        """What it is judged by."""
+        return self.problem.at_free_times() if self.retimed else self.problem
+
+    @property
+    def free_timing(self) -> bool:
+        """Whether the number of its pieces is free, and its accelerations may jump where nothing limits the jerk."""
+        return self.retimed or self.problem.free_timing
 
     @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:
         """Each constraint, judged for all t."""
-        return tuple(self.problem.verify(self.trajectory))
+        return tuple(self.criteria.verify(self.trajectory))
 
     @property
     def status(self) -> CertificateStatus:
@@ -58,7 +77,8 @@ class Motion:
     @cached_property
     def times(self) -> FloatArray:
         """The times in s of the rows of ``trajectory.csv``."""
-        return self.problem.row_times(self.trajectory, MINIMUM_ROWS)
+        times = self.trajectory.times if self.retimed else partial(self.problem.row_times, self.trajectory)
+        return times(MINIMUM_ROWS)
 
     def joint_positions(self, times: FloatArray) -> FloatArray:
         """Where base, joints and tip are at times (n,) in s: (n, frames, dim), m."""

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from problems import Problem, Trajectory, Verdict
+from problems import Problem
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers import IPOPT, Archive, Box, Result, Solver, minimize
+from solvers import IPOPT, AnySolver, Archive, Box, Result, Solver, minimize
 from solvers.driver.interruption import Interruption, deferred_interrupt
-from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
+from tpbso_casadi.planning.finishing import retimed
+from tpbso_casadi.planning.given_path import timed
+from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, motion_of
+from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.refinement import Polish, Refinement, polish
 from tpbso_casadi.planning.within import best_within
@@ -22,52 +25,26 @@ from tpbso_casadi.scenario.scenario import Scenario
 SILENT = Progress()
 
 
-@dataclass(frozen=True)
-class Plan:
-    """A motion and everything needed to judge it.
+@dataclass(frozen=True, kw_only=True)
+class Plan(PlannedMotion):
+    """A motion that was searched for, and everything needed to judge it.
 
     Attributes:
-        scenario: robot, task, limits and solver.
-        problem: its model.
+        problem: the scenario's model.
         search: result and record of the search; before any polish.
-        motion: the plan itself.
         polish: the refinement by IPOPT; None where there was none.
         rounds: searches made; ``search`` is the one that led to the best motion.
-        interrupted: whether Ctrl-C cut the search or the polish short.
     """
 
-    scenario: Scenario
     problem: Problem[Any]
     search: Result
-    motion: Motion
     polish: Polish | None = None
     rounds: int = 1
-    interrupted: bool = False
 
     @property
-    def trajectory(self) -> Trajectory:
-        """The motion's trajectory."""
-        return self.motion.trajectory
-
-    @property
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """Each constraint of the motion, judged for all t."""
-        return self.motion.verdicts
-
-    @property
-    def feasible(self) -> bool:
-        """Whether every constraint holds."""
-        return self.motion.feasible
-
-    @property
-    def objective(self) -> float:
-        """The objective of the motion."""
-        return self.motion.objective
-
-    @property
-    def times(self) -> FloatArray:
-        """The times in s of the rows of ``trajectory.csv``."""
-        return self.motion.times
+    def searched(self) -> Plan:
+        """The plan itself."""
+        return self
 
 
 def plan(
@@ -75,8 +52,8 @@ def plan(
     progress: Progress = SILENT,
     evaluation: EvaluationOptions | None = None,
     problem: Problem[Any] | None = None,
-) -> Plan:
-    """Plan a scenario.
+) -> PlannedMotion:
+    """Plan a scenario; a :class:`Plan` where there is something to search.
 
     Args:
         scenario: robot, task, limits, solver, budget and seed.
@@ -93,14 +70,43 @@ def plan(
     """
     with deferred_interrupt() as interruption:
         progress.phase("modelling")
+        if not scenario.task.is_searched:
+            return timed(scenario, interruption.breakable(scenario.criteria), progress, interruption)
         problem = interruption.breakable(scenario.problem) if problem is None else problem
-        solver = scenario.solver.build()
-        if solver.solves_program:
-            return descended(scenario, problem, solver, progress, interruption)
-        if scenario.solver.within is None:
-            return searched(scenario, problem, solver, evaluation, progress, interruption)
-        best, rounds = best_within(problem, solver, scenario.solver, evaluation, progress, interruption)
-        return Plan(scenario, problem, best.search, best.motion, best.polish, rounds, interruption.requested)
+        found = untimed(scenario, problem, scenario.solver.build(), evaluation, progress, interruption)
+        return finished(found, progress, interruption) if scenario.model.retime else found
+
+
+def untimed(
+    scenario: Scenario,
+    problem: Problem[Any],
+    solver: AnySolver,
+    evaluation: EvaluationOptions | None,
+    progress: Progress,
+    interruption: Interruption,
+) -> Plan:
+    """A plan as search and polish find it."""
+    if solver.solves_program:
+        return descended(scenario, problem, solver, progress, interruption)
+    if scenario.solver.within is None:
+        return searched(scenario, problem, solver, evaluation, progress, interruption)
+    best, rounds = best_within(problem, solver, scenario.solver, evaluation, progress, interruption)
+    return Plan(
+        scenario=scenario,
+        problem=problem,
+        search=best.search,
+        motion=best.motion,
+        polish=best.polish,
+        rounds=rounds,
+        interrupted=interruption.requested,
+    )
+
+
+def finished(found: Plan, progress: Progress, interruption: Interruption) -> Plan:
+    """The plan as fast as its limits allow; as it was found where the user has asked to stop."""
+    retiming = interruption.attempt(partial(retimed, found.motion, progress))
+    motion = found.motion if retiming is None else retiming.chosen
+    return replace(found, motion=motion, retiming=retiming, interrupted=interruption.requested)
 
 
 def descended(
@@ -114,7 +120,8 @@ def descended(
     refinement = interruption.breakable(partial(Refinement, problem, solver))
     progress.phase("searching")
     search = refinement.multistart(scenario.solver.budget(), scenario.solver.seed, progress.status)
-    return Plan(scenario, problem, search, refinement.motion(search.x), interrupted=interruption.requested)
+    motion = refinement.motion(search.x)
+    return Plan(scenario=scenario, problem=problem, search=search, motion=motion, interrupted=interruption.requested)
 
 
 def searched(
@@ -134,10 +141,17 @@ def searched(
     motion = motion_of(problem, search.x)
     refined = None
     if archive is not None:
-        work = partial(polish, motion, search.x, archive, settings.polish_starts, progress)
+        work = partial(polish, problem, motion, search.x, archive, settings.polish_starts, progress)
         refined = interruption.attempt(work)
     chosen = motion if refined is None else refined.chosen
-    return Plan(scenario, problem, search, chosen, refined, interrupted=interruption.requested)
+    return Plan(
+        scenario=scenario,
+        problem=problem,
+        search=search,
+        motion=chosen,
+        polish=refined,
+        interrupted=interruption.requested,
+    )
 
 
 def convergence(search: Result) -> tuple[FloatArray, FloatArray]:

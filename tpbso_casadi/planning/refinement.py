@@ -101,10 +101,13 @@ class Polish:
         return self.after if self.accepted else self.before
 
 
-def polish(before: Motion, best: FloatArray, archive: Archive, starts: int, progress: Progress) -> Polish:
+def polish(
+    problem: Problem[Any], before: Motion, best: FloatArray, archive: Archive, starts: int, progress: Progress
+) -> Polish:
     """Refine the best candidate (d,) of a search, and ``starts - 1`` others that differ from it.
 
     Args:
+        problem: that has been searched.
         before: the motion of the best.
         best: the candidate.
         archive: of the search.
@@ -113,8 +116,8 @@ def polish(before: Motion, best: FloatArray, archive: Archive, starts: int, prog
     """
     began = time.perf_counter()
     progress.phase("polishing")
-    refinement = Refinement(before.problem, IPOPT())
-    chosen = distinct(before.problem, [best, *archive.x], starts)
+    refinement = Refinement(problem, IPOPT())
+    chosen = distinct(problem, [best, *archive.x], starts)
     program_starts = map(refinement.program.from_search, chosen)
     polished = refine(before, program_starts, refinement, Budget(iterations=starts), progress)
     return replace(polished, seconds=time.perf_counter() - began)

@@ -15,6 +15,7 @@ from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 
 DEFAULT = "time-3"
 
+PAPER = {"motion": "paper"}
 REACH = 2.0
 OBSTACLE = {"center": [0.8, 0.8], "semi_axes": [0.15, 0.25]}
 
@@ -54,9 +55,9 @@ def builtin(name: str) -> Scenario:
 def _point_to_point(links: int, objective: str, obstacles: list[dict[str, Any]]) -> Scenario:
     arm = {"link_lengths": [REACH / links] * links, "max_speed": 4.0, "max_acceleration": 20.0}
     task = {"kind": "point-to-point", "start": [1.0, 0.0], "goal": [0.5, 1.5], "objective": objective, "elbow": "up"}
-    return parse_scenario({"arm": arm, "task": task, "obstacles": obstacles})
+    return parse_scenario({"arm": arm, "task": task, "obstacles": obstacles, "model": PAPER})
 
 
 def _path(shape: dict[str, Any], objective: str) -> Scenario:
     task = {"kind": "path", "objective": objective, "elbow": "up", "accuracy": 0.1, **shape}
-    return parse_scenario({"arm": THREE_METRES, "task": task})
+    return parse_scenario({"arm": THREE_METRES, "task": task, "model": PAPER})

@@ -6,13 +6,15 @@ Every error is a :class:`ScenarioError` of one line that names the file, the key
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from pydantic import Field, ValidationError, model_validator
 
-from problems import InvalidProblem, Problem
+from problems import InvalidProblem, Problem, Robot
+from problems.assembly.criteria import Criteria
+from problems.scene.obstacle import Obstacle
 from solvers import AnySolver, Budget
 from tpbso_casadi.plugins import failure, is_raised_in
 from tpbso_casadi.scenario.catalogues import (
@@ -23,7 +25,7 @@ from tpbso_casadi.scenario.catalogues import (
     find_solver,
 )
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml, too_much
-from tpbso_casadi.scenario.robots import ArmSection, ObstacleSection, RobotSection, check_numbers
+from tpbso_casadi.scenario.motions import with_motion
 from tpbso_casadi.scenario.section import (
     LARGEST_SEED,
     MOST_EVALUATIONS,
@@ -31,15 +33,19 @@ from tpbso_casadi.scenario.section import (
     MOST_MEMBERS,
     MOST_OBSTACLES,
     MOST_POLISH_STARTS,
+    FileSection,
     Positive,
     ScenarioError,
     Section,
     Word,
 )
 from tpbso_casadi.scenario.task import ModelSection
-from tpbso_casadi.scenario.tasks import TASKS, AnyTask
+from tpbso_casadi.scenario.tasks.registry import TASKS, AnyTask
 from tpbso_casadi.scenario.validation import as_text, describe, hint, shown
+from tpbso_casadi.scenario.world.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles
+from tpbso_casadi.scenario.world.robots import ArmSection, RobotSection, check_numbers
 
+C = TypeVar("C", bound=Criteria)
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
 
 NEEDED: dict[type, tuple[type | tuple[type, ...], str]] = {  # of a setting, by the type of its default
@@ -114,13 +120,13 @@ class SolverSection(Section):
         return self.kind().default_budget
 
 
-class Scenario(Section):
+class Scenario(FileSection):
     """A whole scenario file."""
 
     arm: ArmSection | None = None
     robot: RobotSection | None = None
     task: AnyTask
-    obstacles: list[ObstacleSection] = Field(default_factory=list, max_length=MOST_OBSTACLES)
+    obstacles: list[AnyObstacle] = Field(default_factory=list, max_length=MOST_OBSTACLES)
     model: ModelSection = ModelSection()
     solver: SolverSection = SolverSection()
 
@@ -129,8 +135,15 @@ class Scenario(Section):
         """What of it is not ours: names of plug-ins, which may raise anything."""
         named = [self.task.kind, getattr(self.task, "objective", ""), *self.model.limits, self.solver.name]
         named += [] if self.robot is None else [self.robot.model]
+        named += [obstacle.shape for obstacle in self.obstacles]
         named = [str(name) for name in named]
-        ours = {*TASKS, *OBJECTIVE_CATALOGUE.registry, *LIMIT_CATALOGUE.registry, *ROBOT_CATALOGUE.registry}
+        ours = {
+            *TASKS,
+            *OBJECTIVE_CATALOGUE.registry,
+            *LIMIT_CATALOGUE.registry,
+            *ROBOT_CATALOGUE.registry,
+            *SHAPE_CATALOGUE.registry,
+        }
         return [name for name in named if name and name not in ours | {"path", *SOLVER_CATALOGUE.registry}]
 
     @model_validator(mode="after")
@@ -141,6 +154,13 @@ class Scenario(Section):
             raise ValueError("robot: the robot is stated twice, as [arm] and as [robot]")
         return self
 
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if not self.task.is_searched and self.solver != SolverSection():
+            raise ValueError(f"solver: {self.task.kind!r} is timed; there is nothing to search for, leave it out")
+        object.__setattr__(self, "model", with_motion(self.model, self.task))  # frozen from now on
+        return self
+
     def problem(self) -> Problem[Any]:
         """The problem itself.
 
@@ -148,20 +168,30 @@ class Scenario(Section):
             ScenarioError: the robot cannot do the task, it is larger than what is planned, or a plug-in failed.
         """
         with plugin_failures_named(self):
-            return self._problem()
+            return self._stated(self.task.build)
 
-    def _problem(self) -> Problem[Any]:
+    def criteria(self) -> Criteria:
+        """What a motion is judged by; the problem, where there is something to search.
+
+        Raises:
+            ScenarioError: as :meth:`problem`.
+        """
+        with plugin_failures_named(self):
+            return self._stated(self.task.criteria)
+
+    def _stated(self, build: Callable[[Robot, tuple[Obstacle, ...], ModelSection], C]) -> C:
         robot_table = "arm." if self.robot is None else "robot.settings."
         try:
-            obstacles = tuple(obstacle.build() for obstacle in self.obstacles)
             robot = (self.arm or self.robot).build()  # type: ignore[union-attr]
         except InvalidProblem as error:
             raise ScenarioError(f"{robot_table}{error.field}: {error.reason}") from error
         self.model.check_size(robot.dof)
+        obstacles = build_obstacles(self.obstacles)
         tables = {"link_lengths": robot_table, "joint_limits": robot_table, "obstacles": ""}
-        tables |= dict.fromkeys(("samples", "knots", "knot_redundancy", "formulation", "limits"), "model.")
+        tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:
-            return self.task.build(robot, obstacles, self.model)
+            robot = self.model.kept_by(robot)
+            return build(robot, obstacles, self.model)
         except InvalidProblem as error:
             raise ScenarioError(f"{tables.get(error.field, 'task.')}{error.field}: {error.reason}") from error
 
@@ -225,20 +255,25 @@ def read_scenario(path: pathlib.Path, outside_allowed: bool = False) -> Scenario
     """
     content = read_toml(path)
     try:
-        scenario = parse_scenario(content)
+        scenario = _validated(content)
         with failures_named(scenario.plugins, "task"):
             task = scenario.task.with_files(InputFolder(path.parent, outside_allowed))
-        return scenario.model_copy(update={"task": task})
+        return scenario.model_copy(update={"task": task}).normalised()
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from error
 
 
 def parse_scenario(content: dict[str, Any]) -> Scenario:
-    """Check the content of a scenario.
+    """Check the content of a scenario; what comes out is in rad.
 
     Raises:
         ScenarioError: naming the first wrong key.
     """
+    return _validated(content).normalised()
+
+
+def _validated(content: dict[str, Any]) -> Scenario:
+    """The same in the unit that it states."""
     try:
         return Scenario.model_validate_json(as_text(content), strict=True)
     except ValidationError as error:

@@ -5,7 +5,8 @@ What is within these limits is built in less than a minute and computed without 
 
 from __future__ import annotations
 
-from typing import Annotated, TypeAlias
+from math import radians
+from typing import Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import AfterValidator, Field
 
@@ -15,6 +16,7 @@ LARGEST = 1e12  # magnitude of a number, in whatever unit
 SMALLEST = 1e-12  # of a positive number
 MOST_LINKS = 100
 MOST_SAMPLES = 10_000  # of a segment
+MOST_PIECES = 100  # of a path from one place to the next
 MOST_POINTS = 1_000  # that a path is planned through
 MOST_GIVEN_POINTS = 100_000  # that it is resampled from
 MOST_OBSTACLES = 100
@@ -37,9 +39,14 @@ def _not_tiny(value: float) -> float:
 
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_tiny)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 PlanarPoint: TypeAlias = tuple[Number, Number]
 Interval: TypeAlias = tuple[Number, Number]
 Word = Annotated[str, Field(max_length=LONGEST_WORD)]
+
+
+ANGULAR = "angular"  # marks a field whose numbers are angles, or rates of angles: ``Annotated[Number, ANGULAR]``
+Angle = Annotated[Number, ANGULAR]
 
 
 class ScenarioError(ValueError):
@@ -48,3 +55,32 @@ class ScenarioError(ValueError):
 
 class Section(StrictModel):
     """A table of a scenario file."""
+
+    def in_radians(self) -> Self:
+        """The same table, read as one in degrees: what is stated of its ``ANGULAR`` fields, and of tables within."""
+        stated = {name: getattr(self, name) for name in self.model_fields_set if name in type(self).model_fields}
+        return self.model_copy(
+            update={
+                name: in_radians(value, angular=ANGULAR in type(self).model_fields[name].metadata)
+                for name, value in stated.items()
+            }
+        )
+
+
+class FileSection(Section):
+    """A whole file, which may state its angles in degrees."""
+
+    unit: Literal["rad", "deg"] = "rad"
+
+    def normalised(self) -> Self:
+        """The same file in rad: whoever reads one calls this first, so that nothing else knows of degrees."""
+        return self.in_radians().model_copy(update={"unit": "rad"}) if self.unit == "deg" else self
+
+
+def in_radians(value: Any, angular: bool) -> Any:
+    """A value of a table in degrees: tables in it are converted, and its numbers where they are angles."""
+    if isinstance(value, Section):
+        return value.in_radians()
+    if isinstance(value, (list, tuple)):
+        return type(value)(in_radians(entry, angular) for entry in value)
+    return radians(value) if angular and isinstance(value, (int, float)) else value

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field
 
 from problems import Limit, Problem, Robot
+from problems.assembly.criteria import Criteria
 from problems.encodings import FORMULATIONS
 from problems.scene.obstacle import Obstacle
 from problems.tasks.path_following import KnotRedundancy
@@ -15,8 +19,10 @@ from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import (
     MOST_JOINT_POINTS,
     MOST_JOINT_SAMPLES,
+    MOST_PIECES,
     MOST_POINTS,
     MOST_SAMPLES,
+    NotNegative,
     ScenarioError,
     Section,
     Word,
@@ -28,20 +34,48 @@ LimitName = Annotated[Word, choice_of(LIMIT_CATALOGUE.registry, LIMIT_CATALOGUE.
 Formulation = Annotated[Word, choice_of(FORMULATIONS)]
 
 
+DEPENDENT = {"motion", "formulation", "retime"}  # keys of [model] whose defaults depend on the task
+
+
 class ModelSection(Section):
-    """[model]: the form of the model."""
+    """[model]: the form of the model.
+
+    In a scenario that has been read nothing depends on the task any more: what was left out is filled in.
+    """
 
     samples: int = Field(default=50, ge=2, le=MOST_SAMPLES)
+    motion: Literal["paper", "spline"] = "paper"
     formulation: Formulation = "paper"
+    pieces: int | None = Field(default=None, ge=2, le=MOST_PIECES)
+    retime: bool = False
     redundancy_values: int = Field(default=5, ge=2, le=100)
     knots: int | None = Field(default=None, ge=2, le=MOST_POINTS)
     knot_redundancy: KnotRedundancy = "free"
     limits: list[LimitName] = Field(default_factory=list)
+    margin: NotNegative = 0.0
+    self_collision: bool = False
 
     @property
     def further_limits(self) -> list[type[Limit]]:
         """Kinds of limits that hold besides those of the robot and of the obstacles."""
         return [LIMIT_CATALOGUE.find(name) for name in self.limits]
+
+    def stated(self) -> dict[str, Any]:
+        """What of it is not filled in from the task; plain data."""
+        filled = DEPENDENT - self.model_fields_set
+        return self.model_dump(exclude=filled)
+
+    def kept_by(self, robot: Robot) -> Robot:
+        """The robot that keeps the margin, and clear of itself where that is asked for.
+
+        Raises:
+            InvalidProblem: it cannot.
+            ScenarioError: this kind of robot does not say which of its bodies could touch.
+        """
+        safe = replace(robot, margin=self.margin, self_collision=self.self_collision)
+        if self.self_collision and safe.dof > 2 and not safe.own_pairs:
+            raise ScenarioError("model.self_collision: this robot does not say which of its bodies could touch")
+        return safe
 
     def check_size(self, joints: int) -> None:
         """The model of so many joints can be built in less than a minute.
@@ -56,9 +90,24 @@ class ModelSection(Section):
 
 
 class TaskSection(Section):
-    """[task]: the interface of every kind of task."""
+    """[task]: the interface of every kind of task.
+
+    Attributes:
+        is_searched: whether a motion has to be searched for; if not, there is nothing but a path to be timed.
+        motions: families of motions that it can be planned with, the default first.
+        keys_of: by family, keys that belong to it alone.
+    """
+
+    is_searched: ClassVar[bool] = True
+    motions: ClassVar[tuple[str, ...]] = ("paper",)
+    keys_of: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
 
     kind: Word
+
+    def foreign_keys(self, motion: str) -> Iterator[str]:
+        """Keys that are stated although this family of motions does not have them."""
+        for owner, keys in self.keys_of.items():
+            yield from (key for key in keys if owner != motion and getattr(self, key) is not None)
 
     def with_files(self, folder: InputFolder) -> Self:
         """The same task with the content of the files that it names.
@@ -78,3 +127,11 @@ class TaskSection(Section):
             InvalidProblem: the robot cannot do the task.
         """
         raise NotImplementedError
+
+    def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
+        """What a motion is judged by; the problem itself, where there is something to search.
+
+        Raises:
+            InvalidProblem: the robot cannot do the task.
+        """
+        return self.build(robot, obstacles, model)

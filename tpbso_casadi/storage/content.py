@@ -8,8 +8,10 @@ from typing import Any
 
 from problems import Problem
 from problems.base.matrix import FloatArray
+from tpbso_casadi.planning.finishing import Retiming
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.planning.refinement import Polish
 from tpbso_casadi.storage.plain import settings_of
 from tpbso_casadi.storage.result import (
@@ -17,46 +19,65 @@ from tpbso_casadi.storage.result import (
     ConstraintResult,
     HistoryResult,
     ObjectiveResult,
+    PiecesResult,
     PolishedMotion,
     PolishResult,
+    RetimingResult,
     RunResult,
     SolutionResult,
     SolverResult,
+    TimedMotion,
     VariableResult,
 )
 from tpbso_casadi.storage.versions import versions
 
 
-def result_of(plan: Plan) -> RunResult:
+def result_of(plan: PlannedMotion) -> RunResult:
     """The content of ``result.json``: everything to rerun and judge the plan."""
-    search, solver = plan.search, plan.scenario.solver
-    objective = plan.problem.objective
+    objective = plan.criteria.objective
     return RunResult(
         scenario=plan.scenario,
-        solver=SolverResult(name=solver.name, settings=settings_of(solver.build())),
-        seed=solver.seed,
         objective=ObjectiveResult(name=objective.name, value=plan.objective, unit=objective.unit),
-        cost=search.cost,
         feasible=plan.feasible,
         constraints=[ConstraintResult(**asdict(verdict), satisfied=verdict.satisfied) for verdict in plan.verdicts],
         certificate=CertificateResult(verdict=plan.motion.status),
         solution=_solution(plan),
-        polish=None if plan.polish is None else _polish(plan.polish),
-        rounds=plan.rounds,
-        evaluations=search.evaluations,
-        iterations=search.iterations,
-        seconds=search.seconds,
-        stop_reason=search.stop_reason,
+        retiming=None if plan.retiming is None else _retiming(plan.retiming),
         interrupted=plan.interrupted,
-        history=HistoryResult(evaluations=search.history.evaluations.tolist(), cost=search.history.cost.tolist()),
         versions={"python": python_version(), **versions()},
+        **(_of_timing(plan) if plan.searched is None else _of_search(plan.searched)),
     )
 
 
-def _solution(plan: Plan) -> SolutionResult:
-    motion, search = plan.motion, plan.search
+def _of_search(plan: Plan) -> dict[str, Any]:
+    """The keys that describe a search."""
+    search, solver = plan.search, plan.scenario.solver
+    return {
+        "solver": SolverResult(name=solver.name, settings=settings_of(solver.build())),
+        "seed": solver.seed,
+        "cost": search.cost,
+        "polish": None if plan.polish is None else _polish(plan.polish),
+        "rounds": plan.rounds,
+        "evaluations": search.evaluations,
+        "iterations": search.iterations,
+        "seconds": search.seconds,
+        "stop_reason": search.stop_reason,
+        "history": HistoryResult(evaluations=search.history.evaluations.tolist(), cost=search.history.cost.tolist()),
+    }
+
+
+def _of_timing(plan: PlannedMotion) -> dict[str, Any]:
+    """The same keys where there was none."""
+    nothing = dict.fromkeys(("solver", "seed", "cost", "polish", "stop_reason"))
+    counts = {"rounds": 1, "evaluations": 0, "iterations": 0, "seconds": plan.seconds_timed}
+    return {**nothing, **counts, "history": HistoryResult(evaluations=[], cost=[])}
+
+
+def _solution(plan: PlannedMotion) -> SolutionResult:
+    motion, found = plan.motion, plan.searched
+    has_vector = found is not None and not found.search.in_program_variables
     return SolutionResult(
-        variables=None if search.in_program_variables else _variables(plan.problem, search.x),
+        variables=_variables(found.problem, found.search.x) if found is not None and has_vector else None,
         quantities={name: values.tolist() for name, values in motion.quantities.items()},
         time_scale=motion.time_scale,
         breakpoints=motion.trajectory.breakpoints.tolist(),
@@ -87,6 +108,23 @@ def _polish(polish: Polish) -> PolishResult:
         residuals=dict(solution.residuals),
         multipliers=dict(polish.multipliers),
     )
+
+
+def _retiming(retiming: Retiming) -> RetimingResult:
+    before = retiming.before.trajectory
+    motion = PiecesResult(breakpoints=before.breakpoints.tolist(), coefficients=before.coefficients.tolist())
+    return RetimingResult(
+        before=_timed_motion(retiming.before),
+        after=None if retiming.after is None else _timed_motion(retiming.after),
+        candidate=retiming.candidate,
+        accepted=retiming.accepted,
+        seconds=retiming.seconds,
+        motion=motion if retiming.accepted else None,
+    )
+
+
+def _timed_motion(motion: Motion) -> TimedMotion:
+    return TimedMotion(**dict(polished_motion(motion)), duration=motion.trajectory.duration)
 
 
 def polished_motion(motion: Motion) -> PolishedMotion:

@@ -17,9 +17,10 @@ from pydantic import (
     SerializerFunctionWrapHandler,
     ValidationError,
     model_serializer,
+    model_validator,
 )
 
-from problems import CertificateStatus
+from problems import CertificateStatus, Trajectory
 from problems.base.matrix import FloatArray
 from solvers import StopReason
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
@@ -59,6 +60,8 @@ def _rectangular(coefficients: list[list[list[float]]]) -> list[list[list[float]
 Number: TypeAlias = Annotated[float | None, BeforeValidator(plain)]  # None where it is not finite
 Count: TypeAlias = Annotated[int, Field(ge=0)]
 Seconds: TypeAlias = Annotated[float, Field(ge=0.0)]
+Breakpoints: TypeAlias = Annotated[list[float], Field(min_length=2)]
+Coefficients: TypeAlias = Annotated[list[list[list[float]]], Field(min_length=1), AfterValidator(_rectangular)]
 FileName: TypeAlias = Annotated[str, Field(pattern=r"^[^/\\\x00]{1,255}$")]
 
 
@@ -117,8 +120,13 @@ class SolutionResult(StrictModel):
     variables: list[VariableResult] | None
     quantities: dict[str, list[float]]
     time_scale: Annotated[float, Field(gt=0.0)]
-    breakpoints: Annotated[list[float], Field(min_length=2)]
-    coefficients: Annotated[list[list[list[float]]], Field(min_length=1), AfterValidator(_rectangular)]
+    breakpoints: Breakpoints
+    coefficients: Coefficients
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion itself."""
+        return Trajectory(np.array(self.breakpoints), np.array(self.coefficients))
 
     @property
     def vector(self) -> FloatArray | None:
@@ -164,6 +172,50 @@ class PolishResult(StrictModel):
     multipliers: dict[str, Number]
 
 
+class TimedMotion(PolishedMotion):
+    """A motion before or after it was timed anew; s."""
+
+    duration: Number
+
+
+class PiecesResult(StrictModel):
+    """A motion as its pieces; as in :class:`SolutionResult`."""
+
+    breakpoints: Breakpoints
+    coefficients: Coefficients
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion itself."""
+        return Trajectory(np.array(self.breakpoints), np.array(self.coefficients))
+
+
+class RetimingResult(StrictModel):
+    """The last stage: the motion of search and polish, timed anew.
+
+    Attributes:
+        before: the motion of search and polish.
+        after: the best of the others; None where none could be made.
+        candidate: how that was made; empty where there is none.
+        accepted: whether it is the plan.
+        seconds: that it took.
+        motion: the motion before, where another one is the plan.
+    """
+
+    before: TimedMotion
+    after: TimedMotion | None
+    candidate: str
+    accepted: bool
+    seconds: Seconds
+    motion: PiecesResult | None
+
+    @model_validator(mode="after")
+    def _with_motion(self) -> Self:
+        if self.accepted != (self.motion is not None):
+            raise ValueError("motion: needed exactly where another motion was accepted")
+        return self
+
+
 class HistoryResult(StrictModel):
     """Evaluations and the best cost so far after each iteration, both (n,)."""
 
@@ -173,6 +225,9 @@ class HistoryResult(StrictModel):
 
 class RunResult(StrictModel):
     """Everything to rerun and judge a plan; the keys of ``result.json``, in their order.
+
+    Where a given path was timed there was no search: solver, seed, cost and reason to stop are None, the history is
+    empty, and ``seconds`` is what the timing took.
 
     Attributes:
         scenario: complete, defaults filled in.
@@ -185,6 +240,7 @@ class RunResult(StrictModel):
         certificate: all together.
         solution: the motion.
         polish: None, and no key, where there was none.
+        retiming: the last stage; likewise.
         rounds: searches made; only the best is described here.
         evaluations: of the search.
         iterations: of the search.
@@ -197,8 +253,8 @@ class RunResult(StrictModel):
     """
 
     scenario: Annotated[Scenario, BeforeValidator(_scenario)]
-    solver: SolverResult
-    seed: Count
+    solver: SolverResult | None
+    seed: Count | None
     objective: ObjectiveResult
     cost: Number
     feasible: bool
@@ -206,21 +262,23 @@ class RunResult(StrictModel):
     certificate: CertificateResult
     solution: SolutionResult
     polish: PolishResult | None = None
+    retiming: RetimingResult | None = None
     rounds: Annotated[int, Field(ge=1)]
     evaluations: Count
     iterations: Count
     seconds: Seconds
-    stop_reason: StopReason
+    stop_reason: StopReason | None
     interrupted: bool
     history: HistoryResult
     versions: dict[str, str]
     files: dict[FileName, str] = Field(default_factory=dict)
 
     @model_serializer(mode="wrap")
-    def _without_missing_polish(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _without_missing_stages(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         content: dict[str, Any] = serialize(self)
-        if self.polish is None:
-            del content["polish"]
+        for stage in ("polish", "retiming"):
+            if getattr(self, stage) is None:
+                del content[stage]
         return content
 
     def to_json(self, indent: int | None = 2) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from solvers.driver.interruption import Interruption
-from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.scenario.input_files import read_text
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.content import result_of
@@ -84,7 +84,7 @@ def stored_content(folder: Path) -> dict[str, Any]:
 
 def write_run(
     folder: Path,
-    plan: Plan,
+    plan: PlannedMotion,
     plots: bool = True,
     further: Sequence[Callable[[Path], object]] = (),
     interruption: Interruption | None = None,
@@ -139,7 +139,7 @@ def _report(folder: Path, failure: Exception) -> NoReturn:
     raise failure
 
 
-def _draw(plan: Plan, folder: Path) -> None:
+def _draw(plan: PlannedMotion, folder: Path) -> None:
     from tpbso_casadi.figures.run import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
 
     draw_figures(folder, plan)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from problems import Trajectory
+from problems import Problem
+from problems.motions.joint_path import JointPath
+from tpbso_casadi.planning.finishing import SAME_PATH
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.scenario.input_files import read_text
 from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.storage.recomputation import Contradiction, check_files, check_result, check_table, check_trajectory
+from tpbso_casadi.storage.recomputation.agreement import Contradiction
+from tpbso_casadi.storage.recomputation.files import check_files, check_table
+from tpbso_casadi.storage.recomputation.motions import check_trajectory
+from tpbso_casadi.storage.recomputation.record import check_motion, check_no_search
+from tpbso_casadi.storage.recomputation.search import check_search
 from tpbso_casadi.storage.result import InvalidResult, RunResult
 from tpbso_casadi.storage.run_folder import LARGEST_RESULT
 
@@ -28,10 +35,14 @@ class StoredRun:
     Attributes:
         result: the content of ``result.json``.
         motion: the trajectory in it, verified again.
+        found: the motion of search and polish; the same unless it was timed anew.
+        problem: that was searched; None where a given path was timed.
     """
 
     result: RunResult
     motion: Motion
+    found: Motion
+    problem: Problem[Any] | None
 
     @property
     def scenario(self) -> Scenario:
@@ -53,8 +64,7 @@ def read_run(folder: Path) -> StoredRun:
     try:
         result = RunResult.from_json(text)
         with np.errstate(all="ignore"), plugin_failures_named(result.scenario, Contradiction):
-            motion = motion_in(result)
-            check_result(result, motion)
+            run = checked(result)
     except ScenarioError as error:
         raise InvalidRun(f"{path}: scenario.{error}") from error
     except (InvalidResult, Contradiction) as error:
@@ -62,23 +72,41 @@ def read_run(folder: Path) -> StoredRun:
     except (ArithmeticError, ValueError) as error:  # of SciPy and NumPy, when numbers are beyond all bounds
         raise InvalidRun(f"{path}: solution: no motion can be computed from it ({error})") from error
     try:
-        check_table(folder / "trajectory.csv", motion)
+        check_table(folder / "trajectory.csv", run.motion)
         check_files(folder, result.files)
     except Contradiction as error:
         raise InvalidRun(str(error)) from error
-    return StoredRun(result, motion)
+    return run
 
 
-def motion_in(result: RunResult) -> Motion:
-    """The motion that a result holds.
+def path_of(run: StoredRun) -> JointPath:
+    """The path of a run's motion, of the lowest degree that is known of it."""
+    retiming = run.result.retiming
+    same = retiming is not None and retiming.accepted and retiming.candidate == SAME_PATH
+    return run.found.path if same else run.motion.path
+
+
+def checked(result: RunResult) -> StoredRun:
+    """The run that a result describes, all of it computed again.
 
     Raises:
         ScenarioError: the robot of its scenario cannot do its task.
-        Contradiction: the stored numbers are not a smooth motion of that robot.
+        Contradiction: a number is not what a recomputation gives.
     """
-    solution = result.solution
-    trajectory = Trajectory(np.array(solution.breakpoints), np.array(solution.coefficients))
+    scenario, solution = result.scenario, result.solution
+    problem = scenario.problem() if scenario.task.is_searched else None
     quantities = {name: np.array(values) for name, values in solution.quantities.items()}
-    motion = Motion(result.scenario.problem(), trajectory, quantities, solution.time_scale)
-    check_trajectory(motion)
-    return motion
+    criteria = scenario.criteria() if problem is None else problem
+    motion = Motion(criteria, solution.trajectory, quantities, solution.time_scale)
+    found = motion
+    if result.retiming is not None and result.retiming.motion is not None:
+        found = replace(motion, trajectory=result.retiming.motion.trajectory)
+        motion = replace(motion, retimed=True)
+        check_trajectory("retiming.motion", found, problem)
+    check_trajectory("solution", motion, problem)
+    check_motion(result, motion)
+    if problem is None:
+        check_no_search(result)
+    else:
+        check_search(result, problem, found, motion)
+    return StoredRun(result, motion, found, problem)

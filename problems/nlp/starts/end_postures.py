@@ -120,7 +120,7 @@ class EndPostures:
         for first in (0, k):
             if self.robot.limits.position is not None:
                 lower[first : first + k], upper[first : first + k] = np.array(self.robot.limits.position).T
-            narrow_elbow(self.elbow, x, first + 1, lower, upper)
+            narrow_elbow(self.elbow, x, first + 1, lower, upper, self.robot.stretched)
         on_points = np.array([*self.start, *self.goal]) / self.robot.length_unit
         rows = self._solve.size1_in("lbg") - on_points.size
         solution = self._solve(

@@ -64,7 +64,7 @@ def test_a_built_in_scenario_survives_the_round_trip(name: str) -> None:
 def test_defaults_are_filled_in() -> None:
     scenario = parse_scenario(POINT)
     assert scenario.task.elbow == "free"
-    assert (scenario.model.samples, scenario.model.formulation) == (50, "paper")
+    assert (scenario.model.samples, scenario.model.motion, scenario.model.retime) == (50, "spline", True)
     assert (scenario.solver.name, scenario.solver.seed, scenario.solver.budget().evaluations) == ("bso", 1, 30_000)
     assert scenario.problem().robot.limits.speed == (4.0,) * 4
 

@@ -73,7 +73,22 @@ def print_run_audit(audit: dict[str, Any], console: OutputConsole) -> None:
         table.add_row(*map(Text, (c["name"], f"{c['worst']:.6g}", limit, margin)), mark, Text(c["where"]))
     title = f"{verdict} in {seconds * 1e3:.1f} ms: {objective['name']} {value} {objective['unit']}"
     console.print_table(title, table)
-    print_optimality(audit, console)
+    if audit["retiming"] is not None:
+        print_retiming(audit["retiming"], console)
+    if audit["optimality"] is None:
+        console.say("the timing is the fastest of its path; there was nothing else to choose")
+    else:
+        print_optimality(audit, console)
+
+
+def print_retiming(retiming: dict[str, Any], console: OutputConsole) -> None:
+    """What the last stage made of the motion of search and polish, which the conditions of optimality are about."""
+    before, after = retiming["before"], retiming["after"]
+    if not retiming["accepted"]:
+        console.say("timed anew, which made it no better")
+        return
+    durations = f"{before['duration']:.6g} s before, {after['duration']:.6g} s after"
+    console.say(f"timed anew ({retiming['candidate']}): {durations}; what follows is about the motion before")
 
 
 def print_optimality(audit: dict[str, Any], console: OutputConsole) -> None:

@@ -8,7 +8,9 @@ from rich.text import Text
 
 from problems import CertificateStatus, Verdict
 from tpbso_casadi.cli.display.console import OutputConsole, number, prose, table_of, word
+from tpbso_casadi.planning.finishing import Retiming
 from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.planning.refinement import Polish
 from tpbso_casadi.scenario.best_known import best_known
 from tpbso_casadi.scenario.builtin import DEFAULT, TITLES
@@ -21,9 +23,9 @@ MARKS = {
 FAR = 0.02  # above the best known objective, relative to it: worth a word
 
 
-def summary_of(plan: Plan) -> str:
+def summary_of(plan: PlannedMotion) -> str:
     """The objective and its value."""
-    objective = plan.problem.objective
+    objective = plan.criteria.objective
     return f"{objective.name} {plan.objective:.6g} {objective.unit}"
 
 
@@ -32,22 +34,32 @@ def limit_of(bound: float, unit: str) -> str:
     return f"{bound:.6g} {unit}".strip()
 
 
-def print_plan(plan: Plan, console: OutputConsole) -> None:
+def print_plan(plan: PlannedMotion, console: OutputConsole) -> None:
     """The objective, every constraint judged for all t, the effort of the search, and remarks."""
-    search = plan.search
     table = table_of(word("constraint"), number("worst"), word("limit"), word(""), prose("where"))
     for verdict in plan.verdicts:
         table.add_row(*_row(verdict))
     console.print_table(summary_of(plan), table)
-    if plan.polish is not None:
-        print_polish(plan, plan.polish, console)
-    rounds = f", best of {plan.rounds} rounds" if plan.rounds > 1 else ""
-    console.say(
-        f"{plan.scenario.solver.name}, seed {plan.scenario.solver.seed}{rounds}: {search.evaluations} evaluations, "
-        f"{search.iterations} iterations, {search.seconds:.2f} s, stopped by {search.stop_reason}"
-    )
+    if plan.searched is not None and plan.searched.polish is not None:
+        print_polish(plan.searched, plan.searched.polish, console)
+    if plan.retiming is not None:
+        print_retiming(plan.retiming, console)
+    console.say(effort_of(plan))
     for remark in remarks(plan):
         console.say(remark)
+
+
+def effort_of(plan: PlannedMotion) -> str:
+    """How the plan was found, in a line."""
+    found, solver = plan.searched, plan.scenario.solver
+    if found is None:
+        return f"a given path, timed in {plan.seconds_timed:.2f} s"
+    rounds = f", best of {found.rounds} rounds" if found.rounds > 1 else ""
+    search = found.search
+    return (
+        f"{solver.name}, seed {solver.seed}{rounds}: {search.evaluations} evaluations, {search.iterations} iterations, "
+        f"{search.seconds:.2f} s, stopped by {search.stop_reason}"
+    )
 
 
 def _row(verdict: Verdict) -> tuple[Text, ...]:
@@ -72,15 +84,28 @@ def print_polish(plan: Plan, polish: Polish, console: OutputConsole) -> None:
     console.print_table(f"polish: {decision} ({descent.solution.status})", table)
 
 
-def remarks(plan: Plan) -> Iterator[str]:
+def print_retiming(retiming: Retiming, console: OutputConsole) -> None:
+    """The motion before and after it was timed anew, side by side."""
+    objective = retiming.before.problem.objective
+    headings = f"{objective.name}, {objective.unit}", "duration, s", "worst violation", "seconds"
+    table = table_of(word(""), *map(number, headings))
+    rows = [("before", retiming.before, "")]
+    rows += [] if retiming.after is None else [(retiming.candidate, retiming.after, f"{retiming.seconds:.2f}")]
+    for name, motion, seconds in rows:
+        numbers = f"{motion.objective:.6g}", f"{motion.trajectory.duration:.6g}", f"{motion.worst_violation:.3g}"
+        table.add_row(name, *numbers, seconds)
+    console.print_table(f"retiming: {'kept' if retiming.accepted else 'discarded, not better'}", table)
+
+
+def remarks(plan: PlannedMotion) -> Iterator[str]:
     """What a user may want to change: joints that turn more than once, a plan far from the best known one."""
-    for name, turns in zip(plan.problem.robot.joint_names, plan.motion.turns, strict=True):
+    for name, turns in zip(plan.criteria.robot.joint_names, plan.motion.turns, strict=True):
         if turns > 1.0:
             yield f"{name} turns {turns:.2f} times; state joint_limits if it must not"
     best = best_known(plan.scenario)
     if best is not None and plan.feasible and plan.objective > (1.0 + FAR) * best:
         excess = plan.objective / best - 1.0
-        yield f"{excess:.0%} above the best plan known, {limit_of(best, plan.problem.objective.unit)}; try --within 10"
+        yield f"{excess:.0%} above the best plan known, {limit_of(best, plan.criteria.objective.unit)}; try --within 10"
 
 
 def print_scenarios(console: OutputConsole) -> None:

@@ -1,45 +1,26 @@
-"""The kinds of [task] tables, by name; the point-to-point motion among them."""
+"""The kinds of [task] tables, by name."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import PlainValidator, SerializeAsAny, ValidationError
 from pydantic_core import PydanticCustomError
 
-from problems import PointToPoint, Problem, Robot, point_to_point
-from problems.scene.obstacle import Obstacle
-from problems.tasks.elbow import Elbow
 from tpbso_casadi.plugins import Catalogue, PluginError, failure, subclass_of
-from tpbso_casadi.scenario.catalogues import find_objective
-from tpbso_casadi.scenario.path_tasks import ClosedCurveTask, PentagramTask, PointsTask
-from tpbso_casadi.scenario.section import PlanarPoint, Positive
-from tpbso_casadi.scenario.task import ModelSection, ObjectiveName, TaskSection
+from tpbso_casadi.scenario.task import TaskSection
+from tpbso_casadi.scenario.tasks.joint_path import JointPathTask, JointPiecesTask
+from tpbso_casadi.scenario.tasks.path import ClosedCurveTask, PentagramTask, PointsTask
+from tpbso_casadi.scenario.tasks.point_to_point import PointToPointTask
 from tpbso_casadi.scenario.validation import NestedError, as_text, describe, hint, in_words
-
-
-class PointToPointTask(TaskSection):
-    """[task] of a point-to-point motion: points in m, times in s."""
-
-    kind: Literal["point-to-point"]
-    start: PlanarPoint
-    goal: PlanarPoint
-    objective: ObjectiveName = "time"
-    elbow: Elbow = "free"
-    segment_time: tuple[Positive, Positive] | None = None
-
-    def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
-        """The problem itself."""
-        task = PointToPoint(robot, self.start, self.goal, self.elbow, obstacles, self.segment_time)
-        objective = find_objective(self.objective)
-        return point_to_point(task, objective, model.formulation, model.samples, model.further_limits)
-
 
 TASKS: dict[str, type[TaskSection]] = {  # by kind, or by kind/shape
     "point-to-point": PointToPointTask,
     "path": PointsTask,
     "path/pentagram": PentagramTask,
     "path/closed-curve": ClosedCurveTask,
+    "joint-path": JointPathTask,
+    "joint-path/pieces": JointPiecesTask,
 }
 
 

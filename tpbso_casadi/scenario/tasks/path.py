@@ -18,7 +18,7 @@ from tpbso_casadi.scenario.section import (
     MOST_JOINT_POINTS,
     MOST_POINT_CHECKS,
     MOST_POINTS,
-    Number,
+    Angle,
     PlanarPoint,
     Positive,
     ScenarioError,
@@ -108,7 +108,7 @@ class PentagramTask(PathTask):
     shape: Literal["pentagram"]
     center: PlanarPoint = (0.0, 0.0)
     radius: Positive
-    angle: Number = pi / 2.0
+    angle: Angle = pi / 2.0
     count: int = Field(default=50, ge=6, le=MOST_POINTS)
 
     def path(self) -> Path:
@@ -122,7 +122,7 @@ class ClosedCurveTask(PathTask):
     shape: Literal["closed-curve"]
     center: PlanarPoint = (0.0, 0.0)
     radius: Positive
-    angle: Number = 0.0
+    angle: Angle = 0.0
     waves: int = Field(default=6, ge=1, le=100)
     depth: float = Field(default=0.0, gt=-1.0, lt=1.0)
     count: int = Field(default=50, ge=4, le=MOST_POINTS)

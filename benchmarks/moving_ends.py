@@ -1,0 +1,112 @@
+"""Moves with moving ends in free space against Ruckig, which is optimal there: durations, limits, ends, seconds.
+
+Joints start and end at random velocities within random limits, with accelerations of zero.
+
+    python -m benchmarks.moving_ends --moves 1000
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from problems import Trajectory
+from problems.base.matrix import FloatArray
+from problems.robots.robot import JointLimits
+from problems.timing.free_space.moving_ends import least_time_move
+
+JOINTS = (2, 7)
+CHECKED_TIMES = 20_000
+
+
+@dataclass(frozen=True)
+class RandomMove:
+    """Ends and limits of k joints: postures in rad, velocities in rad/s, each (k,)."""
+
+    start: FloatArray
+    goal: FloatArray
+    start_velocity: FloatArray
+    goal_velocity: FloatArray
+    limits: JointLimits
+
+    def planned(self) -> Trajectory:
+        """Our motion."""
+        return least_time_move(self.start, self.goal, self.start_velocity, self.goal_velocity, self.limits)
+
+
+def random_move(rng: np.random.Generator) -> RandomMove:
+    """Ways from a hundredth of a radian to three, with a jerk limit."""
+    k = int(rng.integers(JOINTS[0], JOINTS[1] + 1))
+    speed, acceleration, jerk = (tuple(rng.uniform(*range_, k)) for range_ in ((0.5, 4.0), (1.0, 20.0), (5.0, 200.0)))
+    start, way = rng.uniform(-3.0, 3.0, (2, k))
+    velocities = rng.uniform(-1.0, 1.0, (2, k)) * speed
+    limits = JointLimits(speed=speed, acceleration=acceleration, jerk=jerk)
+    return RandomMove(start, start + way * rng.choice([1.0, 0.1, 0.01]), *velocities, limits)
+
+
+def ruckig_duration(move: RandomMove) -> float:
+    """The duration of Ruckig's motion, s; NaN where it finds none."""
+    import ruckig  # noqa: PLC0415 (an extra)
+
+    k, limits = move.start.size, move.limits
+    given, found = ruckig.InputParameter(k), ruckig.Trajectory(k)
+    given.current_position, given.target_position = move.start.tolist(), move.goal.tolist()
+    given.current_velocity, given.target_velocity = move.start_velocity.tolist(), move.goal_velocity.tolist()
+    given.max_velocity, given.max_acceleration = list(limits.speed), list(limits.acceleration)
+    given.max_jerk = [np.inf] * k if limits.jerk is None else list(limits.jerk)
+    result = ruckig.Ruckig(k).calculate(given, found)
+    return float(found.duration) if result == ruckig.Result.Working else float("nan")
+
+
+def largest_excess(trajectory: Trajectory, limits: JointLimits, count: int = CHECKED_TIMES) -> float:
+    """By what share a limit is broken at many times; 0 where none is."""
+    times = np.linspace(0.0, trajectory.duration, count)
+    bounds = {1: limits.speed, 2: limits.acceleration, 3: limits.jerk}
+    shares = [np.abs(trajectory.at(times, order)) / bound for order, bound in bounds.items() if bound is not None]
+    return max(0.0, float(np.max(shares)) - 1.0)
+
+
+def end_error(trajectory: Trajectory, move: RandomMove) -> float:
+    """How far postures and velocities at the ends are from what they have to be, rad and rad/s."""
+    ends = trajectory.breakpoints[[0, -1]]
+    missed = (
+        trajectory.at(ends) - [move.start, move.goal],
+        trajectory.at(ends, 1) - [move.start_velocity, move.goal_velocity],
+    )
+    return float(np.abs(missed).max())
+
+
+def table(moves: int, seed: int, jerk: bool) -> str:
+    """A row: durations over Ruckig's, the largest violation, the largest error at the ends, ms, failures of Ruckig."""
+    rng = np.random.default_rng(seed)
+    ratios, excesses, errors, seconds = [], [], [], []
+    for _ in range(moves):
+        move = random_move(rng)
+        move = move if jerk else replace(move, limits=replace(move.limits, jerk=None))
+        began = time.perf_counter()
+        trajectory = move.planned()
+        seconds.append(time.perf_counter() - began)
+        ratios.append(trajectory.duration / ruckig_duration(move))
+        excesses.append(largest_excess(trajectory, move.limits))
+        errors.append(end_error(trajectory, move))
+    known = np.array(ratios)[np.isfinite(ratios)]
+    share = f"{np.median(known):.6f} | {known.min():.9f} | {known.max():.9f}"
+    return f"{share} | {max(excesses):.1e} | {max(errors):.1e} | {np.median(seconds) * 1e3:.2f} | {moves - known.size}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--moves", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    print("| moves | over Ruckig: median | least | most | violation | ends | ms | Ruckig failed |")
+    print("|---|---|---|---|---|---|---|---|")
+    for name, jerk in (("jerk limited", True), ("no jerk limit", False)):
+        print(f"| {options.moves} with moving ends, {name} | {table(options.moves, options.seed, jerk)} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,118 @@
+"""What a finished motion is judged by: a statement, limits and an objective."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import casadi as ca
+
+from problems.base.matrix import FloatArray
+from problems.certify.verdict import Verdict, verdict
+from problems.certify.verification import limit_verdicts
+from problems.limits.limit import Limit
+from problems.limits.time_scale import exact_time_scale, safe_time_scale
+from problems.motions.trajectory import CONTINUOUS_ORDERS, SMOOTH_ORDERS, Trajectory
+from problems.objectives import Objective
+from problems.robots.robot import Robot
+from problems.scene.obstacle import Obstacle
+from problems.tasks.drawing import BoundedCurve, Marker, Milestone, ProgressMeasure
+from problems.tasks.task import Task
+
+
+@dataclass(frozen=True, kw_only=True)
+class Criteria:
+    """What a motion has to do, to keep, and to minimise.
+
+    Attributes:
+        free_timing: whether motions are timed path by path: the number of their pieces is then free, and accelerations
+            jump where no limit of the jerk forbids it.
+        task: the statement: robot, start and goal or path, obstacles.
+        objective: what is minimised.
+        limits: what the motion must keep.
+    """
+
+    free_timing: ClassVar[bool] = False
+
+    task: Task
+    objective: Objective
+    limits: tuple[Limit, ...]
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that moves."""
+        return self.task.robot
+
+    @property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """The obstacles to keep clear of."""
+        return self.task.obstacles
+
+    @property
+    def smoothness(self) -> int:
+        """How many derivatives of a motion are continuous, the angle the first."""
+        return self.timed_smoothness if self.free_timing else SMOOTH_ORDERS
+
+    @property
+    def timed_smoothness(self) -> int:
+        """The same of a motion that is timed path by path."""
+        return CONTINUOUS_ORDERS if self.robot.limits.jerk is None else SMOOTH_ORDERS
+
+    def at_free_times(self) -> Criteria:
+        """The same for a motion that is timed anew along its path."""
+        if self.free_timing:
+            return self
+        return Criteria(task=self.task.at_free_times(), objective=self.objective, limits=self.limits)
+
+    def given_motion(self) -> Trajectory:
+        """The motion, where a path is given and nothing is left to be searched for.
+
+        Raises:
+            NotImplementedError: there is something.
+        """
+        raise NotImplementedError
+
+    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
+        """Times in s at which to tabulate a trajectory, its breakpoints among them."""
+        return trajectory.times(at_least)
+
+    def exact_time_scale(self, trajectory: Trajectory) -> float:
+        """How much slower, or faster, a trajectory has to be run so that its limits just hold for all t."""
+        return max(exact_time_scale(self.limits, trajectory), self._duration_time_scale(trajectory))
+
+    def safe_time_scale(self, trajectory: Trajectory) -> float:
+        """The exact time scale and a little more, so that rounding breaks no limit."""
+        return max(safe_time_scale(self.limits, trajectory), self._duration_time_scale(trajectory))
+
+    def _duration_time_scale(self, trajectory: Trajectory) -> float:
+        """How much slower a trajectory has to be run so that none of its durations is too short."""
+        bounds = self.task.duration_bounds
+        return 0.0 if bounds is None else bounds.time_scale(self.task.durations(trajectory))
+
+    def verify(self, trajectory: Trajectory) -> list[Verdict]:
+        """Judge a finished trajectory against every constraint, far more densely than the search does."""
+        verdicts, bounds = limit_verdicts(self.limits, trajectory), self.task.duration_bounds
+        if bounds is not None:
+            durations = bounds.at(ca.DM(self.task.durations(trajectory)).T)
+            verdicts.append(verdict(durations, trajectory.breakpoints[-1:]))
+        return [*verdicts, *(verdict(constraint, times) for constraint, times in self.task.conditions(trajectory))]
+
+    def objective_value(self, trajectory: Trajectory, times: FloatArray) -> float:
+        """The objective of a finished motion, exact where it can be; else over samples at times (n,) in s."""
+        return self.objective.of_motion(trajectory, self.robot, times)
+
+    def markers(self) -> tuple[Marker, ...]:
+        """Positions that the tool has to reach, for drawing."""
+        return self.task.markers()
+
+    def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
+        """Times of interest within a motion; none by default."""
+        return ()
+
+    def bounded_curves(self, trajectory: Trajectory) -> tuple[BoundedCurve, ...]:
+        """Quantities to plot over a motion together with their bounds; none by default."""
+        return ()
+
+    def progress_measures(self) -> tuple[ProgressMeasure, ...]:
+        """Quantities to record and plot during a search; none by default."""
+        return ()

@@ -1,0 +1,101 @@
+"""What has to keep a distance: pairs of bodies, or of a body and an obstacle, and the limit on each of them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+from problems.base.arguments import Statement, is_zero
+from problems.base.matrix import FloatArray, Matrix, Operand, columns
+from problems.limits.constraint import Constraint
+from problems.limits.limit import Limit
+from problems.motions.samples import Samples
+from problems.robots.robot import Robot
+
+
+class Pair(Statement, ABC):
+    """Two things that have to keep a distance. A subclass is a frozen dataclass."""
+
+    @abstractmethod
+    def clearance(self, positions: Sequence[Matrix]) -> Matrix:
+        """How far they are apart in n postures, (n, 1), m; positions of the frames, each (n, dim).
+
+        Negative where they meet. Else no more than a distance that changes by no more than the points of one move as
+        seen from the other.
+        """
+
+    def distance(self, positions: Sequence[Matrix]) -> float:
+        """How far they are apart in one posture, exact to rounding, m; by default that is the clearance."""
+        return float(self.clearance(positions))
+
+    @abstractmethod
+    def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
+        """How fast they move as seen from each other.
+
+        Returns:
+            turns (m, dof), from joint speeds to angular rates u = turns @ dq/dt; and levers (m,), m: no point moves
+            faster than the sum over j of levers[j] |u_j|.
+        """
+
+    def can_touch(self, robot: Robot) -> bool:
+        """Whether they can come as near as they must not."""
+        return True
+
+    def smooth(self, clearance: Matrix) -> Matrix:
+        """An increasing function of the clearance that a nonlinear program bounds instead; itself by default."""
+        return clearance
+
+
+@dataclass(frozen=True)
+class Proximity(Limit):
+    """Every pair keeps the robot's margin.
+
+    Args:
+        robot: whose bodies.
+        pairs: that could come too near.
+    """
+
+    robot: Robot
+    pairs: tuple[Pair, ...]
+
+    def kept(self, share: float) -> Operand:
+        """The clearance that is kept, m: the robot's margin, and a share of its reach."""
+        spare = share * self.robot.radius
+        return spare if is_zero(self.robot.margin) else self.robot.margin + spare
+
+    def constraint(
+        self, name: str, what: str, clearances: Matrix, margin: float, formula: str, equation: str = "-"
+    ) -> Constraint:
+        """The constraint on clearances (rows, pairs), m.
+
+        Args:
+            name: of the constraint.
+            what: of a pair is meant, before its name in that of a column.
+            clearances: one column a pair.
+            margin: to keep on top of the robot's, a share of the reach.
+            formula: for a reader.
+            equation: of the paper.
+        """
+        return Constraint(
+            name=name,
+            equation=equation,
+            unit="m",
+            expression=clearances,
+            lower=ca.repmat(ca.horzcat(self.kept(margin)), 1, len(self.pairs)),
+            upper=None,
+            columns=tuple(f"{what}{pair}" for pair in self.pairs),
+            scale=ca.repmat(ca.horzcat(self.robot.radius / 2.0), 1, len(self.pairs)),
+            transform=self._smooth,
+            formula=formula,
+        )
+
+    def clearances(self, samples: Samples) -> Matrix:
+        """Of all pairs at each sample, (n, pairs), m."""
+        return ca.horzcat(*(pair.clearance(samples.positions) for pair in self.pairs))
+
+    def _smooth(self, clearances: Matrix) -> Matrix:
+        each = zip(self.pairs, columns(clearances), strict=True)
+        return ca.horzcat(*(pair.smooth(column) for pair, column in each))

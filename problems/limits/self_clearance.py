@@ -1,0 +1,60 @@
+"""Clearance of the robot's bodies from each other: ours, the paper has none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from problems.base.matrix import FloatArray, Matrix
+from problems.limits.constraint import Constraint
+from problems.limits.proximity import Pair, Proximity
+from problems.motions.samples import Samples
+from problems.robots.robot import Body, Robot
+from problems.scene.obstacle import Obstacle
+from problems.scene.segments import crossing_clearance
+
+
+@dataclass(frozen=True)
+class BodyPair(Pair):
+    """Two bodies of the robot in the plane, the one nearer the base first."""
+
+    first: Body
+    second: Body
+
+    def __str__(self) -> str:
+        return f"{self.first.name}, {self.second.name}"
+
+    def clearance(self, positions: Sequence[Matrix]) -> Matrix:
+        """Clearance in m in n postures, (n, 1), exact; positions of the frames, each (n, 2)."""
+        one, two = ((positions[body.start], positions[body.end]) for body in (self.first, self.second))
+        return crossing_clearance(one, two) - (self.first.radius + self.second.radius)
+
+    def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
+        """Only the joints between the two move them as seen from each other."""
+        return robot.relative_motion(self.first, self.second)
+
+
+@dataclass(frozen=True)
+class SelfClearance(Proximity):
+    """No two bodies that no joint connects come nearer to each other than the robot's margin.
+
+    Args:
+        robot: whose bodies.
+        pairs: of bodies that may touch.
+    """
+
+    name: ClassVar[str] = "self clearance"
+
+    pairs: tuple[BodyPair, ...]
+
+    @classmethod
+    def holding(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
+        """The limit, where it is asked for and there are bodies that could touch."""
+        pairs = tuple(BodyPair(*pair) for pair in robot.own_pairs) if robot.self_collision else ()
+        return cls(robot, pairs) if pairs else None
+
+    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """The bodies at each sample, kept apart by a share ``margin`` of the reach on top of the robot's margin."""
+        formula = "clearance(link i at t_j, link l at t_j) >= margin, for links with another in between"
+        return [self.constraint(self.name, "", self.clearances(samples), margin, formula)]

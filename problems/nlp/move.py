@@ -1,0 +1,256 @@
+"""The nonlinear program of a move: cubic pieces in time whose durations are free and shared by all joints.
+
+The waypoints (start, vias, goal) are nodes between pieces, so that they are passed whenever it suits. Where jerk is
+limited it is constant in each piece and accelerations are continuous, zero at both ends; else accelerations are linear
+in each piece and may jump from one to the next. Bounds of speed, acceleration, jerk and angles hold for all t: they are
+on Bezier coefficients. Other limits are sampled.
+
+Where time does not matter, only the shape is sought: all pieces take the same time, no speed, acceleration or jerk is
+bounded, and the exact time scaling of a solution restores the limits. A motion whose ends move cannot be scaled; its
+durations are always variables.
+
+Of several goals a descent keeps to the one that its start misses least.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.limits.clearance import StepLimit
+from problems.limits.constraint import Constraint
+from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.time_scale import safe_time_scale
+from problems.motions.samples import Samples
+from problems.motions.trajectory import Trajectory
+from problems.nlp.composition import composed_hessian, stand_in
+from problems.nlp.move_pieces import SHORTEST, Pieces, PieceVariables
+from problems.nlp.move_rows import ExactRows, goal_misses, place_rows
+from problems.nlp.move_solution import Waypoints, node_times, through
+from problems.nlp.program import MAX_ANGLE_CHANGE, TimedProgram, slack_constraints
+from problems.nlp.starts.move import MoveStarts, PassedMotion
+from problems.objectives import Objective
+from problems.robots.robot import Robot
+from problems.tasks.elbow import narrow_elbow
+from problems.tasks.move import Move
+from problems.tasks.place import Place
+
+SAMPLED_STEPS = 36  # time steps of the whole motion at the least, where something is sampled
+LEAST_STEPS = 2  # of a piece
+SHAPE_UNIT = 0.25  # s, of time, where the shape alone is sought and takes a second
+
+
+@dataclass(frozen=True)
+class MoveNlp(TimedProgram):
+    """Move from the start through the vias to a goal.
+
+    Args:
+        task: the statement: robot, places, velocities at the ends, obstacles.
+        objective: what is minimised.
+        limits: what holds.
+        pieces: between one waypoint and the next.
+        decode: the motion of a search vector (d,).
+    """
+
+    task: Move
+    objective: Objective
+    limits: tuple[Limit, ...]
+    pieces: int
+    decode: Callable[[FloatArray], Trajectory]
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that moves."""
+        return self.task.robot
+
+    @property
+    def timed(self) -> bool:
+        """Whether durations are variables: where they matter, and where ends move."""
+        return super().timed or not self.task.at_rest
+
+    @cached_property
+    def variables(self) -> PieceVariables:
+        """The layout of the motion's variables."""
+        smooth = not self.timed or any(limit.order == 3 for limit in self.limits)
+        count = self.pieces * (len(self.task.vias) + 1)
+        unit = _time_unit(self.robot) if self.timed else SHAPE_UNIT
+        return PieceVariables(self.robot, count, smooth, self.timed, unit)
+
+    @property
+    def waypoints(self) -> NDArray[np.intp]:
+        """Which nodes are waypoints, (waypoints,)."""
+        return np.arange(0, self.variables.count + 1, self.pieces)
+
+    @property
+    def steps(self) -> int:
+        """Time steps of a piece."""
+        return max(LEAST_STEPS, -(-SAMPLED_STEPS // self.variables.count))
+
+    @cached_property
+    def _symbols(self) -> tuple[ca.SX, Pieces, ca.SX, ca.SX]:
+        """Variables of the motion, the same in parts, misses of several goals, slacks of the rotation."""
+        x, k = ca.SX.sym("x", sum(self.variables.sizes)), self.robot.dof
+        goals = goal_misses(self.task, np.zeros(k)) if len(self.task.goals) > 1 else []
+        slacks = self.objective.slack_count(self.robot, self.variables.count * self.steps)
+        misses = ca.SX.sym("miss", sum(miss.size for miss in goals))
+        return x, self.variables.split(x), misses, ca.SX.sym("slack", slacks // k, k)
+
+    @cached_property
+    def _samples(self) -> Samples:
+        return self.variables.samples(self._symbols[1], self.steps)
+
+    @cached_property
+    def x(self) -> ca.SX:
+        """The motion, by how much each of several goals is missed, slacks of the rotation."""
+        x, _, misses, slack = self._symbols
+        return ca.vertcat(x, misses, ca.vec(slack))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the variables."""
+        _, _, misses, slack = self._symbols
+        numbered = [("miss", misses.numel()), ("slack", slack.numel())]
+        return (*self.variables.names, *(f"{s}[{i}]" for s, n in numbered for i in range(1, n + 1)))
+
+    @property
+    def objective_size(self) -> float:
+        """A value of the usual size for this robot; of what depends on the duration alone, that of the time unit."""
+        terminal = float(self.objective.terminal(ca.DM(self.variables.unit)))
+        return terminal if terminal > 0.0 else super().objective_size
+
+    @cached_property
+    def f(self) -> Matrix:
+        """The objective without kinks."""
+        return self.objective.smooth(self._samples, self._symbols[3]) / self.objective_size
+
+    def constraints(self, margin: float) -> tuple[Constraint, ...]:
+        """Pieces that join, waypoints, limits, the task's duration, slacks."""
+        return self._constraints(self._samples, margin)
+
+    def _constraints(self, samples: Samples, margin: float) -> tuple[Constraint, ...]:
+        """On samples of the motion, or on symbols in their place."""
+        _, pieces, misses, slack = self._symbols
+        exact = ExactRows(self.variables, pieces, self.waypoints, not self.task.at_rest)
+        rows = [
+            *self.variables.joins(pieces),
+            *place_rows(self.task, pieces.theta[self.waypoints.tolist(), :], misses),
+            *exact.of(self.limits),
+        ]
+        for limit in self.limits:
+            if limit.order is None and (self.timed or not limit.scales_with_time):
+                rows += limit.constraints(samples, margin)
+        bounds = self.task.duration_bounds
+        rows += [] if bounds is None else [bounds.at(samples.duration, margin)]
+        step = StepLimit.holding(self.robot, self.task.obstacles)
+        rows += [] if step is None else step.constraints(samples)
+        return (*rows, *slack_constraints(self.objective, samples, slack))
+
+    @cached_property
+    def hessian(self) -> ca.Function | None:
+        """With obstacles: in two steps, over the samples."""
+        if not self.task.obstacles:
+            return None
+        y, inner, samples = stand_in(self._samples)
+        g = ca.vertcat(*(row.row_values() for row in self._constraints(samples, SAMPLING_MARGIN)))
+        f = self.objective.smooth(samples, self._symbols[3]) / self.objective_size
+        return composed_hessian(self.x, y, inner, f, g)
+
+    def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Joint ranges, elbows, velocities and accelerations at the ends, least durations, the nearest goal.
+
+        Without joint ranges an angle stays within ``MAX_ANGLE_CHANGE`` of where it starts.
+        """
+        variables, task = self.variables, self.task
+        lower, upper = np.full(x.size, -np.inf), np.full(x.size, np.inf)
+        theta, speed, acceleration, *_ = variables.slices
+        ranges = self.robot.limits.position
+        lower[theta], upper[theta] = (
+            (x[theta] - MAX_ANGLE_CHANGE, x[theta] + MAX_ANGLE_CHANGE)
+            if ranges is None
+            else np.repeat(np.array(ranges), variables.count + 1, axis=0).T
+        )
+        goal = task.reached_goal(variables.end_postures(x)[1])
+        for node, place in zip(self.waypoints.tolist(), [task.start, *task.vias, goal], strict=True):
+            if place.chosen_by_inverse_kinematics:
+                narrow_elbow(task.elbow, x, variables.count + 1 + node, lower, upper, self.robot.stretched)
+        fixed = [(speed, task.end_velocities * variables.unit)]
+        fixed += [(acceleration, 0.0 * task.end_velocities)] if variables.smooth else []
+        for block, values in fixed:
+            for bound in (lower, upper):
+                bound[block].reshape(self.robot.dof, -1)[:, [0, -1]] = values.T
+        lower[variables.slices[-1]] = SHORTEST
+        self._bound_rest(goal, lower[sum(variables.sizes) :], upper[sum(variables.sizes) :])
+        return lower, upper
+
+    def _bound_rest(self, goal: Place, lower: FloatArray, upper: FloatArray) -> None:
+        """Bounds, in place, of the misses, zero for the goal that is kept to, and of the slacks."""
+        misses = self._symbols[2].numel()
+        lower[misses:] = 0.0
+        if misses:
+            sizes = [miss.size for miss in goal_misses(self.task, np.zeros(self.robot.dof))]
+            kept = np.repeat([other is goal for other in self.task.goals], sizes)
+            lower[:misses][kept] = upper[:misses][kept] = 0.0
+
+    def from_search(self, x: FloatArray) -> FloatArray:
+        """The variables of a search vector's motion."""
+        return self.from_trajectory(self.decode(x))
+
+    def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
+        """Nodes where the places are passed; between them at the motion's own breakpoints, or at equal times."""
+        passed = np.concatenate([[0.0], self.task.via_times(trajectory), [trajectory.duration]])
+        return self._variables(PassedMotion(trajectory, passed))
+
+    def _variables(self, motion: PassedMotion) -> FloatArray:
+        x = self.variables.of(motion.trajectory, node_times(motion.trajectory, motion.times, self.pieces))
+        goal = self.variables.end_postures(x)[1]
+        misses = goal_misses(self.task, goal) if len(self.task.goals) > 1 else []
+        return np.concatenate([x, *misses, self.objective.slack_values(as_array(self._angles(x)))])
+
+    @cached_property
+    def _angles(self) -> ca.Function:
+        """The angles at the samples, of the variables of the motion."""
+        return ca.Function("angles", [self._symbols[0]], [self._samples.theta])
+
+    def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
+        """Straight lines between near postures, by turns with detours."""
+        return map(self._variables, MoveStarts(self.task, self.objective, self.limits).sequence(rng))
+
+    def trajectory(self, x: FloatArray) -> Trajectory:
+        """The exact motion of a solution; as fast as the limits allow for all t if its ends are at rest."""
+        motion = through(self.variables.accelerations(x), self._exact_waypoints(x), self.variables.smooth)
+        if not self.task.at_rest:
+            return motion
+        least, bounds = safe_time_scale(self.limits, motion), self.task.duration_bounds
+        if self.held or not self.objective.sooner_is_better:
+            least = max(1.0, least)
+        if bounds is not None:
+            least = max(least, bounds.time_scale(np.array([motion.duration])))
+        return motion.time_scaled(least)
+
+    def _exact_waypoints(self, x: FloatArray) -> Waypoints:
+        """The waypoints of a solution, exactly at their places."""
+        angles = x[self.variables.slices[0]].reshape(self.robot.dof, -1).T[self.waypoints]
+        places = [self.task.start, *self.task.vias, self.task.reached_goal(angles[-1])]
+        theta = [place.projected(self.robot, posture) for place, posture in zip(places, angles, strict=True)]
+        return Waypoints(self.waypoints, np.array(theta), self.task.end_velocities)
+
+    def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
+        """Postures theta_s and theta_f at the ends, when vias are passed, T: of the finished motion."""
+        motion = self.trajectory(x)
+        passed = motion.breakpoints[self.waypoints]
+        theta_s, theta_f = motion.at(passed[[0, -1]])
+        return {"theta_s": theta_s, "theta_f": theta_f, "t_via": passed[1:-1], "T": passed[-1:]}
+
+
+def _time_unit(robot: Robot) -> float:
+    """How long the robot's joints take for a radian, about, s."""
+    limits = robot.limits
+    times = [1.0 / np.array(limits.speed), np.array(limits.acceleration) ** -0.5]
+    times += [] if limits.jerk is None else [np.array(limits.jerk) ** (-1.0 / 3.0)]
+    return float(np.median(np.max(times, axis=0)))

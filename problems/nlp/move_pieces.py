@@ -1,0 +1,194 @@
+"""The variables of a move: cubic pieces in time, joined at nodes, whose durations all joints share.
+
+Angles and velocities at the nodes; where jerk is limited, accelerations at the nodes and the jerk of each piece; else
+accelerations at both ends of each piece, which may jump from one piece to the next; the durations. All are in units of
+rad and of one typical time. A duration may shrink to nothing: no formula divides by it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from problems.base.matrix import FloatArray, Matrix, split
+from problems.limits.constraint import Constraint
+from problems.motions.samples import Samples
+from problems.motions.trajectory import Trajectory
+from problems.nlp.program import equality
+from problems.robots.robot import Robot
+from problems.timing.free_space.acceleration_pieces import AccelerationPieces
+
+SHORTEST = 1e-7  # of the time unit: the least duration of a piece
+
+
+class Pieces(NamedTuple):
+    """The parts of a vector of variables, scaled: rad, and times in the time unit; N pieces of k joints.
+
+    Attributes:
+        theta: at the nodes, (N + 1, k).
+        speed: at the nodes, (N + 1, k).
+        before: accelerations at the start of each piece, (N, k).
+        after: at its end, (N, k).
+        jerk: of each piece, (N, k); None where it is no variable.
+        h: durations, (N, 1).
+    """
+
+    theta: Matrix
+    speed: Matrix
+    before: Matrix
+    after: Matrix
+    jerk: Matrix | None
+    h: Matrix
+
+    @property
+    def middle(self) -> Matrix:
+        """The middle Bezier coefficients of the speed, (N, k): with those at the nodes they bound it for all t."""
+        return self.speed[:-1, :] + _times(self.h / 2.0, self.before)
+
+    @property
+    def inner_angles(self) -> tuple[Matrix, Matrix]:
+        """The two inner Bezier coefficients of the angles, each (N, k)."""
+        third = self.h / 3.0
+        return self.theta[:-1, :] + _times(third, self.speed[:-1, :]), self.theta[1:, :] - _times(
+            third, self.speed[1:, :]
+        )
+
+
+@dataclass(frozen=True)
+class PieceVariables:
+    """The layout of the variables.
+
+    Args:
+        robot: that moves.
+        count: N, the number of pieces.
+        smooth: whether accelerations are continuous, and zero at both ends.
+        timed: whether durations are variables; else all pieces take the same share of one second.
+        unit: of time, s.
+    """
+
+    robot: Robot
+    count: int
+    smooth: bool
+    timed: bool
+    unit: float
+
+    @property
+    def sizes(self) -> list[int]:
+        """How many angles, speeds, accelerations at nodes or before, jerks or accelerations after, durations."""
+        nodes, pieces = (self.count + 1) * self.robot.dof, self.count * self.robot.dof
+        return [nodes, nodes, nodes if self.smooth else pieces, pieces, self.count if self.timed else 0]
+
+    @property
+    def slices(self) -> list[slice]:
+        """Where these are among the variables."""
+        cuts = np.cumsum([0, *self.sizes]).tolist()
+        return [slice(*cut) for cut in pairwise(cuts)]
+
+    def end_postures(self, x: FloatArray) -> FloatArray:
+        """The postures at both ends, (2, k), rad."""
+        return x[self.slices[0]].reshape(self.robot.dof, -1).T[[0, -1]]
+
+    @property
+    def names(self) -> list[str]:
+        """Of the variables, joint after joint; nodes count from 0, pieces from 1."""
+        joints, nodes, pieces = (range(1, self.robot.dof + 1), range(self.count + 1), range(1, self.count + 1))
+        last = ("d2theta", nodes), ("d3theta", pieces)
+        accelerations = last if self.smooth else (("d2theta before", pieces), ("d2theta after", pieces))
+        columns = [("theta", nodes), ("dtheta", nodes), *accelerations]
+        names = [f"{symbol}_{joint}[{row}]" for symbol, rows in columns for joint in joints for row in rows]
+        return [*names, *(f"h[{piece}]" for piece in pieces if self.timed)]
+
+    def split(self, x: Matrix) -> Pieces:
+        """The parts of variables (n, 1), those of further kinds behind them left out."""
+        k = self.robot.dof
+        *parts, h = split(x[: sum(self.sizes)], self.sizes)
+        theta, speed, first, second = (ca.reshape(part, -1, k) for part in parts)
+        h = h if self.timed else ca.DM.ones(self.count, 1) / (self.count * self.unit)
+        if self.smooth:
+            return Pieces(theta, speed, first[:-1, :], first[1:, :], second, h)
+        return Pieces(theta, speed, first, second, None, h)
+
+    def joins(self, pieces: Pieces) -> list[Constraint]:
+        """That each piece ends where the next one starts."""
+        theta, speed, before, after, jerk, h = pieces
+        names = self.robot.joint_names
+        way = _times(h / 3.0, speed[:-1, :] + pieces.middle + speed[1:, :])
+        gain = _times(h / 2.0, before + after)
+        rows = [
+            equality(
+                "angles", theta[1:, :] - theta[:-1, :] - way, "rad", names, "theta_p+1 = theta_p + its piece's way"
+            ),
+            equality("speeds", speed[1:, :] - speed[:-1, :] - gain, "rad", names, "the same of dtheta"),
+        ]
+        if jerk is not None:
+            change = after - before - _times(h, jerk)
+            rows.append(equality("accelerations", change, "rad", names, "the same of d2theta"))
+        return rows
+
+    def samples(self, pieces: Pieces, steps: int) -> Samples:
+        """The motion at so many times in each piece, from its start, and at the end: (N steps + 1, k)."""
+        theta, speed, before, after, jerk, h = pieces
+        k = self.robot.dof
+        bend = after - before
+        rows: list[list[Matrix]] = [[], [], [], []]
+        for share in np.arange(steps) / steps:
+            since = h * share
+            rows[0].append(
+                theta[:-1, :] + _times(since, speed[:-1, :] + _times(since, before / 2.0 + share * bend / 6.0))
+            )
+            rows[1].append(speed[:-1, :] + _times(since, before + share * bend / 2.0))
+            rows[2].append(before + share * bend)
+            rows[3].append(bend / ca.repmat(h, 1, k) if jerk is None else jerk)
+        ends = theta[-1, :], speed[-1, :], after[-1, :], rows[3][0][-1, :]
+        order = np.append(np.arange(steps * self.count).reshape(steps, -1).T.ravel(), steps * self.count).tolist()
+        matrices = [ca.vertcat(*part, end)[order, :] for part, end in zip(rows, ends, strict=True)]
+        lengths = ca.vec(ca.repmat(h.T / steps, steps, 1)) * self.unit
+        nothing = ca.DM.zeros(1, 1)
+        return Samples(
+            robot=self.robot,
+            derivatives=tuple(matrix / self.unit**n for n, matrix in enumerate(matrices)),
+            duration=ca.sum1(h) * self.unit,
+            times=ca.vertcat(nothing, ca.cumsum(lengths)),
+            weights=(ca.vertcat(nothing, lengths) + ca.vertcat(lengths, nothing)) / 2.0,
+        )
+
+    def of(self, trajectory: Trajectory, times: FloatArray) -> FloatArray:
+        """The variables, (n,), of a motion whose nodes are at given times (N + 1,) in s."""
+        h = np.diff(times)
+        theta, speed = trajectory.at(times), trajectory.at(times, 1)
+        if not self.timed:
+            uniform = 1.0 / self.count
+            speed, h = speed * np.gradient(times)[:, None] / uniform, np.full(self.count, uniform)
+        if self.smooth:
+            first = trajectory.at(times, 2) if self.timed else np.gradient(speed, axis=0) / h[0]
+            first[[0, -1]] = 0.0
+            second = np.diff(first, axis=0) / h[:, None]
+        else:
+            slope, wide = np.diff(theta, axis=0) / h[:, None], h[:, None]
+            first = (6.0 * slope - 4.0 * speed[:-1] - 2.0 * speed[1:]) / wide
+            second = (2.0 * speed[:-1] + 4.0 * speed[1:] - 6.0 * slope) / wide
+        orders = (0, 1, 2, 3 if self.smooth else 2)
+        parts = [part * self.unit**n for part, n in zip((theta, speed, first, second), orders, strict=True)]
+        return np.concatenate([*(part.ravel(order="F") for part in parts), h / self.unit if self.timed else []])
+
+    def accelerations(self, x: FloatArray) -> AccelerationPieces:
+        """The accelerations of a solution (n,), in s."""
+        pieces = self.split(ca.DM(x))
+        h = np.asarray(pieces.h).ravel()
+        jerk = (
+            (pieces.after - pieces.before) / ca.repmat(pieces.h, 1, self.robot.dof)
+            if pieces.jerk is None
+            else pieces.jerk
+        )
+        return AccelerationPieces(
+            h * self.unit, np.asarray(pieces.before) / self.unit**2, np.asarray(jerk) / self.unit**3
+        )
+
+
+def _times(h: Matrix, matrix: Matrix) -> Matrix:
+    """Each row of a matrix (N, k) times its own factor (N, 1)."""
+    return ca.repmat(h, 1, matrix.shape[1]) * matrix

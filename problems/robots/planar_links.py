@@ -1,0 +1,249 @@
+"""The planar arm as a chain of links: what it is made of, where its links are, and how fast they move.
+
+Angles in rad, lengths in m. Joint angles ``theta_i`` are relative; ``psi_i = theta_1 + ... + theta_i``, to which the
+base's own angle is added, are the absolute orientations of the links.
+
+A tool beside or beyond the end of the last link is a rigid part of it. For the tool's position, the last link then is
+as long as the line from its joint to the tool, and turned by the angle between the two (``tool_angle``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any, ClassVar, Self
+
+import casadi as ca
+import numpy as np
+
+from problems.base.arguments import is_zero
+from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray, Matrix, Operand, columns
+from problems.base.ranges import ANGLES, COORDINATES, LENGTHS, RATES, check_within, shown
+from problems.robots.redundancy import annulus
+from problems.robots.robot import Body, JointLimits, Robot
+
+MAX_LINKS = 100  # more take minutes to build
+MIN_LENGTH_RATIO = 1e-6  # of the shortest link to the longest: below, rounding decides what is within reach
+
+
+@dataclass(frozen=True)
+class PlanarLinks(Robot):
+    """A chain of links that turn in one plane.
+
+    Args:
+        link_lengths: k >= 2 lengths in m, from the base to the end of the last link.
+        max_speed: bound of each joint's |dtheta/dt| in rad/s, (11) and (21); k values.
+        max_acceleration: bound of each joint's |d2theta/dt2| in rad/s^2, (12) and (22); k values.
+        joint_limits: optional (lowest, highest) angle of each joint in rad; k pairs.
+        max_jerk: optional bound of each joint's |d3theta/dt3| in rad/s^3; k values.
+        link_radius: optional radius of each link in m; k values. A link is a capsule around the line between its
+            joints; an offset tool one around the line from the last link's end to it, as thick as that link.
+        base_point: where the base is, m.
+        base_angle: the orientation of the first link where its joint angle is zero, rad.
+        tool_offset: of the tool from the end of the last link, (along the link, to its left), m.
+
+    Raises:
+        InvalidProblem: a length or limit is not positive or out of range, there are more than ``MAX_LINKS`` links, a
+            list is not k long, the tool lies on the last joint, or links with these radii and this margin could never
+            be apart.
+    """
+
+    zero_is_structure: ClassVar[tuple[str, ...]] = (
+        *Robot.zero_is_structure, "link_radius", "base_point", "base_angle", "tool_offset"
+    )  # fmt: skip
+    numbers: ClassVar[tuple[str, ...]] = (
+        *zero_is_structure, "link_lengths", "max_speed", "max_acceleration", "joint_limits", "max_jerk"
+    )  # fmt: skip
+    angular: ClassVar[tuple[str, ...]] = ("max_speed", "max_acceleration", "joint_limits", "max_jerk", "base_angle")
+
+    link_lengths: tuple[float, ...]
+    max_speed: tuple[float, ...]
+    max_acceleration: tuple[float, ...]
+    joint_limits: tuple[tuple[float, float], ...] | None = None
+    max_jerk: tuple[float, ...] | None = None
+    link_radius: tuple[float, ...] | None = None
+    base_point: tuple[float, float] = (0.0, 0.0)
+    base_angle: float = 0.0
+    tool_offset: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def from_settings(cls, settings: Mapping[str, Any]) -> Self:
+        """The arm that a table of a file describes; one speed or acceleration stands for all joints."""
+        lengths = settings.get("link_lengths")
+        if not isinstance(lengths, (list, tuple)):
+            raise InvalidProblem("link_lengths", "missing key" if lengths is None else "a list of numbers is needed")
+        per_joint = {
+            key: [settings[key]] * len(lengths)
+            for key in ("max_speed", "max_acceleration", "max_jerk", "link_radius")
+            if isinstance(settings.get(key), (int, float))
+        }
+        return super().from_settings({**settings, **per_joint})
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.links < 2:
+            raise InvalidProblem("link_lengths", f"an arm has at least 2 links, not {self.links}")
+        if self.links > MAX_LINKS:
+            raise InvalidProblem("link_lengths", f"{self.links} links are more than {MAX_LINKS}")
+        self._check_positive("link_lengths", self.link_lengths, LENGTHS, "m")
+        self._check_positive("max_speed", self.max_speed, RATES, "rad/s")
+        self._check_positive("max_acceleration", self.max_acceleration, RATES, "rad/s^2")
+        if self.max_jerk is not None:
+            self._check_positive("max_jerk", self.max_jerk, RATES, "rad/s^3")
+        if min(self.link_lengths) < MIN_LENGTH_RATIO * max(self.link_lengths):
+            reason = f"the shortest link has to be at least {MIN_LENGTH_RATIO:g} times as long as the longest"
+            raise InvalidProblem("link_lengths", reason)
+        if self.joint_limits is not None:
+            self._check_length("joint_limits", self.joint_limits)
+            for joint, (lowest, highest) in enumerate(self.joint_limits, start=1):
+                check_within("joint_limits", (lowest, highest), ANGLES, "rad")
+                if not lowest < highest:
+                    reason = f"joint {joint}: {lowest} is not below {highest}"
+                    raise InvalidProblem("joint_limits", reason)
+        self._check_pose()
+        self._check_widths()
+
+    def _check_positive(self, field: str, values: tuple[float, ...], bounds: tuple[float, float], unit: str) -> None:
+        self._check_length(field, values)
+        for value in values:
+            if not value > 0.0:
+                raise InvalidProblem(field, f"{shown(value)} is not a positive number")
+        check_within(field, values, bounds, unit)
+
+    def _check_pose(self) -> None:
+        check_within("base_point", self.base_point, COORDINATES, "m")
+        check_within("base_angle", (self.base_angle,), ANGLES, "rad")
+        check_within("tool_offset", self.tool_offset, COORDINATES, "m")
+        if not float(self.chain[-1]) >= MIN_LENGTH_RATIO * max(self.link_lengths):
+            raise InvalidProblem("tool_offset", "the tool lies on the last joint")
+
+    def _check_widths(self) -> None:
+        """Radii are lengths, and links that must not touch can be apart."""
+        if self.link_radius is not None:
+            self._check_length("link_radius", self.link_radius)
+            check_within("link_radius", self.link_radius, (0.0, LENGTHS[1]), "m")
+        for first, second in self.own_pairs if self.self_collision else ():
+            between = sum(self.link_lengths[first.end : second.start])
+            kept = float(first.radius + second.radius) + self.margin
+            if between <= kept:
+                names = f"{first.name} and {second.name}"
+                reason = f"{names} cannot keep {kept:.6g} m: what joins them is {between:.6g} m long"
+                raise InvalidProblem("self_collision", reason)
+
+    def _check_length(self, field: str, values: tuple[Any, ...]) -> None:
+        if len(values) != self.links:
+            raise InvalidProblem(field, f"{len(values)} values for {self.links} links")
+
+    @property
+    def links(self) -> int:
+        """The number of links k."""
+        return len(self.link_lengths)
+
+    @property
+    def dof(self) -> int:
+        """The number of joints, k."""
+        return self.links
+
+    @property
+    def limits(self) -> JointLimits:
+        """Limits of the joints."""
+        return JointLimits(
+            speed=self.max_speed, acceleration=self.max_acceleration, position=self.joint_limits, jerk=self.max_jerk
+        )
+
+    @property
+    def base(self) -> tuple[float, ...]:
+        """Where the base is, m."""
+        return self.base_point
+
+    @property
+    def has_tool(self) -> bool:
+        """Whether the tool is anywhere but at the end of the last link."""
+        return not is_zero(self.tool_offset)
+
+    @property
+    def chain(self) -> tuple[Operand, ...]:
+        """The links' lengths as far as the tool's position goes, m: the last one reaches from its joint to the tool."""
+        if not self.has_tool:
+            return self.link_lengths
+        along, left = self.link_lengths[-1] + self.tool_offset[0], self.tool_offset[1]
+        return (*self.link_lengths[:-1], ca.sqrt(along**2 + left**2))
+
+    @property
+    def tool_angle(self) -> Operand:
+        """From the last link to the line from its joint to the tool, rad."""
+        along, left = self.link_lengths[-1] + self.tool_offset[0], self.tool_offset[1]
+        return ca.atan2(left, along) if self.has_tool else 0.0
+
+    def reach(self, links: int | None = None) -> tuple[float, float]:
+        """Inner and outer radius in m of the annulus that the end of so many links (default: the tool) can reach."""
+        inner, outer = annulus(self.chain if links is None or links > self.links else self.link_lengths[:links])
+        return float(inner), float(outer)
+
+    def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
+        """Forward kinematics of n postures (n, k) in rad: base, joints, the last link's end, and the tool if elsewhere.
+
+        k + 1 or k + 2 matrices (n, 2), m.
+        """
+        psi: Operand = self.base_angle
+        positions: list[Matrix] = [ca.DM.zeros(theta.shape[0], 2)]
+        if not is_zero(self.base_point):
+            positions = [ca.repmat(ca.horzcat(*self.base_point), theta.shape[0], 1)]
+        for length, angle in zip(self.link_lengths, columns(theta), strict=True):
+            psi = psi + angle
+            x, y = columns(positions[-1])
+            positions.append(ca.horzcat(x + length * ca.cos(psi), y + length * ca.sin(psi)))
+        if self.has_tool:
+            positions.append(positions[-1] + turned(self.tool_offset, psi))
+        return tuple(positions)
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The links, and the tool where it is not at the end of the last."""
+        radii = self.link_radius or (0.0,) * self.links
+        links = [Body(f"link {number}", number - 1, number, radius) for number, radius in enumerate(radii, start=1)]
+        return (*links, *([Body("tool", self.links, self.links + 1, radii[-1])] if self.has_tool else []))
+
+    @property
+    def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
+        """Links with at least one other in between; the tool belongs to the last link."""
+        return tuple(
+            (first, second)
+            for first, second in combinations(self.bodies, 2)
+            if min(second.start, self.links - 1) > first.end
+        )
+
+    @property
+    def radius(self) -> Operand:
+        """All links stretched out, m."""
+        return sum(self.chain)
+
+    @property
+    def turns(self) -> FloatArray:
+        """Link orientations psi are sums of joint angles."""
+        return np.tri(self.links)
+
+    @property
+    def levers(self) -> FloatArray:
+        """A point of link i is carried along by the turning of the links j <= i, each as long as it is."""
+        levers = np.tri(self.links) * np.array(self.link_lengths)
+        return np.vstack([levers, self._tool_levers]) if self.has_tool else np.asarray(levers)
+
+    @property
+    def _tool_levers(self) -> FloatArray:
+        """No point of the tool's line is farther from the last joint than the line's farther end."""
+        return np.array([*self.link_lengths[:-1], max(self.link_lengths[-1], float(self.chain[-1]))])
+
+    def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
+        """Seen from link i, link j is carried by the turning of the links i + 1 ... j against link i."""
+        i, j = first.end - 1, min(second.end, self.links) - 1
+        levers = self._tool_levers if second.end > self.links else np.array(self.link_lengths)
+        return self.turns[i + 1 : j + 1] - self.turns[i], levers[i + 1 : j + 1]
+
+
+def turned(offset: tuple[Operand, Operand], angle: Operand) -> Matrix:
+    """A vector (along, left) in a frame turned by angles (n, 1), as seen from outside, (n, 2)."""
+    (along, left), cosine, sine = offset, ca.cos(angle), ca.sin(angle)
+    return ca.horzcat(along * cosine - left * sine, along * sine + left * cosine)

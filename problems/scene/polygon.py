@@ -1,0 +1,145 @@
+"""Obstacles with straight sides, convex or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import reduce
+from itertools import combinations
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray, Matrix, Operand
+from problems.base.ranges import COORDINATES, LENGTHS, check_within
+from problems.scene.convex import convex_clearance
+from problems.scene.convex_cover import Part, Share, convex_cover
+from problems.scene.obstacle import Obstacle
+from problems.scene.segments import Point
+
+MAX_CORNERS = 60
+
+
+@dataclass(frozen=True)
+class Polygon(Obstacle):
+    """A filled polygon in the plane whose outline does not meet itself.
+
+    A polygon that is not convex is a union of convex parts. Its clearance is the least of theirs: the distance outside;
+    inside, how deep a segment is in the part in which it is deepest.
+
+    Args:
+        points: at least 3 corners in order, either way round, m.
+
+    Attributes:
+        parts: convex, of which it is the union; their corners are shares of the points.
+
+    Raises:
+        InvalidProblem: a number is out of range, there are too few or too many corners, or the outline meets itself.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("points",)
+
+    points: tuple[tuple[float, float], ...]
+    parts: tuple[Part, ...] = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not 3 <= len(self.points) <= MAX_CORNERS:
+            raise InvalidProblem("points", f"{len(self.points)} corners are not within 3 and {MAX_CORNERS}")
+        for point in self.points:
+            check_within("points", point, COORDINATES, "m")
+        self._check_outline()
+        order = np.arange(len(self.points))[:: 1 if _area(self._corners) > 0.0 else -1]
+        cover = convex_cover(self._corners[order])
+        parts = tuple(tuple(tuple((int(order[k]), weight) for k, weight in share) for share in part) for part in cover)
+        object.__setattr__(self, "parts", parts)
+
+    def _check_outline(self) -> None:
+        """Its sides are long enough, and none meets another but at the corner that they share."""
+        corners, count = self._corners, len(self.points)
+        for k, length in enumerate(np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)):
+            check_within("points", (length,), LENGTHS, "m", f"the side from point {k + 1} on: ")
+        for i, j in combinations(range(count), 2):
+            sides = [(corners[k], corners[(k + 1) % count]) for k in (i, j)]
+            neighbours = j - i == 1 or j - i == count - 1
+            if _meet(*sides[0], *sides[1]) if not neighbours else _folded(corners, (j if j - i == 1 else i) % count):
+                raise InvalidProblem("points", f"the sides from points {i + 1} and {j + 1} on meet")
+        if abs(_area(corners)) <= 0.0:
+            raise InvalidProblem("points", "they enclose no area")
+
+    @property
+    def _corners(self) -> FloatArray:
+        return np.array(self.points)
+
+    @property
+    def place(self) -> tuple[float, ...]:
+        """Its first corner, m."""
+        return self.points[0]
+
+    @property
+    def width(self) -> float:
+        """The least distance in m between two parallel lines that hold it: along a side of its convex hull."""
+        i, j = np.triu_indices(len(self.points), 1)
+        sides = self._corners[j] - self._corners[i]
+        normals = (sides @ [[0.0, -1.0], [1.0, 0.0]])[np.hypot(*sides.T) > 0.0]
+        across = self._corners @ (normals / np.hypot(*normals.T)[:, None]).T
+        return float(np.ptp(across, axis=0).min())
+
+    def contains(self, point: tuple[float, ...]) -> bool:
+        """Whether a point (m) lies in or on it."""
+        for part in self.parts:
+            corners = np.array([self._corner(share) for share in part])
+            way, to_point = np.roll(corners, -1, axis=0) - corners, np.array(point) - corners
+            if (way[:, 0] * to_point[:, 1] - way[:, 1] * to_point[:, 0] >= 0.0).all():
+                return True
+        return False
+
+    def segment_clearance(self, start: Matrix, end: Matrix) -> Matrix:
+        """Signed clearance of straight segments, (n, 1), m: exact outside and, for a convex polygon, inside."""
+        each = [convex_clearance([self._corner(share) for share in part], start, end) for part in self.parts]
+        return reduce(ca.fmin, each)
+
+    def _corner(self, share: Share) -> Point:
+        """A corner of a part, m."""
+        if len(share) == 1:
+            return self.points[share[0][0]]
+        x, y = (_sum([weight * self.points[k][axis] for k, weight in share]) for axis in (0, 1))
+        return x, y
+
+    def distance_to(self, point: tuple[float, ...]) -> float:
+        """The distance from a point, m; 0 inside."""
+        return max(0.0, self.distance_of(point, point))
+
+    def outline(self, count: int = 96) -> FloatArray:
+        """The corners, counter-clockwise, (n, 2), m."""
+        return self._corners if _area(self._corners) > 0.0 else self._corners[::-1]
+
+    def bounding_box(self) -> FloatArray:
+        """The smallest box around it with sides along the axes: lower and upper corner, (2, 2), m."""
+        return np.array([self._corners.min(axis=0), self._corners.max(axis=0)])
+
+
+def _sum(terms: list[Operand]) -> Operand:
+    return reduce(lambda a, b: a + b, terms)
+
+
+def _area(corners: FloatArray) -> float:
+    """The area inside an outline (n, 2), m^2; positive where it is counter-clockwise."""
+    x, y = (corners - corners[0]).T
+    return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+
+
+def _meet(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> bool:
+    """Whether the segments from a to b and from c to d have a point in common."""
+
+    def side(p: FloatArray, q: FloatArray, r: FloatArray) -> float:
+        return float(np.sign((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])))
+
+    boxes_meet = bool((np.minimum(a, b) <= np.maximum(c, d)).all() and (np.minimum(c, d) <= np.maximum(a, b)).all())
+    return boxes_meet and side(a, b, c) * side(a, b, d) <= 0.0 and side(c, d, a) * side(c, d, b) <= 0.0
+
+
+def _folded(corners: FloatArray, k: int) -> bool:
+    """Whether the outline runs back along itself at a corner."""
+    before, after = corners[k - 1] - corners[k], corners[(k + 1) % len(corners)] - corners[k]
+    return bool(before[0] * after[1] == before[1] * after[0] and before @ after > 0.0)

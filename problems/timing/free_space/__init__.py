@@ -1,0 +1,1 @@
+"""Moves in free space between two states of motion: exact, and the optimum."""

@@ -1,0 +1,100 @@
+"""The last stage of a plan: the same path, or the fastest way between the same ends, as fast as the limits allow."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from problems import InvalidProblem, Trajectory
+from problems.timing.rest_to_rest import rest_to_rest
+from problems.timing.retime import retime
+from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.planning.progress import Progress
+
+SAME_PATH = "same path"  # the candidate that runs the path of the motion before
+SAME_OBJECTIVE = 1e-9  # relative: what a path gains or loses when it is run at other times is rounding
+
+
+@dataclass(frozen=True)
+class Retiming:
+    """A motion and what became of it when it was timed anew.
+
+    Attributes:
+        before: the motion of search and polish.
+        after: the best of the candidates, accepted or not; None where none could be made.
+        candidate: which of ``CANDIDATES`` that is; empty where there is none.
+        seconds: that it took.
+    """
+
+    before: Motion
+    after: Motion | None
+    candidate: str
+    seconds: float
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the other motion is certified and better; if not it is discarded."""
+        return self.after is not None and is_better(self.after, self.before)
+
+    @property
+    def chosen(self) -> Motion:
+        """The better of the two motions."""
+        return self.after if self.after is not None and self.accepted else self.before
+
+
+def is_better(motion: Motion, before: Motion) -> bool:
+    """Whether a motion is certified, and the other is not, has a larger objective, or the same one and takes longer."""
+    objective = motion.problem.objective
+    if not motion.feasible or not before.feasible:
+        return motion.feasible
+    if objective.timed or not objective.sooner_is_better:
+        return motion.objective < before.objective
+    same = motion.objective <= before.objective + SAME_OBJECTIVE * abs(before.objective)
+    return same and motion.trajectory.duration < before.trajectory.duration
+
+
+def retimed(before: Motion, progress: Progress) -> Retiming:
+    """Time a finished motion anew, in all the ways there are."""
+    began = time.perf_counter()
+    progress.phase("retiming")
+    made = {name: motion for name, make in CANDIDATES.items() for motion in _attempted(make, before)}
+    best = min(made, key=lambda name: (made[name].merit, made[name].trajectory.duration), default="")
+    return Retiming(before, made.get(best), best, time.perf_counter() - began)
+
+
+def _attempted(make: Callable[[Motion], Trajectory | None], before: Motion) -> Iterator[Motion]:
+    """The motion of a candidate, slowed where its limits need it; nothing where it cannot be made."""
+    if not before.trajectory.is_finite:
+        return
+    try:
+        trajectory = make(before)
+    except InvalidProblem:  # it stands still, for example
+        return
+    if trajectory is None:
+        return
+    motion = replace(before, trajectory=trajectory, retimed=True)
+    scale = motion.criteria.safe_time_scale(trajectory)
+    yield motion if scale <= 1.0 else replace(motion, trajectory=trajectory.time_scaled(scale))
+
+
+def _same_path(before: Motion) -> Trajectory:
+    """The motion's own path in the least time; an end that moves keeps its velocity."""
+    start, goal = before.problem.task.end_velocities
+    rates = float(start.any()), float(goal.any())
+    return retime(before.path, before.problem.robot.limits, rates)
+
+
+def _rest_to_rest(before: Motion) -> Trajectory | None:
+    """The fastest motion between the same postures, where nothing but time counts and nothing is passed on the way."""
+    problem = before.problem
+    direct = problem.objective.timed and problem.objective.sooner_is_better and problem.task.passes_nothing
+    if not direct or problem.task.end_velocities.any():
+        return None
+    first, last = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
+    return rest_to_rest(np.asarray(first), np.asarray(last), problem.robot.limits)
+
+
+CANDIDATES: dict[str, Callable[[Motion], Trajectory | None]] = {"rest to rest": _rest_to_rest, SAME_PATH: _same_path}

@@ -1,0 +1,96 @@
+"""The families of motions that a scenario can be planned with, and what depends on which it is.
+
+``[model] motion`` may be left out: the family is then the first that the task can be planned with, or the one to which
+a key belongs that is stated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from tpbso_casadi.plugins import PluginError
+from tpbso_casadi.scenario.catalogues import find_objective
+from tpbso_casadi.scenario.task import ModelSection, TaskSection
+from tpbso_casadi.scenario.validation import in_words
+
+
+@dataclass(frozen=True)
+class MotionFamily:
+    """What a family of motions has to do with a scenario.
+
+    Attributes:
+        keys: of the [model] table, that belong to it alone.
+        formulations: of the search vector, the default first.
+        timed_at_the_end: whether its motions are always timed anew along their paths.
+    """
+
+    keys: tuple[str, ...]
+    formulations: tuple[str, ...]
+    timed_at_the_end: bool
+
+
+FAMILIES = {
+    "paper": MotionFamily(
+        keys=("formulation", "redundancy_values", "knots", "knot_redundancy"),
+        formulations=("paper", "reduced"),
+        timed_at_the_end=False,
+    ),
+    "spline": MotionFamily(keys=("pieces",), formulations=("reduced",), timed_at_the_end=True),
+}
+
+
+def with_motion(model: ModelSection, task: TaskSection) -> ModelSection:
+    """The [model] table with everything filled in that depends on the task.
+
+    Raises:
+        ValueError: a key that the family of motions does not have; the message begins with the key's table.
+    """
+    stated = model.model_fields_set
+    motion = model.motion if "motion" in stated else _default_motion(model, task)
+    if motion not in task.motions:
+        reason = f"kind = {task.kind!r} is planned with {in_words([repr(name) for name in task.motions])}"
+        raise ValueError(f"model.motion: {reason}, not {motion!r}")
+    family = FAMILIES[motion]
+    formulation = model.formulation if "formulation" in stated else family.formulations[0]
+    if formulation not in family.formulations:
+        owners = [name for name, other in FAMILIES.items() if formulation in other.formulations]
+        raise ValueError(f"model.formulation: {formulation!r} needs motion = {in_words([repr(o) for o in owners])}")
+    for key, owner in _foreign(model, task, motion):
+        raise ValueError(f"{key}: needs motion = {owner!r} in [model]")
+    retime = model.retime if "retime" in stated else family.timed_at_the_end or _leaves_time_free(task)
+    values = {**dict(model), "motion": motion, "formulation": formulation, "retime": retime}
+    return ModelSection.model_construct(stated, **values)
+
+
+def _default_motion(model: ModelSection, task: TaskSection) -> str:
+    """The first family of the task, unless a key is stated that only another one has."""
+    first, *others = task.motions
+    foreign = {owner for _, owner in _foreign(model, task, first)}
+    if "formulation" in model.model_fields_set:
+        foreign |= {name for name, family in FAMILIES.items() if "formulation" in family.keys}
+    return next((name for name in others if name in foreign), first)
+
+
+def _foreign(model: ModelSection, task: TaskSection, motion: str) -> Iterator[tuple[str, str]]:
+    """Keys that are stated, with their tables, and do not belong to a motion; and to which they do."""
+    fields = ModelSection.model_fields
+    for name, family in FAMILIES.items():
+        if name == motion:
+            continue
+        for key in family.keys:
+            chosen = key in fields and getattr(model, key) != fields[key].default
+            if key != "formulation" and key in model.model_fields_set and chosen:
+                yield f"model.{key}", name
+    owners = [name for name in task.motions if name != motion]
+    if owners:
+        yield from ((f"task.{key}", owners[0]) for key in task.foreign_keys(motion))
+
+
+def _leaves_time_free(task: TaskSection) -> bool:
+    """Whether the objective does not depend on how long a motion takes, and less time is never worse."""
+    try:
+        objective = find_objective(str(getattr(task, "objective", "")))
+    except PluginError:  # there is none, or the task itself will say what is wrong
+        return False
+    return not objective.timed and objective.sooner_is_better

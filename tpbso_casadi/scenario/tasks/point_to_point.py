@@ -1,0 +1,86 @@
+"""The [task] table of a motion from one place to another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field
+
+from problems import PointToPoint, Problem, Robot, point_to_point
+from problems.assembly.move import move
+from problems.scene.obstacle import Obstacle
+from problems.tasks.elbow import Elbow
+from problems.tasks.move import Move
+from tpbso_casadi.scenario.catalogues import find_objective
+from tpbso_casadi.scenario.section import ANGULAR, MOST_LINKS, Number, Positive
+from tpbso_casadi.scenario.task import ModelSection, ObjectiveName, TaskSection
+from tpbso_casadi.scenario.tasks.places import AnyGoals, AnyPlace, AnyPlaces, built
+
+Velocities = Annotated[list[Number], Field(min_length=1, max_length=MOST_LINKS)]
+
+
+class PointToPointTask(TaskSection):
+    """[task] from a start to a goal: points in m, angles in rad, times in s."""
+
+    motions: ClassVar[tuple[str, ...]] = ("spline", "paper")
+    keys_of: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType(
+        {"paper": ("segment_time",), "spline": ("via", "start_velocity", "goal_velocity", "total_time")}
+    )
+
+    kind: Literal["point-to-point"]
+    start: AnyPlace
+    goal: AnyGoals
+    via: AnyPlaces | None = None
+    start_velocity: Annotated[Velocities | None, ANGULAR] = None
+    goal_velocity: Annotated[Velocities | None, ANGULAR] = None
+    objective: ObjectiveName = "time"
+    elbow: Elbow = "free"
+    segment_time: tuple[Positive, Positive] | None = None
+    total_time: tuple[Positive, Positive] | None = None
+
+    def foreign_keys(self, motion: str) -> Iterator[str]:
+        """Also ends that are no points, which the paper's motion has not."""
+        yield from super().foreign_keys(motion)
+        if motion not in POSTURES_ALLOWED:
+            yield from (key for key in ("start", "goal") if not isinstance(getattr(self, key), tuple))
+
+    def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
+        """The problem itself."""
+        return BUILDERS[model.motion](self, robot, obstacles, model)
+
+
+def _paper(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
+    """The paper's statement: from rest at a point to rest at another."""
+    assert isinstance(table.start, tuple)
+    assert isinstance(table.goal, tuple)
+    task = PointToPoint(robot, table.start, table.goal, table.elbow, obstacles, table.segment_time)
+    objective = find_objective(table.objective)
+    return point_to_point(task, objective, model.formulation, model.samples, model.further_limits)
+
+
+def _spline(
+    table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection
+) -> Problem[Any]:
+    """Ours: places, any of several goals, vias, velocities at the ends."""
+    goals = table.goal if isinstance(table.goal, list) else [table.goal]
+    task = Move(
+        robot,
+        built(table.start),
+        tuple(map(built, goals)),
+        tuple(map(built, table.via or ())),
+        table.elbow,
+        obstacles,
+        tuple(table.start_velocity or ()),
+        tuple(table.goal_velocity or ()),
+        table.total_time,
+    )
+    return move(task, find_objective(table.objective), model.samples, model.pieces, model.further_limits)
+
+
+BUILDERS: dict[str, Callable[[PointToPointTask, Robot, tuple[Obstacle, ...], ModelSection], Problem[Any]]] = {
+    "paper": _paper,
+    "spline": _spline,
+}
+POSTURES_ALLOWED = ("spline",)  # motions whose ends may be postures, or one of several goals

@@ -1,0 +1,119 @@
+"""The [[obstacles]] tables of a scenario file, by their shape."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PlainValidator, SerializeAsAny, ValidationError
+
+from problems import Box, Ellipse, InvalidProblem, Obstacle, Polygon
+from problems.scene.polygon import MAX_CORNERS
+from tpbso_casadi.plugins import Catalogue, PluginError, failure, subclass_of
+from tpbso_casadi.scenario.section import Angle, PlanarPoint, Positive, ScenarioError, Section, Word
+from tpbso_casadi.scenario.validation import NestedError, as_text, describe, hint, in_words, shown
+
+DEFAULT_SHAPE = "ellipse"
+
+
+class ObstacleSection(Section):
+    """One of the [[obstacles]]: the interface of every shape."""
+
+    shape: Word
+
+    def build(self) -> Obstacle:
+        """The obstacle itself.
+
+        Raises:
+            InvalidProblem: it cannot be.
+        """
+        raise NotImplementedError
+
+
+class EllipseSection(ObstacleSection):
+    """An ellipse, m and rad."""
+
+    shape: Literal["ellipse"] = "ellipse"
+    center: PlanarPoint
+    semi_axes: tuple[Positive, Positive]
+    angle: Angle = 0.0
+
+    def build(self) -> Ellipse:
+        """The obstacle itself."""
+        return Ellipse(self.center, self.semi_axes, self.angle)
+
+
+class BoxSection(ObstacleSection):
+    """A rectangle, m and rad."""
+
+    shape: Literal["box"]
+    center: PlanarPoint
+    size: tuple[Positive, Positive]
+    angle: Angle = 0.0
+
+    def build(self) -> Box:
+        """The obstacle itself."""
+        return Box(self.center, self.size, self.angle)
+
+
+class PolygonSection(ObstacleSection):
+    """A polygon by its corners in order, convex or not, m."""
+
+    shape: Literal["polygon"]
+    points: Annotated[list[PlanarPoint], Field(min_length=3, max_length=MAX_CORNERS)]
+
+    def build(self) -> Polygon:
+        """The obstacle itself."""
+        return Polygon(tuple(self.points))
+
+
+SHAPES: dict[str, type[ObstacleSection]] = {"ellipse": EllipseSection, "box": BoxSection, "polygon": PolygonSection}
+
+SHAPE_CATALOGUE: Catalogue[type[ObstacleSection]] = Catalogue(
+    kind="shape",
+    group="tpbso_casadi.obstacles",
+    registry=SHAPES,
+    accepts=subclass_of(ObstacleSection),
+    requirement="a subclass of tpbso_casadi.scenario.world.obstacles.ObstacleSection",
+)
+
+
+def build_obstacles(tables: list[ObstacleSection]) -> tuple[Obstacle, ...]:
+    """The obstacles themselves.
+
+    Raises:
+        ScenarioError: naming the one that cannot be.
+    """
+    obstacles: list[Obstacle] = []
+    for number, table in enumerate(tables):
+        try:
+            obstacles.append(table.build())
+        except InvalidProblem as error:
+            raise ScenarioError(f"obstacles.{number}.{error.field}: {error.reason}") from error
+    return tuple(obstacles)
+
+
+def read_obstacle(table: Any) -> ObstacleSection:
+    """The section of one of the [[obstacles]], whose shape says which of ``SHAPES`` it is."""
+    if isinstance(table, ObstacleSection):
+        return table
+    if not isinstance(table, dict):
+        raise ValueError(f"a table is needed, not {shown(table)}")
+    name = table.get("shape", DEFAULT_SHAPE)
+    if not isinstance(name, str) or not (name in SHAPES or ":" in name or name in SHAPE_CATALOGUE.names()):
+        options = in_words([repr(shape) for shape in SHAPES])
+        raise NestedError(f"shape: input should be {options}, not {shown(name)}{hint(name, SHAPES)}")
+    try:
+        section = SHAPE_CATALOGUE.find(name)
+    except PluginError as error:
+        raise NestedError(f"shape: {error}") from error
+    try:
+        return section.model_validate_json(as_text(table), strict=True)
+    except ValidationError as error:
+        raise NestedError(describe(error, section, table)) from error
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise NestedError(f"shape: plug-in {name} failed: {failure(error)}") from error
+
+
+AnyObstacle = Annotated[SerializeAsAny[ObstacleSection], PlainValidator(read_obstacle)]

@@ -1,0 +1,135 @@
+"""The [arm] and [robot] tables of a scenario file."""
+
+from __future__ import annotations
+
+from math import radians
+from typing import Annotated, Any, Self
+
+from pydantic import Field
+
+from problems import InvalidProblem, PlanarArm, Robot
+from tpbso_casadi.plugins import PluginError
+from tpbso_casadi.scenario.catalogues import ROBOT_CATALOGUE
+from tpbso_casadi.scenario.section import (
+    ANGULAR,
+    LARGEST,
+    MOST_LINKS,
+    SMALLEST,
+    Interval,
+    NotNegative,
+    Number,
+    PlanarPoint,
+    Positive,
+    ScenarioError,
+    Section,
+    Word,
+    in_radians,
+)
+from tpbso_casadi.scenario.validation import shown
+
+ARM_KEYS = {"base_point": "base", "base_angle": "base", "tool_offset": "tool"}  # by the fields of the arm
+
+
+class ArmSection(Section):
+    """[arm]: lengths in m, limits of joints in rad/s, rad/s^2, rad/s^3, ranges and the base's own angle in rad.
+
+    Limits are one number or one per joint, ``link_radius`` one or one per link; ``base`` is x, y and maybe an angle.
+    """
+
+    link_lengths: list[Positive] = Field(min_length=2, max_length=MOST_LINKS)
+    max_speed: Annotated[Positive | list[Positive], ANGULAR]
+    max_acceleration: Annotated[Positive | list[Positive], ANGULAR]
+    joint_limits: Annotated[list[Interval] | None, ANGULAR] = None
+    max_jerk: Annotated[Positive | list[Positive] | None, ANGULAR] = None
+    link_radius: NotNegative | list[NotNegative] = 0.0
+    base: list[Number] = Field(default=[0.0, 0.0], min_length=2, max_length=3)
+    tool: PlanarPoint = (0.0, 0.0)
+
+    def in_radians(self) -> Self:
+        """The same, read as a table in degrees."""
+        base = [*self.base[:2], *map(radians, self.base[2:])]
+        return super().in_radians().model_copy(update={"base": base})
+
+    def with_links(self, links: int) -> Self:
+        """The same reach and limits with another number of equal links."""
+        return self.model_copy(update={"link_lengths": [sum(self.link_lengths) / links] * links})
+
+    def build(self) -> PlanarArm:
+        """The robot arm itself.
+
+        Raises:
+            InvalidProblem: it cannot be; with a key of this table.
+        """
+        try:
+            return PlanarArm(
+                link_lengths=tuple(self.link_lengths),
+                max_speed=self._each(self.max_speed),
+                max_acceleration=self._each(self.max_acceleration),
+                joint_limits=None if self.joint_limits is None else tuple(self.joint_limits),
+                max_jerk=None if self.max_jerk is None else self._each(self.max_jerk),
+                link_radius=self._each(self.link_radius),
+                base_point=(self.base[0], self.base[1]),
+                base_angle=sum(self.base[2:]),
+                tool_offset=self.tool,
+            )
+        except InvalidProblem as error:
+            raise InvalidProblem(ARM_KEYS.get(error.field, error.field), error.reason) from error
+
+    def _each(self, value: float | list[float]) -> tuple[float, ...]:
+        """One value for each joint or link."""
+        return tuple(value) if isinstance(value, list) else (value,) * len(self.link_lengths)
+
+
+class RobotSection(Section):
+    """[robot]: a robot by the name of its kind, and the values of its fields."""
+
+    model: Word
+    settings: dict[str, Any] = Field(default_factory=dict)
+
+    def in_radians(self) -> Self:
+        """The same, read as a table in degrees, of the fields that the robot's class calls angular."""
+        try:
+            angular = ROBOT_CATALOGUE.find(self.model).angular
+        except PluginError:  # said when it is built
+            return self
+        settings = {key: in_radians(value, angular=key in angular) for key, value in self.settings.items()}
+        return self.model_copy(update={"settings": settings})
+
+    def build(self) -> Robot:
+        """The robot itself.
+
+        Raises:
+            InvalidProblem: it cannot be.
+            ScenarioError: there is no such kind of robot, its settings are none, or it has too many joints.
+        """
+        try:
+            kind = ROBOT_CATALOGUE.find(self.model)
+        except PluginError as error:
+            raise ScenarioError(f"robot.model: {error}") from error
+        for key, value in self.settings.items():
+            check_numbers(f"robot.settings.{key}", value)
+        try:
+            robot = kind.from_settings(self.settings)
+        except InvalidProblem:
+            raise
+        except (TypeError, ValueError) as error:  # lists in place of numbers, or the like
+            raise ScenarioError(f"robot.settings: {error}") from error
+        if robot.dof > MOST_LINKS:
+            raise ScenarioError(f"robot: {robot.dof} joints; at most {MOST_LINKS} are planned")
+        return robot
+
+
+def check_numbers(key: str, value: object) -> None:
+    """Numbers in a free setting, lists and tables included, are of a size that can be computed with.
+
+    Raises:
+        ScenarioError: naming the key.
+    """
+    if isinstance(value, dict):
+        for name, entry in value.items():
+            check_numbers(f"{key}.{name}", entry)
+    elif isinstance(value, (list, tuple)):
+        for index, entry in enumerate(value):
+            check_numbers(f"{key}.{index}", entry)
+    elif isinstance(value, (int, float)) and not (value == 0 or SMALLEST <= abs(value) <= LARGEST):
+        raise ScenarioError(f"{key}: {shown(value)} is not zero, nor between {SMALLEST:g} and {LARGEST:g} in magnitude")
