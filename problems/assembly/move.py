@@ -28,7 +28,7 @@ from problems.limits.time_scale import peaks_of
 from problems.motions.joint_path import JointPath
 from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.trajectory import Trajectory
-from problems.nlp.program import NonlinearProgram
+from problems.nlp.move import MoveNlp
 from problems.objectives import Objective
 from problems.tasks.checks import check_at_least
 from problems.tasks.drawing import Milestone
@@ -37,6 +37,7 @@ from problems.timing.retime import retime
 
 USUAL_PIECES = {1: 6, 2: 4, 3: 3}  # of the spline in each segment, by the number of segments
 LEAST_PIECES = 2
+PROGRAM_PIECES = 9, 5  # in time, of the nonlinear program between two stops: without vias, with vias
 LEAST_STEPS = 5  # of the grid in each piece
 FINE = 50  # samples of a segment of the usual motion
 DETOUR = 2.0  # lengths of the usual motion that a motion may have
@@ -133,9 +134,10 @@ class MoveProblem(Problem[TimedPath]):
         """Path, scan backward, scan forward, [slow down,] sample, finish."""
         return MoveSteps(self).program()
 
-    def nlp(self) -> NonlinearProgram:
-        """The same problem for solvers that follow gradients."""
-        raise NotImplementedError
+    def nlp(self) -> MoveNlp:
+        """The same problem for solvers that follow gradients: cubic pieces in time, not a spline."""
+        pieces = PROGRAM_PIECES[0 if not self.task.vias else 1]
+        return MoveNlp(self.task, self.objective, self.limits, pieces, self.trajectory)
 
     @cached_property
     def _path(self) -> ca.Function:
