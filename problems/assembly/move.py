@@ -21,7 +21,7 @@ from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.trajectory import Trajectory
-from problems.nlp.program import NonlinearProgram
+from problems.nlp.move import MoveNlp
 from problems.objectives import Objective
 from problems.tasks.checks import check_at_least
 from problems.tasks.drawing import Milestone
@@ -29,9 +29,10 @@ from problems.tasks.move import Move
 
 USUAL_PIECES = {1: 6, 2: 4, 3: 3}  # of the spline in each segment, by the number of segments
 LEAST_PIECES = 2
+PROGRAM_PIECES = 9, 5  # in time, of the nonlinear program between two stops: without vias, with vias
 LEAST_STEPS = 5  # of the grid in each piece
 FINE = 50  # samples of a segment of the usual motion
-DETOUR = 4.0  # lengths of the usual motion that a motion may have
+DETOUR = 2.0  # lengths of the usual motion that a motion may have
 MOST_SAMPLES = 600
 LEAST_SHARE = 0.1  # of the longest segment: no segment has less of the path parameter
 
@@ -111,9 +112,10 @@ class MoveProblem(SplineProblem):
         """Path, scan backward, scan forward, [slow down,] sample, finish."""
         return MoveSteps(self).program()
 
-    def nlp(self) -> NonlinearProgram:
-        """The same problem for solvers that follow gradients."""
-        raise NotImplementedError
+    def nlp(self) -> MoveNlp:
+        """The same problem for solvers that follow gradients: cubic pieces in time, not a spline."""
+        pieces = PROGRAM_PIECES[0 if not self.task.vias else 1]
+        return MoveNlp(self.task, self.objective, self.limits, pieces, self.trajectory)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """The postures at the stops of one candidate (d,), rad, and the path parameter there."""

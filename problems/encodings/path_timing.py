@@ -31,7 +31,7 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
         step_limits: with obstacles, that none is jumped over from one sample to the next.
     """
 
-    name: ClassVar[str] = "spline"
+    name: ClassVar[str] = "reduced"
     scales_time: ClassVar[bool] = True
 
     task: Task
