@@ -21,7 +21,7 @@ from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.trajectory import Trajectory
-from problems.nlp.move import MoveNlp
+from problems.nlp.move import MoveNlp, usual_pieces
 from problems.objectives import Objective
 from problems.tasks.checks import check_at_least
 from problems.tasks.drawing import Milestone
@@ -29,7 +29,6 @@ from problems.tasks.move import Move
 
 USUAL_PIECES = {1: 6, 2: 4, 3: 3}  # of the spline in each segment, by the number of segments
 LEAST_PIECES = 2
-PROGRAM_PIECES = 9, 5  # in time, of the nonlinear program between two stops: without vias, with vias
 LEAST_STEPS = 5  # of the grid in each piece
 FINE = 50  # samples of a segment of the usual motion
 DETOUR = 2.0  # lengths of the usual motion that a motion may have
@@ -114,8 +113,7 @@ class MoveProblem(SplineProblem):
 
     def nlp(self) -> MoveNlp:
         """The same problem for solvers that follow gradients: cubic pieces in time, not a spline."""
-        pieces = PROGRAM_PIECES[0 if not self.task.vias else 1]
-        return MoveNlp(self.task, self.objective, self.limits, pieces, self.trajectory)
+        return MoveNlp(self.task, self.objective, self.limits, usual_pieces(self.task), self.trajectory)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """The postures at the stops of one candidate (d,), rad, and the path parameter there."""
