@@ -28,6 +28,7 @@ from problems.limits.time_scale import peaks_of
 from problems.motions.joint_path import JointPath
 from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.trajectory import Trajectory
+from problems.nlp.move import MoveNlp, usual_pieces
 from problems.nlp.program import NonlinearProgram
 from problems.objectives import Objective
 from problems.tasks.checks import check_at_least
@@ -135,7 +136,7 @@ class MoveProblem(Problem[TimedPath]):
 
     def nlp(self) -> NonlinearProgram:
         """The same problem for solvers that follow gradients."""
-        raise NotImplementedError
+        return MoveNlp(self.task, self.objective, self.limits, usual_pieces(self.task), self.trajectory)
 
     @cached_property
     def _path(self) -> ca.Function:

@@ -30,20 +30,25 @@ from problems.limits.time_scale import safe_time_scale
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.nlp.composition import composed_hessian, stand_in
-from problems.nlp.move_pieces import SHORTEST, Pieces, PieceVariables
+from problems.nlp.move_bounds import MoveBounds
+from problems.nlp.move_pieces import Pieces, PieceVariables
 from problems.nlp.move_rows import ExactRows, goal_misses, place_rows
 from problems.nlp.move_solution import Waypoints, node_times, through
-from problems.nlp.program import MAX_ANGLE_CHANGE, TimedProgram, slack_constraints
+from problems.nlp.program import TimedProgram, slack_constraints
 from problems.nlp.starts.move import MoveStarts, PassedMotion
 from problems.objectives import Objective
 from problems.robots.robot import Robot
-from problems.tasks.elbow import narrow_elbow
 from problems.tasks.move import Move
-from problems.tasks.place import Place
 
 SAMPLED_STEPS = 36  # time steps of the whole motion at the least, where something is sampled
+PIECES_ALONE, PIECES_BETWEEN_VIAS = 12, 7
 LEAST_STEPS = 2  # of a piece
 SHAPE_UNIT = 0.25  # s, of time, where the shape alone is sought and takes a second
+
+
+def usual_pieces(task: Move) -> int:
+    """Pieces between one waypoint and the next with which least times are within about 1e-3 of the optimum."""
+    return PIECES_BETWEEN_VIAS if task.vias else PIECES_ALONE
 
 
 @dataclass(frozen=True)
@@ -96,9 +101,8 @@ class MoveNlp(TimedProgram):
     def _symbols(self) -> tuple[ca.SX, Pieces, ca.SX, ca.SX]:
         """Variables of the motion, the same in parts, misses of several goals, slacks of the rotation."""
         x, k = ca.SX.sym("x", sum(self.variables.sizes)), self.robot.dof
-        goals = goal_misses(self.task, np.zeros(k)) if len(self.task.goals) > 1 else []
         slacks = self.objective.slack_count(self.robot, self.variables.count * self.steps)
-        misses = ca.SX.sym("miss", sum(miss.size for miss in goals))
+        misses = ca.SX.sym("miss", sum(miss.size for miss in goal_misses(self.task, np.zeros(k))))
         return x, self.variables.split(x), misses, ca.SX.sym("slack", slacks // k, k)
 
     @cached_property
@@ -136,7 +140,7 @@ class MoveNlp(TimedProgram):
     def _constraints(self, samples: Samples, margin: float) -> tuple[Constraint, ...]:
         """On samples of the motion, or on symbols in their place."""
         _, pieces, misses, slack = self._symbols
-        exact = ExactRows(self.variables, pieces, self.waypoints, not self.task.at_rest)
+        exact = ExactRows(self.variables, pieces, self.waypoints, not self.task.at_rest, margin)
         rows = [
             *self.variables.joins(pieces),
             *place_rows(self.task, pieces.theta[self.waypoints.tolist(), :], misses),
@@ -153,8 +157,8 @@ class MoveNlp(TimedProgram):
 
     @cached_property
     def hessian(self) -> ca.Function | None:
-        """With obstacles: in two steps, over the samples."""
-        if not self.task.obstacles:
+        """Where limits are sampled: in two steps, over the samples."""
+        if all(limit.order is not None for limit in self.limits):
             return None
         y, inner, samples = stand_in(self._samples)
         g = ca.vertcat(*(row.row_values() for row in self._constraints(samples, SAMPLING_MARGIN)))
@@ -166,36 +170,7 @@ class MoveNlp(TimedProgram):
 
         Without joint ranges an angle stays within ``MAX_ANGLE_CHANGE`` of where it starts.
         """
-        variables, task = self.variables, self.task
-        lower, upper = np.full(x.size, -np.inf), np.full(x.size, np.inf)
-        theta, speed, acceleration, *_ = variables.slices
-        ranges = self.robot.limits.position
-        lower[theta], upper[theta] = (
-            (x[theta] - MAX_ANGLE_CHANGE, x[theta] + MAX_ANGLE_CHANGE)
-            if ranges is None
-            else np.repeat(np.array(ranges), variables.count + 1, axis=0).T
-        )
-        goal = task.reached_goal(variables.end_postures(x)[1])
-        for node, place in zip(self.waypoints.tolist(), [task.start, *task.vias, goal], strict=True):
-            if place.chosen_by_inverse_kinematics:
-                narrow_elbow(task.elbow, x, variables.count + 1 + node, lower, upper, self.robot.stretched)
-        fixed = [(speed, task.end_velocities * variables.unit)]
-        fixed += [(acceleration, 0.0 * task.end_velocities)] if variables.smooth else []
-        for block, values in fixed:
-            for bound in (lower, upper):
-                bound[block].reshape(self.robot.dof, -1)[:, [0, -1]] = values.T
-        lower[variables.slices[-1]] = SHORTEST
-        self._bound_rest(goal, lower[sum(variables.sizes) :], upper[sum(variables.sizes) :])
-        return lower, upper
-
-    def _bound_rest(self, goal: Place, lower: FloatArray, upper: FloatArray) -> None:
-        """Bounds, in place, of the misses, zero for the goal that is kept to, and of the slacks."""
-        misses = self._symbols[2].numel()
-        lower[misses:] = 0.0
-        if misses:
-            sizes = [miss.size for miss in goal_misses(self.task, np.zeros(self.robot.dof))]
-            kept = np.repeat([other is goal for other in self.task.goals], sizes)
-            lower[:misses][kept] = upper[:misses][kept] = 0.0
+        return MoveBounds(self.task, self.variables, self.waypoints).near(x)
 
     def from_search(self, x: FloatArray) -> FloatArray:
         """The variables of a search vector's motion."""
@@ -208,8 +183,7 @@ class MoveNlp(TimedProgram):
 
     def _variables(self, motion: PassedMotion) -> FloatArray:
         x = self.variables.of(motion.trajectory, node_times(motion.trajectory, motion.times, self.pieces))
-        goal = self.variables.end_postures(x)[1]
-        misses = goal_misses(self.task, goal) if len(self.task.goals) > 1 else []
+        misses = goal_misses(self.task, self.variables.end_postures(x)[1])
         return np.concatenate([x, *misses, self.objective.slack_values(as_array(self._angles(x)))])
 
     @cached_property

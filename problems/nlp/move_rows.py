@@ -19,8 +19,7 @@ from problems.robots.robot import Robot
 from problems.tasks.move import Move
 from problems.tasks.place import ANGLE_TOLERANCE, Place
 
-MOVING_ALLOWANCE = 1e-6  # share of speed, acceleration and jerk that is left where time scaling cannot restore them
-RANGE_ALLOWANCE = 1e-6  # share of a joint's range that is left to rounding
+ALLOWANCE = 1e-3  # of the margin, left of what holds for all t and only rounding may break
 
 
 def place_rows(task: Move, theta: Matrix, misses: Matrix) -> list[Constraint]:
@@ -44,8 +43,10 @@ def place_rows(task: Move, theta: Matrix, misses: Matrix) -> list[Constraint]:
 
 
 def goal_misses(task: Move, theta: FloatArray) -> list[FloatArray]:
-    """By how much a posture (k,) misses each goal, as the variables say it, each (m,)."""
+    """By how much a posture (k,) misses each of several goals, as the variables say it, each (m,); empty for one."""
     robot, posture = task.robot, ca.DM(theta).T
+    if len(task.goals) == 1:
+        return []
     return [as_array(goal.miss(robot, posture)).ravel() / _size(robot, goal) for goal in task.goals]
 
 
@@ -69,12 +70,14 @@ class ExactRows:
         pieces: the same, in symbols.
         waypoints: which nodes are waypoints.
         moving: whether ends move, so that a solution cannot be scaled in time.
+        margin: of limits that are sampled; these ones need but a small part of it.
     """
 
     variables: PieceVariables
     pieces: Pieces
     waypoints: NDArray[np.intp]
     moving: bool
+    margin: float
 
     def of(self, limits: Iterable[Limit]) -> list[Constraint]:
         """The rows of those limits that bound angles or, where time counts, a derivative of them."""
@@ -85,7 +88,7 @@ class ExactRows:
             elif limit.order is not None and self.variables.timed:
                 values = self._values(limit.order) / self.variables.unit**limit.order
                 chosen = limit.at(self._samples(limit.order, values))
-                rows += [_narrowed(row) for row in chosen] if self.moving else chosen
+                rows += [self._narrowed(row) for row in chosen] if self.moving else chosen
         return rows
 
     def _samples(self, order: int, values: Matrix) -> Samples:
@@ -111,12 +114,11 @@ class ExactRows:
         apart = ca.vertcat(
             self.pieces.theta[inner.tolist(), :], after[inner.tolist(), :], before[(inner - 1).tolist(), :]
         )
-        return [*limit.at(self._samples(0, apart), RANGE_ALLOWANCE), *limit.at(self._samples(0, beside))]
+        return [*limit.at(self._samples(0, apart), ALLOWANCE * self.margin), *limit.at(self._samples(0, beside))]
 
-
-def _narrowed(row: Constraint) -> Constraint:
-    """With the allowance of a motion that cannot be scaled."""
-    share = 1.0 - MOVING_ALLOWANCE
-    assert row.lower is not None
-    assert row.upper is not None
-    return replace(row, lower=row.lower * share, upper=row.upper * share)
+    def _narrowed(self, row: Constraint) -> Constraint:
+        """With the allowance of a motion that cannot be scaled."""
+        share = 1.0 - ALLOWANCE * self.margin
+        assert row.lower is not None
+        assert row.upper is not None
+        return replace(row, lower=row.lower * share, upper=row.upper * share)

@@ -96,7 +96,8 @@ class MoveStarts:
 
     @property
     def _around(self) -> bool:
-        return bool(self.task.obstacles)
+        """Whether there is something to go around."""
+        return any(limit.order is None for limit in self.limits)
 
     @property
     def _ways(self) -> int:
