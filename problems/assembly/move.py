@@ -40,7 +40,7 @@ USUAL_PIECES = {1: 6, 2: 4, 3: 3}  # of the spline in each segment, by the numbe
 LEAST_PIECES = 2
 LEAST_STEPS = 5  # of the grid in each piece
 FINE = 50  # samples of a segment of the usual motion
-DETOUR = 4.0  # lengths of the usual motion that a motion may have
+DETOUR = 2.0  # lengths of the usual motion that a motion may have
 MOST_SAMPLES = 600
 LEAST_SHARE = 0.1  # of the longest segment: no segment has less of the path parameter
 

@@ -52,7 +52,7 @@ class ControlPoints(FeasibilityFirst, Encoding[TimedPath]):
         step_limits: with obstacles, that none is jumped over from one sample to the next.
     """
 
-    name: ClassVar[str] = "spline"
+    name: ClassVar[str] = "reduced"
     scales_time: ClassVar[bool] = True
     numbers: ClassVar[tuple[str, ...]] = ("usual_duration", "shares", "via_bases", "end_rates")
 
