@@ -68,8 +68,8 @@ class Tracing(PathTiming, PathEncoding[TimedPath]):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """x_phi of each redundant link, [elbow]."""
-        return tuple(self.posture_variables)
+        """x_phi of each redundant link, [elbow]; one that changes nothing where there is nothing to choose."""
+        return tuple(self.posture_variables) or (Variable("unused", 0.0, 1.0, "1"),)
 
     def decode(self, x: Matrix) -> Decoded[TimedPath]:
         """The least time along the spline through the knots."""

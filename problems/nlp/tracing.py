@@ -24,7 +24,7 @@ from problems.tasks.path_knots import PathKnots
 from problems.tasks.path_tracing import PathTracing, times_at
 from problems.tasks.place import Position
 
-STEPS = 3
+STEPS = 4
 MARGINS_OF_ACCURACY = 25.0  # a tool leaves lines between samples by more of the accuracy than obstacles of the reach
 
 

@@ -1,0 +1,120 @@
+"""Tracing a path: the search's cost, the timing at corners, the program that rounds them, judged by dense samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from problems import Ellipse, InvalidProblem, Path, PlanarArm, Trajectory
+from problems.assembly.tracing import TracingProblem, tracing
+from problems.base.matrix import FloatArray
+from problems.certify.tracing import distance_from_segments
+from problems.evaluation import EvaluationOptions
+from problems.tasks.path_knots import knots_of
+from problems.tasks.path_tracing import PathTracing
+from solvers import IPOPT
+from tpbso_casadi.planning.refinement import Refinement
+
+SQUARE = np.array([[0.5, 0.1], [0.8, 0.1], [0.8, 0.4], [0.5, 0.4], [0.5, 0.1]])
+ARM = PlanarArm((0.5, 0.4, 0.3), (3.0,) * 3, (20.0,) * 3)
+TASKS = {
+    "three links": PathTracing(ARM, Path.through(SQUARE), 0.01),
+    "two links": PathTracing(PlanarArm((0.6, 0.5), (3.0,) * 2, (20.0,) * 2), Path.through(SQUARE), 0.01, elbow="up"),
+    "jerk": PathTracing(replace(ARM, max_jerk=(300.0,) * 3), Path.through(SQUARE), 0.01, elbow="up"),
+    "obstacle": PathTracing(ARM, Path.through(SQUARE), 0.01, obstacles=(Ellipse((0.3, 0.3), (0.08, 0.05)),)),
+}
+each_task = pytest.mark.parametrize("name", TASKS)
+
+
+def candidates(problem: TracingProblem, count: int) -> FloatArray:
+    rng = np.random.default_rng(4)
+    return rng.uniform(*problem.bounds, (count, len(problem.variables)))
+
+
+def best(problem: TracingProblem, count: int = 200) -> FloatArray:
+    x = candidates(problem, count)
+    return np.asarray(x[int(np.argmin(problem.cost(x)))])
+
+
+@each_task
+def test_the_steps_are_the_inlined_cost(name: str) -> None:
+    problem = tracing(TASKS[name])
+    x = candidates(problem, 8)
+    stepped = problem.evaluator(EvaluationOptions("vm"))(x)
+    assert stepped == pytest.approx([float(problem.cost_function(candidate)) for candidate in x], rel=1e-6)
+
+
+@each_task
+def test_the_cost_of_a_feasible_candidate_is_about_its_duration(name: str) -> None:
+    problem = tracing(TASKS[name], samples=400)
+    x = best(problem)
+    cost = float(problem.cost(x[None])[0])
+    assert cost <= problem.objective_upper_bound
+    without_jerk = replace(problem, task=replace(problem.task, robot=replace(problem.robot, max_jerk=None)))
+    assert cost == pytest.approx(without_jerk.trajectory(x).duration, rel=0.02)
+
+
+@each_task
+def test_a_candidate_is_certified_and_dense_samples_agree(name: str) -> None:
+    problem = tracing(TASKS[name])
+    check(problem, problem.trajectory(best(problem)))
+
+
+@each_task
+def test_the_program_is_faster_and_certified(name: str) -> None:
+    problem = tracing(TASKS[name])
+    x, refinement = best(problem), Refinement(problem, IPOPT())
+    motion = refinement.motion(refinement(refinement.program.from_search(x)).x)
+    assert motion.trajectory.duration < problem.trajectory(x).duration
+    check(problem, motion.trajectory)
+
+
+def check(problem: TracingProblem, trajectory: Trajectory) -> None:
+    """All verdicts hold; limits, ends and distances at 20,000 times, by NumPy alone."""
+    assert all(verdict.satisfied for verdict in problem.verify(trajectory))
+    times, robot = np.linspace(0.0, trajectory.duration, 20_000), problem.robot
+    for order, bounds in ((1, robot.limits.speed), (2, robot.limits.acceleration), (3, robot.limits.jerk)):
+        if bounds is not None:
+            assert (np.abs(trajectory.at(times, order)) <= np.array(bounds) * (1.0 + 1e-9)).all()
+    tool, points = robot.skeleton(trajectory.at(times))[:, -1], problem.task.path.array
+    lines = [distance_from_segments(tool, *np.broadcast_arrays(tool, a, b)[1:]) for a, b in pairwise(points)]
+    assert np.min(lines, axis=0).max() <= problem.task.accuracy
+    assert np.abs(tool[[0, -1]] - points[[0, -1]]).max() < 1e-9
+    assert all(np.hypot(*(tool - point).T).min() <= problem.task.accuracy for point in points)
+
+
+def test_the_motion_stops_at_corners() -> None:
+    problem = tracing(TASKS["three links"])
+    assert len(problem.knots.corners) == 3
+    x = best(problem)
+    squared = np.asarray(problem.parameters_of(x).squared).ravel()
+    stops = np.array(problem.motion.stops)
+    assert (squared[[*stops, *(stops + 1), 0, -1]] == 0.0).all()
+    assert (np.delete(squared, [*stops, *(stops + 1), 0, squared.size - 1]) > 0.0).all()
+
+
+def test_knots_lie_on_the_path_and_hold_its_points() -> None:
+    path = Path.through(SQUARE)
+    knots = knots_of(path, 0.01, 1.2)
+    assert knots.points[knots.vertices] == pytest.approx(SQUARE)
+    starts, ends = path.array[knots.segments], path.array[knots.segments + 1]
+    assert distance_from_segments(knots.points[:-1], starts, ends).max() < 1e-15
+    assert (np.diff(knots.u) > 0.0).all()
+    assert knots.u[[0, -1]].tolist() == [0.0, 1.0]
+
+
+def test_gentle_bends_are_no_corners() -> None:
+    turn = np.linspace(0.0, np.pi, 25)
+    arc = Path.through(np.column_stack([0.7 + 0.2 * np.cos(turn), 0.2 * np.sin(turn)]))
+    assert knots_of(arc, 0.01, 1.2).corners == ()
+    assert knots_of(arc, 1e-5, 1.2).corners != ()
+
+
+def test_what_cannot_be_traced_is_named() -> None:
+    with pytest.raises(InvalidProblem, match="out of reach"):
+        PathTracing(ARM, Path.through([[0.5, 0.0], [1.3, 0.0]]), 0.01)
+    with pytest.raises(InvalidProblem, match="redundancy_values"):
+        tracing(TASKS["three links"], redundancy_values=1)
