@@ -17,6 +17,7 @@ from problems import (
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import BSO, GA, PSO, SOLVERS, Box, Budget, Result, Solver, StopReason, minimize
 from tpbso_casadi.planning.plan import Plan, plan
+from tpbso_casadi.planning.retime import retime
 from tpbso_casadi.scenario.builtin import builtin
 from tpbso_casadi.scenario.catalogues import find_solver
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, read_scenario
@@ -60,5 +61,6 @@ __all__ = [
     "plan",
     "read_scenario",
     "result_of",
+    "retime",
     "write_run",
 ]

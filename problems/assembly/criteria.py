@@ -64,6 +64,14 @@ class Criteria:
             return self
         return Criteria(task=self.task.at_free_times(), objective=self.objective, limits=self.limits)
 
+    def given_motion(self) -> Trajectory:
+        """The motion, where a path is given and nothing is left to be searched for.
+
+        Raises:
+            NotImplementedError: there is something.
+        """
+        raise NotImplementedError
+
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
         """Times in s at which to tabulate a trajectory, its breakpoints among them."""
         return trajectory.times(at_least)

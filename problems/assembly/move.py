@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import ceil
 from typing import ClassVar
 
 import casadi as ca
@@ -13,12 +14,14 @@ import numpy as np
 from problems.assembly.move_steps import MoveSteps, end_rates
 from problems.assembly.point_to_point import objective_named
 from problems.assembly.problem import Problem
+from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.encodings.control_points import ControlPoints
 from problems.encodings.encoding import Decoded
 from problems.encodings.waypoints import nominal, stops
 from problems.evaluation import Program
 from problems.limits import limits_of
+from problems.limits.clearance import MAX_STEP_SHARE, StepLimit
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.limits.time_scale import peaks_of
@@ -31,10 +34,14 @@ from problems.objectives import Objective
 from problems.tasks.checks import check_at_least
 from problems.tasks.drawing import Milestone
 from problems.tasks.move import Move
+from problems.timing.retime import retime
 
 USUAL_PIECES = {1: 6, 2: 4, 3: 3}  # of the spline in each segment, by the number of segments
 LEAST_PIECES = 2
 LEAST_STEPS = 5  # of the grid in each piece
+FINE = 50  # samples of a segment of the usual motion
+DETOUR = 2.0  # lengths of the usual motion that a motion may have
+MOST_SAMPLES = 600
 LEAST_SHARE = 0.1  # of the longest segment: no segment has less of the path parameter
 
 
@@ -50,7 +57,8 @@ def move(
     Args:
         task: the statement: robot, start, vias, goals, obstacles.
         objective: what is minimised: an objective, or a key of ``OBJECTIVES``.
-        samples: steps of the path, at whose ends it is timed and checked; more where there are many pieces.
+        samples: steps of the path, at whose ends it is timed and checked; more where there are many pieces, or
+            obstacles so small that one could be jumped over.
         pieces: of the spline between two stops; by the number of stops where None.
         limits: kinds of limits that hold besides those of the robot and of the obstacles.
 
@@ -64,7 +72,7 @@ def move(
     durations = segment_durations(task)
     share = np.maximum(durations, LEAST_SHARE * durations.max())
     nodes = np.interp(np.arange(segments * each + 1) / each, np.arange(segments + 1), np.append(0.0, np.cumsum(share)))
-    steps = max(LEAST_STEPS, round(samples / (segments * each)))
+    steps = max(LEAST_STEPS, round(max(samples, least_samples(task)) / (segments * each)))
     motion = PathSpline(task.robot, tuple((nodes / nodes[-1]).tolist()), steps)
     return MoveProblem(
         task=task,
@@ -73,6 +81,18 @@ def move(
         objective=objective_named(objective),
         limits=limits_of(task.robot, task.obstacles, limits),
     )
+
+
+def least_samples(task: Move) -> int:
+    """How many steps it takes that a motion somewhat longer than the usual one jumps over no obstacle."""
+    step = StepLimit.holding(task.robot, task.obstacles)
+    if step is None:
+        return 0
+    stops = np.concatenate([as_array(posture) for posture in nominal(task)])
+    between = np.linspace(0.0, len(stops) - 1.0, FINE * (len(stops) - 1) + 1)
+    theta = np.column_stack([np.interp(between, np.arange(len(stops)), column) for column in stops.T])
+    travel = np.linalg.norm(np.diff(task.robot.skeleton(theta), axis=0), axis=2).sum(axis=0).max()
+    return min(MOST_SAMPLES, ceil(DETOUR * float(travel) / (MAX_STEP_SHARE * step.width)))
 
 
 def segment_durations(task: Move) -> FloatArray:
@@ -101,8 +121,10 @@ class MoveProblem(Problem[TimedPath]):
         return Decoded(parameters=self.encoding.timed(shape, limits, [peaks_of(limit, samples) for limit in limits]))
 
     def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
-        """That the velocities at the ends can be attained, where they are not zero."""
-        return [] if self.encoding.at_rest else [end_rates(parameters.gap)]
+        """The length of steps, with obstacles; that the velocities at the ends, if not zero, can be attained."""
+        steps = self.motion.samples(parameters).steps if self.encoding.step_limits else None
+        found = [] if steps is None else [c for limit in self.encoding.step_limits for c in limit.between(*steps)]
+        return found if self.encoding.at_rest else [*found, end_rates(parameters.gap)]
 
     def objective_bound(self) -> float:
         """An upper bound of what the objective counts as: what is above it costs no more."""
@@ -117,13 +139,27 @@ class MoveProblem(Problem[TimedPath]):
         return MoveNlp(self.task, self.objective, self.limits, usual_pieces(self.task), self.trajectory)
 
     @cached_property
-    def _control_points(self) -> ca.Function:
+    def _path(self) -> ca.Function:
         x = ca.SX.sym("x", len(self.variables))
-        return ca.Function("path", [x], [self.encoding.path(x)[0]])
+        points, (start, goal) = self.encoding.path(x)
+        return ca.Function("path", [x], [points, ca.sqrt(start), ca.DM(0.0) if goal is None else ca.sqrt(goal)])
 
     def path(self, x: FloatArray) -> JointPath:
-        """The path of one candidate (d,)."""
-        return self.motion.path(as_array(self._control_points(x)))
+        """The path of one candidate (d,), with a parameter u in [0, 1]."""
+        return self.motion.path(as_array(self._path(x)[0]))
+
+    def trajectory(self, x: FloatArray) -> Trajectory:
+        """The least time along the path of one candidate (d,), in which its limits hold for all t.
+
+        Where there is none, as the path stands still or its ends cannot be passed at the given velocities, the motion
+        of the search's own timing.
+        """
+        points, *rates = (as_array(part) for part in self._path(x))
+        start, goal = (float(rate[0, 0]) for rate in rates)
+        try:
+            return retime(self.motion.path(points), self.robot.limits, (start, goal))
+        except InvalidProblem:
+            return super().trajectory(x)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """The postures at the stops of one candidate (d,), rad, and the path parameter there."""

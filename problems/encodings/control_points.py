@@ -21,6 +21,7 @@ from problems.base.matrix import Matrix, split
 from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
 from problems.encodings.penalty import FeasibilityFirst
 from problems.encodings.waypoints import postures, spread, variables
+from problems.limits.clearance import StepLimit
 from problems.limits.limit import Limit
 from problems.limits.time_scale import UNREACHED_TIME_SCALE, minimum_time_scale, scaling
 from problems.motions.clamped_spline import DEGREE
@@ -48,9 +49,10 @@ class ControlPoints(FeasibilityFirst, Encoding[TimedPath]):
         via_bases: the three basis functions that are not zero at each via.
         end_rates: du of the curve's end over the distance of its last two control points.
         moving_ends: whether start and goal are passed at a velocity that is not zero.
+        step_limits: with obstacles, that none is jumped over from one sample to the next.
     """
 
-    name: ClassVar[str] = "spline"
+    name: ClassVar[str] = "reduced"
     scales_time: ClassVar[bool] = True
     numbers: ClassVar[tuple[str, ...]] = ("usual_duration", "shares", "via_bases", "end_rates")
 
@@ -61,6 +63,7 @@ class ControlPoints(FeasibilityFirst, Encoding[TimedPath]):
     via_bases: tuple[tuple[float, ...], ...] = field(init=False)
     end_rates: tuple[float, float] = field(init=False)
     moving_ends: tuple[bool, bool] = field(init=False)
+    step_limits: tuple[StepLimit, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         spline, nodes = self.motion.spline, np.array(self.motion.nodes)
@@ -72,6 +75,8 @@ class ControlPoints(FeasibilityFirst, Encoding[TimedPath]):
         object.__setattr__(self, "via_bases", tuple(map(tuple, bases[:, :DEGREE].tolist())))
         object.__setattr__(self, "end_rates", tuple((DEGREE / np.diff(nodes)[[0, -1]]).tolist()))
         object.__setattr__(self, "moving_ends", tuple(bool(velocity.any()) for velocity in self.task.end_velocities))
+        step = StepLimit.holding(self.task.robot, self.task.obstacles)
+        object.__setattr__(self, "step_limits", () if step is None else (step,))
 
     @property
     def at_rest(self) -> bool:
@@ -161,6 +166,10 @@ class ControlPoints(FeasibilityFirst, Encoding[TimedPath]):
         """Speed, acceleration and jerk, which the timing keeps; between ends at rest whatever running slowly keeps."""
         slowing = scaling(limits) if self.at_rest else []
         return [limit for limit in limits if limit.order in KEPT_BY_TIMING or limit in slowing]
+
+    def penalised(self, limits: Sequence[Limit]) -> list[Limit]:
+        """What timing cannot restore, and the length of steps."""
+        return [*super().penalised(limits), *self.step_limits]
 
     def slowing(self, limits: Sequence[Limit]) -> list[Limit]:
         """The limits that running more slowly than the timing says makes hold."""

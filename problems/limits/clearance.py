@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import casadi as ca
-import numpy as np
 
 from problems.base.arguments import is_zero
 from problems.base.matrix import FloatArray, Matrix, as_array
@@ -123,7 +122,7 @@ class Clearance(Proximity):
 
 @dataclass(frozen=True)
 class StepLimit(Limit):
-    """No joint moves so far between two samples that a link could pass over an obstacle; for nonlinear programs.
+    """No joint moves so far between two samples that a link could pass over an obstacle; what a search is told besides.
 
     The area that a link sweeps in a step shorter than an obstacle's width cannot contain that obstacle: if the links at
     the samples and the lines between them are clear, so is all of it, except for the curvature of the motion.
@@ -134,6 +133,7 @@ class StepLimit(Limit):
     """
 
     name: ClassVar[str] = "step"
+    numbers: ClassVar[tuple[str, ...]] = ("width",)
 
     robot: Robot
     width: float
@@ -154,7 +154,7 @@ class StepLimit(Limit):
         """The squared length of each joint's step."""
         bodies = self.robot.bodies
         steps = [after.positions[body.end] - before.positions[body.end] for body in bodies]
-        bound = ca.DM(np.full((1, len(bodies)), (MAX_STEP_SHARE * self.width) ** 2))
+        bound = ca.repmat(ca.horzcat((MAX_STEP_SHARE * self.width) ** 2), 1, len(bodies))
         return [
             Constraint(
                 name=self.name,

@@ -37,7 +37,7 @@ from problems.tasks.point_to_point import PointToPoint
 
 TIMED_ROWS = 132  # time steps a segment times joints, about, where limits scale with time: with exact scaling enough
 TIMED_STEPS = 25  # but no fewer time steps
-CLEARANCE_STEPS = 12  # time steps a segment at the least where there are obstacles
+CLEARANCE_STEPS = 12  # time steps a segment at the least where there is anything to keep clear of
 AXES = ("x", "y", "z")
 
 
@@ -69,7 +69,7 @@ class PointToPointNlp(TimedProgram):
         """The number of time steps per segment."""
         timed = min(self.motion.steps, max(TIMED_STEPS, TIMED_ROWS // self.robot.dof))
         steps = timed if self.timed or self.objective.program_steps is None else self.objective.program_steps
-        return max(steps, CLEARANCE_STEPS) if self.task.obstacles else steps
+        return max(steps, CLEARANCE_STEPS) if self.task.crowded else steps
 
     @cached_property
     def sampled_motion(self) -> TwoSegments:
@@ -136,8 +136,8 @@ class PointToPointNlp(TimedProgram):
 
     @cached_property
     def hessian(self) -> ca.Function | None:
-        """With obstacles: in two steps, over the samples."""
-        if not self.task.obstacles:
+        """With anything to keep clear of: in two steps, over the samples."""
+        if not self.task.crowded:
             return None
         motion, slack = self._symbols[2:]
         y, inner, samples = stand_in(motion)

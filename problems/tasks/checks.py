@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
+import casadi as ca
 import numpy as np
 
 from problems.base.errors import InvalidProblem
+from problems.base.matrix import as_array
 from problems.base.ranges import COORDINATES, TIMES, check_within, shown
+from problems.limits import proximity_limits
+from problems.motions.samples import Samples
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 
@@ -33,16 +37,20 @@ def check_at_least(field: str, value: int | None, least: int, what: str = "") ->
 
 
 def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
-    """The base of the robot lies in no obstacle."""
+    """The base of the robot lies in no obstacle, nor nearer to one than its first body may be."""
+    thickest = max((float(body.radius) for body in robot.bodies if body.start == 0), default=0.0)
     for obstacle in obstacles:
         if obstacle.contains(robot.base):
             raise InvalidProblem("obstacles", f"the base lies inside the obstacle at {obstacle.place}")
+        short = _short_of(obstacle, robot.base, robot.margin + thickest)
+        if short:
+            raise InvalidProblem("obstacles", f"the base {short}")
 
 
 def check_point(
     robot: Robot, obstacles: Sequence[Obstacle], field: str, point: tuple[float, ...], name: str = ""
 ) -> None:
-    """The tip can be at a point: within reach, not too close, in no obstacle."""
+    """The tip can be at a point: within reach, not too close, in no obstacle, nor nearer to one than it may be."""
     check_within(field, point, COORDINATES, "m")
     distance = float(np.hypot.reduce(np.array(point) - robot.base))
     inner, outer = robot.reach()
@@ -54,3 +62,28 @@ def check_point(
     for obstacle in obstacles:
         if obstacle.contains(point):
             raise InvalidProblem(field, f"{name}{point} lies inside the obstacle at {obstacle.place}")
+        short = _short_of(obstacle, point, robot.margin + float(robot.bodies[-1].radius))
+        if short:
+            raise InvalidProblem(field, f"{name}{point} {short}")
+
+
+def _short_of(obstacle: Obstacle, point: tuple[float, ...], kept: float) -> str:
+    """How a point is too near to an obstacle; empty where it is not."""
+    distance = obstacle.distance_of(point, point) if kept > 0.0 else 0.0
+    if distance >= kept:
+        return ""
+    return f"is {distance:.6g} m from the obstacle at {obstacle.place}; margin and link width take {kept:.6g} m"
+
+
+def check_posture(
+    robot: Robot, obstacles: Sequence[Obstacle], field: str, theta: tuple[float, ...], name: str = ""
+) -> None:
+    """A posture keeps its bodies clear of the obstacles and, where it is asked for, of each other."""
+    samples = Samples(robot=robot, derivatives=(ca.DM([theta]),), duration=ca.DM(1.0))
+    for limit in proximity_limits(robot, obstacles):
+        clearances = as_array(limit.clearances(samples)).ravel()
+        nearest = int(np.argmin(clearances))
+        if clearances[nearest] < robot.margin:
+            clearance, pair = clearances[nearest], limit.pairs[nearest]
+            reason = f"{pair}: {limit.name} {clearance:.6g} m, not {robot.margin:.6g} m"
+            raise InvalidProblem(field, f"{name}{reason}")

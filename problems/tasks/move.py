@@ -19,11 +19,10 @@ from problems.scene.obstacle import Obstacle
 from problems.tasks.checks import check_choice, check_obstacles, check_range
 from problems.tasks.drawing import Marker, MarkerKind
 from problems.tasks.elbow import Elbow, check_elbow
+from problems.tasks.end_velocities import velocity_conditions
 from problems.tasks.passing import passing_times
 from problems.tasks.place import Place
 from problems.tasks.task import Task
-
-SPEED_TOLERANCE = 1e-9  # of a joint's largest speed; allows for rounding only
 
 
 @dataclass(frozen=True)
@@ -121,7 +120,7 @@ class Move(Task):
             (self._passed(name, place, trajectory.at(times[i : i + 1])), times[i : i + 1])
             for i, (name, place) in enumerate(zip(names, places, strict=True))
         ]
-        return [*passed, *self._velocity_conditions(trajectory)]
+        return [*passed, *velocity_conditions(self, trajectory)]
 
     def _passed(self, name: str, place: Place, theta: FloatArray) -> Constraint:
         miss = place.miss(self.robot, ca.DM(theta))
@@ -138,29 +137,6 @@ class Move(Task):
             for_all_t=False,
             formula=f"the motion is at {name}, to rounding",
         )
-
-    def _velocity_conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        ends = trajectory.breakpoints[[0, -1]]
-        away = np.abs(trajectory.at(ends, 1) - self.end_velocities)
-        bound = ca.DM(SPEED_TOLERANCE * np.array([self.robot.limits.speed]))
-        return [
-            (
-                Constraint(
-                    name=name,
-                    unit="rad/s",
-                    expression=ca.DM(away[i : i + 1]),
-                    lower=-bound,
-                    upper=bound,
-                    symmetric=True,
-                    columns=self.robot.joint_names,
-                    scale=bound,
-                    for_all_t=False,
-                    formula=f"|dtheta_i - {name}_i|, to rounding",
-                ),
-                ends[i : i + 1],
-            )
-            for i, name in enumerate(("start velocity", "goal velocity"))
-        ]
 
     def markers(self) -> tuple[Marker, ...]:
         """Start, vias, goals."""

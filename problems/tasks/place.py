@@ -16,7 +16,7 @@ from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.base.ranges import ANGLES, check_within
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
-from problems.tasks.checks import check_point
+from problems.tasks.checks import check_point, check_posture
 
 ANGLE_TOLERANCE = 1e-9  # rad; allows for rounding only
 
@@ -96,13 +96,14 @@ class Joints(Place):
     values: tuple[float, ...]
 
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
-        """As many angles as joints, within their limits."""
+        """As many angles as joints, within their limits; clear of obstacles, and of itself where that is asked for."""
         if len(self.values) != robot.dof:
             raise InvalidProblem(field, f"{name}{len(self.values)} joints for a robot of {robot.dof}")
         check_within(field, self.values, ANGLES, "rad", name)
         for joint, (value, (low, high)) in enumerate(zip(self.values, robot.limits.position or (), strict=False), 1):
             if not low <= value <= high:
                 raise InvalidProblem(field, f"{name}joint {joint}: {value:g} is not within {low:g} and {high:g} rad")
+        check_posture(robot, obstacles, field, self.values, name)
 
     def posture(
         self, robot: Robot, normalised: Matrix, elbow: Operand, near: Matrix | None

@@ -36,6 +36,11 @@ class Task(Statement, ABC):
         """Joint velocities at both ends of the motion, (2, dof), rad/s; at rest by default."""
         return np.zeros((2, self.robot.dof))
 
+    @property
+    def crowded(self) -> bool:
+        """Whether there is anything to keep clear of: an obstacle, or the robot itself."""
+        return bool(self.obstacles) or self.robot.self_collision
+
     @abstractmethod
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """The task's own conditions on a finished motion: numeric constraints, and the times of their rows in s."""

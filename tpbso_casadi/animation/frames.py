@@ -42,7 +42,9 @@ class Frames:
     def extent(self) -> tuple[float, float, float, float]:
         """Left, right, bottom and top of everything drawn, with some padding, m."""
         boxes = [obstacle.bounding_box() for obstacle in self.problem.obstacles]
-        points = np.vstack([self.joints.reshape(-1, 2), self.task_points, *boxes])
+        thickest = max((float(body.radius) for body in self.problem.robot.bodies), default=0.0)
+        joints = self.joints.reshape(-1, 2)
+        points = np.vstack([joints - thickest, joints + thickest, self.task_points, *boxes])
         lower, upper = points.min(axis=0), points.max(axis=0)
         padding = PADDING * float((upper - lower).max())
         return lower[0] - padding, upper[0] + padding, lower[1] - padding, upper[1] + padding

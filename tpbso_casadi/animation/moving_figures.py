@@ -17,7 +17,7 @@ from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.figure import Figure
 
 from tpbso_casadi.animation.frames import Frames
-from tpbso_casadi.figures.scene import draw_scene
+from tpbso_casadi.figures.scene import capsule, draw_bodies, draw_scene, wide_bodies
 
 FILM_SECONDS = 4.0  # whatever the motion takes: most last less than a second
 REST_SHARE = 0.2  # of the frames: how long the film rests at its last posture
@@ -65,6 +65,8 @@ def save_film(path: Path, title: str, frames: Frames, ffmpeg: str | None) -> Non
     axes.grid(alpha=0.3)
     tip_path = axes.plot([], [], color="#1f4fd8", linewidth=2.0)[0]
     arm = axes.plot([], [], "-o", color="#1b2733", markerfacecolor="white", linewidth=2.2, zorder=5)[0]
+    robot = frames.problem.robot
+    bodies = draw_bodies(axes, robot, frames.joints[0], "#1b2733")
     caption = axes.set_title(title, parse_math=False)
     with (
         warnings.catch_warnings(),
@@ -77,5 +79,7 @@ def save_film(path: Path, title: str, frames: Frames, ffmpeg: str | None) -> Non
         for index in [*range(count), *[count - 1] * round(REST_SHARE * count)]:
             tip_path.set_data(*frames.joints[: index + 1, -1].T)
             arm.set_data(*frames.joints[index].T)
+            for patch, body in zip(bodies, wide_bodies(robot), strict=True):
+                patch.set_xy(capsule(body, frames.joints[index]))
             caption.set_text(f"{title}: t = {frames.times[index]:.3f} s")
             writer.grab_frame()

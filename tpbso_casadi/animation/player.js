@@ -49,6 +49,10 @@
       const frame = Math.round(share * last), joints = motion.joints[frame];
       motion.points.forEach((point) => dot(point, 3, colour("--task")));
       line(motion.joints.slice(0, frame + 1).map((posture) => posture[posture.length - 1]), 2, colour("--way"));
+      pen.globalAlpha = 0.25;
+      for (const [start, end, radius] of motion.bodies)
+        line([joints[start], joints[end]], 2 * radius * unit / scale, colour("--ink"));
+      pen.globalAlpha = 1;
       line(joints, 3, colour("--ink"));
       joints.forEach((joint, index) => dot(joint, index ? 4 : 6, colour(index ? "--ground" : "--ink"), colour("--ink")));
       slider.value = frame;

@@ -39,6 +39,7 @@ def player(title: str, frames: Frames) -> Markup:
         "joints": frames.joints.round(DIGITS).tolist(),
         "extent": [round(edge, DIGITS) for edge in frames.extent],
         "points": frames.task_points.round(DIGITS).tolist(),
+        "bodies": [[body.start, body.end, float(body.radius)] for body in frames.problem.robot.bodies if body.radius],
         "obstacles": [obstacle.outline().round(DIGITS).tolist() for obstacle in frames.problem.obstacles],
     }
     content = Markup(json.dumps(data, separators=(",", ":")))

@@ -118,6 +118,11 @@ def positive_number(most: float) -> Callable[[str], float]:
 positive_float = positive_number(LARGEST)
 
 
+def not_negative(text: str) -> float:
+    """A number from 0 on of a size that can be computed with, for argparse."""
+    return 0.0 if text.strip() in {"0", "0.0"} else positive_float(text)
+
+
 def word(text: str) -> str:
     """A name, for argparse."""
     if len(text) > LONGEST_WORD or not text.isprintable():

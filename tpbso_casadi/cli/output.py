@@ -2,19 +2,50 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Self
 
 from solvers.driver.interruption import Interruption
 from tpbso_casadi.animation import animate, check_animation
+from tpbso_casadi.cli.common import path, positive_number
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.planning.progress import Progress
-from tpbso_casadi.storage.exporting import export_motion
+from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, HIGHEST_RATE, export_motion
 from tpbso_casadi.storage.files import OutputError
 from tpbso_casadi.storage.run_folder import OtherPlan, check_run_folder, write_run
+
+
+def add_output_options(parser: argparse.ArgumentParser, default: str) -> None:
+    """The options of every command that makes a motion.
+
+    Args:
+        parser: to add them to.
+        default: what the run folder is called where it is not named.
+    """
+    output = parser.add_argument_group("the output")
+    output.add_argument(
+        "--out", type=path, metavar="DIR", help=f"run folder, replaced as a whole; {default} by default"
+    )
+    output.add_argument("--json", action="store_true", help="print result.json; writes no folder unless --out is given")
+    output.add_argument("--no-plots", action="store_true", help="draw no figures")
+    output.add_argument("--animate", type=path, metavar="FILE", help="the motion as .gif, .mp4 or .html")
+    output.add_argument(
+        "--export", action="append", choices=EXPORTS, default=[], help="for a robot, at equal steps of time; repeatable"
+    )
+    output.add_argument(
+        "--rate",
+        type=positive_number(HIGHEST_RATE),
+        default=DEFAULT_RATE,
+        metavar="HZ",
+        help=f"of these steps; {DEFAULT_RATE:g}",
+    )
+    output.add_argument("--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds")
+    output.add_argument("--quiet", action="store_true", help="no progress, no table")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +70,30 @@ class Output:
     rate: float
     film: Path | None
     title: str
+
+    @classmethod
+    def of(cls, options: argparse.Namespace, free_folder: Callable[[], Path], title: str) -> Self:
+        """What the options of a command line state.
+
+        Args:
+            options: of :func:`add_output_options`.
+            free_folder: where the run goes to if the user names no folder; not asked where only JSON is printed.
+            title: of the animation.
+        """
+        folder: Callable[[], Path] | None = free_folder
+        if options.out is not None:
+            folder = partial(Path, options.out)
+        elif options.json:
+            folder = None
+        return cls(
+            folder=folder,
+            named=options.out is not None,
+            plots=not options.no_plots,
+            exports=options.export,
+            rate=options.rate,
+            film=options.animate,
+            title=title,
+        )
 
     def check(self) -> None:
         """Make sure before the search that everything can be written.

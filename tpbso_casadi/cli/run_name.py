@@ -30,7 +30,8 @@ CHANGES = {  # what an option adds to the name
 
 def run_folder(options: argparse.Namespace, scenario: Scenario) -> Path:
     """``runs/SCENARIO-SOLVER-SEED``, and what the command line changes; with a number where that is another plan's."""
-    parts = [Path(options.scenario).stem, _word(scenario.solver.name), str(scenario.solver.seed)]
+    parts = [Path(options.scenario).stem]
+    parts += [_word(scenario.solver.name), str(scenario.solver.seed)] if scenario.task.is_searched else []
     for option, form in CHANGES.items():
         value = getattr(options, option)
         if value is not None:
@@ -39,7 +40,12 @@ def run_folder(options: argparse.Namespace, scenario: Scenario) -> Path:
         parts.append("retimed" if options.retime else "not-retimed")
     if options.polish and options.polish_starts is None:
         parts.append("polish")
-    name = re.sub(r"[^\w.+-]+", "_", "-".join(parts))[:LONGEST_NAME]
+    return free_folder("-".join(parts), scenario)
+
+
+def free_folder(name: str, scenario: Scenario) -> Path:
+    """The folder of that name among the runs, with a number where it is another plan's."""
+    name = re.sub(r"[^\w.+-]+", "_", name)[:LONGEST_NAME]
     numbered = (RUNS / (name if number == 1 else f"{name}-{number}") for number in count(1))
     return next(folder for folder in numbered if _is_free(folder, scenario))
 

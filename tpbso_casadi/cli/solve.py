@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import redirect_stdout
 from functools import partial
 from pathlib import Path
@@ -21,9 +21,7 @@ from tpbso_casadi.cli.common import (
     OneLineParser,
     add_input_options,
     natural,
-    path,
     positive_float,
-    positive_number,
     print_error,
     whole_number,
     word,
@@ -31,7 +29,7 @@ from tpbso_casadi.cli.common import (
 from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.cli.display.plan_tables import print_plan, print_scenarios, summary_of
 from tpbso_casadi.cli.display.planning_progress import planning_progress
-from tpbso_casadi.cli.output import Output
+from tpbso_casadi.cli.output import Output, add_output_options
 from tpbso_casadi.cli.run_name import run_folder
 from tpbso_casadi.planning.plan import plan
 from tpbso_casadi.planning.planned_motion import PlannedMotion
@@ -49,7 +47,6 @@ from tpbso_casadi.scenario.section import (
     ScenarioError,
 )
 from tpbso_casadi.storage.content import result_of
-from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, HIGHEST_RATE
 from tpbso_casadi.storage.files import OutputError
 
 DEFAULT_SOLVER = "abso"  # of a command that names none; with a polish
@@ -135,28 +132,7 @@ def parser() -> argparse.ArgumentParser:
     speed.add_argument(
         "--threads", type=whole_number(1, MOST_THREADS), default=1, metavar="N", help="for populations of thousands"
     )
-    output = command_line.add_argument_group("the output")
-    output.add_argument(
-        "--out",
-        type=path,
-        metavar="DIR",
-        help="run folder, replaced as a whole; runs/SCENARIO-SOLVER-SEED... by default",
-    )
-    output.add_argument("--json", action="store_true", help="print result.json; writes no folder unless --out is given")
-    output.add_argument("--no-plots", action="store_true", help="draw no figures")
-    output.add_argument("--animate", type=path, metavar="FILE", help="the motion as .gif, .mp4 or .html")
-    output.add_argument(
-        "--export", action="append", choices=EXPORTS, default=[], help="for a robot, at equal steps of time; repeatable"
-    )
-    output.add_argument(
-        "--rate",
-        type=positive_number(HIGHEST_RATE),
-        default=DEFAULT_RATE,
-        metavar="HZ",
-        help=f"of these steps; {DEFAULT_RATE:g}",
-    )
-    output.add_argument("--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds")
-    output.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_output_options(command_line, "runs/SCENARIO-SOLVER-SEED...")
     return command_line
 
 
@@ -164,26 +140,20 @@ def solve(options: argparse.Namespace) -> int:
     """Plan the scenario of the options, write and print the plan; returns the exit status."""
     stated, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
     scenario = overridden(stated, options)
-    output = Output(
-        folder=folder_of(options, scenario),
-        named=options.out is not None,
-        plots=not options.no_plots,
-        exports=options.export,
-        rate=options.rate,
-        film=options.animate,
-        title=Path(options.scenario).stem,
-    )
+    output = Output.of(options, partial(run_folder, options, scenario), Path(options.scenario).stem)
     output.check()
     try:
         with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
-            return planned(scenario, evaluation, output, options)
+            return written(scenario, evaluation, output, options)
     except ScenarioError as error:
         raise ScenarioError(f"{options.scenario}: {error}") from error
 
 
-def planned(scenario: Scenario, evaluation: EvaluationOptions, output: Output, options: argparse.Namespace) -> int:
-    """Search, then write and print what was found; returns the exit status."""
-    problem = scenario.problem()
+def written(
+    scenario: Scenario, evaluation: EvaluationOptions | None, output: Output, options: argparse.Namespace
+) -> int:
+    """Plan, then write and print the plan; returns the exit status."""
+    problem = scenario.problem() if scenario.task.is_searched else None
     with deferred_interrupt() as interruption:
         foreign_output = redirect_stdout(sys.stderr)  # of plug-ins: standard output is for the result
         with foreign_output, planning_progress(problem, options.quiet) as progress:
@@ -195,13 +165,6 @@ def planned(scenario: Scenario, evaluation: EvaluationOptions, output: Output, o
             print_plan(solution, OutputConsole())
             OutputConsole().say(f"written to {folder}")
         return exit_status(solution, folder, interruption)
-
-
-def folder_of(options: argparse.Namespace, scenario: Scenario) -> Callable[[], Path] | None:
-    """What says where the run goes to; None where only JSON is printed."""
-    if options.out is not None:
-        return lambda: Path(options.out)
-    return None if options.json else partial(run_folder, options, scenario)
 
 
 def evaluation_options(options: argparse.Namespace) -> EvaluationOptions:
@@ -225,7 +188,12 @@ def exit_status(solution: PlannedMotion, folder: Path | None, interruption: Inte
             for verdict in solution.verdicts
             if not verdict.satisfied
         )
-        print_error(f"no feasible plan was found; the best attempt's {broken} (try more evaluations or another seed)")
+        if solution.searched is None:
+            print_error(f"the path as it is cannot be run: its {broken}")
+        else:
+            print_error(
+                f"no feasible plan was found; the best attempt's {broken} (try more evaluations or another seed)"
+            )
         return Exit.INFEASIBLE
     return Exit.FEASIBLE
 
@@ -249,7 +217,7 @@ def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
         content[section] |= {key: getattr(options, key) for key in keys if getattr(options, key) is not None}
     if options.solver is not None and options.solver != scenario.solver.name:
         content["solver"] |= {"name": options.solver, "settings": {}}
-    if options.solver is None and "name" not in scenario.solver.model_fields_set:
+    if scenario.task.is_searched and options.solver is None and "name" not in scenario.solver.model_fields_set:
         content["solver"] = with_default(content["solver"], scenario.solver.model_fields_set)
     return parse_scenario(content)
 

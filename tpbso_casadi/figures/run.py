@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from problems.base.matrix import FloatArray, as_array
 from tpbso_casadi.figures.measures import curve_figures, progress_figures
-from tpbso_casadi.figures.scene import draw_scene
+from tpbso_casadi.figures.scene import draw_bodies, draw_scene
 from tpbso_casadi.planning.plan import Plan, convergence, first_feasible, step_name
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.storage.files import write_with
@@ -87,6 +87,7 @@ def path_figure(plan: PlannedMotion) -> Figure:
     snapshot_times = np.array([0.0, middle_time(plan), trajectory.duration])
     for (name, colour), posture in zip(SNAPSHOTS, plan.motion.joint_positions(snapshot_times), strict=True):
         label = f"{name} posture"
+        draw_bodies(axes, problem.robot, posture, colour)
         axes.plot(*posture.T, "-o", color=colour, markerfacecolor="white", linewidth=1.8, label=label, zorder=4)
     for milestone in problem.milestones(trajectory):
         tip = plan.motion.joint_positions(np.array([milestone.time]))[:, -1]

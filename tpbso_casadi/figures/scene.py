@@ -7,10 +7,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
+from problems import Robot
 from problems.assembly.criteria import Criteria
+from problems.base.matrix import FloatArray
+from problems.robots.robot import Body
 from problems.tasks.drawing import MarkerKind
 
 MARKER_STYLES: dict[MarkerKind, dict[str, Any]] = {
@@ -28,3 +32,33 @@ def draw_scene(axes: Axes, problem: Criteria) -> None:
     for marker in problem.markers():
         x, y = marker.points.T
         axes.plot(x, y, linestyle="none", color="#2ca02c", label=marker.label, **MARKER_STYLES[marker.kind])
+
+
+def draw_bodies(axes: Axes, robot: Robot, skeleton: FloatArray, colour: str) -> list[Polygon]:
+    """Draw the bodies that are thicker than a line, to scale.
+
+    Args:
+        axes: to draw into.
+        robot: whose bodies.
+        skeleton: where its frames are, (frames, 2), m.
+        colour: of all of them.
+    """
+    outlines = [capsule(body, skeleton) for body in wide_bodies(robot)]
+    patches = [Polygon(outline, color=colour, alpha=0.25, linewidth=0.0, zorder=3) for outline in outlines]
+    for patch in patches:
+        axes.add_patch(patch)
+    return patches
+
+
+def wide_bodies(robot: Robot) -> list[Body]:
+    """The bodies that are thicker than a line."""
+    return [body for body in robot.bodies if float(body.radius) > 0.0]
+
+
+def capsule(body: Body, skeleton: FloatArray, count: int = 16) -> FloatArray:
+    """The outline of a body in the plane: half a circle around each end; (2 count, 2), m."""
+    start, end = skeleton[body.start], skeleton[body.end]
+    ahead = np.arctan2(*(end - start)[::-1])
+    turn = np.linspace(-np.pi / 2.0, np.pi / 2.0, count)
+    phases, centres = np.concatenate([ahead + turn, ahead + np.pi + turn]), np.repeat([end, start], count, axis=0)
+    return np.asarray(centres + float(body.radius) * np.column_stack([np.cos(phases), np.sin(phases)]))

@@ -80,8 +80,10 @@ def _attempted(make: Callable[[Motion], Trajectory | None], before: Motion) -> I
     yield motion if scale <= 1.0 else replace(motion, trajectory=trajectory.time_scaled(scale))
 
 
-def _same_path(before: Motion) -> Trajectory:
-    """The motion's own path in the least time; an end that moves keeps its velocity."""
+def _same_path(before: Motion) -> Trajectory | None:
+    """The motion's own path in the least time, unless that is what it is; an end that moves keeps its velocity."""
+    if before.retimed:
+        return None
     start, goal = before.problem.task.end_velocities
     rates = float(start.any()), float(goal.any())
     return retime(before.path, before.problem.robot.limits, rates)

@@ -14,6 +14,7 @@ from problems.evaluation import EvaluationOptions
 from solvers import IPOPT, AnySolver, Archive, Box, Result, Solver, minimize
 from solvers.driver.interruption import Interruption, deferred_interrupt
 from tpbso_casadi.planning.finishing import retimed
+from tpbso_casadi.planning.given_path import timed
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, motion_of
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.planning.progress import Progress
@@ -51,8 +52,8 @@ def plan(
     progress: Progress = SILENT,
     evaluation: EvaluationOptions | None = None,
     problem: Problem[Any] | None = None,
-) -> Plan:
-    """Plan a scenario.
+) -> PlannedMotion:
+    """Plan a scenario; a :class:`Plan` where there is something to search.
 
     Args:
         scenario: robot, task, limits, solver, budget and seed.
@@ -69,6 +70,8 @@ def plan(
     """
     with deferred_interrupt() as interruption:
         progress.phase("modelling")
+        if not scenario.task.is_searched:
+            return timed(scenario, interruption.breakable(scenario.criteria), progress, interruption)
         problem = interruption.breakable(scenario.problem) if problem is None else problem
         found = untimed(scenario, problem, scenario.solver.build(), evaluation, progress, interruption)
         return finished(found, progress, interruption) if scenario.model.retime else found

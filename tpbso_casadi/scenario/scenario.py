@@ -156,6 +156,8 @@ class Scenario(FileSection):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
+        if not self.task.is_searched and self.solver != SolverSection():
+            raise ValueError(f"solver: {self.task.kind!r} is timed; there is nothing to search for, leave it out")
         object.__setattr__(self, "model", with_motion(self.model, self.task))  # frozen from now on
         return self
 
@@ -253,10 +255,10 @@ def read_scenario(path: pathlib.Path, outside_allowed: bool = False) -> Scenario
     """
     content = read_toml(path)
     try:
-        scenario = parse_scenario(content)
+        scenario = _validated(content)
         with failures_named(scenario.plugins, "task"):
             task = scenario.task.with_files(InputFolder(path.parent, outside_allowed))
-        return scenario.model_copy(update={"task": task})
+        return scenario.model_copy(update={"task": task}).normalised()
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from error
 
@@ -267,8 +269,13 @@ def parse_scenario(content: dict[str, Any]) -> Scenario:
     Raises:
         ScenarioError: naming the first wrong key.
     """
+    return _validated(content).normalised()
+
+
+def _validated(content: dict[str, Any]) -> Scenario:
+    """The same in the unit that it states."""
     try:
-        return Scenario.model_validate_json(as_text(content), strict=True).normalised()
+        return Scenario.model_validate_json(as_text(content), strict=True)
     except ValidationError as error:
         raise ScenarioError(describe(error, Scenario, content)) from error
     except (ValueError, RecursionError) as error:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from problems import Problem
+from problems.motions.joint_path import JointPath
+from tpbso_casadi.planning.finishing import SAME_PATH
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.scenario.input_files import read_text
 from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
@@ -75,6 +77,13 @@ def read_run(folder: Path) -> StoredRun:
     except Contradiction as error:
         raise InvalidRun(str(error)) from error
     return run
+
+
+def path_of(run: StoredRun) -> JointPath:
+    """The path of a run's motion, of the lowest degree that is known of it."""
+    retiming = run.result.retiming
+    same = retiming is not None and retiming.accepted and retiming.candidate == SAME_PATH
+    return run.found.path if same else run.motion.path
 
 
 def checked(result: RunResult) -> StoredRun:

@@ -63,7 +63,7 @@ class PointToPointStarts:
             violation: by how much a motion breaks the limits.
         """
         while True:
-            if not self.task.obstacles:
+            if not self.task.crowded:
                 yield from self.direct(rng)
                 yield self.random(rng, MIDDLE_SPREAD)
                 continue

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray, as_array
-from problems.limits.clearance import reachable_pairs
+from problems.limits import proximity_limits
+from problems.motions.samples import Samples
 from problems.nlp.starts.postures import Postures
 from problems.scene.obstacle import Obstacle
 
@@ -30,7 +31,7 @@ class RedundancyGrid:
     Args:
         postures: of the arm at the knots.
         elbows: +1 up, -1 down, or both.
-        obstacles: postures that touch one are left out.
+        obstacles: postures that come too near to one are left out.
         weights: w of the joints, (k,).
         exponent: p.
     """
@@ -59,16 +60,15 @@ class RedundancyGrid:
         return theta, reached & self._allowed(theta)
 
     def _allowed(self, theta: FloatArray) -> NDArray[np.bool_]:
-        """Which postures (M, S, k) keep joint limits and touch no obstacle, (M, S)."""
+        """Which postures (M, S, k) keep joint limits and keep clear of what they have to, (M, S)."""
         robot, allowed = self.postures.robot, np.ones(theta.shape[:2], dtype=bool)
         if robot.limits.position is not None:
             low, high = np.array(robot.limits.position).T
             allowed &= (self.endless | ((theta >= low) & (theta <= high))).all(axis=2)
-        pairs = reachable_pairs(robot, self.obstacles)
-        if pairs:
-            positions = robot.positions(ca.DM(theta.reshape(-1, robot.dof)))
-            clear = [as_array(pair.clearance(positions)).ravel() > 0.0 for pair in pairs]
-            allowed &= np.all(clear, axis=0).reshape(allowed.shape)
+        samples = Samples(robot=robot, derivatives=(ca.DM(theta.reshape(-1, robot.dof)),), duration=ca.DM(1.0))
+        for limit in proximity_limits(robot, self.obstacles):
+            clear = as_array(limit.clearances(samples)).min(axis=1) > robot.margin
+            allowed &= clear.reshape(allowed.shape)
         return allowed
 
     def difference(self, theta: FloatArray, before: FloatArray) -> FloatArray:

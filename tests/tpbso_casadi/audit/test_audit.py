@@ -152,6 +152,7 @@ def test_a_limit_that_nothing_meets_is_found(tmp_path: Path, capfd: pytest.Captu
         "[arm]\nlink_lengths = [1.0, 1.0]\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
         "joint_limits = [[2.0, 2.2], [-3.0, 3.0]]\n"  # joint 1 starts at -0.5
         '[task]\nkind = "point-to-point"\nstart = [1.0, 0.5]\ngoal = [0.5, 1.5]\nelbow = "up"\n'
+        '[model]\nmotion = "paper"\n'
     )
     status, report = audit(capfd, path)
     assert status == 1
@@ -360,10 +361,12 @@ def test_a_link_that_grazes_an_obstacle_is_caught(
     factor = (min(oval.semi_axes) + smallest + grown) / min(oval.semi_axes)
     content = solution.scenario.model_dump()
     content["obstacles"][0]["semi_axes"] = [axis * factor for axis in oval.semi_axes]
+    content["model"]["retime"] = False
     scenario = parse_scenario(content)
     problem = scenario.problem()
-    motion = replace(solution.motion, problem=problem)
-    write_run(tmp_path / "run", replace(solution, scenario=scenario, problem=problem, motion=motion), plots=False)
+    motion = replace(solution.retiming.before, problem=problem)
+    smaller = replace(solution, scenario=scenario, problem=problem, motion=motion, retiming=None)
+    write_run(tmp_path / "run", smaller, plots=False)
     edit_json(tmp_path / "run", lambda r: r["solution"].update(variables=None))
     status, result = audit(capfd, tmp_path / "run")
     judged = next(c for c in result["constraints"] if c["name"] == "clearance")

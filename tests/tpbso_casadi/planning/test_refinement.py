@@ -51,8 +51,9 @@ def test_a_polish_is_feasible_and_never_worse(case: str) -> None:
     assert polish is not None
     assert solution.feasible
     assert solution.objective <= polish.before.objective or not polish.before.feasible
-    assert solution.motion is (polish.after if polish.accepted else polish.before)
-    assert solution.problem.exact_time_scale(solution.trajectory) <= 1.0
+    found = solution.motion if solution.retiming is None else solution.retiming.before
+    assert found is (polish.after if polish.accepted else polish.before)
+    assert solution.problem.exact_time_scale(found.trajectory) <= 1.0
     if polish.search.stop_reason is StopReason.CONVERGED:
         assert max(polish.search.solution.residuals.values()) < 1e-3
 

@@ -21,7 +21,7 @@ INTERVAL = 10.0  # s between plain lines
 
 
 @contextmanager
-def planning_progress(problem: Problem[Any], quiet: bool) -> Iterator[Progress]:
+def planning_progress(problem: Problem[Any] | None, quiet: bool) -> Iterator[Progress]:
     """The callbacks that show on standard error what is being done; nothing where it is to be quiet."""
     console = OutputConsole(stderr=True, quiet=quiet)
     if quiet:
@@ -34,7 +34,7 @@ def planning_progress(problem: Problem[Any], quiet: bool) -> Iterator[Progress]:
 
 
 @contextmanager
-def _bars(problem: Problem[Any], console: OutputConsole) -> Iterator[Progress]:
+def _bars(problem: Problem[Any] | None, console: OutputConsole) -> Iterator[Progress]:
     columns = SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}")
     with Bars(*columns, TimeRemainingColumn(), console=console, transient=True) as bars:
         bar = bars.add_task("modelling", total=None, best="")
@@ -48,7 +48,7 @@ def _bars(problem: Problem[Any], console: OutputConsole) -> Iterator[Progress]:
         yield Progress(show, phase)
 
 
-def _lines(problem: Problem[Any], console: OutputConsole) -> Progress:
+def _lines(problem: Problem[Any] | None, console: OutputConsole) -> Progress:
     """A line when ``INTERVAL`` seconds have passed since the last; short commands print none."""
     told, current = time.monotonic(), "modelling"
 
@@ -69,8 +69,10 @@ def _lines(problem: Problem[Any], console: OutputConsole) -> Progress:
     return Progress(show, phase)
 
 
-def summary(status: Status, problem: Problem[Any]) -> str:
+def summary(status: Status, problem: Problem[Any] | None) -> str:
     """The best so far and the effort, in a few words."""
+    if problem is None:
+        return ""
     objective = problem.objective
     feasible = status.cost < (INFEASIBLE_MERIT if status.steps is STARTS else problem.objective_upper_bound)
     best = f"{objective.name} {status.cost:.4g} {objective.unit}" if feasible else "nothing feasible yet"

@@ -64,7 +64,8 @@ def illustrate(case: str, scenario: str, histories: Sequence[Sequence[float | No
         scenario: JSON, with solver and seed.
         histories: the best costs over the iterations of all runs of the same solver.
     """
-    repeated = plan(parse_scenario(json.loads(scenario)))
+    repeated = plan(parse_scenario(json.loads(scenario))).searched
+    assert repeated is not None
     convergence = convergence_figure(repeated)
     add_other_runs(convergence, repeated, histories)
     figures = [("convergence; grey: the other runs", convergence), *progress_figures(repeated).values()]

@@ -9,6 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from tpbso_casadi.plugins import Catalogue, PluginError, failure, subclass_of
 from tpbso_casadi.scenario.task import TaskSection
+from tpbso_casadi.scenario.tasks.joint_path import JointPathTask, JointPiecesTask
 from tpbso_casadi.scenario.tasks.path import ClosedCurveTask, PentagramTask, PointsTask
 from tpbso_casadi.scenario.tasks.point_to_point import PointToPointTask
 from tpbso_casadi.scenario.validation import NestedError, as_text, describe, hint, in_words
@@ -18,6 +19,8 @@ TASKS: dict[str, type[TaskSection]] = {  # by kind, or by kind/shape
     "path": PointsTask,
     "path/pentagram": PentagramTask,
     "path/closed-curve": ClosedCurveTask,
+    "joint-path": JointPathTask,
+    "joint-path/pieces": JointPiecesTask,
 }
 
 

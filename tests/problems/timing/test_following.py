@@ -1,0 +1,81 @@
+"""How far a motion leaves a path: rounding for what runs it, however timed; what is moved away is seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
+
+from problems import Trajectory
+from problems.motions.joint_path import JointPath
+from problems.robots.robot import JointLimits
+from problems.timing.following import departure
+from problems.timing.retime import retime
+
+ROUNDING = 1e-9
+LIMITS = JointLimits(speed=(2.0, 3.0), acceleration=(10.0, 8.0))
+
+
+def spline(seed: int, count: int = 6) -> JointPath:
+    waypoints = np.cumsum(np.random.default_rng(seed).normal(size=(count, 2)), axis=0)
+    cubic = CubicSpline(np.arange(count), waypoints)
+    return JointPath(cubic.x, cubic.c)
+
+
+def quintic(*way: float) -> Trajectory:
+    """From rest to rest in 1 s: its parameter starts from a standstill."""
+    rest = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
+    return Trajectory.from_pieces(np.ones(1), [rest[:, None] * np.array(way)])
+
+
+@settings(deadline=None, max_examples=10)
+@given(seed=st.integers(0, 1000), slower=st.floats(0.1, 10.0))
+def test_a_retimed_path_is_followed_whatever_its_speed(seed: int, slower: float) -> None:
+    path = spline(seed)
+    assert departure(path, retime(path, LIMITS).time_scaled(slower)) < ROUNDING
+
+
+def test_a_motion_follows_its_own_path() -> None:
+    motion = quintic(1.0, -0.5)
+    assert departure(JointPath.of(motion), motion) < ROUNDING
+    assert departure(JointPath.of(motion), retime(JointPath.of(motion), LIMITS)) < ROUNDING
+
+
+def test_a_line_is_followed_by_any_motion_along_it() -> None:
+    line = JointPath(np.array([0.0, 1.0]), np.array([[[1.0, -0.5]], [[0.0, 0.0]]]))
+    assert departure(line, retime(line, LIMITS)) < ROUNDING
+
+
+@pytest.mark.parametrize("shift", [1e-8, 1e-4, 0.3])
+def test_what_is_shifted_is_seen_and_bounded(shift: float) -> None:
+    path, motion = spline(3), retime(spline(3), LIMITS)
+    coefficients = motion.coefficients.copy()
+    coefficients[-1, :, 1] += shift
+    away = departure(path, Trajectory(motion.breakpoints, coefficients))
+    assert away >= 0.3 * shift  # a joint moves along the path as well, which makes some of it good
+
+
+def test_a_bulge_between_two_nodes_is_seen() -> None:
+    motion = retime(spline(5), LIMITS)
+    coefficients = np.concatenate([np.zeros((7, *motion.coefficients.shape[1:])), motion.coefficients])
+    piece = int(np.argmax(np.diff(motion.breakpoints)))
+    h = motion.breakpoints[piece + 1] - motion.breakpoints[piece]
+    bulge = np.poly([0.0, h / 4.0, h / 2.0, 3.0 * h / 4.0, h])  # zero at the five nodes
+    largest = np.abs(np.polyval(bulge, np.linspace(0.0, h, 101))).max()
+    coefficients[-bulge.size :, piece, 0] += 1e-3 * bulge / largest
+    assert departure(spline(5), Trajectory(motion.breakpoints, coefficients)) > 5e-4
+
+
+def test_half_the_way_is_not_the_path() -> None:
+    whole, half = quintic(1.0, -0.5), quintic(0.5, -0.25)
+    assert departure(JointPath.of(whole), half) > 0.1
+
+
+def test_what_is_no_number_is_infinitely_far() -> None:
+    motion = quintic(1.0, 1.0)
+    coefficients = motion.coefficients.copy()
+    coefficients[0, 0, 0] = np.nan
+    with np.errstate(all="ignore"):
+        assert departure(JointPath.of(motion), Trajectory(motion.breakpoints, coefficients)) == np.inf
