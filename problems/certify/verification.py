@@ -9,6 +9,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from functools import singledispatch
 
+import numpy as np
+
 from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import prove_clearance
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
@@ -29,13 +31,16 @@ def _verdicts_of(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
 def polynomial_verdicts(limit: Limit, order: int, trajectory: Trajectory) -> list[Verdict]:
     """The verdicts on a limit of a derivative of the joint angles.
 
-    The worst values are found at the roots of derivatives; that they hold is proven without these, by Bernstein
-    coefficients.
+    Where the derivative below it jumps, it is infinite for a moment. The worst values are found at the roots of
+    derivatives; that they hold is proven without these, by Bernstein coefficients.
     """
-    times = trajectory.extreme_times(order)
+    times, jump = trajectory.extreme_times(order), trajectory.jump_time(order - 1) if order > 1 else None
     verdicts = []
     for constraint in limit.at(trajectory.samples(times)):
         outcome = verdict(constraint, times)
+        if jump is not None:
+            where = f"derivative {order - 1} jumps, t = {jump:.4g} s"
+            outcome = replace(outcome, worst=np.inf, status=CertificateStatus.VIOLATED, where=where)
         (lower, upper), slack = constraint.bounds, TOLERANCE * constraint.scales
         if outcome.satisfied and not trajectory.stays_within(order, lower - slack, upper + slack):
             outcome = replace(outcome, status=CertificateStatus.UNDECIDED)

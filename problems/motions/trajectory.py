@@ -19,6 +19,7 @@ SAMPLED_ORDERS = 4  # angles, speeds, accelerations, jerks
 SMOOTH_ORDERS = 3  # of which all but the jerks are continuous where nothing else is said
 CONTINUOUS_ORDERS = 2  # of which at least angles and speeds have to be
 ROUNDING = 1e-12  # relative to a derivative's largest value: smaller jumps are none
+JUMP = 1e-9  # the same of a derivative below one that is limited, relative to the scale of jumps
 LARGEST_JUMP_SCALE, LEAST_JUMP_SCALE = 1.0, 1e-6  # rad: jumps are relative to what lies between
 
 
@@ -136,6 +137,18 @@ class Trajectory:
             outside = {1: rest if end_velocities is None else end_velocities, 2: rest}
             relative = [self._jump(n, outside.get(n)) / self._jump_scale(n) for n in range(smooth_orders)]
         return float(max(np.inf if np.isnan(jump) else jump for jump in relative))
+
+    def jump_time(self, order: int) -> float | None:
+        """When a derivative jumps most, s; accelerations also from and to zero at the ends. None where none jumps.
+
+        Jumps are relative as in :meth:`largest_jump`, and none where they are rounding.
+        """
+        before, after = self._sides(order)
+        inner = np.abs(after[1:] - before[:-1]).max(axis=1)
+        ends = (np.abs(after[0]).max(), np.abs(before[-1]).max()) if order == CONTINUOUS_ORDERS else (0.0, 0.0)
+        jumps = np.concatenate([ends[:1], inner, ends[1:]])
+        most = int(np.argmax(jumps))
+        return float(self.breakpoints[most]) if jumps[most] > JUMP * self._jump_scale(order) else None
 
     def _jump(self, order: int, outside: FloatArray | None) -> float:
         """The largest jump of a derivative, rad / s^order; also to its values before and after the motion, (2, k)."""

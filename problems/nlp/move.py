@@ -31,9 +31,10 @@ from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.nlp.composition import composed_hessian, stand_in
 from problems.nlp.move_bounds import MoveBounds
+from problems.nlp.move_nodes import node_times
 from problems.nlp.move_pieces import Pieces, PieceVariables
 from problems.nlp.move_rows import ExactRows, goal_misses, place_rows
-from problems.nlp.move_solution import Waypoints, node_times, through
+from problems.nlp.move_solution import Waypoints, through
 from problems.nlp.program import TimedProgram, slack_constraints
 from problems.nlp.starts.move import MoveStarts, PassedMotion
 from problems.objectives import Objective
@@ -188,7 +189,7 @@ class MoveNlp(TimedProgram):
 
     def node_times(self, motion: PassedMotion) -> FloatArray:
         """Where to put the nodes on a motion, (N + 1,), s."""
-        return node_times(motion.trajectory, motion.times, self.pieces)
+        return node_times(motion.trajectory, motion.times, self.pieces, self.robot.limits)
 
     @cached_property
     def _angles(self) -> ca.Function:

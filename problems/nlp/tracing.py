@@ -69,7 +69,7 @@ class TracingNlp(MoveNlp):
 
     def node_times(self, motion: PassedMotion) -> FloatArray:
         """When the knots are passed, a little apart."""
-        return node_times(motion.trajectory, motion.times, 1)
+        return node_times(motion.trajectory, motion.times, 1, self.robot.limits)
 
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
         """Random search vectors."""

@@ -23,6 +23,7 @@ from problems.tasks.task import Task
 from problems.timing.following import departure
 
 SAME_PATH = 1e-9  # rad, for angles up to 1 rad, and of larger ones; allows for rounding only
+SPEEDS = ("start_speed", "goal_speed")
 STANDSTILL = 1e-9  # of the path's largest |q'|: below it the parameter starts from a standstill
 
 
@@ -56,18 +57,18 @@ class JointFollowing(Task):
         check_obstacles(self.robot, self.obstacles)
         if self.total_time is not None:
             check_range("total_time", self.total_time)
-        for end, field in enumerate(("start_speed", "goal_speed")):
-            self._check_speed(field, getattr(self, field), end)
-
-    def _check_speed(self, field: str, speed: float, end: int) -> None:
-        if not 0.0 <= speed < np.inf:
-            raise InvalidProblem(field, f"{speed:g} rad/s is negative or no number")
-        if speed > 0.0 and self._slopes[end] <= STANDSTILL * self._largest_slope:
-            raise InvalidProblem(field, "the path begins or ends there at a standstill of its own parameter")
-        for joint, (value, most) in enumerate(zip(self.end_velocities[end], self.robot.limits.speed, strict=True), 1):
-            if abs(value) > most:
-                reason = f"joint {joint} would have {abs(value):.6g} rad/s, and may have {most:g} rad/s"
-                raise InvalidProblem(field, reason)
+        for field, slope in zip(SPEEDS, self._slopes, strict=True):
+            speed = getattr(self, field)
+            if not 0.0 <= speed < np.inf:
+                raise InvalidProblem(field, f"{speed:g} rad/s is negative or no number")
+            if speed > 0.0 and slope <= STANDSTILL * self._largest_slope:
+                raise InvalidProblem(field, "the path begins or ends there at a standstill of its own parameter")
+        for field, velocity in zip(SPEEDS, np.abs(self.end_velocities), strict=True):
+            for joint, (value, most) in enumerate(zip(velocity, self.robot.limits.speed, strict=True), start=1):
+                if value > most:
+                    raise InvalidProblem(
+                        field, f"joint {joint} would have {value:.6g} rad/s, and may have {most:g} rad/s"
+                    )
 
     @cached_property
     def _slopes(self) -> FloatArray:

@@ -75,14 +75,14 @@ def _attempted(make: Callable[[Motion], Trajectory | None], before: Motion) -> I
         return
     if trajectory is None:
         return
-    motion = replace(before, trajectory=trajectory, retimed=True, least_time=True)
+    motion = replace(before, trajectory=trajectory, retimed=True)
     scale = motion.criteria.safe_time_scale(trajectory)
     yield motion if scale <= 1.0 else replace(motion, trajectory=trajectory.time_scaled(scale))
 
 
 def _same_path(before: Motion) -> Trajectory | None:
-    """The motion's own path in the least time, unless it is run so already; an end that moves keeps its velocity."""
-    if before.least_time:
+    """The motion's own path in the least time, unless that is what it is; an end that moves keeps its velocity."""
+    if before.retimed:
         return None
     start, goal = before.problem.task.end_velocities
     rates = float(start.any()), float(goal.any())

@@ -28,8 +28,7 @@ class Motion:
         quantities: the robot's own quantities behind it, by the paper's symbols.
         time_scale: the factor by which the search's motion has been slowed so that the speed and acceleration limits
             hold between its samples too; 1 where they did already.
-        retimed: whether it is timed anew: what has to be at given times of the search's motion is then free.
-        least_time: whether it is known to be as fast as its path allows, so that there is nothing to retime.
+        retimed: whether it is the fastest of its path: what has to be at given times of a search's motion is then free.
     """
 
     problem: Criteria
@@ -37,7 +36,6 @@ class Motion:
     quantities: dict[str, FloatArray]
     time_scale: float = 1.0
     retimed: bool = False
-    least_time: bool = False
 
     @property
     def path(self) -> JointPath:
@@ -79,7 +77,7 @@ class Motion:
     @cached_property
     def times(self) -> FloatArray:
         """The times in s of the rows of ``trajectory.csv``."""
-        times = self.trajectory.times if self.retimed else partial(self.problem.row_times, self.trajectory)
+        times = self.trajectory.times if self.free_timing else partial(self.problem.row_times, self.trajectory)
         return times(MINIMUM_ROWS)
 
     def joint_positions(self, times: FloatArray) -> FloatArray:
@@ -107,5 +105,4 @@ def motion_of(problem: Problem[Any], x: FloatArray) -> Motion:
     """The motion of a search vector (d,), slowed by the least factor with which its limits hold for all t."""
     trajectory = problem.trajectory(x)
     scale = max(1.0, problem.safe_time_scale(trajectory))
-    quantities, least_time = problem.quantities(x), problem.free_timing and scale == 1.0
-    return Motion(problem, trajectory.time_scaled(scale), quantities, scale, least_time=least_time)
+    return Motion(problem, trajectory.time_scaled(scale), problem.quantities(x), scale, retimed=problem.free_timing)

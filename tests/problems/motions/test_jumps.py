@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from helpers.cases import BUILTIN, builtin
 
-from problems import Trajectory
+from problems import CertificateStatus, PlanarArm, Trajectory
+from problems.certify.verification import limit_verdicts
+from problems.limits.derivative import JerkLimit
 from solvers import Box
 
 ALLOWED = 1e-9  # what an audit accepts
@@ -72,3 +76,55 @@ def test_the_motions_of_the_paper_join_at_any_speed(name: str, seconds: float) -
         problem = builtin(name, formulation)
         for x in Box(*problem.bounds).sample(np.random.default_rng(0), 20):
             assert problem.trajectory(x).time_scaled(seconds).largest_jump() < 0.1 * ALLOWED
+
+
+# What a motion promises: velocities of its own at the ends, accelerations that may jump
+
+
+def uniform(*speeds: float) -> Trajectory:
+    """One joint in steps of 1 s, from one speed to the next at constant acceleration."""
+    angle, coefficients = 0.0, []
+    for before, after in pairwise(speeds):
+        coefficients.append(np.array([[angle], [before], [(after - before) / 2.0]]))
+        angle += (before + after) / 2.0
+    return Trajectory.from_pieces(np.ones(len(coefficients)), coefficients)
+
+
+def test_velocities_of_the_task_at_the_ends_are_no_jumps() -> None:
+    motion = uniform(0.5, 1.0, 0.25)
+    assert motion.largest_jump(np.array([[0.5], [0.25]]), smooth_orders=2) < 1e-15
+    assert motion.largest_jump(np.array([[0.5], [0.0]]), smooth_orders=2) == pytest.approx(0.25)
+    assert motion.largest_jump(smooth_orders=2) == pytest.approx(0.5)
+
+
+def test_accelerations_count_where_they_have_to_be_continuous() -> None:
+    motion = uniform(0.0, 1.0, 0.0)
+    assert motion.largest_jump(smooth_orders=2) < 1e-15
+    assert motion.largest_jump() == pytest.approx(2.0)
+
+
+def test_an_acceleration_just_before_its_jump_is_among_the_extremes() -> None:
+    motion = uniform(0.0, 0.5, 3.0, 2.75)  # 0.5, 2.5, -0.25 rad/s^2
+    assert np.abs(motion.at(motion.extreme_times(2), 2)).max() == pytest.approx(2.5)
+    backwards = uniform(0.0, 3.0, 3.5)
+    assert np.abs(backwards.at(backwards.extreme_times(2), 2)).max() == pytest.approx(3.0)
+    ramp = Trajectory.from_pieces(np.ones(2), [np.array([[0.0], [0.0], [0.0], [1.0]]), np.array([[1.0], [3.0]])])
+    assert np.abs(ramp.at(ramp.extreme_times(2), 2)).max() == pytest.approx(6.0)  # up to 6, then 0
+
+
+def test_where_a_derivative_jumps_is_known() -> None:
+    assert uniform(0.0, 1.0, 0.5).jump_time(1) is None
+    assert uniform(0.0, 1.0, -1.0, 0.0).jump_time(2) == pytest.approx(1.0)
+    assert pieces((0.0, 1.0), (1.0, -1.0)).jump_time(2) is None
+
+
+def test_no_jerk_limit_holds_where_the_acceleration_jumps() -> None:
+    robot = PlanarArm((1.0, 1.0), (4.0, 4.0), (20.0, 20.0), max_jerk=(1e6, 1e6))
+    jumping, smooth = (
+        Trajectory(motion.breakpoints, np.repeat(motion.coefficients, 2, axis=2))
+        for motion in (uniform(0.0, 1.0, 0.0), pieces((0.0, 1.0), (1.0, -1.0)))
+    )
+    [verdict] = limit_verdicts([JerkLimit(robot)], jumping)
+    assert verdict.status is CertificateStatus.VIOLATED
+    assert verdict.worst == np.inf
+    assert limit_verdicts([JerkLimit(robot)], smooth)[0].satisfied

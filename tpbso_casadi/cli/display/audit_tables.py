@@ -13,6 +13,7 @@ from tpbso_casadi.cli.display.plan_tables import MARKS, limit_of
 from tpbso_casadi.storage.plain import visible
 
 ACTIVE = Text("active", "green")  # it holds with nothing to spare
+UNREPRESENTED = 0.02  # violation of scaled rows: of samples it is far less
 LISTED_NAMES = 4
 LISTED_SENSITIVITIES = 6
 
@@ -94,6 +95,9 @@ def print_retiming(retiming: dict[str, Any], console: OutputConsole) -> None:
 def print_optimality(audit: dict[str, Any], console: OutputConsole) -> None:
     """KKT residuals, rank of the active rows, shadow prices."""
     kkt = audit["optimality"]
+    if kkt["violation"] > UNREPRESENTED:
+        console.say("no motion of the nonlinear program is like this one; a polish leads to one, and to shadow prices")
+        return
     independent = "independent (LICQ holds)" if kkt["licq"] else f"of rank {kkt['rank']} (LICQ fails)"
     console.print(
         Text(

@@ -1,0 +1,93 @@
+"""The last stage: never worse, never uncertified in place of certified, and as fast as the path allows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solvers.driver.interruption import Interruption
+from tpbso_casadi import builtin, parse_scenario, plan
+from tpbso_casadi.planning.finishing import SAME_PATH, Retiming, is_better, retimed
+from tpbso_casadi.planning.plan import Plan, finished
+from tpbso_casadi.planning.progress import Progress
+
+SILENT = Progress()
+
+
+def planned(case: str, *, retime: bool = False, **task: Any) -> Plan:
+    content = builtin(case).model_dump()
+    content["model"] |= {"retime": retime, "formulation": "reduced"}
+    content["task"] |= task
+    content["solver"] |= {"name": "pso", "evaluations": 2000}
+    found = plan(parse_scenario(content)).searched
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("case", ["time-3", "rotation-3", "pentagram-time"])
+def test_a_retimed_plan_is_certified_and_no_slower(case: str) -> None:
+    before = planned(case)
+    retiming = retimed(before.motion, SILENT)
+    assert retiming.accepted
+    assert retiming.chosen.feasible
+    assert retiming.chosen.trajectory.duration < before.trajectory.duration
+    assert retiming.chosen.objective <= before.objective * (1.0 + 1e-9)
+
+
+def test_from_rest_to_rest_through_nothing_the_closed_form_is_fastest() -> None:
+    motion = planned("time-3").motion
+    retiming = retimed(motion, SILENT)
+    assert retiming.candidate == "rest to rest"
+    theta = motion.trajectory.at(motion.trajectory.breakpoints[[0, -1]])
+    way = np.abs(theta[1] - theta[0])
+    alone = np.where(way > 0.8, way / 4.0 + 0.2, 2.0 * np.sqrt(way / 20.0))  # 4 rad/s, 20 rad/s^2
+    assert retiming.chosen.objective == pytest.approx(alone.max(), rel=1e-9)
+
+
+def test_what_is_bound_on_its_way_keeps_its_path() -> None:
+    assert retimed(planned("pentagram-time").motion, SILENT).candidate == SAME_PATH
+    assert retimed(planned("rotation-3").motion, SILENT).candidate == SAME_PATH
+
+
+def test_an_uncertified_motion_is_never_taken_for_a_certified_one() -> None:
+    motion = planned("time-3").motion
+    hasty = replace(motion, trajectory=motion.trajectory.time_scaled(0.5), retimed=True)
+    assert not hasty.feasible
+    assert not is_better(hasty, motion)
+    assert is_better(motion, hasty)
+    assert Retiming(motion, hasty, SAME_PATH, 0.0).chosen is motion
+
+
+def test_with_the_same_objective_the_shorter_duration_counts_and_a_longer_path_never() -> None:
+    motion = planned("rotation-3").motion
+    slower = replace(motion, trajectory=motion.trajectory.time_scaled(1.5), retimed=True)
+    assert is_better(motion, slower)
+    assert not is_better(slower, motion)
+    other = planned("rotation-3", goal=[0.6, 1.4]).motion
+    assert is_better(other, motion) == (other.objective < motion.objective)
+
+
+@pytest.mark.parametrize("spoil", [np.nan, 0.0])
+def test_a_motion_that_cannot_be_timed_is_left_alone(spoil: float) -> None:
+    motion = planned("time-3").motion
+    broken = replace(motion.trajectory, coefficients=motion.trajectory.coefficients * spoil)
+    retiming = retimed(replace(motion, trajectory=broken), SILENT)
+    assert (retiming.after, retiming.candidate, retiming.accepted) == (None, "", False)
+
+
+def test_a_least_segment_time_is_kept() -> None:
+    solution = planned("time-3", retime=True, segment_time=[0.4, 2.0])
+    assert solution.feasible
+    assert np.diff(solution.trajectory.breakpoints).min() >= 0.4 * (1.0 - 1e-9)
+
+
+def test_a_request_to_stop_leaves_the_plan_as_it_was_found() -> None:
+    found, interruption = planned("time-3"), Interruption()
+    interruption.requested = True
+    left = finished(found, SILENT, interruption)
+    assert left.motion is found.motion
+    assert left.retiming is None
+    assert left.interrupted
