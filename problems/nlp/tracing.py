@@ -17,7 +17,7 @@ from problems.limits.constraint import Constraint
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.nlp.move import MoveNlp
-from problems.nlp.move_solution import node_times
+from problems.nlp.move_nodes import node_times
 from problems.nlp.starts.move import PassedMotion
 from problems.tasks.move import Move
 from problems.tasks.path_knots import PathKnots
