@@ -14,7 +14,7 @@ from problems.objectives import OBJECTIVES, Objective
 from problems.robots import ROBOTS
 from problems.robots.planar import PlanarArm
 from problems.robots.robot import Robot
-from problems.scene import OBSTACLES, Box, Ellipse, Obstacle, Polygon
+from problems.scene import OBSTACLES, Ellipse, Obstacle, Polygon, Rectangle
 from problems.tasks.path import Path, closed_curve, pentagram
 from problems.tasks.path_following import PathFollowing
 from problems.tasks.point_to_point import PointToPoint
@@ -24,7 +24,6 @@ __all__ = [
     "OBJECTIVES",
     "OBSTACLES",
     "ROBOTS",
-    "Box",
     "CertificateStatus",
     "Constraint",
     "Ellipse",
@@ -42,6 +41,7 @@ __all__ = [
     "PointToPointProblem",
     "Polygon",
     "Problem",
+    "Rectangle",
     "Robot",
     "Trajectory",
     "Variable",
