@@ -11,13 +11,14 @@ from problems.robots.robot import JointLimits
 from problems.timing.linear_program import minimizer
 from problems.timing.prepared import PreparedPath
 from problems.timing.speed_profile import SpeedProfile
-from problems.timing.speed_rows import Intervals, limit_rows, necessary
+from problems.timing.speed_rows import Intervals, limit_rows, necessary, steady_jerk_rows
 
 INTERVALS = 40  # for each piece of a path
 FEWEST, MOST = 400, 4000  # intervals of a grid, unless it has so many pieces that
 LEAST_IN_PIECE = 4  # is more
 FIRST_SHARE = 0.25  # of the intervals: in the first grid, equally spaced in the parameter
 MARGIN = 1e-9  # of every limit where nothing can be slowed afterwards: more than the program's own tolerance
+STEADY_JERK = 0.5  # of jerk limits: the share that a path may need where its speed is steady
 UNBOUNDED = 1e4  # times the largest bound of the others, where a square is not bounded by its own rows
 SAME_NODE = 1e-9  # of a piece: nodes nearer to a breakpoint are left out
 GRADED = 16  # intervals at an end where q' is zero, that are replaced
@@ -26,6 +27,8 @@ GRADING = 4  # by so many each
 
 def fastest_profile(prepared: PreparedPath, limits: JointLimits) -> tuple[SpeedProfile, Intervals]:
     """The fastest profile on a grid of about equal times, and the path over that grid.
+
+    Of jerk limits it keeps what the path needs where its speed is steady.
 
     Raises:
         InvalidProblem: the limits allow no motion with the velocities that the ends have to have.
@@ -77,6 +80,8 @@ def _solved(prepared: PreparedPath, intervals: Intervals, limits: JointLimits, e
     """The profile of least time, to first order around the squares that are expected, (N + 1,)."""
     fixed = _fixed(prepared, intervals.nodes)
     every_row = limit_rows(intervals, limits)
+    if limits.jerk is not None:
+        every_row = np.append(every_row, steady_jerk_rows(intervals, limits.jerk, STEADY_JERK), axis=1)
     scale = _largest(every_row, fixed)
     interval, rows = necessary(every_row)
     solution = _maximised(_savings(intervals, expected) * scale, interval, rows, scale, fixed)

@@ -7,6 +7,7 @@ parametrisation jumps, not the path: the pieces after it get another length in t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -36,6 +37,19 @@ class PreparedPath:
     kinks: FloatArray
     resting: tuple[bool, bool]
     rates: tuple[float, float]
+
+    def sections(self) -> list[PreparedPath]:
+        """The parts between kinks; where they meet the joints are at rest."""
+        bounds = [0, *np.flatnonzero(self.kinks).tolist(), self.path.breakpoints.size - 1]
+        return [self._section(first, last) for first, last in pairwise(bounds)]
+
+    def _section(self, first: int, last: int) -> PreparedPath:
+        breakpoints = self.path.breakpoints[first : last + 1]
+        path = JointPath(breakpoints - breakpoints[0], self.path.coefficients[:, first:last])
+        none = np.zeros(breakpoints.size, dtype=bool)
+        start = self.rates[0] if first == 0 else 0.0
+        end = self.rates[1] if last == self.path.breakpoints.size - 1 else 0.0
+        return PreparedPath(path=path, corners=none, kinks=none, resting=_resting(path), rates=(start, end))
 
     @property
     def moves_at_an_end(self) -> bool:
@@ -92,17 +106,23 @@ def _joined(unit: FloatArray, lengths: FloatArray, turned: FloatArray, rates: tu
         least2 = SAME * max(turned[i - 1] / chosen[i - 1] ** 2, turned[i] / chosen[i] ** 2)
         kinks[i] = corners[i] or np.abs(before2 / chosen[i - 1] ** 2 - after2 / chosen[i] ** 2).max() > least2
     powers = np.arange(len(unit))[::-1, None]
-    resting = [
-        bool(np.abs(first).max() <= SAME * most)
-        for first, most in ((starts[0, 0], turned[0]), (ends[0, -1], turned[-1]))
-    ]
+    path = JointPath(np.concatenate([[0.0], np.cumsum(chosen)]), unit / (chosen**powers)[..., None])
     return PreparedPath(
-        path=JointPath(np.concatenate([[0.0], np.cumsum(chosen)]), unit / (chosen**powers)[..., None]),
+        path=path,
         corners=corners,
         kinks=kinks,
-        resting=(resting[0], resting[1]),
+        resting=_resting(path),
         rates=(rates[0], rates[1] * float(chosen[-1] / lengths[-1])),
     )
+
+
+def _resting(path: JointPath) -> tuple[bool, bool]:
+    """Whether q' is zero at the start, and at the end."""
+    start, end = np.abs(path.at(path.breakpoints[[0, -1]], 1)).max(axis=1)
+    lengths, order = np.diff(path.breakpoints), len(path.coefficients)
+    turned = np.abs(path.coefficients[:-1] * (lengths ** np.arange(order - 1, 0, -1)[:, None])[..., None]).sum(axis=0)
+    mean = turned.max(axis=1) / lengths
+    return bool(start <= SAME * mean[0]), bool(end <= SAME * mean[-1])
 
 
 def _end_derivatives(unit: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -10,6 +10,7 @@ from problems.motions.trajectory import Trajectory
 from problems.robots.robot import JointLimits
 from problems.timing.fastest_profile import fastest_profile
 from problems.timing.prepared import prepared
+from problems.timing.sections import timed_by_section
 from problems.timing.stretch import minimum_time_scale
 
 END_TOLERANCE = 1e-9  # of a speed limit; allows for rounding only
@@ -18,7 +19,10 @@ END_TOLERANCE = 1e-9  # of a speed limit; allows for rounding only
 def retime(path: JointPath, limits: JointLimits, rates: tuple[float, float] = (0.0, 0.0)) -> Trajectory:
     """Run a path as fast as the limits of its joints allow, between grid points as at them.
 
-    Without jerk limits accelerations jump, at the ends too. Corners of the path are stops.
+    Without jerk limits accelerations jump, at the ends too; corners of the path are stops. With them accelerations are
+    continuous, zero at ends at rest, at moving ends the least that the path's curvature allows; the joints also stop
+    where the curvature jumps, q''. Without them the motion is the optimum, but for the grid; with them the best found
+    near it.
 
     Args:
         path: of k joints.
@@ -28,10 +32,12 @@ def retime(path: JointPath, limits: JointLimits, rates: tuple[float, float] = (0
 
     Raises:
         InvalidProblem: the path stands still or jumps, or its limits are of another number of joints, or allow no
-            motion with these velocities at the ends.
+            motion with these velocities at the ends (with jerk limits: none was found).
     """
     ready = prepared(path, rates)
     _check_ends(path, limits, rates)
+    if limits.jerk is not None:
+        return timed_by_section(ready, limits)
     profile, intervals = fastest_profile(ready, limits)
     trajectory = profile.trajectory(intervals)
     return trajectory if ready.moves_at_an_end else trajectory.time_scaled(minimum_time_scale(trajectory, limits))

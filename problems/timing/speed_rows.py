@@ -63,6 +63,13 @@ def limit_rows(intervals: Intervals, limits: JointLimits) -> FloatArray:
     return rows.transpose(1, 0, 2, 3).reshape(scale.size, -1, 2)
 
 
+def steady_jerk_rows(intervals: Intervals, jerk: tuple[float, ...], share: float) -> FloatArray:
+    """Rows (N, 2, 2) that bound b by the jerk limits' share at constant du/dt, which is d3q/du3 b^(3/2)."""
+    third = derivative(derivative(derivative(intervals.local))) / intervals.lengths[:, None] ** 3
+    most = (np.abs(in_bernstein_form(third)).max(axis=0) / (share * np.array(jerk))).max(axis=1) ** (2.0 / 3.0)
+    return np.asarray(most[:, None, None] * np.eye(2))
+
+
 def _weighted(ascending: FloatArray) -> FloatArray:
     """Polynomials (n, N, k) in w times 1 - w, and times w: (n + 1, N, k, 2)."""
     padded = np.pad(ascending, ((0, 1), (0, 0), (0, 0)))

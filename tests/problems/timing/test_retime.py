@@ -158,6 +158,103 @@ def test_a_move_retimed_is_that_move() -> None:
     assert again.duration == pytest.approx(move.duration, rel=2e-3)
 
 
+# With jerk limits
+
+
+SMOOTH = JointLimits(speed=(2.0, 3.0), acceleration=(10.0, 5.0), jerk=(200.0, 100.0))
+
+
+def check_smooth(trajectory: Trajectory, limits: JointLimits = SMOOTH) -> None:
+    check_kept(trajectory, limits)
+    times = np.linspace(0.0, trajectory.duration, 20_000)
+    assert (np.abs(trajectory.at(times, 3)) <= np.array(limits.jerk) * (1.0 + 1e-8)).all()
+    inner = trajectory.breakpoints[1:-1]
+    before, after = trajectory.at(np.nextafter(inner, 0.0), 2), trajectory.at(inner, 2)
+    np.testing.assert_allclose(before, after, atol=1e-8 * max(limits.acceleration))
+
+
+def test_jerk_limits_cost_little() -> None:
+    path = JointPath.through(WAYPOINTS)
+    trajectory = retime(path, SMOOTH)
+    check_smooth(trajectory)
+    assert trajectory.largest_jump() < 1e-9
+    without = retime(path, LIMITS).duration
+    assert without < trajectory.duration < without * 1.06
+
+
+def test_near_the_optimum_where_that_is_known() -> None:
+    line = polyline(WAYPOINTS[:2])
+    rounded = JointPath(line.breakpoints, np.concatenate([np.full((1, 1, 2), 1e-7), line.coefficients]))
+    best = retime(line, SMOOTH)
+    found = retime(rounded, SMOOTH)
+    check_smooth(found)
+    assert best.duration == pytest.approx(
+        rest_to_rest(np.zeros(1), np.ones(1), limits_along(WAYPOINTS[1] - WAYPOINTS[0])).duration, rel=1e-12
+    )
+    assert best.duration * (1.0 - 1e-5) < found.duration < best.duration * 1.01
+
+
+def limits_along(way: FloatArray) -> JointLimits:
+    """What is left of the limits for the share of a line."""
+    speed, acceleration, jerk = (
+        (float((np.array(limit) / np.abs(way)).min()),) for limit in (SMOOTH.speed, SMOOTH.acceleration, SMOOTH.jerk)
+    )
+    return JointLimits(speed=speed, acceleration=acceleration, jerk=jerk)
+
+
+@pytest.mark.parametrize("jerk", [0.2, 2.0])
+def test_jerk_alone(jerk: float) -> None:
+    slow = JointLimits(speed=SMOOTH.speed, acceleration=SMOOTH.acceleration, jerk=(10.0 * jerk, 5.0 * jerk))
+    trajectory = retime(JointPath.through(WAYPOINTS[:4]), slow)
+    check_smooth(trajectory, slow)
+
+
+def test_joints_stop_where_the_curvature_jumps() -> None:
+    corners = retime(polyline(WAYPOINTS), SMOOTH)
+    check_smooth(corners)
+    assert corners.largest_jump() < 1e-9
+    blended = retime(JointPath.blended(WAYPOINTS, 0.1), SMOOTH)
+    check_smooth(blended)
+    assert blended.duration < corners.duration
+
+
+@pytest.mark.parametrize("shape", [[0.0, 0.0, 3.0, -2.0], [0.0, 0.0, 0.0, 10.0, -15.0, 6.0]])
+def test_paths_at_rest_at_their_ends(shape: list[float]) -> None:
+    start, goal = WAYPOINTS[:2]
+    coefficients = np.multiply.outer(np.array(shape[::-1]), goal - start)[:, None]
+    coefficients[-1] += start
+    trajectory = retime(JointPath(np.array([0.0, 1.0]), coefficients), SMOOTH)
+    check_smooth(trajectory)
+    assert trajectory.largest_jump() < 1e-9
+    assert trajectory.duration < retime(polyline(WAYPOINTS[:2]), SMOOTH).duration * 1.03
+
+
+@pytest.mark.parametrize("share", [0.1, 0.6])
+def test_velocities_at_the_ends_with_jerk_limits(share: float) -> None:
+    path = JointPath.through(WAYPOINTS)
+    slopes = path.at(path.breakpoints[[0, -1]], 1)
+    rates = share * (np.array(LIMITS.speed) / np.abs(slopes)).min(axis=1)
+    trajectory = retime(path, SMOOTH, (float(rates[0]), float(rates[1])))
+    check_smooth(trajectory)
+    found = trajectory.at(trajectory.breakpoints[[0, -1]], 1)
+    np.testing.assert_allclose(found, slopes * rates[:, None], atol=1e-10)
+
+
+def test_velocities_that_jerk_limits_do_not_allow() -> None:
+    path = polyline(WAYPOINTS[:2])
+    short = JointPath(path.breakpoints, path.coefficients * 0.2)
+    with pytest.raises(InvalidProblem, match=r"^rates: no motion was found that keeps the jerk limits"):
+        retime(short, JointLimits(speed=(9.0, 9.0), acceleration=(1e3, 1e3), jerk=(10.0, 10.0)), (8.0, 0.0))
+
+
+def test_with_jerk_limits_and_without_linear_programs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(linear_program, "METHODS", ())
+    check_smooth(retime(JointPath.through(WAYPOINTS), SMOOTH))
+
+
+# What cannot be timed
+
+
 def jumping() -> JointPath:
     path = polyline(WAYPOINTS)
     coefficients = path.coefficients.copy()

@@ -1,0 +1,56 @@
+"""A path with jerk limits, section by section: between kinks, at which the joints stop without acceleration."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from problems.motions.joint_path import JointPath
+from problems.motions.trajectory import Trajectory
+from problems.robots.robot import JointLimits
+from problems.timing.prepared import SAME, PreparedPath
+from problems.timing.rest_to_rest import rest_to_rest
+from problems.timing.smooth.smooth_timing import smooth_timing
+
+
+def timed_by_section(prepared: PreparedPath, limits: JointLimits) -> Trajectory:
+    """The motion along all sections, each as fast as was found.
+
+    Raises:
+        InvalidProblem: as :func:`smooth_timing`.
+    """
+    parts = []
+    for section in prepared.sections():
+        line = _is_line(section) and not section.moves_at_an_end
+        parts.append(_along_line(section.path, limits) if line else smooth_timing(section, limits))
+    return _joined(parts)
+
+
+def _is_line(section: PreparedPath) -> bool:
+    """Whether q' is the same all along."""
+    path = section.path
+    extents = np.diff(path.breakpoints)[:, None]
+    bends = [np.abs(path.coefficients[-1 - n] * extents**n).max() for n in range(2, len(path.coefficients))]
+    return bool(max(bends, default=0.0) <= SAME * np.abs(path.coefficients[-2] * extents).max())
+
+
+def _along_line(path: JointPath, limits: JointLimits) -> Trajectory:
+    """A line from rest to rest is the move of one joint, under what is left of each limit along it."""
+    slope, length = np.abs(path.coefficients[-2, 0]), float(path.breakpoints[-1])
+    with np.errstate(divide="ignore"):
+        speed, acceleration, jerk = (
+            (float((np.array(limit) / slope).min()),) for limit in (limits.speed, limits.acceleration, limits.jerk)
+        )
+    one = JointLimits(speed=speed, acceleration=acceleration, jerk=jerk)
+    move = rest_to_rest(np.zeros(1), np.array([length]), one)
+    coefficients = move.coefficients * path.coefficients[-2, 0]
+    coefficients[-1] += path.coefficients[-1, 0]
+    return Trajectory(move.breakpoints, coefficients)
+
+
+def _joined(parts: list[Trajectory]) -> Trajectory:
+    """One motion after the other."""
+    order = max(len(part.coefficients) for part in parts)
+    padded = [np.pad(part.coefficients, ((order - len(part.coefficients), 0), (0, 0), (0, 0))) for part in parts]
+    starts = np.cumsum([0.0, *(part.duration for part in parts)])
+    times = [part.breakpoints[:-1] + start for part, start in zip(parts, starts[:-1], strict=True)]
+    return Trajectory(np.concatenate([*times, starts[-1:]]), np.concatenate(padded, axis=1))

@@ -1,0 +1,170 @@
+"""Sequential linear programs over the control points of a time law and its duration.
+
+Each program linearises speed, acceleration and jerk at samples around the last law. What it finds is judged by the
+exact peaks, between samples too: where the motion can be slowed, by the duration that all limits need; else by the
+duration and by how far a limit is broken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array, diags_array, hstack, vstack
+
+from problems.base.matrix import FloatArray
+from problems.motions.joint_path import JointPath
+from problems.robots.robot import JointLimits
+from problems.timing.linear_program import minimizer
+from problems.timing.smooth.law_ends import LawEnds
+from problems.timing.smooth.law_rows import ORDERS, LawRows, law_rows
+from problems.timing.smooth.time_law import TimeLaw, averaged_knots, operators
+from problems.timing.stretch import minimum_time_scale
+
+SAMPLES = 4  # of each interval between knots
+BESIDE = 1e-7  # of the duration: as far before and after a change of the path's piece are samples too
+ITERATIONS = 25
+MOST_FAILURES = 5  # in a row
+EVEN = 1e-7  # the share of an even law in every law, so that none stands still
+MOST_CLOSING = 0.9  # how much nearer control points may come in one iteration, of their distance
+FIRST_TRUST, LARGEST_TRUST = 0.3, 2.0  # how far a control point may move, of the distance to its neighbours
+LARGEST_CHANGE = 0.2  # of the duration, in one iteration
+LEAST_GAIN = 5e-4  # of the merit
+ALLOWED = 1e-9  # of a limit; rounding
+BREAKING = 20.0  # per cent of the duration that one per cent of a limit is worth
+MARGIN_GROWS = 0.1  # of the duration: as long do margins grow from nothing next to an end that is given
+NEARLY_ACTIVE, NEWLY_ACTIVE, BROKEN = 0.9, -0.02, 1e-6  # shares of limits that decide on the rows of a program
+MOST_PROGRAMS = 6  # for one step
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A time law, its duration in s, and the scale of time with which it would keep its limits."""
+
+    law: TimeLaw
+    duration: float
+    scale: float
+
+    @property
+    def merit(self) -> float:
+        """In s; lower is better, and what keeps its limits always is."""
+        return self.duration * (1.0 if self.keeps_limits else 2.0 + BREAKING * (self.scale - 1.0))
+
+    @property
+    def keeps_limits(self) -> bool:
+        """Whether it does, but for rounding."""
+        return self.scale <= 1.0 + ALLOWED
+
+
+@dataclass(frozen=True)
+class LawSearch:
+    """The search for the fastest time law.
+
+    Args:
+        path: without kinks.
+        limits: with a jerk.
+        ends: of the law.
+        knots: of the law.
+        margin: share of the limits that is kept free at the samples.
+    """
+
+    path: JointPath
+    limits: JointLimits
+    ends: LawEnds
+    knots: FloatArray
+    margin: float = 0.0
+
+    def candidate(self, controls: FloatArray, duration: float) -> Candidate:
+        """A law from its control points: as fast as it may be, or in the given duration where an end is moving."""
+        even = controls[0] + (controls[-1] - controls[0]) * averaged_knots(self.knots)
+        law = TimeLaw(self.knots, self.ends.placed(self.knots, controls + EVEN * (even - controls), duration))
+        scale = minimum_time_scale(law.trajectory(self.path, duration), self.limits)
+        return Candidate(law, duration, scale) if self.ends.moving else Candidate(law, duration * scale, 1.0)
+
+    def improved(self, best: Candidate) -> Candidate:
+        """The best law that a trust region around the last one leads to."""
+        tau = _samples(self.knots)
+        basis = operators(self.knots, tau, ORDERS + 1)
+        trust, failures = FIRST_TRUST, 0
+        for _ in range(ITERATIONS):
+            step = self._step(best, tau, basis, trust)
+            if step is None:
+                break
+            new = self.candidate(best.law.controls + step[0], best.duration * (1.0 + step[1]))
+            gain = 1.0 - new.merit / best.merit
+            failures, trust = (0, min(2.0 * trust, LARGEST_TRUST)) if gain > 0.0 else (failures + 1, trust / 4.0)
+            best = new if gain > 0.0 else best
+            if failures == MOST_FAILURES or abs(gain) < LEAST_GAIN:
+                break
+        return best
+
+    def _growing(self, tau: FloatArray) -> FloatArray:
+        """The share of the margin at each tau, (n,): less where a velocity is given that may be at its limit."""
+        near = np.ones_like(tau)
+        for given, distance in ((self.ends.start, tau), (self.ends.goal, 1.0 - tau)):
+            if any(given):
+                near = np.minimum(near, distance / MARGIN_GROWS)
+        return np.asarray(near**2)
+
+    def _step(
+        self, around: Candidate, tau: FloatArray, basis: list[csr_array], trust: float
+    ) -> tuple[FloatArray, float] | None:
+        """Changes of the control points, and of the duration as a share of it; None where there are none."""
+        controls, duration = around.law.controls, around.duration
+        crossed = around.law.reaching(self.path.breakpoints[1:-1])
+        beside = np.concatenate([crossed - BESIDE, crossed + BESIDE])
+        near = operators(self.knots, beside, ORDERS + 1)
+        basis = [csr_array(vstack([part, extra])) for part, extra in zip(basis, near, strict=True)]
+        room = 1.0 - self.margin * self._growing(np.concatenate([tau, beside]))
+        rows = law_rows(self.path, self.limits, basis, controls, duration)
+        free = self.ends.free(controls.size)
+        padded = np.pad(controls, 2, mode="edge")
+        width = trust * (padded[4:] - padded[:-4])[free] / 4.0
+        moves = csr_array((width, (np.arange(controls.size)[free], np.arange(width.size))), (controls.size, width.size))
+        slowing = csr_array(self.ends.slopes(self.knots, duration)[:, None])
+        changes = csr_array(hstack([moves, slowing]))  # of the control points, with each variable but the last
+        solution = _solution(rows, changes, np.diff(controls), room[rows.samples], self.ends.moving)
+        return None if solution is None else (np.asarray(moves @ solution[: width.size]), float(solution[width.size]))
+
+
+def _samples(knots: FloatArray) -> FloatArray:
+    """Of each interval between knots so many, the end of the last one just before it."""
+    distinct = np.unique(knots)
+    inner = distinct[:-1, None] + np.diff(distinct)[:, None] * np.arange(SAMPLES) / SAMPLES
+    return np.append(inner.ravel(), np.nextafter(1.0, 0.0))
+
+
+def _solution(
+    rows: LawRows, changes: csr_array, gaps: FloatArray, room: FloatArray, elastic: bool
+) -> FloatArray | None:
+    """Variables of one linear program: shares of the trust region, the duration's change, what limits are broken by.
+
+    Rows join the program when a solution without them breaks them.
+    """
+    count = rows.values.size
+    slopes = csr_array(hstack([rows.slopes @ changes, csr_array((count, 1))]))
+    none = csr_array((count, changes.shape[1] - 1))
+    slack = csr_array(hstack([none, csr_array(-rows.orders[:, None]), csr_array(-np.ones((count, 1)))]))
+    increasing = csr_array(hstack([changes[:-1] - changes[1:], csr_array((gaps.size, 1))]))
+    costs = np.concatenate([np.zeros(changes.shape[1] - 1), [1.0, BREAKING]])
+    box = np.repeat([[-1.0, 1.0]], costs.size, axis=0)
+    box[-2:] = [-LARGEST_CHANGE, LARGEST_CHANGE], [0.0, np.inf if elastic else 0.0]
+    reach = np.asarray(abs(slopes[:, :-2]).sum(axis=1)).ravel()
+    signs = np.where(rows.values < 0.0, -1.0, 1.0)
+    active = (reach > BROKEN) & (np.abs(rows.values) + np.minimum(reach, FIRST_TRUST) > NEARLY_ACTIVE)
+    solution = None
+    for program in range(MOST_PROGRAMS):
+        chosen = np.flatnonzero(active)
+        matrix = vstack([diags_array(signs[chosen]) @ slopes[chosen] + slack[chosen], increasing])
+        bound = np.concatenate([(room - signs * rows.values)[chosen], MOST_CLOSING * gaps])
+        solution = minimizer(costs, csr_array(matrix), bound, box)
+        if solution is None:
+            break
+        values = rows.values + slopes @ solution
+        excess = np.where(reach > BROKEN, np.abs(values) + slack @ solution - room, -np.inf)
+        broken = excess > BROKEN
+        if not broken.any():
+            break
+        active |= excess > (NEWLY_ACTIVE if program < MOST_PROGRAMS - 3 else -1.0)
+        signs[broken] = np.where(values[broken] < 0.0, -1.0, 1.0)
+    return solution
