@@ -31,9 +31,10 @@ from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.nlp.composition import composed_hessian, stand_in
 from problems.nlp.move_bounds import MoveBounds
+from problems.nlp.move_nodes import node_times
 from problems.nlp.move_pieces import Pieces, PieceVariables
 from problems.nlp.move_rows import ExactRows, goal_misses, place_rows
-from problems.nlp.move_solution import Waypoints, node_times, through
+from problems.nlp.move_solution import Waypoints, through
 from problems.nlp.program import TimedProgram, slack_constraints
 from problems.nlp.starts.move import MoveStarts, PassedMotion
 from problems.objectives import Objective
@@ -182,7 +183,9 @@ class MoveNlp(TimedProgram):
         return self._variables(PassedMotion(trajectory, passed))
 
     def _variables(self, motion: PassedMotion) -> FloatArray:
-        x = self.variables.of(motion.trajectory, node_times(motion.trajectory, motion.times, self.pieces))
+        x = self.variables.of(
+            motion.trajectory, node_times(motion.trajectory, motion.times, self.pieces, self.robot.limits)
+        )
         misses = goal_misses(self.task, self.variables.end_postures(x)[1])
         return np.concatenate([x, *misses, self.objective.slack_values(as_array(self._angles(x)))])
 

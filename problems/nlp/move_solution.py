@@ -7,7 +7,6 @@ A solver leaves about 1e-8 of each equality. The pieces are integrated, which ma
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,6 @@ from problems.base.matrix import FloatArray
 from problems.motions.trajectory import Trajectory
 from problems.timing.free_space.acceleration_pieces import AccelerationPieces
 
-LEAST_SHARE = 1e-6  # of the duration, between two nodes of a start
 CORRECTIONS = 3  # each leaves about 1e-12 of what it corrects
 
 
@@ -33,37 +31,6 @@ class Waypoints:
     nodes: NDArray[np.intp]
     theta: FloatArray
     velocities: FloatArray
-
-
-def node_times(motion: Trajectory, passed: FloatArray, pieces: int) -> FloatArray:
-    """Where to put nodes on a motion, s.
-
-    Args:
-        motion: whose own breakpoints are taken where there are not more than needed.
-        passed: when the waypoints are passed, (m,), s; they become nodes.
-        pieces: between one waypoint and the next.
-
-    Returns:
-        Increasing times, ((m - 1) pieces + 1,).
-    """
-    least = LEAST_SHARE * motion.duration / passed.size
-    between = [_inner_times(motion.breakpoints, first, last, pieces, least) for first, last in pairwise(passed)]
-    times = np.concatenate([passed[:1], *between])
-    even = np.arange(times.size) * least
-    return np.asarray(np.maximum.accumulate(times - even) + even)
-
-
-def _inner_times(breakpoints: FloatArray, first: float, last: float, pieces: int, least: float) -> FloatArray:
-    """Times after ``first`` up to ``last``, as many as pieces."""
-    inner = breakpoints[(breakpoints > first + least) & (breakpoints < last - least)]
-    inner = inner[np.diff(inner, prepend=first) > least]
-    if inner.size >= pieces:
-        return np.linspace(first, last, pieces + 1)[1:]
-    times = np.concatenate([[first], inner, [last]])
-    while times.size <= pieces:
-        longest = int(np.argmax(np.diff(times)))
-        times = np.insert(times, longest + 1, (times[longest] + times[longest + 1]) / 2.0)
-    return times[1:]
 
 
 def through(pieces: AccelerationPieces, waypoints: Waypoints, smooth: bool) -> Trajectory:

@@ -19,6 +19,7 @@ from problems.limits.limit import SAMPLING_MARGIN
 from problems.nlp.program import NonlinearProgram
 
 ACTIVE_ROW_DISTANCE = 1e-3  # a scaled row that is nearer than this to its bound is active
+TECHNICAL = ("slack", "h[")  # beginnings of the names of variables whose bounds say nothing about the motion
 RANK_TOLERANCE = 1e-8  # relative size of a singular value that counts
 
 
@@ -84,6 +85,7 @@ def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str) ->
     if active.any():
         multipliers[active] = lsq_linear(rows.T, -gradient, (least, most), method="bvls").x
     inexact = active & ~equal
+    given = equal & (np.arange(values.size) >= program.g.shape[0])  # variables that are none
     left = gradient + jacobian.T @ multipliers
     independent = int(np.linalg.matrix_rank(rows, tol=RANK_TOLERANCE * max(1.0, np.abs(rows).max(initial=0.0))))
     return Optimality(
@@ -92,7 +94,7 @@ def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str) ->
         float(max(0.0, -near.min())),
         int(active.sum()),
         independent if active.any() else 0,
-        tuple(sensitivities(program, multipliers, objective_unit)),
+        tuple(sensitivities(program, np.where(given, 0.0, multipliers), objective_unit)),
     )
 
 
@@ -127,7 +129,7 @@ def sensitivities(program: NonlinearProgram, multipliers: FloatArray, objective_
             rows = int(np.count_nonzero(forces[column]))
             entries.append(Sensitivity(constraint.name, constraint.columns[column], rows, per_unit, unit))
     own = zip(program.names, multipliers[first:], strict=True)
-    bounds = [(name, force) for name, force in own if force != 0.0 and not name.startswith("slack")]
+    bounds = [(name, force) for name, force in own if force != 0.0 and not name.startswith(TECHNICAL)]
     entries += [Sensitivity("bound", name, 1, -abs(float(force)), f"{objective_unit} / unit") for name, force in bounds]
     return sorted(entries, key=lambda s: s.per_unit)
 
