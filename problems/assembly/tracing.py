@@ -57,7 +57,7 @@ def tracing(
     check_at_least("redundancy_values", redundancy_values, 2)
     knots = knots_of(task.path, task.accuracy, task.robot.reach()[1])
     steps = max(LEAST_STEPS, round(samples / (knots.u.size - 1)))
-    motion = TracedSpline(task.robot, tuple(knots.u.tolist()), steps, knots.corners)
+    motion = TracedSpline(task.robot, tuple(knots.u.tolist()), steps, corners=knots.corners)
     points = tuple(tuple(point) for point in knots.points.tolist())
     return TracingProblem(
         task=task,
