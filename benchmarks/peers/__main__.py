@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 
 import benchmarks.peers
+from benchmarks.peers.moving_ends import moving_ends
+from benchmarks.peers.planar_plans import planar_plans
 from benchmarks.peers.report import Size
 from benchmarks.peers.rest_moves import rest_moves
 from benchmarks.peers.waypoint_paths import waypoint_paths
 
-TABLES = (rest_moves, waypoint_paths)
+TABLES = (rest_moves, moving_ends, waypoint_paths, planar_plans)
 
 
 def main() -> None:

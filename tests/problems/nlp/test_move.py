@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from benchmarks.moving_ends import random_move
+from benchmarks.peers.moving_ends import random_move
 from problems import OBJECTIVES, Ellipse, PlanarArm, Trajectory
 from problems.certify.verdict import verdict
 from problems.certify.verification import limit_verdicts

@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from benchmarks.moving_ends import RandomMove, end_error, largest_excess, random_move, ruckig_duration
+from benchmarks.peers.moving_ends import RandomMove, end_error, largest_excess, random_move, ruckig_duration
 from problems import InvalidProblem
 from problems.robots.robot import JointLimits
 from problems.timing.free_space.moving_ends import JointMove, least_time_move

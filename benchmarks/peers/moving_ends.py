@@ -1,18 +1,17 @@
 """Moves with moving ends in free space against Ruckig, which is optimal there: durations, limits, ends, seconds.
 
 Joints start and end at random velocities within random limits, with accelerations of zero.
-
-    python -m benchmarks.moving_ends --moves 1000
 """
 
 from __future__ import annotations
 
-import argparse
 import time
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from benchmarks.peers.report import Report, Size, certified, excess, in_parallel, milliseconds
 from problems import Trajectory
 from problems.base.matrix import FloatArray
 from problems.robots.robot import JointLimits
@@ -79,34 +78,58 @@ def end_error(trajectory: Trajectory, move: RandomMove) -> float:
     return float(np.abs(missed).max())
 
 
-def table(moves: int, seed: int, jerk: bool) -> str:
-    """A row: durations over Ruckig's, the largest violation, the largest error at the ends, ms, failures of Ruckig."""
-    rng = np.random.default_rng(seed)
-    ratios, excesses, errors, seconds = [], [], [], []
-    for _ in range(moves):
-        move = random_move(rng)
-        move = move if jerk else replace(move, limits=replace(move.limits, jerk=None))
-        began = time.perf_counter()
-        trajectory = move.planned()
-        seconds.append(time.perf_counter() - began)
-        ratios.append(trajectory.duration / ruckig_duration(move))
-        excesses.append(largest_excess(trajectory, move.limits))
-        errors.append(end_error(trajectory, move))
-    known = np.array(ratios)[np.isfinite(ratios)]
-    share = f"{np.median(known):.6f} | {known.min():.9f} | {known.max():.9f}"
-    return f"{share} | {max(excesses):.1e} | {max(errors):.1e} | {np.median(seconds) * 1e3:.2f} | {moves - known.size}"
+@dataclass(frozen=True)
+class Outcome:
+    """One move: durations of both, our largest excess, the error at the ends, our seconds, the certificate."""
+
+    ratio: float
+    excess: float
+    error: float
+    seconds: float
+    certified: bool
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--moves", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
-    print("| moves | over Ruckig: median | least | most | violation | ends | ms | Ruckig failed |")
-    print("|---|---|---|---|---|---|---|---|")
+def outcome(seed: int, jerk: bool = True) -> Outcome:
+    move = random_move(np.random.default_rng(seed))
+    move = move if jerk else replace(move, limits=replace(move.limits, jerk=None))
+    began = time.process_time()
+    trajectory = move.planned()
+    seconds = time.process_time() - began
+    ratio = trajectory.duration / ruckig_duration(move)
+    worst, proven = excess(trajectory.at, trajectory.duration, move.limits), certified(trajectory, move.limits)
+    return Outcome(ratio, worst, end_error(trajectory, move), seconds, proven)
+
+
+def moving_ends(size: Size) -> Report:
+    """Joints start and end at random velocities within random limits, with accelerations of zero."""
+    rows = []
     for name, jerk in (("jerk limited", True), ("no jerk limit", False)):
-        print(f"| {options.moves} with moving ends, {name} | {table(options.moves, options.seed, jerk)} |", flush=True)
-
-
-if __name__ == "__main__":
-    main()
+        outcomes = in_parallel(partial(outcome, jerk=jerk), size.moves, size.workers)
+        ratios = np.array([one.ratio for one in outcomes])
+        known = ratios[np.isfinite(ratios)]
+        proven = [one for one in outcomes if one.certified]
+        rows.append(
+            [
+                f"{len(outcomes)}, {name}",
+                f"{np.median(known):.9f}",
+                f"{known.min() - 1.0:+.1e}",
+                f"{known.max() - 1.0:+.1e}",
+                milliseconds(one.seconds for one in outcomes),
+                f"{max(one.excess for one in outcomes):.1e}",
+                f"{max(one.error for one in outcomes):.1e}",
+                f"{len(proven)}, {sum(one.excess > 0.0 for one in proven)}",
+                str(ratios.size - known.size),
+            ]
+        )
+    header = [
+        "moves with moving ends",
+        "ours / Ruckig",
+        "least",
+        "most",
+        "ours, CPU ms",
+        "largest excess",
+        "error at the ends",
+        "certified, falsely",
+        "Ruckig failed",
+    ]
+    return Report("Moves with moving ends in free space, against Ruckig", header, rows)
