@@ -65,7 +65,9 @@ def move(
     lengths = np.maximum(durations, LEAST_SHARE * durations.max())
     stops = np.append(0.0, np.cumsum(lengths))
     nodes = np.interp(np.arange(segments * each + 1) / each, np.arange(segments + 1), stops)
-    steps = max(LEAST_STEPS, round(max(samples, least_samples(task)) / (segments * each)))
+    steps = max(LEAST_STEPS, round(samples / (segments * each)))
+    while steps * segments * each < least_samples(task):
+        steps *= 2  # and not what is just enough: another number is compiled anew
     share = 1.0 if task.at_rest else MOVING_SHARE
     motion = PathSpline(task.robot, tuple((nodes / nodes[-1]).tolist()), steps, share)
     return MoveProblem(

@@ -11,10 +11,13 @@ import numpy as np
 import pytest
 from helpers.cases import OVAL, equal_links
 from helpers.evaluation import needs_compiler, same_bits
+from helpers.named_solvers import NAMES, named_solver
 
 from problems import Ellipse, InvalidProblem, Joints, Move, MoveProblem, Position, move
 from problems.base.matrix import FloatArray, as_array
 from problems.evaluation import EvaluationOptions
+from problems.evaluation.kernel import kernels
+from problems.evaluation.native.codegen import cpp
 from problems.limits.constraint import Constraint
 from problems.timing.rest_to_rest import least_durations
 from solvers import LSHADE, Box, Budget, minimize
@@ -133,9 +136,9 @@ def excess(constraint: Constraint, values: FloatArray) -> float:
 
 
 def expected_costs(problem: MoveProblem, x: FloatArray) -> FloatArray:
-    """From the model of all samples at once; speed and acceleration are kept by the timing."""
+    """From the model of all samples at once; speed, acceleration, jerk are kept by the timing."""
     model, bound = problem.model, problem.objective_upper_bound
-    rows = [c for c in model.constraints if c.name not in {"speed", "acceleration"}]
+    rows = [c for c in model.constraints if c.name not in {"speed", "acceleration", "jerk"}]
     expressions = [model.objective, *(c.expression for c in rows)]
     evaluate = ca.Function("model", [model.x], [ca.densify(ca.SX(part)) for part in expressions], {"cse": True})
     costs = []
@@ -253,3 +256,68 @@ def test_milestones_are_the_vias() -> None:
     assert all(a.time < b.time for a, b in pairwise(found))
     at_vias = trajectory.at(np.array([milestone.time for milestone in found]))
     assert at_vias == pytest.approx(stops_of(problem, x)[1:-1], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_solver_searches_moves(name: str) -> None:
+    problem = MOVES["moving start"]
+    box, evaluate = Box(*problem.bounds), problem.evaluator(VM)
+    sampled = evaluate(box.sample(np.random.default_rng(0), 20)).min()
+    assert minimize(evaluate, box, named_solver(name)(), Budget(1500), 0).cost < sampled
+
+
+def test_the_program_starts_from_a_motion_of_the_search() -> None:
+    problem = MOVES["vias, several goals"]
+    x, program = candidates(problem, 1)[0], problem.nlp()
+    start = program.from_search(x)
+    lower, upper = program.bounds_near(start)
+    assert start.shape == lower.shape == upper.shape
+    at_stops = stops_of(problem, x)
+    motion = program.trajectory(start)
+    times = np.concatenate([[0.0], problem.task.via_times(motion), [motion.duration]])
+    assert motion.at(times) == pytest.approx(at_stops, abs=1e-5)
+
+
+# What has to be compiled
+
+
+def source(problem: MoveProblem) -> str:
+    return cpp(kernels(problem.program), problem.program.sizes)
+
+
+CLEAR = Joints((2.5, 0.5, 0.5))
+GOALS = (Position((0.5, 1.5)), CLEAR)
+BY_WAY = Move(THREE, Position((1.0, 0.0)), GOALS, vias=(Position((0.9, 0.5)),), obstacles=(OVAL,))
+MOVING = Move(THREE, HOME, (AWAY,), total_time=(0.5, 5.0), **FAST)
+
+
+@pytest.mark.parametrize(
+    ("task", "changes"),
+    [
+        (BY_WAY, {"start": Position((0.9, -0.1))}),
+        (BY_WAY, {"goals": (Position((0.4, 1.4)), HOME)}),
+        (BY_WAY, {"vias": (Position((0.3, 0.9)),)}),
+        (BY_WAY, {"robot": equal_links(3, max_jerk=(500.0,) * 3)}),
+        (BY_WAY, {"obstacles": (Ellipse((0.7, 0.8), (0.2, 0.25)),)}),
+        (MOVING, {"start_velocity": (0.5, 0.1, -1.0)}),
+        (MOVING, {"total_time": (0.6, 4.0)}),
+        (MOVING, {"start": Joints((0.0, 0.1, 0.2))}),
+    ],
+    ids=lambda value: ", ".join(value) if isinstance(value, dict) else "",
+)
+def test_another_scene_of_the_same_structure_has_the_same_source(task: Move, changes: dict[str, Any]) -> None:
+    problem, other = (move(stated, samples=60, pieces=2) for stated in (task, replace(task, **changes)))
+    assert source(problem) == source(other)
+    x = candidates(problem, 20)
+    if changes.keys() != {"total_time"} and "robot" not in changes:
+        assert (problem.evaluator(VM)(x) != other.evaluator(VM)(x)).any()
+    np.testing.assert_allclose(other.evaluator(VM)(x), expected_costs(other, x), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"elbow": "up"}, {"goals": (CLEAR,)}, {"vias": ()}, {"obstacles": ()}, {"start_velocity": (1.0, 0.0, 0.0)}],
+    ids=", ".join,
+)
+def test_another_structure_has_another_source(changes: dict[str, Any]) -> None:
+    assert source(move(BY_WAY)) != source(move(replace(BY_WAY, **changes)))
