@@ -15,7 +15,7 @@ from problems.objectives import OBJECTIVES, Objective
 from problems.robots import ROBOTS
 from problems.robots.planar import PlanarArm
 from problems.robots.robot import Robot
-from problems.scene import OBSTACLES, Box, Ellipse, Obstacle, Polygon, Rectangle
+from problems.scene import OBSTACLES, Ellipse, Obstacle, Polygon, Rectangle
 from problems.tasks.move import Move
 from problems.tasks.path import Path, closed_curve, pentagram
 from problems.tasks.path_following import PathFollowing
