@@ -15,7 +15,7 @@ from problems.objectives import OBJECTIVES, Objective
 from problems.robots import ROBOTS
 from problems.robots.planar import PlanarArm
 from problems.robots.robot import Robot
-from problems.scene import OBSTACLES, Box, Ellipse, Obstacle, Polygon
+from problems.scene import OBSTACLES, Ellipse, Obstacle, Polygon, Rectangle
 from problems.tasks.move import Move
 from problems.tasks.path import Path, closed_curve, pentagram
 from problems.tasks.path_following import PathFollowing
@@ -27,7 +27,6 @@ __all__ = [
     "OBJECTIVES",
     "OBSTACLES",
     "ROBOTS",
-    "Box",
     "CertificateStatus",
     "Constraint",
     "Ellipse",
@@ -50,6 +49,7 @@ __all__ = [
     "Polygon",
     "Position",
     "Problem",
+    "Rectangle",
     "Robot",
     "Trajectory",
     "Variable",

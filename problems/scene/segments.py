@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import reduce
 from typing import TypeAlias
 
@@ -10,25 +11,50 @@ import casadi as ca
 from problems.base.matrix import Matrix, Operand, columns
 
 Point: TypeAlias = tuple[Operand, Operand]
-TINY_SQUARED = 1e-200  # m^2: keeps the length of a segment that is a point off zero
+TINY = 1e-100  # m: gives a segment that is a point a direction
 
 
-def point_squared(point: Point, start: Point, way: Point) -> Matrix:
-    """The squared distance between a point and the segment from ``start`` along ``way``, m^2."""
-    dx, dy = point[0] - start[0], point[1] - start[1]
-    square = way[0] * way[0] + way[1] * way[1] + TINY_SQUARED
-    along = ca.fmin(1.0, ca.fmax(0.0, (dx * way[0] + dy * way[1]) / square))
-    return (dx - along * way[0]) ** 2 + (dy - along * way[1]) ** 2
+@dataclass(frozen=True, eq=False)
+class Side:
+    """Segments as seen along their own ways.
+
+    Attributes:
+        start: where they begin, m.
+        way: unit vectors from there to their ends.
+        length: m.
+    """
+
+    start: Point
+    way: Point
+    length: Operand
+
+    @classmethod
+    def between(cls, start: Point, end: Point) -> Side:
+        """The segments from one point to another."""
+        dx, dy = end[0] - start[0] + TINY, end[1] - start[1]
+        length = ca.sqrt(dx * dx + dy * dy)
+        return cls(start, (dx / length, dy / length), length)
+
+    def seen(self, point: Point) -> Point:
+        """How far a point is along the way, and to the left of it, m."""
+        (x, y), (u, v) = (point[0] - self.start[0], point[1] - self.start[1]), self.way
+        return u * x + v * y, u * y - v * x
+
+    def squared(self, along: Operand, across: Operand) -> Matrix:
+        """The squared distance of a point that is seen there, m^2."""
+        beyond = ca.fmax(0.0, ca.fmax(-along, along - self.length))
+        return across * across + beyond * beyond
 
 
-def apart(gap: Matrix, square: Matrix) -> Matrix:
-    """The signed distance of two convex things: the root of ``square`` where there is a gap, else the overlap.
+def apart(gap: Matrix, squares: list[Matrix]) -> Matrix:
+    """The signed distance of two convex things: the distance where there is a gap, else the overlap.
 
     Args:
-        gap: between their shadows along the line where it is largest, m; negative where they overlap.
-        square: of their distance, if they do not meet, m^2.
+        gap: between their shadows on the line where it is largest, m; negative where they overlap.
+        squares: of the distances between their corners and sides, m^2.
     """
-    return ca.if_else(gap > 0.0, ca.sqrt(ca.fmax(square, gap * gap)), gap)  # a distance is no less than any gap
+    square = ca.fmax(reduce(ca.fmin, squares), gap * gap)  # a distance is no less than any gap
+    return ca.if_else(gap > 0.0, ca.sqrt(square), gap)
 
 
 def ends_of(points: Matrix) -> Point:
@@ -45,22 +71,12 @@ def crossing_clearance(first: tuple[Matrix, Matrix], second: tuple[Matrix, Matri
         changes by no more than the points of one move as seen from the other.
     """
     one, two = ((ends_of(start), ends_of(end)) for start, end in (first, second))
-    gap = ca.fmax(_widest_gap(*one, *two), _widest_gap(*two, *one))
-    sides = [(point, *side) for side, ends in ((_side(*one), two), (_side(*two), one)) for point in ends]
-    return apart(gap, reduce(ca.fmin, [point_squared(*each) for each in sides]))
-
-
-def _side(start: Point, end: Point) -> tuple[Point, Point]:
-    """Where a segment starts, and its way."""
-    return start, (end[0] - start[0], end[1] - start[1])
-
-
-def _widest_gap(start: Point, end: Point, *others: Point) -> Matrix:
-    """The larger gap between the shadows of a segment and of the points of another, along it and across it, m."""
-    _, (dx, dy) = _side(start, end)
-    length = ca.sqrt(dx * dx + dy * dy + TINY_SQUARED)
-    ways = [(x - start[0], y - start[1]) for x, y in others]
-    along = [(dx * u + dy * v) / length for u, v in ways]
-    across = [(dx * v - dy * u) / length for u, v in ways]
-    beyond = ca.fmax(ca.fmin(*along) - length, -ca.fmax(*along))
-    return ca.fmax(beyond, ca.fmax(ca.fmin(*across), -ca.fmax(*across)))
+    gaps: list[Matrix] = []
+    squares: list[Matrix] = []
+    for ends, others in ((one, two), (two, one)):
+        side = Side.between(*ends)
+        seen = [side.seen(point) for point in others]
+        along, across = zip(*seen, strict=True)
+        gaps += [ca.fmin(*along) - side.length, -ca.fmax(*along), ca.fmin(*across), -ca.fmax(*across)]
+        squares += [side.squared(*each) for each in seen]
+    return apart(reduce(ca.fmax, gaps), squares)

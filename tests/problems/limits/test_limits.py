@@ -196,7 +196,8 @@ def test_points_by_hand() -> None:
 
 def test_limits_of_a_robot_among_obstacles() -> None:
     assert list(LIMITS) == ["speed", "acceleration", "jerk", "joint range", "clearance", "self clearance"]
-    assert [limit.name for limit in limits_of(SMOOTH, [DISC])] == list(LIMITS)
+    assert [limit.name for limit in limits_of(replace(SMOOTH, self_collision=True), [DISC])] == list(LIMITS)
+    assert [limit.name for limit in limits_of(SMOOTH, [DISC])] == list(LIMITS)[:-1]
     assert [limit.name for limit in limits_of(equal_links(3), [])] == ["speed", "acceleration"]
     far = Ellipse((9.0, 0.0), (0.1, 0.1))
     assert [limit.name for limit in limits_of(ARM, [far])] == ["speed", "acceleration", "joint range"]

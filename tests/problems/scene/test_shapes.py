@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracles.outlines import along, dense, inside, nearest
 
-from problems import OBSTACLES, Box, Ellipse, InvalidProblem, Obstacle, Polygon
+from problems import OBSTACLES, Ellipse, InvalidProblem, Obstacle, Polygon, Rectangle
 from problems.base.arguments import Arguments
 from problems.base.matrix import as_array
 
@@ -27,8 +27,8 @@ COMB = Polygon(((0.0, 0.0), (0.0, 3.0), (1.0, 3.0), (1.0, 1.0), (2.0, 1.0), (2.0
 STAR = star_shaped(np.array([1.0, 0.4] * 5))
 TRIANGLE = Polygon(((0.0, 0.0), (2.0, 0.0), (0.0, 1.0)))
 SHAPES = {
-    "box": Box((0.3, -0.2), (1.0, 0.4)),
-    "turned box": Box((0.3, -0.2), (1.0, 0.4), 0.7),
+    "box": Rectangle((0.3, -0.2), (1.0, 0.4)),
+    "turned box": Rectangle((0.3, -0.2), (1.0, 0.4), 0.7),
     "triangle": TRIANGLE,
     "ell": ELL,
     "comb": COMB,
@@ -112,7 +112,7 @@ def test_the_gradient_inside_leads_out(shape: Obstacle) -> None:
 
 
 def test_by_hand() -> None:
-    box = Box((1.0, 1.0), (2.0, 1.0))
+    box = Rectangle((1.0, 1.0), (2.0, 1.0))
     zero, right, up = (0.0, 0.0), (2.0, 0.0), (0.0, 3.0)
     for shape, start, end, expected in (
         (box, zero, right, 0.5),
@@ -122,7 +122,7 @@ def test_by_hand() -> None:
         (box, (1.0, 1.0), (1.0, 1.0), -0.5),
         (box, (-3.0, 0.5), (-3.0, 0.5), 3.0),
         (box, (-3.0, 4.5), (-3.0, 4.5), np.hypot(3.0, 3.0)),
-        (Box((1.0, 1.0), (2.0, 1.0), np.pi / 2.0), zero, up, 0.5),
+        (Rectangle((1.0, 1.0), (2.0, 1.0), np.pi / 2.0), zero, up, 0.5),
         (TRIANGLE, (1.0, 1.0), (1.0, 1.0), 1.0 / np.sqrt(5.0)),
         (ELL, (1.0, 1.0), (1.0, 1.0), 0.5),
         (ELL, (1.0, 1.0), (3.0, 1.0), 0.5),
@@ -169,9 +169,9 @@ def test_any_star_shaped_polygon_is_covered(count: int, seed: int) -> None:
 @pytest.mark.parametrize(
     ("make", "reason"),
     [
-        (lambda: Box((0.0, 0.0), (0.0, 1.0)), "size: 0 is not within"),
-        (lambda: Box((float("nan"), 0.0), (1.0, 1.0)), "center: nan"),
-        (lambda: Box((0.0, 0.0), (1.0, 1.0), float("inf")), "angle: inf"),
+        (lambda: Rectangle((0.0, 0.0), (0.0, 1.0)), "size: 0 is not within"),
+        (lambda: Rectangle((float("nan"), 0.0), (1.0, 1.0)), "center: nan"),
+        (lambda: Rectangle((0.0, 0.0), (1.0, 1.0), float("inf")), "angle: inf"),
         (lambda: Polygon(((0.0, 0.0), (1.0, 0.0))), "points: 2 corners are not within 3"),
         (lambda: Polygon(((0.0, 0.0), (1.0, 0.0), (1.0, 0.0))), "points: the side from point 2 on: 0 is not"),
         (lambda: Polygon(((0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0))), "sides from points 1 and 3 on meet"),
@@ -191,4 +191,4 @@ def test_straight_corners_are_no_corners() -> None:
 
 
 def test_shapes_are_registered() -> None:
-    assert {"ellipse": Ellipse, "box": Box, "polygon": Polygon} == OBSTACLES
+    assert {"ellipse": Ellipse, "box": Rectangle, "polygon": Polygon} == OBSTACLES

@@ -24,7 +24,7 @@ def status_of(task: JointFollowing, trajectory: Trajectory) -> dict[str, str]:
     ("arguments", "field", "reason"),
     [
         (
-            {"path": JointPath.through(np.zeros((2, 3)) + [[0.0], [1.0]])},
+            {"path": JointPath.through(np.array([[0.0] * 3, [1.0] * 3]))},
             "joints",
             "a path of 3 joints for a robot of 2",
         ),

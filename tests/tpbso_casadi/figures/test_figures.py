@@ -17,6 +17,7 @@ from tpbso_casadi.planning.plan import Plan
 @cache
 def planned(case: str, solver: str = "pso") -> Plan:
     content = builtin(case).model_dump()
+    content["model"]["retime"] = False
     content["model"]["formulation"] = "reduced"
     budget = {"iterations": 2} if solver == "ipopt" else {"evaluations": 1000}
     content["solver"] |= {"name": solver, **budget}

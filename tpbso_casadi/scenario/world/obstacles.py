@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, SerializeAsAny, ValidationError
 
-from problems import Box, Ellipse, InvalidProblem, Obstacle, Polygon
+from problems import Ellipse, InvalidProblem, Obstacle, Polygon, Rectangle
 from problems.scene.polygon import MAX_CORNERS
 from tpbso_casadi.plugins import Catalogue, PluginError, failure, subclass_of
 from tpbso_casadi.scenario.section import Angle, PlanarPoint, Positive, ScenarioError, Section, Word
@@ -50,9 +50,9 @@ class BoxSection(ObstacleSection):
     size: tuple[Positive, Positive]
     angle: Angle = 0.0
 
-    def build(self) -> Box:
+    def build(self) -> Rectangle:
         """The obstacle itself."""
-        return Box(self.center, self.size, self.angle)
+        return Rectangle(self.center, self.size, self.angle)
 
 
 class PolygonSection(ObstacleSection):

@@ -19,7 +19,7 @@ SIGNS = ((-1, -1), (1, -1), (1, 1), (-1, 1))  # of the corners, counter-clockwis
 
 
 @dataclass(frozen=True)
-class Box(Obstacle):
+class Rectangle(Obstacle):
     """A filled rectangle in the plane.
 
     Args:

@@ -1,0 +1,172 @@
+"""Keys about safety and about the arm itself: margin, widths, shapes, pose, tool, jerk; each wrong one is named."""
+
+from __future__ import annotations
+
+import copy
+from math import degrees
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from oracles.outlines import skeletons
+
+from problems import PlanarArm
+from problems.limits import proximity_limits
+from tpbso_casadi import ScenarioError, parse_scenario
+from tpbso_casadi.scenario.scenario import read_scenario
+
+EVERYTHING: dict[str, Any] = {
+    "arm": {
+        "link_lengths": [0.6, 0.5, 0.5],
+        "max_speed": 4.0,
+        "max_acceleration": 20.0,
+        "max_jerk": [400.0, 500.0, 600.0],
+        "link_radius": [0.04, 0.03, 0.02],
+        "base": [0.1, -0.2, 0.3],
+        "tool": [0.1, 0.05],
+    },
+    "task": {"kind": "point-to-point", "start": [1.2, 0.0], "goal": [0.2, 1.2], "objective": "time", "elbow": "up"},
+    "obstacles": [
+        {"center": [1.3, 1.2], "semi_axes": [0.2, 0.1], "angle": 0.4},
+        {"shape": "ellipse", "center": [-0.9, 0.5], "semi_axes": [0.1, 0.1]},
+        {"shape": "box", "center": [-0.5, 1.0], "size": [0.2, 0.1], "angle": 0.2},
+        {"shape": "polygon", "points": [[1.6, -0.5], [1.6, 0.6], [1.5, 0.6], [1.5, -0.4], [1.0, -0.4], [1.0, -0.5]]},
+    ],
+    "model": {"margin": 0.02, "self_collision": True, "formulation": "reduced"},
+}
+CASES = [
+    ("arm.link_radius", -0.1, "arm.link_radius: input should be greater than or equal to 0, not -0.1"),
+    ("arm.link_radius", [0.1], "arm.link_radius: 1 values for 3 links"),
+    ("arm.max_jerk", 0.0, "arm.max_jerk: input should be greater than 0"),
+    ("arm.max_jerk", [1.0], "arm.max_jerk: 1 values for 3 links"),
+    ("arm.base", [1.0], "arm.base: list should have at least 2 items"),
+    ("arm.base", [0.0, 0.0, 1e9], "arm.base: 1e+09 is not within -1e+06 and 1e+06 rad"),
+    ("arm.base", [0.0, "up"], "arm.base.1: a number is needed, not 'up'"),
+    ("arm.base", [9.0, 9.0], "task.start: (1.2, 0.0) is 11.9097 m from the base, out of reach"),
+    ("arm.tool", [-0.5, 0.0], "arm.tool: the tool lies on the last joint"),
+    ("arm.tool", [0.1], "arm.tool.1: missing key"),
+    ("model.margin", -0.1, "model.margin: input should be greater than or equal to 0, not -0.1"),
+    ("model.margin", "wide", "model.margin: a number is needed, not 'wide'"),
+    ("model.margin", 0.5, "model.self_collision: link 1 and link 3 cannot keep 0.56 m: what joins them is 0.5 m long"),
+    ("model.self_collision", 1, "model.self_collision: true or false is needed, not 1"),
+    (
+        "obstacles.0.shape",
+        "elipse",
+        "obstacles.0.shape: input should be 'ellipse', 'box' or 'polygon', not 'elipse'; did",
+    ),
+    ("obstacles.0.shape", 3, "obstacles.0.shape: input should be 'ellipse', 'box' or 'polygon', not 3"),
+    ("obstacles.0.shape", "box", "obstacles.0.size: missing key"),
+    ("obstacles.0", 3, "obstacles.0: a table is needed, not 3"),
+    ("obstacles.2.size", [0.1, 0.0], "obstacles.2.size.1: input should be greater than 0"),
+    ("obstacles.2.sise", 1.0, "obstacles.2.sise: unknown key; did you mean size?"),
+    ("obstacles.2.center", [0.1, -0.2], "obstacles: the base lies inside the obstacle at (0.1, -0.2)"),
+    ("obstacles.2.center", [0.1, -0.3], "obstacles: the base is 0.0"),
+    ("obstacles.2.center", [1.2, 0.07], "task.start: (1.2, 0.0) is 0.01"),
+    ("obstacles.3.points", [[0.0, 0.0], [1.0, 0.0]], "obstacles.3.points: list should have at least 3 items"),
+    ("obstacles.3.points.1", [1.0, "x"], "obstacles.3.points.1.1: a number is needed, not 'x'"),
+    (
+        "obstacles.3.points",
+        [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]],
+        "obstacles.3.points: the sides from points 1 and 3 on meet",
+    ),
+    ("obstacles.1.shape", "nothing:Here", "obstacles.1.shape: "),
+]
+
+
+def changed(content: dict[str, Any], key: str, value: object) -> dict[str, Any]:
+    edited = copy.deepcopy(content)
+    *path, last = key.split(".")
+    place: Any = edited
+    for part in path:
+        place = place[int(part)] if isinstance(place, list) else place[part]
+    place[int(last) if isinstance(place, list) else last] = value
+    return edited
+
+
+@pytest.mark.parametrize(("key", "value", "message"), CASES)
+def test_every_wrong_key_is_named(key: str, value: object, message: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario(changed(EVERYTHING, key, value)).problem()
+    assert str(caught.value).startswith(message)
+    assert "\n" not in str(caught.value)
+
+
+def test_everything_arrives_in_the_problem() -> None:
+    scenario = parse_scenario(EVERYTHING)
+    assert parse_scenario(scenario.model_dump(mode="json")) == scenario
+    problem = scenario.problem()
+    robot = problem.robot
+    assert isinstance(robot, PlanarArm)
+    assert (robot.margin, robot.self_collision) == (0.02, True)
+    assert (robot.base, robot.base_angle, robot.tool_offset) == ((0.1, -0.2), 0.3, (0.1, 0.05))
+    assert (robot.link_radius, robot.limits.jerk) == ((0.04, 0.03, 0.02), (400.0, 500.0, 600.0))
+    assert [type(obstacle).__name__ for obstacle in problem.obstacles] == ["Ellipse", "Ellipse", "Rectangle", "Polygon"]
+    names = [limit.name for limit in problem.limits]
+    assert names == ["speed", "acceleration", "jerk", "clearance", "self clearance"]
+
+
+def test_what_is_verified_is_where_the_arm_is() -> None:
+    problem = parse_scenario(EVERYTHING).problem()
+    x = np.mean(problem.bounds, axis=0)
+    trajectory = problem.trajectory(x)
+    trajectory = trajectory.time_scaled(max(1.0, problem.exact_time_scale(trajectory)))
+    verdicts = {verdict.name: verdict for verdict in problem.verify(trajectory)}
+    assert all(verdicts[name].satisfied for name in ("start", "goal", "speed", "acceleration", "jerk"))
+    tools = skeletons(problem.robot, trajectory.at(np.array([0.0, trajectory.duration])))[:, -1]
+    assert tools == pytest.approx(np.array([[1.2, 0.0], [0.2, 1.2]]), abs=1e-9)
+    times = np.linspace(0.0, trajectory.duration, 20_001)
+    assert (np.abs(trajectory.at(times, 3)) <= np.array([400.0, 500.0, 600.0]) * (1.0 + 1e-9)).all()
+    assert {limit.name for limit in proximity_limits(problem.robot, problem.obstacles)} <= set(verdicts)
+
+
+def test_degrees_make_the_same_problem() -> None:
+    turned = copy.deepcopy(EVERYTHING) | {"unit": "deg"}
+    for key in ("max_speed", "max_acceleration"):
+        turned["arm"][key] = degrees(turned["arm"][key])
+    turned["arm"]["max_jerk"] = [degrees(value) for value in turned["arm"]["max_jerk"]]
+    turned["arm"]["base"][2] = degrees(0.3)
+    for obstacle in turned["obstacles"]:
+        if "angle" in obstacle:
+            obstacle["angle"] = degrees(obstacle["angle"])
+    one, other = parse_scenario(EVERYTHING).problem(), parse_scenario(turned).problem()
+    values = [problem.cost_program().parameters for problem in (one, other)]
+    assert values[1] == pytest.approx(values[0], rel=1e-15)
+
+
+def test_degrees_of_a_robot_by_its_class() -> None:
+    settings = {"link_lengths": [1.0, 1.0], "max_speed": [180.0, 180.0], "max_acceleration": 360.0, "base_angle": 90.0}
+    content = {"unit": "deg", "robot": {"model": "planar", "settings": settings}, "task": EVERYTHING["task"]}
+    robot = parse_scenario(content | {"model": {"margin": 0.1}}).problem().robot
+    assert robot.limits.speed == (np.pi, np.pi)
+    assert robot.limits.acceleration == (2.0 * np.pi,) * 2
+    assert (robot.base_angle, robot.margin) == (np.pi / 2.0, 0.1)
+
+
+def test_a_file_in_degrees(tmp_path: Path) -> None:
+    path = tmp_path / "move.toml"
+    path.write_text(
+        'unit = "deg"\n[arm]\nlink_lengths = [1.0, 1.0]\nmax_speed = 180\nmax_acceleration = 360\n'
+        "base = [0.0, 0.0, 90]\njoint_limits = [[-180, 180], [0, 150]]\n"
+        '[task]\nkind = "point-to-point"\nstart = [1.0, 0.5]\ngoal = [0.5, 1.5]\n'
+    )
+    scenario = read_scenario(path)
+    assert scenario.unit == "rad"
+    assert scenario.arm is not None
+    assert scenario.arm.base == [0.0, 0.0, np.pi / 2.0]
+    assert scenario.arm.joint_limits == [(-np.pi, np.pi), (0.0, np.radians(150.0))]
+    path.write_text(path.read_text().replace("deg", "turns"))
+    with pytest.raises(ScenarioError, match=r"move\.toml: unit: input should be 'rad' or 'deg', not 'turns'$"):
+        read_scenario(path)
+
+
+def test_another_scene_of_the_same_make_has_the_same_functions() -> None:
+    moved = changed(EVERYTHING, "model.margin", 0.0205)
+    moved = changed(moved, "obstacles.2.center", [-0.51, 1.01])
+    moved = changed(moved, "obstacles.3.points.0", [1.61, -0.51])
+    moved = changed(moved, "arm.base", [0.11, -0.21, 0.2])
+    moved = changed(moved, "arm.link_radius", [0.041, 0.031, 0.021])
+    programs = [parse_scenario(content).problem().cost_program() for content in (EVERYTHING, moved)]
+    texts = [[step.function.serialize() for step in program.steps] for program in programs]
+    assert texts[0] == texts[1]
+    assert (programs[0].parameters != programs[1].parameters).any()
