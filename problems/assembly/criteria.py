@@ -12,7 +12,7 @@ from problems.certify.verdict import Verdict, verdict
 from problems.certify.verification import limit_verdicts
 from problems.limits.limit import Limit
 from problems.limits.time_scale import exact_time_scale, safe_time_scale
-from problems.motions.trajectory import CONTINUOUS_ORDERS, SMOOTH_ORDERS, Trajectory
+from problems.motions.trajectory import Trajectory
 from problems.objectives import Objective
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
@@ -47,16 +47,6 @@ class Criteria:
     def obstacles(self) -> tuple[Obstacle, ...]:
         """The obstacles to keep clear of."""
         return self.task.obstacles
-
-    @property
-    def smoothness(self) -> int:
-        """How many derivatives of a motion are continuous, the angle the first."""
-        return self.timed_smoothness if self.free_timing else SMOOTH_ORDERS
-
-    @property
-    def timed_smoothness(self) -> int:
-        """The same of a motion that is timed path by path."""
-        return CONTINUOUS_ORDERS if self.robot.limits.jerk is None else SMOOTH_ORDERS
 
     def at_free_times(self) -> Criteria:
         """The same for a motion that is timed anew along its path."""

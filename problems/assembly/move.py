@@ -118,7 +118,7 @@ class MoveProblem(SplineProblem):
 
     def nlp(self) -> MoveNlp:
         """The same problem for solvers that follow gradients: cubic pieces in time, not a spline."""
-        return MoveNlp(self.task, self.objective, self.limits, usual_pieces(self.task), self.trajectory)
+        return MoveNlp(self.task, self.objective, self.limits, usual_pieces(self.task), self.quick_trajectory)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """The postures at the stops of one candidate (d,), rad, and the path parameter there."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -18,6 +18,7 @@ from problems.limits.time_scale import peaks_of
 from problems.motions.joint_path import JointPath
 from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.trajectory import Trajectory
+from problems.robots.robot import JointLimits
 from problems.timing.retime import retime
 
 
@@ -64,10 +65,17 @@ class SplineProblem(Problem[TimedPath]):
         Where there is none, as the path stands still or its ends cannot be passed at the given velocities, the motion
         of the search's own timing.
         """
+        return self._timed(x, self.robot.limits)
+
+    def quick_trajectory(self, x: FloatArray) -> Trajectory:
+        """The least time without a jerk limit, found much sooner: where a descent may begin."""
+        return self._timed(x, replace(self.robot.limits, jerk=None))
+
+    def _timed(self, x: FloatArray, limits: JointLimits) -> Trajectory:
         points, *rates = (as_array(part) for part in self._path(x))
         start, goal = (float(rate[0, 0]) for rate in rates)
         try:
-            return retime(self.motion.path(points), self.robot.limits, (start, goal))
+            return retime(self.motion.path(points), limits, (start, goal))
         except InvalidProblem:
             return super().trajectory(x)
 

@@ -111,7 +111,7 @@ class TracingProblem(SplineProblem):
             objective=self.objective,
             limits=self.limits,
             pieces=self.knots.u.size - 1,
-            decode=self.trajectory,
+            decode=self.quick_trajectory,
             knots=self.knots,
             path=self.task.path.array,
             accuracy=self.task.accuracy,

@@ -19,7 +19,7 @@ SAMPLED_ORDERS = 4  # angles, speeds, accelerations, jerks
 SMOOTH_ORDERS = 3  # of which all but the jerks are continuous where nothing else is said
 CONTINUOUS_ORDERS = 2  # of which at least angles and speeds have to be
 ROUNDING = 1e-12  # relative to a derivative's largest value: smaller jumps are none
-JUMP = 1e-9  # the same of a derivative below one that is limited, relative to the scale of jumps
+JUMP = 1e-6  # of the scale of jumps: an acceleration that jumps by less is continuous; timed pieces can be short
 LARGEST_JUMP_SCALE, LEAST_JUMP_SCALE = 1.0, 1e-6  # rad: jumps are relative to what lies between
 
 
@@ -141,7 +141,7 @@ class Trajectory:
     def jump_time(self, order: int) -> float | None:
         """When a derivative jumps most, s; accelerations also from and to zero at the ends. None where none jumps.
 
-        Jumps are relative as in :meth:`largest_jump`, and none where they are rounding.
+        Jumps are relative as in :meth:`largest_jump`, and none up to 1e-6: rounding of pieces of a microsecond.
         """
         before, after = self._sides(order)
         inner = np.abs(after[1:] - before[:-1]).max(axis=1)

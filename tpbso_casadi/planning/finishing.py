@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -57,27 +57,29 @@ def is_better(motion: Motion, before: Motion) -> bool:
 
 
 def retimed(before: Motion, progress: Progress) -> Retiming:
-    """Time a finished motion anew, in all the ways there are."""
+    """Time a finished motion anew, in all the ways there are; the closed form, where it is certified, has no rival."""
     began = time.perf_counter()
     progress.phase("retiming")
-    made = {name: motion for name, make in CANDIDATES.items() for motion in _attempted(make, before)}
+    made: dict[str, Motion] = {}
+    for name, make in CANDIDATES.items():
+        motion = None if any(m.feasible for m in made.values()) else _attempted(make, before)
+        if motion is not None:
+            made[name] = motion
     best = min(made, key=lambda name: (made[name].merit, made[name].trajectory.duration), default="")
     return Retiming(before, made.get(best), best, time.perf_counter() - began)
 
 
-def _attempted(make: Callable[[Motion], Trajectory | None], before: Motion) -> Iterator[Motion]:
-    """The motion of a candidate, slowed where its limits need it; nothing where it cannot be made."""
-    if not before.trajectory.is_finite:
-        return
+def _attempted(make: Callable[[Motion], Trajectory | None], before: Motion) -> Motion | None:
+    """The motion of a candidate, slowed where its limits need it; None where it cannot be made."""
     try:
-        trajectory = make(before)
+        trajectory = make(before) if before.trajectory.is_finite else None
     except InvalidProblem:  # it stands still, for example
-        return
+        return None
     if trajectory is None:
-        return
+        return None
     motion = replace(before, trajectory=trajectory, retimed=True)
     scale = motion.criteria.safe_time_scale(trajectory)
-    yield motion if scale <= 1.0 else replace(motion, trajectory=trajectory.time_scaled(scale))
+    return motion if scale <= 1.0 else replace(motion, trajectory=trajectory.time_scaled(scale))
 
 
 def _same_path(before: Motion) -> Trajectory | None:
@@ -99,4 +101,5 @@ def _rest_to_rest(before: Motion) -> Trajectory | None:
     return rest_to_rest(np.asarray(first), np.asarray(last), problem.robot.limits)
 
 
+# the closed form first, the fastest motion there is between two postures
 CANDIDATES: dict[str, Callable[[Motion], Trajectory | None]] = {"rest to rest": _rest_to_rest, SAME_PATH: _same_path}

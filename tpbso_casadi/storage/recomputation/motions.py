@@ -8,7 +8,7 @@ import numpy as np
 
 from problems import Problem
 from problems.motions.joint_path import JointPath
-from problems.motions.trajectory import Trajectory
+from problems.motions.trajectory import CONTINUOUS_ORDERS, SMOOTH_ORDERS, Trajectory
 from problems.timing.following import departure
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.storage.recomputation.agreement import TOLERANCE, Contradiction
@@ -36,7 +36,7 @@ def check_trajectory(key: str, motion: Motion, problem: Problem[Any] | None) -> 
     trajectory, criteria = motion.trajectory, motion.criteria
     if trajectory.breakpoints.size != trajectory.coefficients.shape[1] + 1 or not _increase(trajectory):
         raise Contradiction(f"{key}.breakpoints: increasing times are needed, one more than pieces")
-    orders = criteria.timed_smoothness if motion.free_timing else criteria.smoothness
+    orders = CONTINUOUS_ORDERS if motion.free_timing else SMOOTH_ORDERS
     jump = trajectory.largest_jump(criteria.task.end_velocities, orders)
     if not jump <= TOLERANCE:
         how = "at rest" if not criteria.task.end_velocities.any() else "at the velocities of the task"

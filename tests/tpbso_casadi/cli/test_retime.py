@@ -1,0 +1,197 @@
+"""``python -m tpbso_casadi.retime``: waypoints, recordings and runs as fast as a robot can; one line for what is wrong."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tpbso_casadi
+from problems import InvalidProblem, PlanarArm, Trajectory
+from problems.motions.joint_path import JointPath
+from tpbso_casadi.cli import audit, solve
+from tpbso_casadi.cli.retime import main
+from tpbso_casadi.storage.stored_run import read_run
+
+ARM = "[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = [2.0, 3.0]\nmax_acceleration = [10.0, 8.0]\n"
+ROWS = np.array([[0.0, 0.5], [0.6, 0.9], [1.0, 0.2], [1.5, 0.4]])
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("arm.toml").write_text(ARM)
+    write_rows(ROWS)
+    return tmp_path
+
+
+def write_rows(rows: np.ndarray, header: str = "q1,q2") -> None:
+    np.savetxt("path.csv", rows, delimiter=",", header=header, comments="")
+
+
+def run(*arguments: str) -> int:
+    try:
+        return int(main([*arguments, "--quiet"]))
+    except SystemExit as end:
+        return int(end.code or 0)
+
+
+def result(name: str = "out") -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(Path(name, "result.json").read_text())
+    return content
+
+
+def check_limits(trajectory: Trajectory) -> None:
+    """Independently, at 20,000 times."""
+    times = np.linspace(0.0, trajectory.duration, 20_001)
+    assert (np.abs(trajectory.at(times, 1)) <= np.array([2.0, 3.0]) * (1.0 + 1e-9)).all()
+    assert (np.abs(trajectory.at(times, 2)) <= np.array([10.0, 8.0]) * (1.0 + 1e-9)).all()
+
+
+def nearest(trajectory: Trajectory, row: np.ndarray) -> float:
+    times = np.linspace(0.0, trajectory.duration, 20_001)
+    return float(np.abs(trajectory.at(times) - row).max(axis=1).min())
+
+
+def test_waypoints_are_passed_within_the_limits_and_audited() -> None:
+    assert run("path.csv", "--robot", "arm.toml", "--out", "out", "--no-plots") == 0
+    trajectory = read_run(Path("out")).motion.trajectory
+    check_limits(trajectory)
+    assert max(nearest(trajectory, row) for row in ROWS) < 1e-3
+    np.testing.assert_allclose(trajectory.at(np.array([0.0, trajectory.duration])), ROWS[[0, -1]], atol=1e-9)
+    assert audit.main(["out"]) == 0
+
+
+def test_nothing_is_said_of_a_search() -> None:
+    assert run("path.csv", "--robot", "arm.toml", "--out", "out", "--no-plots") == 0
+    content = result()
+    assert [content[key] for key in ("solver", "seed", "cost", "stop_reason")] == [None] * 4
+    assert (content["evaluations"], content["iterations"]) == (0, 0)
+    assert content["history"] == {"evaluations": [], "cost": []}
+    assert content["objective"]["value"] == content["solution"]["breakpoints"][-1]
+    assert {"polish", "retiming"}.isdisjoint(content)
+
+
+def test_blends_stay_near_the_lines_and_are_faster_than_stops() -> None:
+    assert run("path.csv", "--robot", "arm.toml", "--blend", "0.05", "--out", "out", "--no-plots") == 0
+    assert run("path.csv", "--robot", "arm.toml", "--blend", "0", "--out", "stops", "--no-plots") == 0
+    blended, stopping = (read_run(Path(name)).motion.trajectory for name in ("out", "stops"))
+    check_limits(blended)
+    assert 0.01 < max(nearest(blended, row) for row in ROWS) <= 0.05 + 1e-3
+    assert max(nearest(stopping, row) for row in ROWS) < 1e-3
+    assert blended.duration < stopping.duration
+
+
+def test_ends_in_motion() -> None:
+    assert run("path.csv", "--robot", "arm.toml", "--start-speed", "0.5", "--out", "out", "--no-plots") == 0
+    trajectory = read_run(Path("out")).motion.trajectory
+    velocity = trajectory.at(np.array([0.0, trajectory.duration]), 1)
+    np.testing.assert_allclose(np.linalg.norm(velocity, axis=1), [0.5, 0.0], atol=1e-9)
+
+
+def test_figures_a_film_and_exports() -> None:
+    options = ["--out", "out", "--animate", "out/film.html", "--export", "csv", "--export", "npz", "--rate", "50"]
+    assert run("path.csv", "--robot", "arm.toml", *options) == 0
+    names = {path.name for path in Path("out").iterdir()}
+    expected = {"result.json", "trajectory.csv", "path.png", "joints.png", "film.html"}
+    assert names == expected | {"joint_trajectory.csv", "joint_trajectory.npz"}
+    assert audit.main(["out"]) == 0
+
+
+def test_a_run_is_retimed_on_its_own_path_and_no_slower() -> None:
+    options = ["rotation-3", "--solver", "pso", "--evaluations", "1000", "--formulation", "reduced", "--no-plots"]
+    assert solve.main([*options, "--no-retime", "--quiet", "--out", "before"]) == 0
+    assert run("before", "--out", "after", "--no-plots") == 0
+    before, after = read_run(Path("before")).motion, read_run(Path("after")).motion
+    assert after.trajectory.duration < before.trajectory.duration
+    assert audit.main(["after"]) == 0
+    assert run("after", "--out", "again", "--no-plots") == 0
+    assert result("again")["objective"]["value"] == pytest.approx(after.trajectory.duration, rel=1e-3)
+
+
+def test_a_scenario_file_says_the_same() -> None:
+    Path("s.toml").write_text(ARM + '[task]\nkind = "joint-path"\njoints = "path.csv"\n')
+    assert solve.main(["s.toml", "--quiet", "--no-plots", "--out", "solved"]) == 0
+    assert run("path.csv", "--robot", "arm.toml", "--out", "out", "--no-plots") == 0
+    assert result("solved")["solution"] == result()["solution"]
+
+
+def test_degrees_are_those_of_the_robots_file() -> None:
+    Path("deg.toml").write_text(
+        'unit = "deg"\n[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 100.0\nmax_acceleration = 500.0\n'
+        '[task]\nkind = "joint-path"\njoints = "path.csv"\n'
+    )
+    write_rows(np.degrees(ROWS))
+    assert run("path.csv", "--robot", "deg.toml", "--out", "out", "--no-plots") == 0
+    assert solve.main(["deg.toml", "--quiet", "--no-plots", "--out", "solved"]) == 0
+    for name in ("out", "solved"):
+        trajectory = read_run(Path(name)).motion.trajectory
+        np.testing.assert_allclose(trajectory.at(np.array([0.0, trajectory.duration])), ROWS[[0, -1]], atol=1e-9)
+
+
+def test_a_path_through_an_obstacle_is_written_and_not_certified(capfd: pytest.CaptureFixture[str]) -> None:
+    Path("arm.toml").write_text(ARM + "[[obstacles]]\ncenter = [0.55, 0.75]\nsemi_axes = [0.1, 0.1]\n")
+    assert run("path.csv", "--robot", "arm.toml", "--out", "out", "--no-plots") == 1
+    assert "the path as it is cannot be run: its clearance" in capfd.readouterr().err
+    assert result()["certificate"]["verdict"] == "violated"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["path.csv"], "path.csv: says nothing of a robot; say --robot ARM.toml"),
+        (["path.csv", "--robot", "none.toml"], "none.toml: cannot be read"),
+        (["none.csv", "--robot", "arm.toml"], "none.csv: cannot be read"),
+        (["path.csv", "--robot", "path.csv"], "path.csv: not TOML"),
+        (["path.csv", "--robot", "empty.toml"], "empty.toml: arm: missing key"),
+        (["path.csv", "--robot", "three.toml"], "task.joints: a path of 2 joints for a robot of 3"),
+        (["path.csv", "--robot", "arm.toml", "--blend", "-1"], "--blend: -1 is not a positive number"),
+        (["path.csv", "--robot", "arm.toml", "--interpolation", "blend"], "task.tolerance: missing key"),
+        (["path.csv", "--robot", "arm.toml", "--start-speed", "9"], "task.start_speed: joint"),
+        (["path.csv", "--robot", "arm.toml", "--out", "."], "is the working folder"),
+        (["nothing", "--out", "x"], "nothing/result.json: cannot be read"),
+        (["still.csv", "--robot", "arm.toml"], "still.csv line 3: the same joint angles as in the line before"),
+    ],
+)
+def test_what_is_wrong_takes_one_line(arguments: list[str], expected: str, capfd: pytest.CaptureFixture[str]) -> None:
+    Path("empty.toml").write_text("")
+    Path("three.toml").write_text("[arm]\nlink_lengths = [1.0, 1.0, 1.0]\nmax_speed = 1.0\nmax_acceleration = 1.0\n")
+    Path("still.csv").write_text("q1,q2\n0,0\n0,0\n")
+    Path("nothing").mkdir()
+    assert run(*arguments) == 2
+    output = capfd.readouterr()
+    assert expected in output.err
+    assert output.err.count("\n") == 1
+    assert output.out == ""
+
+
+def test_a_solver_has_nothing_to_do(capfd: pytest.CaptureFixture[str]) -> None:
+    Path("s.toml").write_text(ARM + '[task]\nkind = "joint-path"\njoints = "path.csv"\n')
+    assert solve.main(["s.toml", "--solver", "pso"]) == 2
+    assert "solver: 'joint-path' is timed; there is nothing to search for" in capfd.readouterr().err
+
+
+# From Python
+
+
+def test_from_python() -> None:
+    robot = PlanarArm((0.5, 0.5), (2.0, 3.0), (10.0, 8.0))
+    motions = [
+        tpbso_casadi.retime(path, robot) for path in (ROWS, JointPath.through(ROWS), "path.csv", Path("path.csv"))
+    ]
+    for motion in motions:
+        assert motion.feasible
+        assert motion.trajectory.duration == pytest.approx(motions[0].trajectory.duration, rel=1e-9)
+    check_limits(motions[0].trajectory)
+    with pytest.raises(InvalidProblem, match="interpolation"):
+        tpbso_casadi.retime(ROWS, robot, interpolation="cubic")
+
+
+def test_a_run_folder_from_python() -> None:
+    assert run("path.csv", "--robot", "arm.toml", "--out", "out", "--no-plots") == 0
+    motion = tpbso_casadi.retime("out", PlanarArm((0.5, 0.5), (1.0, 1.5), (10.0, 8.0)))
+    assert motion.feasible
+    assert motion.trajectory.duration > result()["objective"]["value"]
