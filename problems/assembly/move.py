@@ -42,6 +42,7 @@ LEAST_STEPS = 5  # of the grid in each piece
 FINE = 50  # samples of a segment of the usual motion
 DETOUR = 2.0  # lengths of the usual motion that a motion may have
 MOST_SAMPLES = 600
+MOVING_SHARE = 0.98  # of accelerations: between moving ends nothing can be slowed down for what a grid does not see
 LEAST_SHARE = 0.1  # of the longest segment: no segment has less of the path parameter
 
 
@@ -70,10 +71,14 @@ def move(
     segments = len(task.vias) + 1
     each = USUAL_PIECES.get(segments, LEAST_PIECES) if pieces is None else pieces
     durations = segment_durations(task)
-    share = np.maximum(durations, LEAST_SHARE * durations.max())
-    nodes = np.interp(np.arange(segments * each + 1) / each, np.arange(segments + 1), np.append(0.0, np.cumsum(share)))
-    steps = max(LEAST_STEPS, round(max(samples, least_samples(task)) / (segments * each)))
-    motion = PathSpline(task.robot, tuple((nodes / nodes[-1]).tolist()), steps)
+    lengths = np.maximum(durations, LEAST_SHARE * durations.max())
+    stops = np.append(0.0, np.cumsum(lengths))
+    nodes = np.interp(np.arange(segments * each + 1) / each, np.arange(segments + 1), stops)
+    steps = max(LEAST_STEPS, round(samples / (segments * each)))
+    while steps * segments * each < least_samples(task):
+        steps *= 2  # and not what is just enough: another number is compiled anew
+    share = 1.0 if task.at_rest else MOVING_SHARE
+    motion = PathSpline(task.robot, tuple((nodes / nodes[-1]).tolist()), steps, share)
     return MoveProblem(
         task=task,
         motion=motion,

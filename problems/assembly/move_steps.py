@@ -100,10 +100,10 @@ class MoveSteps(CostSteps[TimedPath]):
             state["least"] = ca.SX.sym("least")
         if not self.encoding.at_rest:
             state["ends"] = ca.SX.sym("ends")
-        path, step, limits = motion.along(window, row[:-1], {1, 2, *along}), row[-1], motion.robot.limits
+        path, step, speed = motion.along(window, row[:-1], {1, 2, *along}), row[-1], motion.robot.limits.speed
         here, ahead = (path[1], path[2]), (state["ahead"][:k].T, state["ahead"][k:].T)
-        bounds = Bounds.of_interval(here, ahead, step, limits.acceleration)
-        most, least, between = before(here, bounds, step, state["most"], state.get("least"), limits.speed)
+        bounds = Bounds.of_interval(here, ahead, step, motion.acceleration)
+        most, least, between = before(here, bounds, step, state["most"], state.get("least"), speed)
         outputs = {"most": most, "ahead": ca.horzcat(*here).T}
         if least is not None:
             outputs["least"] = least

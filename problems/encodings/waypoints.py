@@ -50,7 +50,7 @@ class Stop:
 
     def posture(self, task: Move, x: Matrix, near: Matrix | None) -> Matrix:
         """The posture (1, dof), rad, that a search vector chooses."""
-        robot, own = task.robot, x[self.first : self.first + len(self.variables(task))]
+        robot, own = task.robot, x[self.first : self.first + len(self.variables(task)), :]
         redundancy = robot.redundancy if self.chosen else 0
         free = int(self.chosen and task.elbow == "free")
         normalised, branch, which = split(own, [redundancy, free, int(len(self.places) > 1)])

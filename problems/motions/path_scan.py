@@ -23,7 +23,7 @@ from typing import TypeAlias
 
 import casadi as ca
 
-from problems.base.matrix import Matrix, largest, smallest, total
+from problems.base.matrix import Matrix, Operand, largest, smallest, total
 
 LEAST_RATE = 1e-9  # rad per unit of u: a joint that turns less is limited as if it turned so much
 TINY = 1e-12  # in the place of a denominator that says that there is no bound
@@ -40,7 +40,7 @@ class Bounds:
     tilt: Matrix
 
     @classmethod
-    def of_interval(cls, here: Slopes, ahead: Slopes, step: Matrix, acceleration: Sequence[float]) -> Bounds:
+    def of_interval(cls, here: Slopes, ahead: Slopes, step: Matrix, acceleration: Sequence[Operand]) -> Bounds:
         """Of both ends of an interval.
 
         Args:
@@ -65,7 +65,7 @@ def _away_from_zero(values: Matrix) -> Matrix:
 
 
 def before(
-    here: Slopes, bounds: Bounds, step: Matrix, most: Matrix, least: Matrix | None, speed: Sequence[float]
+    here: Slopes, bounds: Bounds, step: Matrix, most: Matrix, least: Matrix | None, speed: Sequence[Operand]
 ) -> tuple[Matrix, Matrix | None, Matrix]:
     """From what b may be at a grid point to what it may be at the one before.
 
@@ -88,7 +88,7 @@ def before(
 
 
 def _largest_before(
-    here: Slopes, bounds: Bounds, step: Matrix, most: Matrix, least: Matrix | None, speed: Sequence[float]
+    here: Slopes, bounds: Bounds, step: Matrix, most: Matrix, least: Matrix | None, speed: Sequence[Operand]
 ) -> Matrix:
     room, tilt = bounds.room, bounds.tilt
     pairs = combinations(range(room.numel()), 2)
@@ -136,8 +136,8 @@ def scan(
     second: Matrix,
     steps: Sequence[float],
     ends: tuple[Matrix, Matrix | None],
-    speed: Sequence[float],
-    acceleration: Sequence[float],
+    speed: Sequence[Operand],
+    acceleration: Sequence[Operand],
 ) -> Scan:
     """All of it at once.
 

@@ -59,11 +59,13 @@ class PathSpline(Motion[TimedPath]):
         robot: that moves; its speed and acceleration limits are kept.
         nodes: of the spline, increasing from 0 to 1.
         steps: of the grid between two nodes.
+        share: of the acceleration limits that the timing makes use of.
     """
 
     robot: Robot
     nodes: tuple[float, ...]
     steps: int
+    share: float = 1.0
 
     @cached_property
     def spline(self) -> ClampedSpline:
@@ -75,6 +77,11 @@ class PathSpline(Motion[TimedPath]):
         """Path parameters of the grid points, (n,)."""
         starts, lengths = np.array(self.nodes[:-1]), np.diff(self.nodes)
         return np.append((starts[:, None] + lengths[:, None] * np.arange(self.steps) / self.steps).ravel(), 1.0)
+
+    @property
+    def acceleration(self) -> tuple[Operand, ...]:
+        """The accelerations that the timing makes use of, rad/s^2."""
+        return tuple(self.share * limit for limit in self.robot.limits.acceleration)
 
     @cached_property
     def double_steps(self) -> FloatArray:
@@ -89,8 +96,7 @@ class PathSpline(Motion[TimedPath]):
             rates: at both ends.
         """
         first, second = (ca.mtimes(self.spline.sampling_matrix(self.parameters_u, n), control_points) for n in (1, 2))
-        limits = self.robot.limits
-        found = scan(first, second, self.double_steps.tolist(), rates, limits.speed, limits.acceleration)
+        found = scan(first, second, self.double_steps.tolist(), rates, self.robot.limits.speed, self.acceleration)
         duration = total(interval_time(ca.DM(self.double_steps), found.squared[:-1], found.squared[1:]))
         return TimedPath(control_points, found.squared, duration, found.gap)
 

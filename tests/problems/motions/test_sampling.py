@@ -14,6 +14,7 @@ from helpers.cases import equal_links
 from problems.base.matrix import as_array
 from problems.motions.knot_spline import KnotSpline, SplineShape
 from problems.motions.motion import Motion
+from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.samples import Samples
 from problems.motions.trajectory import SMOOTH_ORDERS
 from problems.motions.two_segments import Quantities, TwoSegments
@@ -33,12 +34,20 @@ def spline(knots: Sequence[float], steps: int, time: float) -> tuple[KnotSpline,
     return motion, SplineShape(shape, ca.DM(time))
 
 
+def path(nodes: Sequence[float], steps: int, slower: float) -> tuple[PathSpline, TimedPath]:
+    motion = PathSpline(ROBOT, tuple(nodes), steps)
+    points = ca.DM(RNG.normal(size=(motion.spline.size, 3)))
+    return motion, motion.timed(points, (ca.DM(0.0), None)).slowed(slower, 0.0)
+
+
 MOTIONS: dict[str, tuple[Motion[Any], Any]] = {
     "two segments": (TwoSegments(ROBOT, 7), quantities(0.3, 1.7)),
     "two segments, few steps": (TwoSegments(ROBOT, 1), quantities(2.1, 0.4)),
     "spline": spline(np.linspace(0.0, 1.0, 6).tolist(), 4, 1.3),
     "spline, uneven knots": spline(UNEVEN, 6, 0.37),
     "spline of two knots": spline((0.0, 1.0), 2, 2.0),
+    "path": path(np.linspace(0.0, 1.0, 5).tolist(), 6, 1.0),
+    "path, uneven nodes, slowly": path(UNEVEN, 5, 1.7),
 }
 ORDERS = list(chain.from_iterable(combinations(range(3), n) for n in (1, 2, 3)))
 each_motion = pytest.mark.parametrize(("motion", "parameters"), MOTIONS.values(), ids=MOTIONS)
