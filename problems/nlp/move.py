@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.encodings.waypoints import stops
 from problems.limits.clearance import StepLimit
 from problems.limits.constraint import Constraint
 from problems.limits.limit import SAMPLING_MARGIN, Limit
@@ -218,11 +219,11 @@ class MoveNlp(TimedProgram):
         return Waypoints(self.waypoints, np.array(theta), self.task.end_velocities)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
-        """Postures theta_s and theta_f at the ends, when vias are passed, T: of the finished motion."""
+        """The postures at the stops of a solution, rad, and when they are passed, s: of the finished motion."""
         motion = self.trajectory(x)
         passed = motion.breakpoints[self.waypoints]
-        theta_s, theta_f = motion.at(passed[[0, -1]])
-        return {"theta_s": theta_s, "theta_f": theta_f, "t_via": passed[1:-1], "T": passed[-1:]}
+        theta = {f"theta_{stop.name}": row for stop, row in zip(stops(self.task), motion.at(passed), strict=True)}
+        return {**theta, "t_stops": passed}
 
 
 def _time_unit(robot: Robot) -> float:

@@ -11,15 +11,22 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from benchmarks.moving_ends import random_move
 from problems import OBJECTIVES, Ellipse, PlanarArm, Trajectory
 from problems.certify.verdict import verdict
 from problems.certify.verification import limit_verdicts
 from problems.limits import limits_of
 from problems.nlp.move import MoveNlp
+from problems.nlp.move_solution import Waypoints, through
+from problems.nlp.optimality import optimality
+from problems.nlp.starts.displacement import LONGEST
+from problems.nlp.starts.waypoint_postures import WaypointPostures
+from problems.robots.robot import JointLimits
 from problems.tasks.move import Move
 from problems.tasks.place import Joints, Position
+from problems.timing.free_space.acceleration_pieces import AccelerationPieces
 from problems.timing.free_space.moving_ends import least_time_move
-from problems.timing.rest_to_rest import rest_to_rest
+from problems.timing.rest_to_rest import least_durations, rest_to_rest
 from solvers import IPOPT, Descent, StopReason
 
 ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3)
@@ -167,8 +174,8 @@ def test_names_and_bounds_are_of_the_variables(task: Move) -> None:
         assert (lower <= upper).all()
         assert np.isfinite(x).all()
     quantities = program.quantities(x)
-    assert quantities["T"] == pytest.approx(program.trajectory(x).duration)
-    assert quantities["t_via"].size == len(task.vias)
+    assert quantities["t_stops"][[0, -1]] == pytest.approx([0.0, program.trajectory(x).duration])
+    assert quantities["t_stops"].size == len(task.vias) + 2 == len(quantities) - 1
 
 
 def test_the_same_seed_starts_alike(task: Move) -> None:
@@ -196,3 +203,70 @@ def test_derivatives_around_obstacles_are_those_of_casadi() -> None:
     plain = ca.triu(ca.hessian(program.f + ca.dot(lam, program.g), program.x)[0])
     expected = ca.Function("plain", [program.x], [plain])(x)
     assert float(ca.norm_inf(program.hessian(x, [], 1.0, lam) - expected)) < 1e-8 * float(ca.norm_inf(expected))
+
+
+def test_shadow_prices_are_those_of_the_closed_form() -> None:
+    """T = D / v + v / a + a / j: its derivatives with respect to speed, acceleration and jerk."""
+    way, speed, acceleration, jerk = 3.0, 2.0, 8.0, 60.0
+    robot = joints(2, speed, acceleration, jerk)
+    program = nlp(Move(robot, Joints((0.0, 0.5)), (Joints((way, 0.5)),)))
+    z = program.from_trajectory(solved(program))
+    report = optimality(program, z, "s")
+    assert report.stationarity < 1e-5
+    prices = {each.constraint: each.per_unit for each in report.sensitivities if each.column == "joint 1"}
+    expected = {
+        "speed": -way / speed**2 + 1.0 / acceleration,
+        "acceleration": -speed / acceleration**2 + 1.0 / jerk,
+        "jerk": -acceleration / jerk**2,
+    }
+    assert prices == pytest.approx(expected, rel=1e-3)
+
+
+def test_solutions_become_exact() -> None:
+    """Pieces that are off by a millionth meet waypoints, velocity and acceleration to rounding, and stay near."""
+    rng = np.random.default_rng(5)
+    start, goal, velocity = np.array([0.1, 0.4]), np.array([1.0, -0.5]), np.array([0.5, -0.3])
+    limits = JointLimits(speed=(2.0, 2.0), acceleration=(8.0, 8.0), jerk=(60.0, 60.0))
+    exact = least_time_move(start, goal, velocity, 0.0 * velocity, limits)
+    h = np.append(np.diff(exact.breakpoints), 1e-9)  # and a piece that has all but vanished
+    for smooth in (True, False):
+        accelerations = np.vstack([exact.coefficients[1] * 2.0, np.zeros((1, 2))])
+        jerks = np.vstack([exact.coefficients[0] * 6.0, np.zeros((1, 2))]) * (1.0 + 1e-6 * rng.normal(size=(h.size, 2)))
+        nodes = np.array([0, 3, h.size])
+        theta = np.array([start, exact.at(exact.breakpoints[3:4])[0], goal])
+        ends = np.array([velocity, 0.0 * velocity])
+        motion = through(AccelerationPieces(h, accelerations, jerks), Waypoints(nodes, theta, ends), smooth)
+        assert motion.at(motion.breakpoints[nodes]) == pytest.approx(theta, abs=1e-13)
+        assert motion.at(motion.breakpoints[[0, -1]], 1) == pytest.approx(ends, abs=1e-13)
+        assert motion.largest_jump(ends, 3 if smooth else 2) < 1e-9
+        times = exact.times(500)
+        assert motion.at(times, 2) == pytest.approx(exact.at(times, 2), abs=1e-3)
+
+
+def test_postures_turn_least() -> None:
+    """Two links have two postures at a point; the program finds the one that is sooner reached."""
+    arm, start = joints(2, 4.0, 20.0, None), np.array([0.2, -0.4])
+    elbows = np.array([1.0, -1.0]) * np.arccos((0.5**2 + 1.2**2 - 2.0) / 2.0)  # law of cosines, links of 1 m
+    shoulders = np.arctan2(1.2, 0.5) - np.arctan2(np.sin(elbows), 1.0 + np.cos(elbows))
+    both = np.column_stack([shoulders, elbows])
+    best = both[np.argmin(least_durations(both - start, arm.limits).max(axis=1))]
+    task = Move(arm, Joints(tuple(start)), (Position((0.5, 1.2)),))
+    found = WaypointPostures(task, LONGEST, ()).best(np.random.default_rng(0), 8, 4, 1)
+    assert found[0] == pytest.approx(np.array([start, best]), abs=1e-6)
+
+
+@pytest.mark.slow
+def test_free_moves_are_polished_to_the_optimum() -> None:
+    rng, ratios = np.random.default_rng(3), []
+    for _ in range(60):
+        move = random_move(rng)
+        robot = PlanarArm(
+            (1.0,) * move.start.size, move.limits.speed, move.limits.acceleration, max_jerk=move.limits.jerk
+        )
+        places = Joints(tuple(move.start)), (Joints(tuple(move.goal)),)
+        velocities = {"start_velocity": tuple(move.start_velocity), "goal_velocity": tuple(move.goal_velocity)}
+        motion = solved(nlp(Move(robot, *places, **velocities), 12))
+        ratios.append(motion.duration / move.planned().duration)
+    assert min(ratios) > 1.0 - 1e-9
+    assert max(ratios) < 1.01
+    assert np.median(ratios) < 1.0 + 1e-5
