@@ -111,8 +111,8 @@ class PathFollowingProblem(Problem[SplineShape]):
         spline = self.motion.spline
         if not limits:
             return Decoded(parameters=self.encoding.timed(shape, (), ()))
-        speeds, accelerations = spline.extreme_speeds(shape.coefficients), spline.accelerations(shape.coefficients)
-        extremes = Samples(robot=self.robot, derivatives=(ca.DM(), speeds, accelerations), duration=shape.time)
+        each = (extreme(shape.coefficients) for extreme in (spline.extreme_speeds, spline.accelerations, spline.jerks))
+        extremes = Samples(robot=self.robot, derivatives=(ca.DM(), *each), duration=shape.time)
         peaks = [largest_rows(limit.magnitudes(extremes)) for limit in limits]
         return Decoded(parameters=self.encoding.timed(shape, limits, peaks))
 
@@ -252,15 +252,17 @@ class KnotSteps(CostSteps[SplineShape]):
         return [start, Step.of("knots", inputs, {"posture": theta, "theta": theta}, loop, stacked=("theta",))]
 
     def _nodes(self) -> tuple[Step, int]:
-        """Peaks of speed and acceleration over all u, at the nodes and where the speed turns between them."""
+        """Peaks of speed, acceleration and jerk over all u, at the nodes and where the speed turns between them."""
         grid, (size, width) = self.motion.node_grid, self.motion.piece_sizes((0,))
         window, row = ca.SX.sym("window", width), ca.SX.sym("row", grid.rows.shape[1])
         last = ca.SX.sym("last", 2 * size)
         basis, k = row.shape[0] // 2, size
         speed, acceleration = (self.motion.combined(window, part, (0,), 0) for part in (row[:basis], row[basis:-1]))
         turning = turning_speed(last[:k].T, last[k:].T, acceleration, row[-1])
+        step = 2.0 * row[-1]  # from the node before; none to the first
+        jerk = ca.if_else(step > 0.0, (acceleration - last[k:].T) / step, 0.0)
         moments = [
-            Samples(robot=self.motion.robot, derivatives=(ca.SX(), fast, acceleration), duration=ca.SX(1))
+            Samples(robot=self.motion.robot, derivatives=(ca.SX(), fast, acceleration, jerk), duration=ca.SX(1))
             for fast in (speed, turning)
         ]
         magnitudes = [ca.vertcat(*(limit.magnitudes(m).T for limit in self.restored)) for m in moments]

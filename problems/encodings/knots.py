@@ -28,7 +28,7 @@ from problems.robots.turns import wrap_to
 from problems.tasks.elbow import elbow_signs
 from problems.tasks.path_following import PathFollowing
 
-EXACT_ORDERS = (1, 2)  # of the derivatives whose extremes over all t a cubic spline gives in closed form
+EXACT_ORDERS = (1, 2, 3)  # of the derivatives whose extremes over all t a cubic spline gives in closed form
 DEFAULT_TIME_BOUNDS = (0.1, 10.0)  # s, bounds of t_T
 
 
@@ -116,7 +116,7 @@ class KnotsEncoding(Encoding[SplineShape]):
         return SplineShape(self.motion.spline.coefficients(theta), duration)
 
     def exact_limits(self, limits: Sequence[Limit]) -> list[Limit]:
-        """Speed and acceleration, whose extremes over all t are known in closed form."""
+        """Speed, acceleration and jerk, whose extremes over all t are known in closed form."""
         return [limit for limit in scaling(limits) if limit.order in EXACT_ORDERS]
 
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
@@ -179,7 +179,9 @@ class ReducedKnots(FeasibilityFirst, KnotsEncoding):
         acceleration = _largest(spline.operator(spline.nodes, 2)).max()
         speed = _largest(spline.operator(spline.nodes, 1)).max() + acceleration
         dof = self.task.robot.dof
-        peaks = {1: ca.repmat(ca.DM(speed), 1, dof), 2: ca.repmat(ca.DM(acceleration), 1, dof)}
+        jerk = _largest(np.diff(spline.operator(spline.nodes, 2), axis=0) / np.diff(spline.nodes)[:, None]).max()
+        bounds = enumerate((speed, acceleration, jerk), start=1)
+        peaks = {order: ca.repmat(ca.DM(bound), 1, dof) for order, bound in bounds}
         return max(self.time_box[0], longest_time_scale(self.exact_limits(limits), peaks))
 
 

@@ -73,6 +73,11 @@ class RestSpline(ClampedSpline):
         """Second derivatives m at the nodes, (nodes, k), rad per u^2: the extremes over all u are among them."""
         return ca.mtimes(self.sampling_matrix(self.nodes, 2), coefficients)
 
+    def jerks(self, coefficients: Matrix) -> Matrix:
+        """Third derivatives, constant between nodes, (nodes - 1, k), rad per u^3."""
+        m = self.accelerations(coefficients)
+        return (m[1:, :] - m[:-1, :]) / ca.repmat(ca.DM(np.diff(self.nodes)), 1, coefficients.shape[1])
+
     def pieces(self, coefficients: FloatArray) -> list[FloatArray]:
         """Per piece between nodes the coefficients (4, k) in powers of its own time in [0, 1], lowest first."""
         values = [

@@ -221,7 +221,9 @@ class PathNlp(TimedProgram):
         limits = self.encoding.exact_limits(self.limits)
         for knots, x_phi in self._starts.sequence(rng):
             angles, bends, speeds, grid = (operator @ knots for operator in self._operators)
-            extremes = Samples(robot=self.robot, derivatives=(ca.DM(), ca.DM(speeds), ca.DM(bends)), duration=ca.DM(1))
+            jerks = np.diff(bends, axis=0) / self.form.steps[:, None]
+            each = (ca.DM(), ca.DM(speeds), ca.DM(bends), ca.DM(jerks))
+            extremes = Samples(robot=self.robot, derivatives=each, duration=ca.DM(1))
             peaks = [peaks_of(limit, extremes) for limit in limits]
             time = float(minimum_time_scale(limits, peaks)) if limits else 0.0
             yield self._joined(angles, bends, max(self.encoding.time_box[0], time), x_phi, grid)

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import casadi as ca
 
-from problems.base.matrix import Matrix
+from problems.base.matrix import Matrix, Operand
 from problems.scene.segments import Point, Side, apart, ends_of
 
 
@@ -29,8 +29,8 @@ def convex_clearance(corners: Sequence[Point], start: Matrix, end: Matrix) -> Ma
         (n, 1), m: the distance, or where a segment enters, less than zero by the shortest way out.
     """
     ends = ends_of(start), ends_of(end)
-    gaps: list[Matrix] = []
-    squares: list[Matrix] = []
+    gaps: list[Operand] = []
+    squares: list[Operand] = []
     for side in (Side.between(*pair) for pair in pairwise([*corners, corners[0]])):
         seen = [side.seen(point) for point in ends]
         gaps.append(-ca.fmax(*(across for _, across in seen)))  # outside is to the right of every side

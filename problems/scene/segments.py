@@ -46,7 +46,7 @@ class Side:
         return across * across + beyond * beyond
 
 
-def apart(gap: Matrix, squares: list[Matrix]) -> Matrix:
+def apart(gap: Operand, squares: list[Operand]) -> Matrix:
     """The signed distance of two convex things: the distance where there is a gap, else the overlap.
 
     Args:
@@ -71,8 +71,8 @@ def crossing_clearance(first: tuple[Matrix, Matrix], second: tuple[Matrix, Matri
         changes by no more than the points of one move as seen from the other.
     """
     one, two = ((ends_of(start), ends_of(end)) for start, end in (first, second))
-    gaps: list[Matrix] = []
-    squares: list[Matrix] = []
+    gaps: list[Operand] = []
+    squares: list[Operand] = []
     for ends, others in ((one, two), (two, one)):
         side = Side.between(*ends)
         seen = [side.seen(point) for point in others]

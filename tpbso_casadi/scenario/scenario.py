@@ -186,7 +186,7 @@ class Scenario(FileSection):
         except InvalidProblem as error:
             raise ScenarioError(f"{robot_table}{error.field}: {error.reason}") from error
         self.model.check_size(robot.dof)
-        obstacles = build_obstacles(self.obstacles)
+        obstacles = build_obstacles(self.obstacles, robot.dof)
         tables = {"link_lengths": robot_table, "joint_limits": robot_table, "obstacles": ""}
         tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:

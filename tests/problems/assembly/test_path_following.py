@@ -8,12 +8,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.cases import changed, following
+from helpers.cases import PATHS, THREE_METRES, changed, following
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracles.path import PathOracle
 
 from problems import Ellipse, InvalidProblem, PathFollowingProblem, PlanarArm, closed_curve, pentagram
+from problems.evaluation import EvaluationOptions
 from problems.limits.time_scale import exact_time_scale
 from solvers import BSO, Box, Budget, minimize
 
@@ -153,3 +154,21 @@ def test_model_names_its_constraints() -> None:
     names = [constraint.name for constraint in CASES["obstacle"].constraints]
     assert names == ["speed", "acceleration", "clearance", "swept clearance", "accuracy"]
     assert all(isinstance(constraint.expression, ca.SX) for constraint in CASES["obstacle"].constraints)
+
+
+def test_a_jerk_limit_is_kept_exactly_by_the_reduced_form() -> None:
+    arm = replace(THREE_METRES, max_jerk=(2e5,) * 3)
+    problem = following(arm, PATHS["pentagram"], 0.1, "time", "up", "reduced")
+    x = np.full(len(problem.variables), 0.5)
+    trajectory = problem.trajectory(x)
+    jerk = trajectory.at(np.linspace(0.0, trajectory.duration, 20_001), 3)
+    assert np.abs(jerk).max() == pytest.approx(2e5, rel=1e-9)  # the only limit that binds
+    assert problem.exact_time_scale(trajectory) == pytest.approx(1.0, rel=1e-9)
+    assert {v.name for v in problem.verify(trajectory) if v.satisfied} >= {"speed", "acceleration", "jerk"}
+    free = following(THREE_METRES, PATHS["pentagram"], 0.1, "time", "up", "reduced").trajectory(x)
+    ratio = np.abs(free.at(np.linspace(0.0, free.duration, 20_001), 3)).max() / 2e5
+    assert trajectory.duration == pytest.approx(free.duration * ratio ** (1.0 / 3.0), rel=1e-6)
+    values = [problem.evaluator(EvaluationOptions("vm"))(x[None])[0], problem.cost(x[None])[0]]
+    assert values == pytest.approx([trajectory.duration] * 2, rel=1e-9)
+    starts = problem.nlp().starts(np.random.default_rng(0))
+    assert all(np.isfinite(next(starts)).all() for _ in range(3))

@@ -120,6 +120,17 @@ def test_what_is_verified_is_where_the_arm_is() -> None:
     assert {limit.name for limit in proximity_limits(problem.robot, problem.obstacles)} <= set(verdicts)
 
 
+def test_too_many_corners_are_named() -> None:
+    angles = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
+    radii = np.where(np.arange(60) % 2, 0.2, 0.1)
+    star = np.column_stack([1.6 + radii * np.cos(angles), 1.5 + radii * np.sin(angles)])
+    content = changed(EVERYTHING, "arm.link_lengths", [0.05] * 40)
+    content["arm"] |= {"max_jerk": 1.0, "link_radius": 0.001}
+    content["obstacles"] = [{"shape": "polygon", "points": star.tolist()}] * 3
+    with pytest.raises(ScenarioError, match=r"^obstacles\.\d\.shape: more than 250 corners of obstacles for 40"):
+        parse_scenario(content).problem()
+
+
 def test_degrees_make_the_same_problem() -> None:
     turned = copy.deepcopy(EVERYTHING) | {"unit": "deg"}
     for key in ("max_speed", "max_acceleration"):

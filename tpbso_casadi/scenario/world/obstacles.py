@@ -13,12 +13,18 @@ from tpbso_casadi.scenario.section import Angle, PlanarPoint, Positive, Scenario
 from tpbso_casadi.scenario.validation import NestedError, as_text, describe, hint, in_words, shown
 
 DEFAULT_SHAPE = "ellipse"
+MOST_JOINT_CORNERS = 10_000  # joints times corners, those of all convex parts of a polygon
 
 
 class ObstacleSection(Section):
     """One of the [[obstacles]]: the interface of every shape."""
 
     shape: Word
+
+    @property
+    def corners(self) -> int:
+        """How many corners its clearance is computed from; 1 for what has none."""
+        return 1
 
     def build(self) -> Obstacle:
         """The obstacle itself.
@@ -50,6 +56,11 @@ class BoxSection(ObstacleSection):
     size: tuple[Positive, Positive]
     angle: Angle = 0.0
 
+    @property
+    def corners(self) -> int:
+        """Four."""
+        return 4
+
     def build(self) -> Rectangle:
         """The obstacle itself."""
         return Rectangle(self.center, self.size, self.angle)
@@ -60,6 +71,11 @@ class PolygonSection(ObstacleSection):
 
     shape: Literal["polygon"]
     points: Annotated[list[PlanarPoint], Field(min_length=3, max_length=MAX_CORNERS)]
+
+    @property
+    def corners(self) -> int:
+        """Those of its convex parts."""
+        return sum(map(len, self.build().parts))
 
     def build(self) -> Polygon:
         """The obstacle itself."""
@@ -77,16 +93,20 @@ SHAPE_CATALOGUE: Catalogue[type[ObstacleSection]] = Catalogue(
 )
 
 
-def build_obstacles(tables: list[ObstacleSection]) -> tuple[Obstacle, ...]:
-    """The obstacles themselves.
+def build_obstacles(tables: list[ObstacleSection], joints: int) -> tuple[Obstacle, ...]:
+    """The obstacles themselves, for a robot with so many joints.
 
     Raises:
-        ScenarioError: naming the one that cannot be.
+        ScenarioError: naming the one that cannot be, or the most corners for which a model is built in reasonable time.
     """
     obstacles: list[Obstacle] = []
+    corners, most = 0, MOST_JOINT_CORNERS // joints
     for number, table in enumerate(tables):
         try:
             obstacles.append(table.build())
+            corners += table.corners
+            if corners > most:
+                raise InvalidProblem("shape", f"more than {most} corners of obstacles for {joints} joints")
         except InvalidProblem as error:
             raise ScenarioError(f"obstacles.{number}.{error.field}: {error.reason}") from error
     return tuple(obstacles)
