@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.retime``: waypoints, recordings and runs as fast as a robot can; one line for what is wrong."""
+"""``python -m tpbso_casadi.retime``: waypoints, recordings and runs as fast as can be; one line for what is wrong."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def test_a_run_is_retimed_on_its_own_path_and_no_slower() -> None:
     assert after.trajectory.duration < before.trajectory.duration
     assert audit.main(["after"]) == 0
     assert run("after", "--out", "again", "--no-plots") == 0
-    assert result("again")["objective"]["value"] == pytest.approx(after.trajectory.duration, rel=1e-3)
+    assert result("again")["objective"]["value"] <= after.trajectory.duration * (1.0 + 1e-6)
 
 
 def test_a_scenario_file_says_the_same() -> None:
