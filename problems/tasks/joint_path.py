@@ -101,6 +101,11 @@ class JointFollowing(Task):
         """The bounds of T, where they are stated."""
         return None if self.total_time is None else DurationBounds("total time", "T", *self.total_time)
 
+    @property
+    def given_postures(self) -> FloatArray:
+        """At the breakpoints of the path."""
+        return self.path.at(self.path.breakpoints)
+
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """The path, for all t; the velocities at both ends."""
         bound = ca.DM(SAME_PATH * max(1.0, float(np.abs(self.path.at(self.path.breakpoints)).max())))

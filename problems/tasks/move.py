@@ -94,6 +94,14 @@ class Move(Task):
         return not self.vias
 
     @property
+    def given_postures(self) -> FloatArray:
+        """The joints of start and vias, and of the goal where there is one alone."""
+        places = [self.start, *self.vias, *(self.goals if len(self.goals) == 1 else ())]
+        given = [place for place in places if not place.chosen_by_inverse_kinematics]
+        rows = [as_array(place.posture(self.robot, ca.DM(0, 1), 1.0, None)[0]) for place in given]
+        return np.concatenate([np.empty((0, self.robot.dof)), *rows])
+
+    @property
     def duration_bounds(self) -> DurationBounds | None:
         """The bounds of T, where they are stated."""
         return None if self.total_time is None else DurationBounds("total time", "T", *self.total_time)

@@ -59,6 +59,11 @@ class Task(Statement, ABC):
         """Whether a motion is bound by its two ends alone, and by nothing on the way; not by default."""
         return False
 
+    @property
+    def given_postures(self) -> FloatArray:
+        """Postures that the statement gives, between which joints have to turn, (n, dof), rad; none by default."""
+        return np.empty((0, self.robot.dof))
+
     def at_free_times(self) -> Self:
         """The same task for a motion that is timed anew along its path: nothing is asked at given times any more."""
         return self

@@ -103,18 +103,21 @@ def path_figure(plan: PlannedMotion) -> Figure:
 
 
 def joints_figure(plan: PlannedMotion) -> Figure:
-    """(c) Angle, speed and acceleration of every joint over time, with the limits."""
-    figure = Figure(figsize=(7.2, 8.0), layout="constrained")
-    panels = figure.subplots(3, 1, sharex=True)
+    """(c) Angle, speed and acceleration of every joint over time, and the jerk where it is limited; with the limits."""
     samples = plan.trajectory.samples(plan.times)
     limits_of_joints = plan.criteria.robot.limits
     ranges = None if limits_of_joints.position is None else np.array(limits_of_joints.position).T
     speed, acceleration = np.array(limits_of_joints.speed), np.array(limits_of_joints.acceleration)
-    rows = (
+    rows = [
         ("angle [rad]", samples.theta, ranges),
         ("speed [rad/s]", samples.speed, np.array([-speed, speed])),
         ("acceleration [rad/s²]", samples.acceleration, np.array([-acceleration, acceleration])),
-    )
+    ]
+    if limits_of_joints.jerk is not None:
+        jerk = np.array(limits_of_joints.jerk)
+        rows.append(("jerk [rad/s³]", samples.derivative(3), np.array([-jerk, jerk])))
+    figure = Figure(figsize=(7.2, 0.5 + 2.5 * len(rows)), layout="constrained")
+    panels = figure.subplots(len(rows), 1, sharex=True)
     for axes, (label, values, limits) in zip(panels, rows, strict=True):
         for joint, column in enumerate(as_array(values).T):
             axes.plot(plan.times, column, color=colour_of(joint), label=f"joint {joint + 1}")

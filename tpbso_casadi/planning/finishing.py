@@ -6,9 +6,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from problems import InvalidProblem, Trajectory
+from problems.timing.free_space.moving_ends import least_time_move
 from problems.timing.rest_to_rest import rest_to_rest
 from problems.timing.retime import retime
 from tpbso_casadi.planning.motion import Motion
@@ -57,7 +56,7 @@ def is_better(motion: Motion, before: Motion) -> bool:
 
 
 def retimed(before: Motion, progress: Progress) -> Retiming:
-    """Time a finished motion anew, in all the ways there are; the closed form, where it is certified, has no rival."""
+    """Time a finished motion anew, in all the ways there are; where free space will do, nothing is faster."""
     began = time.perf_counter()
     progress.phase("retiming")
     made: dict[str, Motion] = {}
@@ -91,15 +90,17 @@ def _same_path(before: Motion) -> Trajectory | None:
     return retime(before.path, before.problem.robot.limits, rates)
 
 
-def _rest_to_rest(before: Motion) -> Trajectory | None:
-    """The fastest motion between the same postures, where nothing but time counts and nothing is passed on the way."""
+def _free_space(before: Motion) -> Trajectory | None:
+    """The fastest motion between the same ends, where nothing but time counts and nothing is passed on the way."""
     problem = before.problem
-    direct = problem.objective.timed and problem.objective.sooner_is_better and problem.task.passes_nothing
-    if not direct or problem.task.end_velocities.any():
+    if not (problem.objective.timed and problem.objective.sooner_is_better and problem.task.passes_nothing):
         return None
-    first, last = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
-    return rest_to_rest(np.asarray(first), np.asarray(last), problem.robot.limits)
+    start, goal = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
+    velocities, limits = problem.task.end_velocities, problem.robot.limits
+    if velocities.any():
+        return least_time_move(start, goal, velocities[0], velocities[1], limits)
+    return rest_to_rest(start, goal, limits)
 
 
-# the closed form first, the fastest motion there is between two postures
-CANDIDATES: dict[str, Callable[[Motion], Trajectory | None]] = {"rest to rest": _rest_to_rest, SAME_PATH: _same_path}
+# the motion in free space first: there is no faster one between two postures
+CANDIDATES: dict[str, Callable[[Motion], Trajectory | None]] = {"free space": _free_space, SAME_PATH: _same_path}

@@ -30,7 +30,7 @@ PATH = {"kind": "joint-path", "joints": [[0.0, 0.5, 0.5], [0.4, 0.9, 0.2], [0.8,
 def planned(kind: str) -> PlannedMotion:
     """Of the paper's motion one that is retimed, one that gives way to the closed form; a move; a given path."""
     solver = {"name": "pso", "evaluations": 2000}
-    if kind in {"same path", "rest to rest"}:
+    if kind in {"same path", "free space"}:
         content = builtin("rotation-3" if kind == "same path" else "time-3").model_dump()
         content["model"] |= {"retime": True, "formulation": "reduced"}
         content["solver"] |= solver
@@ -53,7 +53,7 @@ def edited(folder: Path, edit: Callable[[dict[str, Any]], object]) -> None:
     (folder / "result.json").write_text(json.dumps(sealed({k: v for k, v in content.items() if k != "seal"})))
 
 
-@pytest.mark.parametrize("kind", ["same path", "rest to rest", "move", "polished move", "path"])
+@pytest.mark.parametrize("kind", ["same path", "free space", "move", "polished move", "path"])
 def test_all_of_them_are_certified_again(kind: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     folder = folder_of(kind, tmp_path)
     assert main([str(folder), "--json"]) == 0
@@ -82,7 +82,7 @@ EDITS: dict[str, tuple[str, Callable[[dict[str, Any]], object], str]] = {
     "no motion before": ("same path", lambda r: r["retiming"].update(motion=None), "retiming"),
     "before": ("same path", lambda r: r["retiming"]["before"].update(duration=9.0), "retiming.before.duration"),
     "after": ("same path", lambda r: r["retiming"]["after"].update(objective=0.1), "retiming.after.objective"),
-    "candidate": ("rest to rest", lambda r: r["retiming"].update(candidate="same path"), "leaves its path"),
+    "candidate": ("free space", lambda r: r["retiming"].update(candidate="same path"), "leaves its path"),
     "unknown candidate": ("same path", lambda r: r["retiming"].update(candidate="magic"), "retiming.candidate"),
     "not asked for": (
         "same path",

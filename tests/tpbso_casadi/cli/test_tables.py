@@ -44,6 +44,16 @@ def test_joints_that_turn_more_than_once_are_mentioned(capfd: pytest.CaptureFixt
     assert "turns" not in capfd.readouterr().out
 
 
+def test_joints_that_are_given_far_apart_are_no_surprise(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "far.toml"
+    file.write_text(
+        "[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
+        '[task]\nkind = "joint-path"\njoints = [[0.0, 0.0], [4.0, 0.5], [8.0, 0.0]]\n'
+    )
+    solve([str(file), "--no-plots", "--out", "out"])
+    assert "joint 1 turns 1.27 times; the joints that are given are 1.27 turns apart" in capfd.readouterr().out
+
+
 def test_a_plan_far_from_the_best_known_is_called_so(capfd: pytest.CaptureFixture[str]) -> None:
     solve(["time-5", "--solver", "bso", "--evaluations", "3000", "--no-plots", "--out", "out"])
     assert re.search(r"^\d+% above the best plan known, 0\.322\d* s; try", capfd.readouterr().out, re.MULTILINE)

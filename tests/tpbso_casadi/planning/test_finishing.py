@@ -40,7 +40,7 @@ def test_a_retimed_plan_is_certified_and_no_slower(case: str) -> None:
 def test_from_rest_to_rest_through_nothing_the_closed_form_is_fastest() -> None:
     motion = planned("time-3").motion
     retiming = retimed(motion, SILENT)
-    assert retiming.candidate == "rest to rest"
+    assert retiming.candidate == "free space"
     theta = motion.trajectory.at(motion.trajectory.breakpoints[[0, -1]])
     way = np.abs(theta[1] - theta[0])
     alone = np.where(way > 0.8, way / 4.0 + 0.2, 2.0 * np.sqrt(way / 20.0))  # 4 rad/s, 20 rad/s^2

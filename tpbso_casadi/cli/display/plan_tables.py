@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
 from rich.text import Text
 
 from problems import CertificateStatus, Verdict
@@ -20,6 +21,7 @@ MARKS = {
     CertificateStatus.VIOLATED: Text("BROKEN", "red"),
     CertificateStatus.UNDECIDED: Text("undecided", "yellow"),
 }
+FREE_TO_TURN = "state joint_limits if it must not"
 FAR = 0.02  # above the best known objective, relative to it: worth a word
 
 
@@ -99,9 +101,12 @@ def print_retiming(retiming: Retiming, console: OutputConsole) -> None:
 
 def remarks(plan: PlannedMotion) -> Iterator[str]:
     """What a user may want to change: joints that turn more than once, a plan far from the best known one."""
-    for name, turns in zip(plan.criteria.robot.joint_names, plan.motion.turns, strict=True):
+    given = plan.criteria.task.given_postures
+    asked = np.ptp(given, axis=0) / (2.0 * np.pi) if len(given) else np.zeros(plan.criteria.robot.dof)
+    for name, turns, least in zip(plan.criteria.robot.joint_names, plan.motion.turns, asked, strict=True):
         if turns > 1.0:
-            yield f"{name} turns {turns:.2f} times; state joint_limits if it must not"
+            why = f"the joints that are given are {least:.2f} turns apart" if least > 1.0 else FREE_TO_TURN
+            yield f"{name} turns {turns:.2f} times; {why}"
     best = best_known(plan.scenario)
     if best is not None and plan.feasible and plan.objective > (1.0 + FAR) * best:
         excess = plan.objective / best - 1.0
