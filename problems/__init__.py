@@ -17,8 +17,8 @@ from problems.robots.planar import PlanarArm
 from problems.robots.robot import Robot
 from problems.scene import OBSTACLES, Ellipse, Obstacle, Polygon, Rectangle
 from problems.tasks.move import Move
-from problems.tasks.path import Path, closed_curve, pentagram
-from problems.tasks.path_following import PathFollowing
+from problems.tasks.paths.path import Path, closed_curve, pentagram
+from problems.tasks.paths.path_following import PathFollowing
 from problems.tasks.place import Joints, Place, Position
 from problems.tasks.point_to_point import PointToPoint
 

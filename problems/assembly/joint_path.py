@@ -11,7 +11,7 @@ from problems.limits import limits_of
 from problems.limits.limit import Limit
 from problems.motions.trajectory import Trajectory
 from problems.objectives import OBJECTIVES
-from problems.tasks.joint_path import JointFollowing
+from problems.tasks.paths.joint_path import JointFollowing
 from problems.timing.retime import retime
 
 

@@ -23,14 +23,14 @@ from problems.limits.accuracy import Accuracy
 from problems.limits.constraint import Constraint
 from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.motions.knot_spline import KnotSpline, SplineShape
-from problems.motions.rest_spline import turning_speed
 from problems.motions.samples import Samples
+from problems.motions.splines.rest import turning_speed
 from problems.motions.trajectory import Trajectory
 from problems.nlp.path_following import PathNlp
 from problems.objectives import Objective
 from problems.tasks.checks import check_at_least, check_choice
 from problems.tasks.drawing import BoundedCurve, ProgressMeasure
-from problems.tasks.path_following import PathFollowing
+from problems.tasks.paths.path_following import PathFollowing
 
 
 def path_following(

@@ -28,8 +28,8 @@ from problems.motions.trajectory import Trajectory
 from problems.nlp.tracing import TracingNlp, end_to_end
 from problems.objectives import Objective
 from problems.tasks.checks import check_at_least
-from problems.tasks.path_knots import PathKnots, knots_of
-from problems.tasks.path_tracing import PathTracing
+from problems.tasks.paths.path_knots import PathKnots, knots_of
+from problems.tasks.paths.path_tracing import PathTracing
 
 LEAST_STEPS = 2  # of the grid between two knots
 

@@ -23,8 +23,8 @@ from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming, step_limi
 from problems.encodings.waypoints import postures, spread, variables
 from problems.limits.clearance import StepLimit
 from problems.limits.limit import Limit
-from problems.motions.clamped_spline import DEGREE
 from problems.motions.path_spline import PathSpline, Rates, TimedPath
+from problems.motions.splines.clamped import DEGREE
 from problems.objectives.objective import MotionBounds
 from problems.tasks.move import Move
 

@@ -26,7 +26,7 @@ from problems.motions.knot_spline import KnotSpline, SplineShape
 from problems.objectives.objective import MotionBounds
 from problems.robots.robot import Robot
 from problems.tasks.elbow import Elbow
-from problems.tasks.path_following import PathFollowing
+from problems.tasks.paths.path_following import PathFollowing
 
 EXACT_ORDERS = (1, 2, 3)  # of the derivatives whose extremes over all t a cubic spline gives in closed form
 DEFAULT_TIME_BOUNDS = (0.1, 10.0)  # s, bounds of t_T

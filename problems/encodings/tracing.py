@@ -20,7 +20,7 @@ from problems.motions.traced_spline import TracedSpline
 from problems.objectives.objective import MotionBounds
 from problems.robots.robot import Robot
 from problems.tasks.elbow import Elbow
-from problems.tasks.path_tracing import PathTracing
+from problems.tasks.paths.path_tracing import PathTracing
 
 AT_REST: Rates = ca.DM(0.0), None
 

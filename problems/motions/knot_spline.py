@@ -10,10 +10,10 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix, as_array
-from problems.motions.clamped_spline import DEGREE
 from problems.motions.motion import Motion, SampleGrid
-from problems.motions.rest_spline import RestSpline
 from problems.motions.samples import Samples
+from problems.motions.splines.clamped import DEGREE
+from problems.motions.splines.rest import RestSpline
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 

@@ -16,11 +16,11 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array, total
-from problems.motions.clamped_spline import DEGREE, ClampedSpline
 from problems.motions.joint_path import JointPath
 from problems.motions.motion import Motion, SampleGrid
 from problems.motions.path_scan import TINY, interval_time, scan
 from problems.motions.samples import Samples
+from problems.motions.splines.clamped import DEGREE, ClampedSpline
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray
-from problems.motions.corner_spline import CornerSpline
 from problems.motions.path_spline import PathSpline
+from problems.motions.splines.corner import CornerSpline
 
 
 @dataclass(frozen=True)

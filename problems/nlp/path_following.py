@@ -29,8 +29,8 @@ from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.limits.time_scale import minimum_time_scale, peaks_of, safe_time_scale
 from problems.motions.knot_spline import KnotSpline, SplineShape
-from problems.motions.node_form import NodeForm, knot_operators
 from problems.motions.samples import Samples
+from problems.motions.splines.node_form import NodeForm, knot_operators
 from problems.motions.trajectory import Trajectory
 from problems.nlp.point_to_point import AXES
 from problems.nlp.program import MAX_ANGLE_CHANGE, TimedProgram, equality, slack_constraints
@@ -39,7 +39,7 @@ from problems.nlp.starts.path_following import PathStarts
 from problems.objectives import Objective
 from problems.robots.robot import Robot
 from problems.tasks.elbow import narrow_elbow
-from problems.tasks.path_following import PathFollowing
+from problems.tasks.paths.path_following import PathFollowing
 
 SPEED_SAMPLES = 1  # an interval between nodes; what they miss of a speed the time scaling makes up
 JOINS = "speed before = speed after at the nodes, 0 at both ends; in angles and second derivatives"

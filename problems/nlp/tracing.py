@@ -20,8 +20,8 @@ from problems.nlp.move import MoveNlp
 from problems.nlp.move_nodes import node_times
 from problems.nlp.starts.move import PassedMotion
 from problems.tasks.move import Move
-from problems.tasks.path_knots import PathKnots
-from problems.tasks.path_tracing import PathTracing, times_at
+from problems.tasks.paths.path_knots import PathKnots
+from problems.tasks.paths.path_tracing import PathTracing, times_at
 from problems.tasks.place import Position
 
 STEPS = 4

@@ -14,7 +14,7 @@ from problems import OBJECTIVES
 from problems.encodings import FORMULATIONS
 from problems.evaluation import BACKENDS, EvaluationOptions, InvalidEvaluation
 from problems.tasks.elbow import Elbow
-from problems.tasks.path_following import KnotRedundancy
+from problems.tasks.paths.path_following import KnotRedundancy
 from solvers.driver.interruption import Interruption, deferred_interrupt
 from tpbso_casadi.cli.common import (
     Exit,

@@ -13,7 +13,7 @@ from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
 from problems.scene.obstacle import Obstacle
 from problems.tasks.checks import check_choice
-from problems.tasks.joint_path import JointFollowing
+from problems.tasks.paths.joint_path import JointFollowing
 from tpbso_casadi.planning.given_path import motion_along
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.scenario.input_files import InputFolder

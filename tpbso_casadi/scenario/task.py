@@ -13,7 +13,7 @@ from problems import Limit, Problem, Robot
 from problems.assembly.criteria import Criteria
 from problems.encodings import FORMULATIONS
 from problems.scene.obstacle import Obstacle
-from problems.tasks.path_following import KnotRedundancy
+from problems.tasks.paths.path_following import KnotRedundancy
 from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import (

@@ -13,8 +13,8 @@ from problems.assembly.tracing import TracingProblem, tracing
 from problems.base.matrix import FloatArray
 from problems.certify.tracing import distance_from_segments
 from problems.evaluation import EvaluationOptions
-from problems.tasks.path_knots import knots_of
-from problems.tasks.path_tracing import PathTracing
+from problems.tasks.paths.path_knots import knots_of
+from problems.tasks.paths.path_tracing import PathTracing
 from solvers import IPOPT
 from tpbso_casadi.planning.refinement import Refinement
 

@@ -16,8 +16,8 @@ from problems import Ellipse, PlanarArm, Problem, closed_curve, pentagram
 from problems.base.matrix import as_array
 from problems.limits.limit import SAMPLING_MARGIN
 from problems.limits.time_scale import exact_time_scale
-from problems.motions.node_form import NodeForm
-from problems.motions.rest_spline import RestSpline
+from problems.motions.splines.node_form import NodeForm
+from problems.motions.splines.rest import RestSpline
 from solvers import IPOPT, Box, Descent, StopReason
 
 ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, ((-3.0, 3.0), (-2.9, 2.9), (-2.9, 2.9)))

@@ -38,7 +38,7 @@ def error_of(task: dict[str, Any], **model: Any) -> str:
         (POINTS, {"formulation": "reduced"}, "paper"),
         (POINTS | {"segment_time": [0.2, 1.0]}, {}, "paper"),
         (POINTS | VIA, {}, "spline"),
-        (PATH, {}, "paper"),
+        (PATH, {}, "spline"),
         (PATH, {"knots": 3}, "paper"),
     ],
 )
@@ -77,7 +77,7 @@ def test_plans_are_timed_anew_where_their_objective_leaves_time_free(
         (POINTS, {"motion": "spline", "formulation": "paper"}, "model.formulation: 'paper' needs motion = 'paper'"),
         (POINTS, {"motion": "spline", "knots": 5}, "model.knots: needs motion = 'paper'"),
         (POINTS, {"motion": "paper", "pieces": 5}, "model.pieces: needs motion = 'spline'"),
-        (PATH, {"motion": "spline"}, "model.motion: kind = 'path' is planned with 'paper', not 'spline'"),
+        (PATH, {"motion": "spline", "pieces": 5}, "model.pieces: the points of a path decide about its pieces"),
         (POINTS, {"motion": "splin"}, "model.motion: .*did you mean spline"),
         (POINTS, {"retime": 1}, "model.retime: true or false is needed"),
     ],

@@ -14,7 +14,7 @@ from problems.assembly.joint_path import joint_following
 from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
 from problems.scene.obstacle import Obstacle
-from problems.tasks.joint_path import JointFollowing
+from problems.tasks.paths.joint_path import JointFollowing
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import ANGULAR, MOST_LINKS, Angle, NotNegative, Number, Positive, ScenarioError
 from tpbso_casadi.scenario.task import ModelSection, TaskSection

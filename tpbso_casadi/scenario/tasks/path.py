@@ -12,7 +12,7 @@ from problems import InvalidProblem, Path, PathFollowing, Problem, Robot, closed
 from problems.assembly.tracing import tracing
 from problems.scene.obstacle import Obstacle
 from problems.tasks.elbow import Elbow
-from problems.tasks.path_tracing import PathTracing
+from problems.tasks.paths.path_tracing import PathTracing
 from tpbso_casadi.scenario.catalogues import find_objective
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import (

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix, as_array, constant
-from problems.motions.rest_spline import RestSpline
+from problems.motions.splines.rest import RestSpline
 
 
 class NodeForm:

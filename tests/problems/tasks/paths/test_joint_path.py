@@ -8,7 +8,7 @@ import pytest
 from problems import InvalidProblem, PlanarArm, Trajectory
 from problems.assembly.joint_path import joint_following
 from problems.motions.joint_path import JointPath
-from problems.tasks.joint_path import JointFollowing
+from problems.tasks.paths.joint_path import JointFollowing
 from problems.timing.retime import retime
 
 ARM = PlanarArm((1.0, 1.0), (2.0, 3.0), (10.0, 8.0))

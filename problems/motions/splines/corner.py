@@ -15,8 +15,8 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix
-from problems.motions.clamped_spline import DEGREE
-from problems.motions.interpolating_spline import InterpolatingSpline, without_rounding
+from problems.motions.splines.clamped import DEGREE
+from problems.motions.splines.interpolating import InterpolatingSpline, without_rounding
 
 NATURAL_ORDER = 2  # of the derivative that is zero at the ends of a stretch
 

@@ -16,8 +16,8 @@ from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 from problems.tasks.drawing import Marker, MarkerKind
 from problems.tasks.elbow import Elbow
-from problems.tasks.path import Path
-from problems.tasks.path_following import check_path
+from problems.tasks.paths.path import Path
+from problems.tasks.paths.path_following import check_path
 from problems.tasks.point_to_point import end_conditions
 from problems.tasks.task import Task
 

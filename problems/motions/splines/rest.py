@@ -15,8 +15,8 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from problems.base.matrix import FloatArray, Matrix
-from problems.motions.clamped_spline import DEGREE
-from problems.motions.interpolating_spline import InterpolatingSpline, without_rounding
+from problems.motions.splines.clamped import DEGREE
+from problems.motions.splines.interpolating import InterpolatingSpline, without_rounding
 
 
 class RestSpline(InterpolatingSpline):

@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import BSpline
 
 from problems.base.matrix import as_array
-from problems.motions.clamped_spline import ClampedSpline
+from problems.motions.splines.clamped import ClampedSpline
 
 UNEVEN = np.array([0.0, 0.1, 0.15, 0.5, 0.9, 1.0])
 SPLINE = ClampedSpline(UNEVEN)

@@ -15,7 +15,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from problems.base.matrix import FloatArray, Matrix
-from problems.motions.clamped_spline import RELATIVE_ROUNDING, ClampedSpline
+from problems.motions.splines.clamped import RELATIVE_ROUNDING, ClampedSpline
 
 
 class InterpolatingSpline(ClampedSpline, ABC):

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
 
-from problems.motions.rest_spline import RestSpline
+from problems.motions.splines.rest import RestSpline
 from problems.motions.trajectory import Trajectory
 
 KNOTS = [

@@ -28,7 +28,7 @@ from problems.tasks.checks import check_at_least, check_choice, check_obstacles,
 from problems.tasks.drawing import Marker, MarkerKind
 from problems.tasks.elbow import Elbow, check_elbow
 from problems.tasks.passing import passing_times
-from problems.tasks.path import Path, check_count
+from problems.tasks.paths.path import Path, check_count
 from problems.tasks.place import Position
 from problems.tasks.point_to_point import end_conditions
 from problems.tasks.task import Task

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray
-from problems.tasks.path import Path
+from problems.tasks.paths.path import Path
 
 SPACING_RADIUS = 0.2  # of the reach: the radius of curvature that a joint-space curve between two knots may have
 MOST_SPACING = 0.06  # of the reach

@@ -1,0 +1,1 @@
+"""Statements about paths: of the tool, to follow or to trace, and of the joints."""
