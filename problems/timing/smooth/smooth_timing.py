@@ -21,8 +21,8 @@ from problems.timing.smooth.time_law import DEGREE, averaged_knots
 from problems.timing.speed_profile import SpeedProfile
 
 INTERVALS = 16  # between knots, for each piece of a path
-FEWEST, MOST = 120, 600  # intervals of a law, but for
-IN_PIECE = 8  # of them in the shortest piece
+FEWEST, MOST = 120, 600  # intervals of a law
+IN_PIECE = 8  # of them in a piece of the path, if there are not too many
 COARSER = 4  # times fewer, at first
 SMOOTHING_SAMPLES = 33
 MARGINS = (1e-3, 4e-3, 1.6e-2, 6.4e-2)  # at the samples, for what lies between them, where nothing can be slowed
@@ -42,11 +42,13 @@ def smooth_timing(prepared: PreparedPath, limits: JointLimits) -> Trajectory:
     ends, breakpoints = LawEnds.of(prepared), prepared.path.breakpoints
     count = max(FEWEST, min(INTERVALS * (breakpoints.size - 1), MOST))
     passed = profile.times[np.searchsorted(profile.nodes, breakpoints)] / profile.times[-1]
-    coarse = LawSearch(prepared.path, limits, ends, graded_knots(passed, count // COARSER, IN_PIECE // COARSER))
+    coarse = LawSearch(
+        prepared.path, limits, ends, graded_knots(passed, count // COARSER, IN_PIECE / COARSER, MOST // COARSER)
+    )
     starts = [coarse.candidate(*start) for start in _smoothed(profile, limits, ends, coarse.knots)]
     best = coarse.improved(min(starts, key=lambda candidate: candidate.merit))
     passed = np.concatenate([[0.0], best.law.reaching(breakpoints[1:-1]), [1.0]])
-    fine = replace(coarse, knots=graded_knots(passed, count, IN_PIECE))
+    fine = replace(coarse, knots=graded_knots(passed, count, IN_PIECE, MOST))
     best = _refined(best, fine)
     for margin in MARGINS if ends.moving else (0.0,):
         best = replace(fine, margin=margin).improved(best)
