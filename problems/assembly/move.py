@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
 from typing import ClassVar
@@ -31,6 +31,7 @@ from problems.motions.trajectory import Trajectory
 from problems.nlp.move import MoveNlp, usual_pieces
 from problems.nlp.program import NonlinearProgram
 from problems.objectives import Objective
+from problems.robots.robot import JointLimits
 from problems.tasks.checks import check_at_least
 from problems.tasks.drawing import Milestone
 from problems.tasks.move import Move
@@ -141,7 +142,7 @@ class MoveProblem(Problem[TimedPath]):
 
     def nlp(self) -> NonlinearProgram:
         """The same problem for solvers that follow gradients."""
-        return MoveNlp(self.task, self.objective, self.limits, usual_pieces(self.task), self.trajectory)
+        return MoveNlp(self.task, self.objective, self.limits, usual_pieces(self.task), self._start)
 
     @cached_property
     def _path(self) -> ca.Function:
@@ -159,10 +160,17 @@ class MoveProblem(Problem[TimedPath]):
         Where there is none, as the path stands still or its ends cannot be passed at the given velocities, the motion
         of the search's own timing.
         """
+        return self._timed(x, self.robot.limits)
+
+    def _start(self, x: FloatArray) -> Trajectory:
+        """The least time without a jerk limit, found much sooner: where a descent may begin."""
+        return self._timed(x, replace(self.robot.limits, jerk=None))
+
+    def _timed(self, x: FloatArray, limits: JointLimits) -> Trajectory:
         points, *rates = (as_array(part) for part in self._path(x))
         start, goal = (float(rate[0, 0]) for rate in rates)
         try:
-            return retime(self.motion.path(points), self.robot.limits, (start, goal))
+            return retime(self.motion.path(points), limits, (start, goal))
         except InvalidProblem:
             return super().trajectory(x)
 
