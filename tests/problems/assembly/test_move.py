@@ -15,6 +15,7 @@ from helpers.named_solvers import NAMES, named_solver
 
 from problems import Ellipse, InvalidProblem, Joints, Move, MoveProblem, Position, move
 from problems.base.matrix import FloatArray, as_array
+from problems.encodings.control_points import BEND, OFFSET
 from problems.evaluation import EvaluationOptions
 from problems.evaluation.kernel import kernels
 from problems.evaluation.native.codegen import cpp
@@ -94,10 +95,10 @@ def test_bends_and_offsets_move_control_points() -> None:
     names = [variable.name for variable in problem.variables]
     x = np.zeros(len(names))
     straight = problem.path(x).at(np.array([0.5]))
-    x[names.index("offset_4[2]")] = 0.3
+    x[names.index("offset_4[2]")] = np.sqrt(0.3 / OFFSET)
     assert problem.path(x).at(np.array([0.5])) - straight == pytest.approx(np.array([[0.0, 0.2, 0.0]]), abs=1e-12)
-    x[names.index("offset_4[2]")], x[names.index("bend_1[3]")] = 0.0, 0.9
-    bent = 0.9 * (2.0 / 3.0 + 1.0 / 3.0 * 4.0 * (1.0 / 3.0) * (2.0 / 3.0))
+    x[names.index("offset_4[2]")], x[names.index("bend_1[3]")] = 0.0, -np.sqrt(0.9 / BEND)
+    bent = -0.9 * (2.0 / 3.0 + 1.0 / 3.0 * 4.0 * (1.0 / 3.0) * (2.0 / 3.0))
     assert problem.path(x).at(np.array([0.5])) - straight == pytest.approx(np.array([[0.0, 0.0, bent]]), abs=1e-12)
 
 
