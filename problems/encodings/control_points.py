@@ -28,7 +28,7 @@ from problems.motions.splines.clamped import DEGREE
 from problems.objectives.objective import MotionBounds
 from problems.tasks.move import Move
 
-BEND, OFFSET = pi, 0.6  # rad
+BEND, OFFSET = pi, 0.6  # rad, the largest; what is decided is their square root, so that a short move finds small ones
 PACES = (0.3, 3.0)  # square root of how far the control point next to a moving end is, over its usual distance
 
 
@@ -107,8 +107,8 @@ class ControlPoints(PathTiming):
         """Those of the stops, bends, offsets, the pace at each moving end."""
         joints = range(1, self.task.robot.dof + 1)
         segments = range(1, self.segments + 1)
-        offsets = [Variable(f"bend_{segment}[{joint}]", -BEND, BEND, "rad") for segment in segments for joint in joints]
-        offsets += [Variable(f"offset_{i}[{joint}]", -OFFSET, OFFSET, "rad") for i in self.free for joint in joints]
+        offsets = [Variable(f"bend_{segment}[{joint}]", -1.0, 1.0, "1") for segment in segments for joint in joints]
+        offsets += [Variable(f"offset_{i}[{joint}]", -1.0, 1.0, "1") for i in self.free for joint in joints]
         ends = [name for name, moves in zip(("start", "goal"), self.moving_ends, strict=True) if moves]
         return (*variables(self.task), *offsets, *(Variable(f"pace_{name}", *PACES, "1") for name in ends))
 
@@ -121,6 +121,7 @@ class ControlPoints(PathTiming):
         k, at_stops, of_stops = self.task.robot.dof, postures(self.task, x), len(variables(self.task))
         sizes = [of_stops, k * self.segments, k * len(self.free), sum(self.moving_ends)]
         _, bends, offsets, paces = split(x, sizes)
+        bends, offsets = BEND * bends * ca.fabs(bends), OFFSET * offsets * ca.fabs(offsets)
         points: list[Matrix] = []
         for i in range(self.count):
             segment, share = self.segment(i), self.shares[i]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar, Self
 
 import casadi as ca
 import numpy as np
@@ -13,12 +13,14 @@ from helpers.cases import OVAL, equal_links
 from helpers.evaluation import needs_compiler, same_bits
 from helpers.named_solvers import NAMES, named_solver
 
-from problems import Ellipse, InvalidProblem, Joints, Move, MoveProblem, Position, move
-from problems.base.matrix import FloatArray, as_array
+from problems import Ellipse, InvalidProblem, Joints, Limit, Move, MoveProblem, Position, Robot, move
+from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.encodings.control_points import BEND, OFFSET
 from problems.evaluation import EvaluationOptions
 from problems.evaluation.kernel import kernels
 from problems.evaluation.native.codegen import cpp
 from problems.limits.constraint import Constraint
+from problems.motions.samples import Samples
 from problems.timing.rest_to_rest import least_durations
 from solvers import LSHADE, Box, Budget, minimize
 
@@ -33,7 +35,35 @@ ALL_KINDS = {
 }
 VM = EvaluationOptions("vm")
 
+
+@dataclass(frozen=True)
+class Turning(Limit):
+    """All joints together turn by no more than 3 rad/s: run slowly enough, every path keeps it."""
+
+    name: ClassVar[str] = "turning"
+    robot: Robot
+
+    @classmethod
+    def holding(cls, robot: Robot, obstacles: Any) -> Self:
+        return cls(robot)
+
+    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        turning, most = self.magnitudes(samples), ca.DM(3.0)
+        return [Constraint(name=self.name, unit="rad/s", expression=turning, lower=None, upper=most, columns=("all",))]
+
+    @property
+    def scales_with_time(self) -> bool:
+        return True
+
+    def magnitudes(self, samples: Samples) -> Matrix:
+        return ca.sum2(ca.fabs(samples.speed))
+
+    def time_scale(self, peaks: Matrix) -> Matrix:
+        return peaks / 3.0
+
+
 MOVES: dict[str, MoveProblem] = {
+    "a limit that slows down": move(Move(THREE, HOME, (AWAY,)), "rotation", samples=30, limits=(Turning,)),
     "points, obstacle": move(Move(THREE, Position((1.0, 0.0)), (Position((0.5, 1.5)),), obstacles=(OVAL,))),
     "joints": move(Move(THREE, HOME, (AWAY,)), "rotation", samples=20),
     "vias, several goals": move(Move(FOUR, **ALL_KINDS, elbow="up"), "length", pieces=2),
@@ -94,10 +124,10 @@ def test_bends_and_offsets_move_control_points() -> None:
     names = [variable.name for variable in problem.variables]
     x = np.zeros(len(names))
     straight = problem.path(x).at(np.array([0.5]))
-    x[names.index("offset_4[2]")] = 0.3
+    x[names.index("offset_4[2]")] = np.sqrt(0.3 / OFFSET)
     assert problem.path(x).at(np.array([0.5])) - straight == pytest.approx(np.array([[0.0, 0.2, 0.0]]), abs=1e-12)
-    x[names.index("offset_4[2]")], x[names.index("bend_1[3]")] = 0.0, 0.9
-    bent = 0.9 * (2.0 / 3.0 + 1.0 / 3.0 * 4.0 * (1.0 / 3.0) * (2.0 / 3.0))
+    x[names.index("offset_4[2]")], x[names.index("bend_1[3]")] = 0.0, -np.sqrt(0.9 / BEND)
+    bent = -0.9 * (2.0 / 3.0 + 1.0 / 3.0 * 4.0 * (1.0 / 3.0) * (2.0 / 3.0))
     assert problem.path(x).at(np.array([0.5])) - straight == pytest.approx(np.array([[0.0, 0.0, bent]]), abs=1e-12)
 
 
@@ -129,6 +159,8 @@ def test_small_obstacles_take_more_samples() -> None:
 
 # Costs
 
+KEPT = {"speed", "acceleration", "jerk", "turning"}  # by the timing
+
 
 def excess(constraint: Constraint, values: FloatArray) -> float:
     lower, upper = constraint.bounds
@@ -136,9 +168,9 @@ def excess(constraint: Constraint, values: FloatArray) -> float:
 
 
 def expected_costs(problem: MoveProblem, x: FloatArray) -> FloatArray:
-    """From the model of all samples at once; speed, acceleration, jerk are kept by the timing."""
+    """From the model of all samples at once; what the timing keeps is left out."""
     model, bound = problem.model, problem.objective_upper_bound
-    rows = [c for c in model.constraints if c.name not in {"speed", "acceleration", "jerk"}]
+    rows = [c for c in model.constraints if c.name not in KEPT]
     expressions = [model.objective, *(c.expression for c in rows)]
     evaluate = ca.Function("model", [model.x], [ca.densify(ca.SX(part)) for part in expressions], {"cse": True})
     costs = []
