@@ -1,0 +1,70 @@
+"""Every example is planned, certified, audited; what it is about is checked by plain NumPy."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.interpolate import PPoly
+
+from tpbso_casadi.cli import audit, retime, solve
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+SCENARIOS = sorted(path.stem for path in EXAMPLES.glob("*.toml") if path.stem != "arm")
+TIMES = 20_000
+
+
+def planned(name: str, folder: Path) -> tuple[PPoly, dict[str, object]]:
+    """The joint angles over time of an example, and the content of its ``result.json``."""
+    options = ["--quiet", "--no-plots", "--out", str(folder)]
+    search = [] if name == "retimed-csv" else ["--evaluations", "3000"]
+    assert solve.main([str(EXAMPLES / f"{name}.toml"), *search, *options]) == 0
+    return motion_in(folder)
+
+
+def motion_in(folder: Path) -> tuple[PPoly, dict[str, object]]:
+    result = json.loads((folder / "result.json").read_text())
+    solution = result["solution"]
+    return PPoly(np.array(solution["coefficients"]), np.array(solution["breakpoints"])), result
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_an_example_is_planned_and_audited(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    theta, result = planned(name, tmp_path / name)
+    arm = result["scenario"]["arm"]  # type: ignore[index]
+    times = np.linspace(*theta.x[[0, -1]], TIMES)
+    for order, key in enumerate(("max_speed", "max_acceleration", "max_jerk"), start=1):
+        if arm[key] is not None:
+            assert (np.abs(theta(times, order)) <= np.array(arm[key]) * (1.0 + 1e-9)).all()
+    assert np.abs(theta(theta.x[[0, -1]], 1)).max() < 1e-8
+    assert audit.main([str(tmp_path / name)]) == 0
+    assert "certified" in capsys.readouterr().out
+
+
+def test_the_vias_are_passed_in_order(tmp_path: Path) -> None:
+    theta, result = planned("via-points", tmp_path / "run")
+    lengths = np.array(result["scenario"]["arm"]["link_lengths"])  # type: ignore[index]
+
+    def tip(postures: np.ndarray) -> np.ndarray:
+        psi = np.cumsum(postures, axis=-1)
+        return np.stack([np.cos(psi) @ lengths, np.sin(psi) @ lengths], axis=-1)
+
+    nodes = theta(theta.x[:-1])
+    at_point = np.hypot(*(tip(nodes) - [0.6, 0.5]).T)
+    at_posture = np.abs(nodes - [1.4, 0.9, -0.4]).max(axis=1)
+    assert at_point.min() < 1e-6
+    assert at_posture.min() < 1e-6
+    assert np.argmin(at_point) < np.argmin(at_posture)
+
+
+def test_the_command_line_times_the_same_waypoints(tmp_path: Path) -> None:
+    waypoints = np.loadtxt(EXAMPLES / "waypoints.csv", delimiter=",", skiprows=1)
+    arguments = [str(EXAMPLES / "waypoints.csv"), "--robot", str(EXAMPLES / "arm.toml"), "--out", str(tmp_path / "run")]
+    assert retime.main([*arguments, "--quiet", "--no-plots"]) == 0
+    theta, _ = motion_in(tmp_path / "run")
+    scenario, _ = planned("retimed-csv", tmp_path / "other")
+    assert theta.x[-1] == pytest.approx(scenario.x[-1], rel=1e-9)
+    nodes = theta(theta.x)
+    assert all(np.abs(nodes - waypoint).max(axis=1).min() < 1e-9 for waypoint in waypoints)
