@@ -11,7 +11,9 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.optimize import lsq_linear
+from numpy.typing import NDArray
+from scipy.linalg import qr, solve_triangular
+from scipy.optimize import nnls
 
 from problems.base.matrix import FloatArray, as_array
 from problems.limits.constraint import Constraint
@@ -20,6 +22,7 @@ from problems.nlp.program import NonlinearProgram
 
 ACTIVE_ROW_DISTANCE = 1e-3  # a scaled row that is nearer than this to its bound is active
 TECHNICAL = ("slack", "h[")  # beginnings of the names of variables whose bounds say nothing about the motion
+NNLS_ITERATIONS = 30  # at most, for each bound
 RANK_TOLERANCE = 1e-8  # relative size of a singular value that counts
 
 
@@ -77,17 +80,15 @@ def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str) ->
     near = np.minimum(gap_low, gap_high)
     active = equal | (near <= ACTIVE_ROW_DISTANCE)
     at_upper = gap_high <= gap_low
-    least = np.where(equal | ~at_upper, -np.inf, 0.0)[active]
-    most = np.where(equal | at_upper, np.inf, 0.0)[active]
     rows = jacobian[active]
     multipliers = np.zeros(values.size)
     size = max(float(np.linalg.norm(gradient)), np.finfo(float).tiny)
     if active.any():
-        multipliers[active] = lsq_linear(rows.T, -gradient, (least, most), method="bvls").x
+        multipliers[active] = least_squares_multipliers(rows, gradient, equal[active], at_upper[active])
     inexact = active & ~equal
     given = equal & (np.arange(values.size) >= program.g.shape[0])  # variables that are none
     left = gradient + jacobian.T @ multipliers
-    independent = int(np.linalg.matrix_rank(rows, tol=RANK_TOLERANCE * max(1.0, np.abs(rows).max(initial=0.0))))
+    independent = _independent(rows, RANK_TOLERANCE * max(1.0, np.abs(rows).max(initial=0.0)))[1]
     return Optimality(
         float(np.linalg.norm(left)) / size,
         float(np.abs(multipliers[inexact] * near[inexact]).max(initial=0.0)),
@@ -96,6 +97,41 @@ def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str) ->
         independent if active.any() else 0,
         tuple(sensitivities(program, np.where(given, 0.0, multipliers), objective_unit)),
     )
+
+
+def least_squares_multipliers(
+    rows: FloatArray, gradient: FloatArray, equal: NDArray[np.bool_], at_upper: NDArray[np.bool_]
+) -> FloatArray:
+    """Multipliers (m,) that leave the least of the gradient: any for equalities, of the right sign for bounds.
+
+    What equalities can make up for is projected out, so that only the bounds are left to non-negative least squares.
+
+    Args:
+        rows: gradients of the active rows, (m, n).
+        gradient: of the objective, (n,).
+        equal: which rows are equalities, (m,).
+        at_upper: which of the others are at their upper bound, whose multipliers are positive, (m,).
+    """
+    signs = np.where(at_upper[~equal], 1.0, -1.0)
+    bounds = signs[:, None] * rows[~equal]
+    (basis, triangle, chosen), rank = _independent(rows[equal], RANK_TOLERANCE * max(1.0, np.abs(rows).max()))
+    basis = basis[:, :rank]
+    left = [matrix - basis @ (basis.T @ matrix) for matrix in (bounds.T, -gradient)]
+    sizes = nnls(left[0], left[1], maxiter=NNLS_ITERATIONS * (1 + len(bounds)))[0] if len(bounds) else np.empty(0)
+    multipliers = np.zeros(len(rows))
+    multipliers[~equal] = signs * sizes
+    known = basis.T @ (-gradient - bounds.T @ sizes)
+    multipliers[np.flatnonzero(equal)[chosen[:rank]]] = solve_triangular(triangle[:rank, :rank], known)
+    return multipliers
+
+
+def _independent(rows: FloatArray, tolerance: float) -> tuple[tuple[FloatArray, FloatArray, NDArray[np.intp]], int]:
+    """Q, R and the order of a QR decomposition of rows (m, n), the most independent first; and how many there are."""
+    if not len(rows):
+        return (np.zeros((rows.shape[1], 0)), np.zeros((0, 0)), np.zeros(0, dtype=np.intp)), 0
+    *factors, order = qr(rows.T, mode="economic", pivoting=True)
+    basis, triangle = (np.asarray(factor, dtype=np.float64) for factor in factors)
+    return (basis, triangle, order.astype(np.intp)), int((np.abs(np.diag(triangle)) > tolerance).sum())
 
 
 def _evaluated(program: NonlinearProgram, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

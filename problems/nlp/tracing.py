@@ -64,8 +64,10 @@ class TracingNlp(MoveNlp):
         return (*super()._constraints(samples, margin), *rows)
 
     def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
-        """Nodes where the knots are passed."""
-        return self._variables(PassedMotion(trajectory, times_at(self.robot, trajectory, self.knots.points)))
+        """Nodes where the knots are passed; a motion of this program has them at its breakpoints."""
+        own = trajectory.breakpoints.size == self.knots.u.size
+        times = trajectory.breakpoints if own else times_at(self.robot, trajectory, self.knots.points)
+        return self._variables(PassedMotion(trajectory, times))
 
     def node_times(self, motion: PassedMotion) -> FloatArray:
         """When the knots are passed, a little apart."""
