@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.certify.travel import halves
 from problems.certify.verdict import CertificateStatus
 from problems.limits.proximity import Pair, Proximity
 from problems.motions.trajectory import Trajectory
@@ -74,7 +75,7 @@ def prove_clearance(limit: Proximity, trajectory: Trajectory) -> ClearanceProof 
         minima.append((float(nearest[cell]), float(cells[cell].mean()), int(column[cell])))
         (smallest, time, number), cell_count = min(minima), cell_count + len(cells)
         proven = margin + (smallest - margin) * (1.0 - RELATIVE_PROOF_GAP)
-        cells = _halves(cells[low < proven])
+        cells = halves(cells[low < proven])
         if not len(cells) and smallest >= margin:
             return ClearanceProof(proven, smallest, time, str(pairs[number]), broken=False)
         if smallest < margin or cell_count + len(cells) > MAX_CELLS:
@@ -134,8 +135,3 @@ class _MovingPairs:
         moves = (speeds * h / 2.0 + self.sharpest * h**2 / 8.0) @ self._rates[1].T
         clearance = np.column_stack([as_array(pair.clearance(positions)) for pair in self.pairs])
         return clearance.min(axis=1), clearance.argmin(axis=1), (clearance - moves).min(axis=1)
-
-
-def _halves(cells: FloatArray) -> FloatArray:
-    middles = cells.mean(axis=1)
-    return np.concatenate([np.column_stack([cells[:, 0], middles]), np.column_stack([middles, cells[:, 1]])])
