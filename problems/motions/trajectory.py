@@ -142,7 +142,8 @@ class Trajectory:
         """When a derivative jumps most, s; accelerations also from and to zero at the ends. None where none jumps.
 
         Where joints move at an end, only the acceleration along their velocity has to be zero: what is across it is
-        the curvature of a path that goes on. Jumps are relative as in :meth:`largest_jump`, and none up to 1e-6: rounding of pieces of a microsecond.
+        the curvature of a path that goes on. Jumps are relative as in :meth:`largest_jump`, and none up to 1e-6:
+        rounding of pieces of a microsecond.
         """
         before, after = self._sides(order)
         inner = np.abs(after[1:] - before[:-1]).max(axis=1)
