@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import combinations
 
 import numpy as np
 
@@ -18,6 +19,7 @@ GAUSS = 3  # evaluations in each interval, to integrate its length
 NEWTON_STEPS = 30  # most of them needed only where the path starts from a standstill of its parameter
 FIT_NODES, FIT_STEPS = 11, 8  # of a piece whose course is fitted: where a path turns back, nearest nodes are ambiguous
 ROUNDING = 1e-11  # rad, for angles up to 1 rad, and of larger ones: what no fit makes smaller
+MOST_FITTED = 1_000  # pieces; a motion with more that are far away is no case of rounding
 LEFT_OUT = 1e-6  # of a path's length: where pieces of a motion meet, a smaller gap is rounding
 
 
@@ -42,13 +44,18 @@ def departure(path: JointPath, trajectory: Trajectory) -> float:
     powers = np.arange(len(trajectory.coefficients))[:, None]
     made = trajectory.coefficients[::-1] * (durations**powers)[..., None]
     away = _away(planned, course, made)
-    unsure = np.flatnonzero(~(away <= ROUNDING * max(1.0, float(np.abs(made[0]).max()))))
-    if unsure.size and np.isfinite(made).all():
-        planned, made = planned[:, unsure], made[:, unsure]
-        fitted = _fitted(planned, course[:, unsure], made)
-        nearer = _away(planned, fitted, made)
+    sure = ROUNDING * max(1.0, float(np.abs(made[0]).max()))
+    for start in _starts(course) if np.isfinite(made).all() else ():
+        unsure = np.flatnonzero(~(away <= sure))
+        if not 0 < unsure.size <= MOST_FITTED:
+            break
+        fitted = _fitted(planned[:, unsure], start[:, unsure], made[:, unsure])
+        nearer = _away(planned[:, unsure], fitted, made[:, unsure])
         better = nearer < away[unsure]
-        course[:, unsure], away[unsure] = np.where(better, fitted, course[:, unsure]), np.minimum(nearer, away[unsure])
+        course[:, unsure], away[unsure] = (
+            np.where(better, fitted, course[:, unsure]),
+            np.where(better, nearer, away[unsure]),
+        )
     largest = max(float(away.max()), _skipped(path, starts + course[0], starts + course.sum(axis=0)))
     return largest if np.isfinite(largest) else np.inf
 
@@ -59,6 +66,17 @@ def _skipped(path: JointPath, first: FloatArray, last: FloatArray) -> float:
     left = np.append(u[0], last), np.append(first, u[-1])
     longest = float(np.abs(np.diff([np.interp(at, u, covered) for at in left], axis=0)).max())
     return longest if not longest <= LEFT_OUT * float(covered[-1]) else 0.0
+
+
+def _starts(course: FloatArray) -> list[FloatArray]:
+    """Courses (5, N) to start fits from: as it is, and straight ones through two of its nodes, not all wrong."""
+    shares = np.linspace(0.0, 1.0, NODES)
+    at = np.vander(shares, increasing=True) @ course
+    lines = []
+    for i, j in combinations(range(NODES), 2):
+        slope = (at[j] - at[i]) / (shares[j] - shares[i])
+        lines.append(np.stack([at[i] - slope * shares[i], slope, *np.zeros((NODES - 2, course.shape[1]))]))
+    return [course.copy(), *lines]
 
 
 def _away(planned: FloatArray, course: FloatArray, made: FloatArray) -> FloatArray:

@@ -102,3 +102,10 @@ def test_a_loop_that_is_left_out_is_seen() -> None:
     rectangle = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0], [-1.0, 0.5]])
     around, past = JointPath.blended(rectangle, 0.0), JointPath.blended(rectangle[[0, 5]], 0.0)
     assert departure(around, retime(past, LIMITS)) > 0.1
+
+
+def test_one_joint_between_many_waypoints_is_followed_where_it_turns_back() -> None:
+    angles = np.sin(np.linspace(0.0, 10.0, 3000)[::100])
+    path = JointPath.through(np.stack([angles, np.zeros_like(angles)], axis=1))
+    limits = JointLimits(speed=(2.5, 3.0), acceleration=(12.0, 15.0))
+    assert departure(path, retime(path, limits)) < ROUNDING
