@@ -201,3 +201,10 @@ def test_a_run_folder_from_python() -> None:
 def test_a_jerk_limited_arm_may_move_at_an_end_of_a_curved_path(option: str, folder: Path) -> None:
     Path("arm.toml").write_text(ARM + "max_jerk = 100.0\n")
     assert run("path.csv", "--robot", "arm.toml", option, "0.3", "--out", "run", "--no-plots") == 0
+
+
+@pytest.mark.parametrize("path", [[[0.0, 0.0], [1.0]], [["a", "b"]], ROWS * 1j, object(), {"a": 1}, ROWS * 1e9])
+def test_what_is_no_path_is_said(path: Any) -> None:
+    robot = PlanarArm((0.5, 0.5), max_speed=2.0, max_acceleration=10.0)
+    with pytest.raises(InvalidProblem, match="path: "):
+        tpbso_casadi.retime(path, robot)
