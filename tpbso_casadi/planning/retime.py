@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -70,7 +71,7 @@ def _path_of(path: FloatArray | JointPath | str | Path, interpolation: str, tole
     return PATHS[interpolation](_waypoints(path), tolerance)
 
 
-def _waypoints(path: object) -> FloatArray:
+def _waypoints(path: Any) -> FloatArray:
     try:
         if np.iscomplexobj(path):
             raise TypeError("complex numbers")

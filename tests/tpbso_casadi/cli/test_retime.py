@@ -205,6 +205,6 @@ def test_a_jerk_limited_arm_may_move_at_an_end_of_a_curved_path(option: str, fol
 
 @pytest.mark.parametrize("path", [[[0.0, 0.0], [1.0]], [["a", "b"]], ROWS * 1j, object(), {"a": 1}, ROWS * 1e9])
 def test_what_is_no_path_is_said(path: Any) -> None:
-    robot = PlanarArm((0.5, 0.5), max_speed=2.0, max_acceleration=10.0)
+    robot = PlanarArm((0.5, 0.5), (2.0, 3.0), (10.0, 8.0))
     with pytest.raises(InvalidProblem, match="path: "):
         tpbso_casadi.retime(path, robot)
