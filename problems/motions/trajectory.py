@@ -141,14 +141,28 @@ class Trajectory:
     def jump_time(self, order: int) -> float | None:
         """When a derivative jumps most, s; accelerations also from and to zero at the ends. None where none jumps.
 
-        Jumps are relative as in :meth:`largest_jump`, and none up to 1e-6: rounding of pieces of a microsecond.
+        Where joints move at an end, only the acceleration along their velocity has to be zero: what is across it is
+        the curvature of a path that goes on. Jumps are relative as in :meth:`largest_jump`, and none up to 1e-6:
+        rounding of pieces of a microsecond.
         """
         before, after = self._sides(order)
         inner = np.abs(after[1:] - before[:-1]).max(axis=1)
-        ends = (np.abs(after[0]).max(), np.abs(before[-1]).max()) if order == CONTINUOUS_ORDERS else (0.0, 0.0)
+        ends = self._accelerations_along_ends() if order == CONTINUOUS_ORDERS else (0.0, 0.0)
         jumps = np.concatenate([ends[:1], inner, ends[1:]])
         most = int(np.argmax(jumps))
         return float(self.breakpoints[most]) if jumps[most] > JUMP * self._jump_scale(order) else None
+
+    def _accelerations_along_ends(self) -> tuple[float, float]:
+        """The largest acceleration of a joint at the start and at the end, without what is across their velocity."""
+        velocities, accelerations = (
+            np.stack([after[0], before[-1]]) for before, after in (self._sides(order) for order in (1, 2))
+        )
+        largest = JUMP * self._jump_scale(1)
+        along = [
+            a if np.abs(v).max() <= largest else v * float(v @ a) / float(v @ v)
+            for v, a in zip(velocities, accelerations, strict=True)
+        ]
+        return float(np.abs(along[0]).max()), float(np.abs(along[1]).max())
 
     def _jump(self, order: int, outside: FloatArray | None) -> float:
         """The largest jump of a derivative, rad / s^order; also to its values before and after the motion, (2, k)."""

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import combinations
 
 import numpy as np
 
 from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
 from problems.motions.trajectory import Trajectory
-from problems.timing.polynomials import composition, in_bernstein_form
+from problems.timing.polynomials import composition, derivative, in_bernstein_form
 
 NODES = 5  # of each piece of a motion, through which its course along the path is drawn: a polynomial of degree 4
-LENGTH_SAMPLES = 4_000  # of a motion or a path, to measure lengths by; at least
-PIECE_SAMPLES = 8  # of each piece; at least
+LENGTH_SAMPLES = 4_000  # intervals of a motion or a path, to measure lengths by; at least
+PIECE_SAMPLES = 8  # of each piece; at least, and a multiple of the intervals between nodes
+GAUSS = 3  # evaluations in each interval, to integrate its length
 NEWTON_STEPS = 30  # most of them needed only where the path starts from a standstill of its parameter
+FIT_NODES, FIT_STEPS = 11, 8  # of a piece whose course is fitted: where a path turns back, nearest nodes are ambiguous
+ROUNDING = 1e-11  # rad, for angles up to 1 rad, and of larger ones: what no fit makes smaller
+MOST_FITTED = 1_000  # pieces; a motion with more that are far away is no case of rounding
+LEFT_OUT = 1e-6  # of a path's length: where pieces of a motion meet, a smaller gap is rounding
 
 
 def departure(path: JointPath, trajectory: Trajectory) -> float:
@@ -34,14 +40,82 @@ def departure(path: JointPath, trajectory: Trajectory) -> float:
     starts, ends = path.breakpoints[pieces], path.breakpoints[pieces + 1]
     local = np.clip(u, starts[:, None], ends[:, None]) - starts[:, None]
     course = np.asarray(np.linalg.solve(np.vander(shares, increasing=True), local.T))  # lowest power of the share first
-    planned = composition(path.coefficients[::-1, pieces], course[:, :, None])
+    planned = path.coefficients[::-1, pieces]
     powers = np.arange(len(trajectory.coefficients))[:, None]
     made = trajectory.coefficients[::-1] * (durations**powers)[..., None]
-    difference = np.zeros((max(len(planned), len(made)), *made.shape[1:]))
-    difference[: len(planned)] += planned
-    difference[: len(made)] -= made
-    largest = float(np.abs(in_bernstein_form(difference)).max())
+    away = _away(planned, course, made)
+    sure = ROUNDING * max(1.0, float(np.abs(made[0]).max()))
+    for start in _starts(course) if np.isfinite(made).all() else ():
+        unsure = np.flatnonzero(~(away <= sure))
+        if not 0 < unsure.size <= MOST_FITTED:
+            break
+        fitted = _fitted(planned[:, unsure], start[:, unsure], made[:, unsure])
+        nearer = _away(planned[:, unsure], fitted, made[:, unsure])
+        better = nearer < away[unsure]
+        course[:, unsure], away[unsure] = (
+            np.where(better, fitted, course[:, unsure]),
+            np.where(better, nearer, away[unsure]),
+        )
+    largest = max(float(away.max()), _skipped(path, starts + course[0], starts + course.sum(axis=0)))
     return largest if np.isfinite(largest) else np.inf
+
+
+def _skipped(path: JointPath, first: FloatArray, last: FloatArray) -> float:
+    """The longest part of a path, rad, that is left out before, between and after pieces from first to last (N,)."""
+    u, covered = _lengths(path.breakpoints, path.at)
+    left = np.append(u[0], last), np.append(first, u[-1])
+    longest = float(np.abs(np.diff([np.interp(at, u, covered) for at in left], axis=0)).max())
+    return longest if not longest <= LEFT_OUT * float(covered[-1]) else 0.0
+
+
+def _starts(course: FloatArray) -> list[FloatArray]:
+    """Courses (5, N) to start fits from: as it is, and straight ones through two of its nodes, not all wrong."""
+    shares = np.linspace(0.0, 1.0, NODES)
+    at = np.vander(shares, increasing=True) @ course
+    lines = []
+    for i, j in combinations(range(NODES), 2):
+        slope = (at[j] - at[i]) / (shares[j] - shares[i])
+        lines.append(np.stack([at[i] - slope * shares[i], slope, *np.zeros((NODES - 2, course.shape[1]))]))
+    return [course.copy(), *lines]
+
+
+def _away(planned: FloatArray, course: FloatArray, made: FloatArray) -> FloatArray:
+    """Bounds (N,) of how far pieces of a motion (n, N, k) are from pieces of a path (m, N, k) run by a course (5, N).
+
+    All lowest power first; the path's in its local parameter, the others in shares of the duration.
+    """
+    run = composition(planned, course[:, :, None])
+    difference = np.zeros((max(len(run), len(made)), *made.shape[1:]))
+    difference[: len(run)] += run
+    difference[: len(made)] -= made
+    return np.asarray(np.abs(in_bernstein_form(difference)).max(axis=(0, 2)))
+
+
+def _fitted(planned: FloatArray, course: FloatArray, made: FloatArray) -> FloatArray:
+    """Courses (5, N) by Gauss-Newton steps on all their coefficients at once; arguments as of :func:`_away`."""
+    shares = np.linspace(0.0, 1.0, FIT_NODES)
+    powers = np.vander(shares, NODES, increasing=True)
+    theta = _values(made, np.broadcast_to(shares[:, None], (FIT_NODES, made.shape[1])))
+    fitted = course
+    for _ in range(FIT_STEPS):
+        local = powers @ fitted
+        slope = _values(derivative(planned), local)
+        length = np.linalg.norm(slope, axis=2)
+        along = ((theta - _values(planned, local)) * slope).sum(axis=2)
+        miss = np.divide(along, length, out=np.zeros_like(along), where=length > 0.0)
+        rows = length.T[:, :, None] * powers
+        if not (np.isfinite(rows).all() and np.isfinite(miss).all()):
+            return course
+        fitted = fitted + (np.linalg.pinv(rows) @ miss.T[:, :, None])[:, :, 0].T
+    return fitted
+
+
+def _values(polynomials: FloatArray, at: FloatArray) -> FloatArray:
+    """Values (S, N, k) of polynomials (n, N, k), lowest power first, at (S, N)."""
+    value = np.zeros((*at.shape, polynomials.shape[2]))
+    for coefficient in polynomials[::-1]:
+        value = value * at[:, :, None] + coefficient
+    return value
 
 
 def _nearest(path: JointPath, trajectory: Trajectory, times: FloatArray) -> FloatArray:
@@ -62,11 +136,14 @@ def _nearest(path: JointPath, trajectory: Trajectory, times: FloatArray) -> Floa
     return found
 
 
-def _lengths(breakpoints: FloatArray, at: Callable[[FloatArray], FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Parameters between breakpoints, and the length in joint space of the chords up to there, rad; both (n,)."""
-    count = max(PIECE_SAMPLES, LENGTH_SAMPLES // (breakpoints.size - 1))
+def _lengths(breakpoints: FloatArray, at: Callable[[FloatArray, int], FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """Parameters between breakpoints, and the length in joint space up to there, rad; both (n,)."""
+    count = max(PIECE_SAMPLES, LENGTH_SAMPLES // (breakpoints.size - 1) // (NODES - 1) * (NODES - 1))
     steps = np.arange(count) / count
     inner = breakpoints[:-1, None] + np.diff(breakpoints)[:, None] * steps
     parameters = np.append(inner.ravel(), breakpoints[-1])
-    chords = np.linalg.norm(np.diff(at(parameters), axis=0), axis=1)
-    return parameters, np.concatenate([[0.0], np.cumsum(chords)])
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
+    widths = np.diff(parameters)
+    slopes = at((parameters[:-1, None] + widths[:, None] * (nodes + 1.0) / 2.0).ravel(), 1)
+    lengths = widths * (np.linalg.norm(slopes, axis=1).reshape(-1, nodes.size) @ weights) / 2.0
+    return parameters, np.concatenate([[0.0], np.cumsum(lengths)])

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from math import factorial
+
 import numpy as np
 
+from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import JointLimits
 from problems.timing.prepared import SAME, PreparedPath
-from problems.timing.rest_to_rest import rest_to_rest
+from problems.timing.rest_to_rest import SAME_TIME, rest_to_rest
 from problems.timing.smooth.smooth_timing import smooth_timing
+
+BISECTIONS = 60
 
 
 def timed_by_section(prepared: PreparedPath, limits: JointLimits) -> Trajectory:
@@ -41,10 +46,23 @@ def _along_line(path: JointPath, limits: JointLimits) -> Trajectory:
             (float((np.array(limit) / slope).min()),) for limit in (limits.speed, limits.acceleration, limits.jerk)
         )
     one = JointLimits(speed=speed, acceleration=acceleration, jerk=jerk)
-    move = rest_to_rest(np.zeros(1), np.array([length]), one)
+    move = _broken(rest_to_rest(np.zeros(1), np.array([length]), one), path.breakpoints[1:-1])
     coefficients = move.coefficients * path.coefficients[-2, 0]
     coefficients[-1] += path.coefficients[-1, 0]
     return Trajectory(move.breakpoints, coefficients)
+
+
+def _broken(move: Trajectory, passed: FloatArray) -> Trajectory:
+    """The move of one joint, from 0 on without turning back, with a breakpoint wherever it passes one of the angles."""
+    low, high = np.zeros(passed.size), np.full(passed.size, move.duration)
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2.0
+        late = move.at(middle)[:, 0] >= passed
+        low, high = np.where(late, low, middle), np.where(late, middle, high)
+    apart = np.abs(high[:, None] - move.breakpoints).min(axis=1) > SAME_TIME * move.duration
+    times = np.union1d(move.breakpoints, high[apart])
+    orders = range(len(move.coefficients) - 1, -1, -1)
+    return Trajectory(times, np.stack([move.at(times[:-1], order) / factorial(order) for order in orders]))
 
 
 def _joined(parts: list[Trajectory]) -> Trajectory:

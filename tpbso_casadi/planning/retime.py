@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from problems import Limit, Robot
+from problems import InvalidProblem, Limit, Robot
 from problems.assembly.joint_path import joint_following
 from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
@@ -18,7 +19,7 @@ from tpbso_casadi.planning.given_path import motion_along
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.tasks.joint_path import PATHS
-from tpbso_casadi.scenario.tasks.joint_rows import read_joint_rows
+from tpbso_casadi.scenario.tasks.joint_rows import LARGEST_ANGLE, read_joint_rows
 from tpbso_casadi.storage.stored_run import path_of, read_run
 
 
@@ -67,4 +68,16 @@ def _path_of(path: FloatArray | JointPath | str | Path, interpolation: str, tole
             return path_of(read_run(file))
         path = np.array(read_joint_rows(InputFolder(file.parent, outside_allowed=True), file.name))
     check_choice("interpolation", interpolation, PATHS)
-    return PATHS[interpolation](np.asarray(path, dtype=np.float64), tolerance)
+    return PATHS[interpolation](_waypoints(path), tolerance)
+
+
+def _waypoints(path: Any) -> FloatArray:
+    try:
+        if np.iscomplexobj(path):
+            raise TypeError("complex numbers")
+        waypoints = np.asarray(path, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidProblem("path", f"waypoints (n, k), a path, or a file or folder is needed: {error}") from error
+    if (np.abs(waypoints) > LARGEST_ANGLE).any():
+        raise InvalidProblem("path", f"an angle is larger than {LARGEST_ANGLE:g} rad")
+    return waypoints

@@ -76,6 +76,7 @@ class LawSearch:
 
     def candidate(self, controls: FloatArray, duration: float) -> Candidate:
         """A law from its control points: as fast as it may be, or in the given duration where an end is moving."""
+        controls = np.maximum.accumulate(np.minimum(controls, controls[-1]))  # an interpolated law may turn back
         even = controls[0] + (controls[-1] - controls[0]) * averaged_knots(self.knots)
         law = TimeLaw(self.knots, self.ends.placed(self.knots, controls + EVEN * (even - controls), duration))
         scale = minimum_time_scale(law.trajectory(self.path, duration), self.limits)

@@ -128,3 +128,12 @@ def test_no_jerk_limit_holds_where_the_acceleration_jumps() -> None:
     assert verdict.status is CertificateStatus.VIOLATED
     assert verdict.worst == np.inf
     assert limit_verdicts([JerkLimit(robot)], smooth)[0].satisfied
+
+
+def test_a_moving_end_may_be_curved_but_not_accelerated() -> None:
+    circle = np.array([[1.0, 0.0], [0.0, 0.5], [-0.5, 0.0]])[::-1]  # velocity (0, 0.5), acceleration (-1, 0) at t = 0
+    across = Trajectory(np.array([0.0, 0.1]), circle[:, None])
+    braking = Trajectory(np.array([0.0, 0.1]), (circle - np.array([[0.0, 0.25], [0.0, 0.0], [0.0, 0.0]]))[:, None])
+    assert across._accelerations_along_ends()[0] == 0.0
+    assert braking._accelerations_along_ends()[0] == pytest.approx(0.5)
+    assert braking.jump_time(2) == 0.0

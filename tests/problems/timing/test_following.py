@@ -79,3 +79,33 @@ def test_what_is_no_number_is_infinitely_far() -> None:
     coefficients[0, 0, 0] = np.nan
     with np.errstate(all="ignore"):
         assert departure(JointPath.of(motion), Trajectory(motion.breakpoints, coefficients)) == np.inf
+
+
+@pytest.mark.parametrize("jerk", [None, (100.0, 90.0)])
+@pytest.mark.parametrize(
+    "waypoints",
+    [
+        [[0.0, 0.3], [0.4, 0.3], [0.1, 0.3], [0.8, 0.3], [0.2, 0.3]],  # one joint that turns back: q' is zero there
+        [[0.0, 0.0], [0.1, 0.2], [0.5, 1.0], [0.6, 1.2]],  # a line of several pieces
+        [[0.0, 0.0], [1e-3, 0.0], [1.0, 0.5], [1.0, 0.501], [0.2, -0.4]],  # short and long pieces: wide loops
+    ],
+)
+def test_reversals_lines_and_uneven_waypoints_are_followed(
+    waypoints: list[list[float]], jerk: tuple[float, float] | None
+) -> None:
+    path = JointPath.through(np.array(waypoints))
+    limits = JointLimits(speed=LIMITS.speed, acceleration=LIMITS.acceleration, jerk=jerk)
+    assert departure(path, retime(path, limits)) < ROUNDING
+
+
+def test_a_loop_that_is_left_out_is_seen() -> None:
+    rectangle = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0], [-1.0, 0.5]])
+    around, past = JointPath.blended(rectangle, 0.0), JointPath.blended(rectangle[[0, 5]], 0.0)
+    assert departure(around, retime(past, LIMITS)) > 0.1
+
+
+def test_one_joint_between_many_waypoints_is_followed_where_it_turns_back() -> None:
+    angles = np.sin(np.linspace(0.0, 10.0, 3000)[::100])
+    path = JointPath.through(np.stack([angles, np.zeros_like(angles)], axis=1))
+    limits = JointLimits(speed=(2.5, 3.0), acceleration=(12.0, 15.0))
+    assert departure(path, retime(path, limits)) < ROUNDING

@@ -16,6 +16,8 @@ from problems.robots.robot import JointLimits
 from problems.timing import linear_program
 from problems.timing.rest_to_rest import least_durations, rest_to_rest
 from problems.timing.retime import retime
+from problems.timing.smooth.law_ends import LawEnds
+from problems.timing.smooth.law_search import LawSearch
 from problems.timing.stretch import minimum_time_scale
 
 LIMITS = JointLimits(speed=(2.0, 3.0), acceleration=(10.0, 5.0))
@@ -278,3 +280,13 @@ def jumping() -> JointPath:
 def test_what_cannot_be_timed(path: JointPath, rates: tuple[float, float], message: str) -> None:
     with pytest.raises(InvalidProblem, match=f"^{message}"):
         retime(path, LIMITS, rates)
+
+
+def test_a_law_that_would_turn_back_neither_does_nor_stands_still() -> None:
+    path = JointPath(np.array([0.0, 1.0]), np.array([[[1.0, -0.5]], [[0.0, 0.0]]]))
+    limits = JointLimits(speed=(2.0, 3.0), acceleration=(10.0, 8.0), jerk=(100.0, 90.0))
+    knots = np.concatenate([np.zeros(4), np.linspace(0.0, 1.0, 13), np.ones(4)])
+    search = LawSearch(path, limits, LawEnds((0.0,), (0.0,)), knots)
+    controls = np.linspace(0.0, 1.0, 16) + np.where(np.arange(16) == 4, 0.6, 0.0)  # one far ahead of the next eight
+    law = search.candidate(controls, 1.0).law
+    assert (np.diff(law.at(np.linspace(0.0, 1.0, 1001))) > 0.0).all()

@@ -96,7 +96,7 @@ def test_figures_a_film_and_exports() -> None:
     options = ["--out", "out", "--animate", "out/film.html", "--export", "csv", "--export", "npz", "--rate", "50"]
     assert run("path.csv", "--robot", "arm.toml", *options) == 0
     names = {path.name for path in Path("out").iterdir()}
-    expected = {"result.json", "trajectory.csv", "path.png", "joints.png", "film.html"}
+    expected = {"result.json", "trajectory.csv", "path.png", "joints.png", "limits.png", "film.html"}
     assert names == expected | {"joint_trajectory.csv", "joint_trajectory.npz"}
     assert audit.main(["out"]) == 0
 
@@ -195,3 +195,16 @@ def test_a_run_folder_from_python() -> None:
     motion = tpbso_casadi.retime("out", PlanarArm((0.5, 0.5), (1.0, 1.5), (10.0, 8.0)))
     assert motion.feasible
     assert motion.trajectory.duration > result()["objective"]["value"]
+
+
+@pytest.mark.parametrize("option", ["--start-speed", "--goal-speed"])
+def test_a_jerk_limited_arm_may_move_at_an_end_of_a_curved_path(option: str, folder: Path) -> None:
+    Path("arm.toml").write_text(ARM + "max_jerk = 100.0\n")
+    assert run("path.csv", "--robot", "arm.toml", option, "0.3", "--out", "run", "--no-plots") == 0
+
+
+@pytest.mark.parametrize("path", [[[0.0, 0.0], [1.0]], [["a", "b"]], ROWS * 1j, object(), {"a": 1}, ROWS * 1e9])
+def test_what_is_no_path_is_said(path: Any) -> None:
+    robot = PlanarArm((0.5, 0.5), (2.0, 3.0), (10.0, 8.0))
+    with pytest.raises(InvalidProblem, match="path: "):
+        tpbso_casadi.retime(path, robot)
