@@ -8,6 +8,7 @@ sensitivities d f* / d b.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -21,6 +22,8 @@ from problems.nlp.program import NonlinearProgram
 ACTIVE_ROW_DISTANCE = 1e-3  # a scaled row that is nearer than this to its bound is active
 TECHNICAL = ("slack", "h[")  # beginnings of the names of variables whose bounds say nothing about the motion
 RANK_TOLERANCE = 1e-8  # relative size of a singular value that counts
+MOST_DENSE = 500  # active rows; an active set method on a dense matrix takes minutes for some more
+QUIET: dict[str, Any] = {"ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.tol": 1e-10, "print_time": False}
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str) ->
     multipliers = np.zeros(values.size)
     size = max(float(np.linalg.norm(gradient)), np.finfo(float).tiny)
     if active.any():
-        multipliers[active] = lsq_linear(rows.T, -gradient, (least, most), method="bvls").x
+        multipliers[active] = bounded_multipliers(rows, gradient, least, most)
     inexact = active & ~equal
     given = equal & (np.arange(values.size) >= program.g.shape[0])  # variables that are none
     left = gradient + jacobian.T @ multipliers
@@ -96,6 +99,27 @@ def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str) ->
         independent if active.any() else 0,
         tuple(sensitivities(program, np.where(given, 0.0, multipliers), objective_unit)),
     )
+
+
+def bounded_multipliers(rows: FloatArray, gradient: FloatArray, least: FloatArray, most: FloatArray) -> FloatArray:
+    """The multipliers (m,) between bounds for which |gradient (n,) + rows (m, n)' multipliers| is smallest."""
+    if len(rows) <= MOST_DENSE:
+        return np.asarray(lsq_linear(rows.T, -gradient, (least, most), method="bvls").x)
+    return sparse_multipliers(rows, gradient, least, most)
+
+
+def sparse_multipliers(rows: FloatArray, gradient: FloatArray, least: FloatArray, most: FloatArray) -> FloatArray:
+    """The same, as a quadratic program of multipliers and what is left of the gradient; for many rows, mostly zeros."""
+    count, size = rows.shape
+    unknown = ca.MX.sym("unknown", count + size)
+    left = unknown[count:]
+    equations = ca.mtimes(ca.sparsify(ca.DM(rows.T)), unknown[:count]) - left
+    program: Any = {"x": unknown, "f": ca.sumsqr(left) / 2.0, "g": equations}
+    solver = ca.nlpsol("multipliers", "ipopt", program, QUIET)
+    free = np.full(size, np.inf)
+    bounds = np.concatenate([least, -free]), np.concatenate([most, free])
+    solution = as_array(solver(lbx=bounds[0], ubx=bounds[1], lbg=-gradient, ubg=-gradient)["x"]).ravel()[:count]
+    return np.asarray(np.clip(solution, least, most))
 
 
 def _evaluated(program: NonlinearProgram, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

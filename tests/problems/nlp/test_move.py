@@ -18,7 +18,7 @@ from problems.certify.verification import limit_verdicts
 from problems.limits import limits_of
 from problems.nlp.move import MoveNlp
 from problems.nlp.move_solution import Waypoints, through
-from problems.nlp.optimality import optimality
+from problems.nlp.optimality import bounded_multipliers, optimality, sparse_multipliers
 from problems.nlp.starts.displacement import LONGEST
 from problems.nlp.starts.waypoint_postures import WaypointPostures
 from problems.robots.robot import JointLimits
@@ -253,6 +253,18 @@ def test_postures_turn_least() -> None:
     task = Move(arm, Joints(tuple(start)), (Position((0.5, 1.2)),))
     found = WaypointPostures(task, LONGEST, ()).best(np.random.default_rng(0), 8, 4, 1)
     assert found[0] == pytest.approx(np.array([start, best]), abs=1e-6)
+
+
+def test_multipliers_of_many_rows_are_those_of_few() -> None:
+    rng = np.random.default_rng(0)
+    rows = rng.normal(size=(40, 60)) * (rng.random((40, 60)) < 0.2)
+    least = np.where(np.arange(40) < 20, -np.inf, 0.0)
+    most = np.where(np.arange(40) < 30, np.inf, 0.0)
+    least[30:] = -np.inf
+    gradient = rng.normal(size=60)
+    few, many = (find(rows, gradient, least, most) for find in (bounded_multipliers, sparse_multipliers))
+    assert (few[20:] == 0.0).any()
+    np.testing.assert_allclose(many, few, atol=1e-6)
 
 
 @pytest.mark.slow
