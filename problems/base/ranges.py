@@ -22,7 +22,8 @@ def check_within(field: str, values: Iterable[float], bounds: tuple[float, float
     least, most = bounds
     for value in values:
         if not least <= value <= most:
-            raise InvalidProblem(field, f"{name}{shown(value)} is not within {least:g} and {most:g} {unit}")
+            exactly = repr(value) if shown(value) in (shown(least), shown(most)) else shown(value)
+            raise InvalidProblem(field, f"{name}{exactly} is not within {least:g} and {most:g} {unit}")
 
 
 def shown(value: float) -> str:

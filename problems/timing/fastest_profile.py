@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 from scipy.sparse import csr_array
 
 from problems.base.errors import InvalidProblem
@@ -19,7 +20,8 @@ LEAST_IN_PIECE = 4  # is more
 FIRST_SHARE = 0.25  # of the intervals: in the first grid, equally spaced in the parameter
 MARGIN = 1e-9  # of every limit where nothing can be slowed afterwards: more than the program's own tolerance
 STEADY_JERK = 0.5  # of jerk limits: the share that a path may need where its speed is steady
-UNBOUNDED = 1e4  # times the largest bound of the others, where a square is not bounded by its own rows
+UNBOUNDED = 1e4  # times the largest bound of those near it, where a square is not bounded by its own rows
+NEAR = 20  # nodes on either side: a path may be a million times slower in its parameter than elsewhere
 SAME_NODE = 1e-9  # of a piece: nodes nearer to a breakpoint are left out
 GRADED = 16  # intervals at an end where q' is zero, that are replaced
 GRADING = 4  # by so many each
@@ -37,7 +39,7 @@ def fastest_profile(prepared: PreparedPath, limits: JointLimits) -> tuple[SpeedP
     count = min(max(INTERVALS * (breakpoints.size - 1), FEWEST), MOST)
     nodes = _subdivided(breakpoints, breakpoints, int(FIRST_SHARE * count))
     intervals = Intervals.of(prepared.path, nodes)
-    profile = _solved(prepared, intervals, limits, np.ones(nodes.size))
+    profile = _solved(prepared, intervals, limits, None)
     nodes = _equal_times(profile, breakpoints, count, prepared.resting)
     intervals = Intervals.of(prepared.path, nodes)
     return _solved(prepared, intervals, limits, np.interp(nodes, profile.nodes, profile.squares)), intervals
@@ -76,13 +78,17 @@ def _graded(times: FloatArray) -> FloatArray:
     return np.concatenate([times[0] + (times[last] - times[0]) * (np.arange(count) / count) ** 2, times[last:]])
 
 
-def _solved(prepared: PreparedPath, intervals: Intervals, limits: JointLimits, expected: FloatArray) -> SpeedProfile:
-    """The profile of least time, to first order around the squares that are expected, (N + 1,)."""
+def _solved(
+    prepared: PreparedPath, intervals: Intervals, limits: JointLimits, expected: FloatArray | None
+) -> SpeedProfile:
+    """The profile of least time, to first order around the squares that are expected, (N + 1,); or about equal."""
     fixed = _fixed(prepared, intervals.nodes)
     every_row = limit_rows(intervals, limits)
     if limits.jerk is not None:
         every_row = np.append(every_row, steady_jerk_rows(intervals, limits.jerk, STEADY_JERK), axis=1)
     scale = _largest(every_row, fixed)
+    if expected is None:
+        expected = np.maximum(1.0, scale / (UNBOUNDED * scale.min()))
     interval, rows = necessary(every_row)
     solution = _maximised(_savings(intervals, expected) * scale, interval, rows, scale, fixed)
     if solution is not None:
@@ -108,7 +114,8 @@ def _largest(rows: FloatArray, fixed: FloatArray) -> FloatArray:
     """What each square can be at most, (N + 1,), as single rows (N, rows, 2) say."""
     positive = np.where(rows.min(axis=2, keepdims=True) >= 0.0, rows, 0.0).max(axis=1)
     tightest = np.maximum(np.append(positive[:, 0], 0.0), np.insert(positive[:, 1], 0, 0.0))
-    scale = 1.0 / np.maximum(tightest, tightest.max() / UNBOUNDED)
+    near = np.maximum(maximum_filter1d(tightest, 2 * NEAR + 1, mode="nearest"), tightest.max() / UNBOUNDED**3)
+    scale = 1.0 / np.maximum(tightest, near / UNBOUNDED)
     return np.asarray(np.where(fixed > 0.0, fixed, scale))
 
 

@@ -58,10 +58,10 @@ def smooth_timing(prepared: PreparedPath, limits: JointLimits) -> Trajectory:
 
 
 def _refined(coarse: Candidate, fine: LawSearch) -> Candidate:
-    """About the same law with other knots."""
+    """About the same law with other knots: an interpolation may overshoot where a law hardly moves, a law may not."""
     tau = averaged_knots(fine.knots)
-    spline = make_interp_spline(tau, coarse.law.at(tau), DEGREE, t=fine.knots)
-    return fine.candidate(np.asarray(spline.c), coarse.duration)
+    controls = np.asarray(make_interp_spline(tau, coarse.law.at(tau), DEGREE, t=fine.knots).c)
+    return fine.candidate(np.maximum.accumulate(np.clip(controls, *controls[[0, -1]])), coarse.duration)
 
 
 def _smoothed(

@@ -9,7 +9,7 @@ import pytest
 from helpers.cases import following, moving
 
 from problems import Ellipse, InvalidProblem, Path, PathFollowing, PlanarArm, closed_curve, pentagram
-from problems.base.ranges import ANGLES, COORDINATES, LENGTHS, RATES, TIMES
+from problems.base.ranges import ANGLES, COORDINATES, LENGTHS, RATES, TIMES, check_within
 from problems.evaluation import EvaluationOptions
 from solvers import Box
 
@@ -82,3 +82,8 @@ def test_at_the_ends_of_the_ranges_costs_are_numbers(length: float, rate: float,
         points = Box(*problem.bounds).sample(np.random.default_rng(0), 5)
         assert np.isfinite(problem.evaluator(EvaluationOptions("vm"))(points)).all()
     assert COORDINATES[1] >= LENGTHS[1]
+
+
+def test_a_number_just_outside_is_told_from_its_bound() -> None:
+    with pytest.raises(InvalidProblem, match=r"3\.0000001 is not within -3 and 3 m"):
+        check_within("size", (3.0000001,), (-3.0, 3.0), "m")

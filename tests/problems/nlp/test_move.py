@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from benchmarks.peers.moving_ends import random_move
 from problems import OBJECTIVES, Ellipse, PlanarArm, Trajectory
@@ -18,7 +19,7 @@ from problems.certify.verification import limit_verdicts
 from problems.limits import limits_of
 from problems.nlp.move import MoveNlp
 from problems.nlp.move_solution import Waypoints, through
-from problems.nlp.optimality import optimality
+from problems.nlp.optimality import least_squares_multipliers, optimality
 from problems.nlp.starts.displacement import LONGEST
 from problems.nlp.starts.waypoint_postures import WaypointPostures
 from problems.robots.robot import JointLimits
@@ -253,6 +254,18 @@ def test_postures_turn_least() -> None:
     task = Move(arm, Joints(tuple(start)), (Position((0.5, 1.2)),))
     found = WaypointPostures(task, LONGEST, ()).best(np.random.default_rng(0), 8, 4, 1)
     assert found[0] == pytest.approx(np.array([start, best]), abs=1e-6)
+
+
+def test_multipliers_are_those_of_bounded_least_squares() -> None:
+    rng, number = np.random.default_rng(0), np.arange(40)
+    rows = rng.normal(size=(40, 60)) * (rng.random((40, 60)) < 0.2)
+    equal, at_upper = number < 20, number < 30
+    bounds = np.where(equal | ~at_upper, -np.inf, 0.0), np.where(at_upper, np.inf, 0.0)
+    gradient = rng.normal(size=60)
+    expected = lsq_linear(rows.T, -gradient, bounds, method="bvls").x
+    multipliers = least_squares_multipliers(rows, gradient, equal, at_upper)
+    assert (multipliers[20:] == 0.0).any()
+    np.testing.assert_allclose(multipliers, expected, atol=1e-9)
 
 
 @pytest.mark.slow

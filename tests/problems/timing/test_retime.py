@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from problems import InvalidProblem
 from problems.base.matrix import FloatArray
@@ -18,6 +18,8 @@ from problems.timing.rest_to_rest import least_durations, rest_to_rest
 from problems.timing.retime import retime
 from problems.timing.smooth.law_ends import LawEnds
 from problems.timing.smooth.law_search import LawSearch
+from problems.timing.smooth.smooth_timing import _refined
+from problems.timing.smooth.time_law import DEGREE
 from problems.timing.stretch import minimum_time_scale
 
 LIMITS = JointLimits(speed=(2.0, 3.0), acceleration=(10.0, 5.0))
@@ -252,6 +254,31 @@ def test_velocities_that_jerk_limits_do_not_allow() -> None:
 def test_with_jerk_limits_and_without_linear_programs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(linear_program, "METHODS", ())
     check_smooth(retime(JointPath.through(WAYPOINTS), SMOOTH))
+
+
+def test_a_law_that_hardly_moves_stays_increasing_on_other_knots() -> None:
+    def search(count: int) -> LawSearch:
+        knots = np.concatenate([np.zeros(DEGREE), np.linspace(0.0, 1.0, count + 1), np.ones(DEGREE)])
+        return LawSearch(polyline(WAYPOINTS[:2]), SMOOTH, LawEnds((), ()), knots)
+
+    coarse = search(20)
+    step = np.where(np.arange(24) < 12, 0.0, 1.0)
+    fine = _refined(coarse.candidate(step, 1.0), search(80))
+    assert (np.diff(fine.law.controls) > 0.0).all()
+    assert (np.diff(fine.law.trajectory(coarse.path, 1.0).breakpoints) > 0.0).all()
+
+
+@pytest.mark.parametrize("slow", [1e-2, 1e-4])
+def test_where_a_given_motion_crawls_is_no_limit(slow: float) -> None:
+    """From a moving start, where the parameter is the time, on at a crawl."""
+    u = np.cumsum([0.0, 0.1, 0.8 / slow, 0.1])
+    q = np.array([[0.0, 0.0], [0.05, 0.06], [0.85, 0.96], [0.95, 1.01]])
+    v = np.array([[1.0, 1.2], [slow, 1.125 * slow], [slow, 1.125 * slow], [0.0, 0.0]])
+    given = CubicHermiteSpline(u, q, v)
+    limits = JointLimits(speed=(3.0, 3.0), acceleration=(15.0, 15.0))
+    trajectory = retime(JointPath(given.x, given.c), limits, (1.0, 0.0))
+    check_kept(trajectory, limits)
+    assert trajectory.duration < 5.0
 
 
 # What cannot be timed
