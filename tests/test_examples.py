@@ -12,7 +12,12 @@ from scipy.interpolate import PPoly
 from tpbso_casadi.cli import audit, retime, solve
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-SCENARIOS = sorted(path.stem for path in EXAMPLES.glob("*.toml") if path.stem != "arm")
+LONG = {"crowded", "jerk-limited", "letter", "list-of-goals"}  # tens of seconds with the audit
+SCENARIOS = [
+    pytest.param(path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
+    for path in sorted(EXAMPLES.glob("*.toml"))
+    if path.stem != "arm"
+]
 TIMES = 20_000
 
 
