@@ -17,6 +17,7 @@ from problems.motions.joint_path import JointPath
 
 STANDS_STILL = 1e-12  # of the path's extent: how far a piece turns that is left out
 LARGEST_GAP = 1e-9  # of the path's extent: between pieces that join
+SAME_WAY = 1e-6  # of unit vectors: directions that may be one; SAME decides
 SAME = 1e-10  # of what a piece turns: a smaller difference of derivatives is none
 
 
@@ -101,7 +102,8 @@ def _joined(unit: FloatArray, lengths: FloatArray, turned: FloatArray, rates: tu
         least = SAME * max(turned[i - 1] / chosen[i - 1], turned[i] / chosen[i])
         fast, slow = np.linalg.norm(before) / chosen[i - 1], np.linalg.norm(after) / chosen[i]
         if fast > least and slow > least and np.abs(before / chosen[i - 1] - after / chosen[i]).max() > least:
-            chosen[i] *= slow / fast
+            same_way = np.abs(before / (chosen[i - 1] * fast) - after / (chosen[i] * slow)).max() <= SAME_WAY
+            chosen[i] = chosen[i] * slow / fast if same_way else lengths[i]  # beyond a corner nothing has to fit
         corners[i] = np.abs(before / chosen[i - 1] - after / chosen[i]).max() > least
         least2 = SAME * max(turned[i - 1] / chosen[i - 1] ** 2, turned[i] / chosen[i] ** 2)
         kinks[i] = corners[i] or np.abs(before2 / chosen[i - 1] ** 2 - after2 / chosen[i] ** 2).max() > least2

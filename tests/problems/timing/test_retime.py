@@ -317,3 +317,16 @@ def test_a_law_that_would_turn_back_neither_does_nor_stands_still() -> None:
     controls = np.linspace(0.0, 1.0, 16) + np.where(np.arange(16) == 4, 0.6, 0.0)  # one far ahead of the next eight
     law = search.candidate(controls, 1.0).law
     assert (np.diff(law.at(np.linspace(0.0, 1.0, 1001))) > 0.0).all()
+
+
+def test_many_corners_after_pieces_that_grow_faster_do_not_add_up() -> None:
+    """Each piece ends a hundred times as fast as the next begins, which turns another way."""
+    pieces = 40
+    coefficients = np.zeros((3, pieces, 2))
+    for i in range(pieces):
+        coefficients[:2, i, i % 2] = 1.0, 0.02
+        coefficients[2, i + 1 :, i % 2] += 1.02
+    path = JointPath(np.arange(pieces + 1.0), coefficients)
+    limits = JointLimits(speed=(2.0, 2.0), acceleration=(8.0, 8.0))
+    each = 2.0 * 0.25 + (1.02 - 2.0 * 0.25) / 2.0  # a trapezoid of speed
+    assert retime(path, limits).duration == pytest.approx(pieces * each, rel=0.02)
