@@ -8,7 +8,7 @@ import re
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import MOST_LINKS, ScenarioError
 
-MOST_ROWS = 10_000  # of a path; its timing takes a minute
+MOST_ROWS = 3_000  # of a path; its timing takes a minute
 JOINT = re.compile(r"q[1-9][0-9]*")
 HEADER = "the header q1,q2,... or t,q1,q2,... is needed"
 LARGEST_ANGLE = 1e6  # rad or degrees
