@@ -82,8 +82,13 @@ def _attempted(make: Callable[[Motion], Trajectory | None], before: Motion) -> M
 
 
 def _same_path(before: Motion) -> Trajectory | None:
-    """The motion's own path in the least time, unless that is what it is; an end that moves keeps its velocity."""
-    if before.retimed:
+    """The motion's own path in the least time, unless that is what it is; an end that moves keeps its velocity.
+
+    A nonlinear program that minimises the time under jerk limits leaves nothing to gain, and that would take long.
+    """
+    problem = before.problem
+    programmed = problem.free_timing and problem.objective.timed and problem.robot.limits.jerk is not None
+    if before.retimed or programmed:
         return None
     start, goal = before.problem.task.end_velocities
     rates = float(start.any()), float(goal.any())
