@@ -191,6 +191,7 @@ def test_an_accuracy_that_nothing_met_is_said_and_written(capfd: pytest.CaptureF
     Path("way.toml").write_text(
         "[arm]\nlink_lengths = [1.0, 1.0, 1.0]\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
         '[task]\nkind = "path"\naccuracy = 1e-6\npoints = "way.csv"\ncount = 40\n'
+        '[model]\nmotion = "paper"\n'
     )
     assert run("way.toml", "--evaluations", "500", "--no-plots", "--quiet", "--out", "out") == 1
     output = capfd.readouterr().err
