@@ -32,7 +32,13 @@ CASES = {
 }
 
 
-@pytest.fixture(params=CASES.values(), ids=CASES)
+LONG = {"4 links, two obstacles", "5 links, rotation, free"}
+
+
+@pytest.fixture(
+    params=[pytest.param(case, marks=[pytest.mark.slow] if name in LONG else []) for name, case in CASES.items()],
+    ids=CASES,
+)
 def problem(request: pytest.FixtureRequest) -> PointToPointProblem:
     case = request.param
     assert isinstance(case, PointToPointProblem)

@@ -61,6 +61,8 @@ LONG = (
     "pentagram-time",
     "pentagram-rotation",
     "closed-curve-rotation",
+    "rotation-4",
+    "rotation-5",
 )  # much like others, and seconds each
 
 

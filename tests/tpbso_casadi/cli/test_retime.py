@@ -101,6 +101,7 @@ def test_figures_a_film_and_exports() -> None:
     assert audit.main(["out"]) == 0
 
 
+@pytest.mark.slow
 def test_a_run_is_retimed_on_its_own_path_and_no_slower() -> None:
     options = ["rotation-3", "--solver", "pso", "--evaluations", "1000", "--formulation", "reduced", "--no-plots"]
     assert solve.main([*options, "--no-retime", "--quiet", "--out", "before"]) == 0
@@ -190,6 +191,7 @@ def test_from_python() -> None:
         tpbso_casadi.retime(ROWS, robot, interpolation="cubic")
 
 
+@pytest.mark.slow
 def test_a_run_folder_from_python() -> None:
     assert run("path.csv", "--robot", "arm.toml", "--out", "out", "--no-plots") == 0
     motion = tpbso_casadi.retime("out", PlanarArm((0.5, 0.5), (1.0, 1.5), (10.0, 8.0)))
