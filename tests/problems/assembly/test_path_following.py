@@ -34,7 +34,13 @@ CASES = {
 }
 
 
-@pytest.fixture(params=CASES.values(), ids=CASES)
+QUICK = {"star, time", "obstacle", "inner hole, joint limits"}  # the others take seconds each and are much like them
+
+
+@pytest.fixture(
+    params=[pytest.param(case, marks=[] if name in QUICK else [pytest.mark.slow]) for name, case in CASES.items()],
+    ids=CASES,
+)
 def problem(request: pytest.FixtureRequest) -> PathFollowingProblem:
     following_problem = request.param
     assert isinstance(following_problem, PathFollowingProblem)
