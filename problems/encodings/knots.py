@@ -17,7 +17,7 @@ import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix
 from problems.encodings.encoding import CostWeights, Decoded, Variable
-from problems.encodings.path_encoding import PathEncoding
+from problems.encodings.path_encoding import PathEncoding, largest_values
 from problems.encodings.penalty import FeasibilityFirst, limit_weight, paper_cost
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
@@ -95,7 +95,7 @@ class KnotsEncoding(PathEncoding[SplineShape]):
         increments = np.diff(self.motion.spline.operator(self.motion.parameters_u), axis=0)
         return MotionBounds(
             duration=self._longest(limits),
-            rotation=float(self.task.robot.dof * _largest(increments).sum()),
+            rotation=float(self.task.robot.dof * largest_values(increments).sum()),
             radius=self.task.robot.reach()[1],
         )
 
@@ -147,16 +147,10 @@ class ReducedKnots(FeasibilityFirst, KnotsEncoding):
 
     def _longest(self, limits: Sequence[Limit]) -> float:
         spline = self.motion.spline
-        acceleration = _largest(spline.operator(spline.nodes, 2)).max()
-        speed = _largest(spline.operator(spline.nodes, 1)).max() + acceleration
+        acceleration = largest_values(spline.operator(spline.nodes, 2)).max()
+        speed = largest_values(spline.operator(spline.nodes, 1)).max() + acceleration
         dof = self.task.robot.dof
-        jerk = _largest(np.diff(spline.operator(spline.nodes, 2), axis=0) / np.diff(spline.nodes)[:, None]).max()
+        jerk = largest_values(np.diff(spline.operator(spline.nodes, 2), axis=0) / np.diff(spline.nodes)[:, None]).max()
         bounds = enumerate((speed, acceleration, jerk), start=1)
         peaks = {order: ca.repmat(ca.DM(bound), 1, dof) for order, bound in bounds}
         return max(self.time_box[0], longest_time_scale(self.exact_limits(limits), peaks))
-
-
-def _largest(operator: FloatArray) -> FloatArray:
-    """Bounds of an operator (n, M) on knot angles that do not change by more than pi from knot to knot, (n,)."""
-    steps = operator @ np.tril(np.ones((operator.shape[1],) * 2))[:, 1:]
-    return np.asarray(np.pi * np.abs(steps).sum(axis=1))

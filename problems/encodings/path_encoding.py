@@ -96,3 +96,9 @@ class PathEncoding(Encoding[P]):
             redundancy.append(self.redundancy_at(constant(weights[None]), target, values))
             theta.append(self.posture(target, redundancy[-1], elbow, theta[-1]))
         return ca.horzcat(*redundancy).T, ca.vertcat(*theta[1:])
+
+
+def largest_values(operator: FloatArray) -> FloatArray:
+    """Bounds of an operator (n, M) on knot angles that do not change by more than pi from knot to knot, (n,)."""
+    steps = operator @ np.tril(np.ones((operator.shape[1],) * 2))[:, 1:]
+    return np.asarray(np.pi * np.abs(steps).sum(axis=1))

@@ -11,7 +11,7 @@ import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix
 from problems.encodings.encoding import Decoded, Variable
-from problems.encodings.path_encoding import PathEncoding
+from problems.encodings.path_encoding import PathEncoding, largest_values
 from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming, step_limits
 from problems.limits.clearance import StepLimit
 from problems.limits.limit import Limit
@@ -86,7 +86,7 @@ class Tracing(PathTiming, PathEncoding[TimedPath]):
         down from there, with a c so small that du/dt <= sqrt(c) keeps every limit on any path of the box.
         """
         spline, joints, grid = self.motion.spline, self.robot.limits, self.motion.parameters_u
-        first, second = (_largest(spline.operator(grid, order)).max() for order in (1, 2))
+        first, second = (largest_values(spline.operator(grid, order)).max() for order in (1, 2))
         c = min(min(joints.acceleration) / (first + second), (min(joints.speed) / first) ** 2)
         stretches = len(self.motion.corners) + 1
         duration = GRID_ALLOWANCE * 2.0 * float(np.sqrt(stretches / c))
@@ -95,9 +95,3 @@ class Tracing(PathTiming, PathEncoding[TimedPath]):
             rotation=self.robot.dof * np.pi * (self.knots.size - 1) * 4.0,
             radius=self.robot.reach()[1],
         )
-
-
-def _largest(operator: FloatArray) -> FloatArray:
-    """Bounds of an operator (n, M) on knot angles that do not change by more than pi from knot to knot, (n,)."""
-    steps = operator @ np.tril(np.ones((operator.shape[1],) * 2))[:, 1:]
-    return np.asarray(np.pi * np.abs(steps).sum(axis=1))

@@ -6,11 +6,14 @@ What is within these limits is built in less than a minute and computed without 
 from __future__ import annotations
 
 from math import radians
-from typing import Annotated, Any, Literal, Self, TypeAlias
+from typing import Annotated, Any, Literal, Self, TypeAlias, TypeVar
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, ValidationError
 
-from tpbso_casadi.scenario.validation import StrictModel
+from tpbso_casadi.plugins import failure
+from tpbso_casadi.scenario.validation import NestedError, StrictModel, as_text, describe
+
+S = TypeVar("S", bound=StrictModel)
 
 LARGEST = 1e12  # magnitude of a number, in whatever unit
 SMALLEST = 1e-12  # of a positive number
@@ -84,3 +87,25 @@ def in_radians(value: Any, angular: bool) -> Any:
     if isinstance(value, (list, tuple)):
         return type(value)(in_radians(entry, angular) for entry in value)
     return radians(value) if angular and isinstance(value, (int, float)) else value
+
+
+def read_section(section: type[S], table: Any, key: str, name: str) -> S:
+    """The table of a section whose class a key of the table chose, of a plug-in maybe.
+
+    Args:
+        section: the class.
+        table: plain data.
+        key: that chose it.
+        name: what the key says.
+
+    Raises:
+        NestedError: the table is not one, or the plug-in failed.
+    """
+    try:
+        return section.model_validate_json(as_text(table), strict=True)
+    except ValidationError as error:
+        raise NestedError(describe(error, section, table)) from error
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise NestedError(f"{key}: plug-in {name} failed: {failure(error)}") from error

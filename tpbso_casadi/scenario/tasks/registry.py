@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import PlainValidator, SerializeAsAny, ValidationError
+from pydantic import PlainValidator, SerializeAsAny
 from pydantic_core import PydanticCustomError
 
-from tpbso_casadi.plugins import Catalogue, PluginError, failure, subclass_of
+from tpbso_casadi.plugins import Catalogue, PluginError, subclass_of
+from tpbso_casadi.scenario.section import read_section
 from tpbso_casadi.scenario.task import TaskSection
 from tpbso_casadi.scenario.tasks.joint_path import JointPathTask, JointPiecesTask
 from tpbso_casadi.scenario.tasks.path import ClosedCurveTask, PentagramTask, PointsTask
 from tpbso_casadi.scenario.tasks.point_to_point import PointToPointTask
-from tpbso_casadi.scenario.validation import NestedError, as_text, describe, hint, in_words
+from tpbso_casadi.scenario.validation import hint, in_words
 
 TASKS: dict[str, type[TaskSection]] = {  # by kind, or by kind/shape
     "point-to-point": PointToPointTask,
@@ -52,14 +53,7 @@ def read_task(table: Any) -> TaskSection:
         section = TASK_CATALOGUE.find(name)
     except PluginError as error:
         raise PydanticCustomError("unknown_task", "{reason}", {"reason": str(error)}) from error
-    try:
-        return section.model_validate_json(as_text(table), strict=True)
-    except ValidationError as error:
-        raise NestedError(describe(error, section, table)) from error
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:
-        raise NestedError(f"kind: plug-in {name} failed: {failure(error)}") from error
+    return read_section(section, table, "kind", name)
 
 
 AnyTask = Annotated[SerializeAsAny[TaskSection], PlainValidator(read_task)]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PlainValidator, SerializeAsAny, ValidationError
+from pydantic import Field, PlainValidator, SerializeAsAny
 
 from problems import Ellipse, InvalidProblem, Obstacle, Polygon, Rectangle
 from problems.scene.polygon import MAX_CORNERS
-from tpbso_casadi.plugins import Catalogue, PluginError, failure, subclass_of
-from tpbso_casadi.scenario.section import Angle, PlanarPoint, Positive, ScenarioError, Section, Word
-from tpbso_casadi.scenario.validation import NestedError, as_text, describe, hint, in_words, shown
+from tpbso_casadi.plugins import Catalogue, PluginError, subclass_of
+from tpbso_casadi.scenario.section import Angle, PlanarPoint, Positive, ScenarioError, Section, Word, read_section
+from tpbso_casadi.scenario.validation import NestedError, hint, in_words, shown
 
 DEFAULT_SHAPE = "ellipse"
 MOST_JOINT_CORNERS = 10_000  # joints times corners, those of all convex parts of a polygon
@@ -126,14 +126,7 @@ def read_obstacle(table: Any) -> ObstacleSection:
         section = SHAPE_CATALOGUE.find(name)
     except PluginError as error:
         raise NestedError(f"shape: {error}") from error
-    try:
-        return section.model_validate_json(as_text(table), strict=True)
-    except ValidationError as error:
-        raise NestedError(describe(error, section, table)) from error
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:
-        raise NestedError(f"shape: plug-in {name} failed: {failure(error)}") from error
+    return read_section(section, table, "shape", name)
 
 
 AnyObstacle = Annotated[SerializeAsAny[ObstacleSection], PlainValidator(read_obstacle)]
