@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.certify.travel import halves
 from problems.certify.verdict import CertificateStatus
-from problems.limits.proximity import Pair, Proximity
+from problems.limits.proximity import Pair, Proximity, clearances
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 
@@ -133,5 +133,5 @@ class _MovingPairs:
         positions = self.positions(middles)
         speeds = np.abs(self.turning.at(middles, 1))
         moves = (speeds * h / 2.0 + self.sharpest * h**2 / 8.0) @ self._rates[1].T
-        clearance = np.column_stack([as_array(pair.clearance(positions)) for pair in self.pairs])
+        clearance = as_array(clearances(self.pairs, positions))
         return clearance.min(axis=1), clearance.argmin(axis=1), (clearance - moves).min(axis=1)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import casadi as ca
 
 from problems.base.arguments import is_zero
-from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.limits.constraint import Constraint
 from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.limits.proximity import Pair, Proximity
@@ -40,22 +40,36 @@ class CollisionPair(Pair):
     def __str__(self) -> str:
         return f"{self.body.name}, obstacle {self.number}"
 
-    def clearance(self, positions: Sequence[Matrix]) -> Matrix:
-        """Clearance in m in n postures, (n, 1); positions of the frames, each (n, dim)."""
-        return self._between(positions[self.body.start], positions[self.body.end])
+    @property
+    def group(self) -> Hashable:
+        """The obstacle, and how it is measured: from lines, or from points."""
+        return self.number, self.measured, self.body.is_ball
+
+    @property
+    def thickness(self) -> Operand:
+        """The body's radius."""
+        return self.body.radius
+
+    def ends(self, positions: Sequence[Matrix]) -> tuple[Matrix, ...]:
+        """Those of the body."""
+        frames = {self.body.start: None, self.body.end: None}
+        return tuple(positions[frame] for frame in frames)
+
+    def between(self, *ends: Matrix) -> Matrix:
+        """From the obstacle to the lines between the ends, or to the one point that they are."""
+        if len(ends) == 1:
+            return self.obstacle.point_clearance(ends[0])
+        measure = self.obstacle.segment_distance if self.measured else self.obstacle.segment_clearance
+        return measure(*ends)
 
     def swept_clearance(self, before: Sequence[Matrix], after: Sequence[Matrix]) -> Matrix:
         """Clearance in m of the straight line that the body's far end draws from one posture to the next, (n, 1)."""
-        return self._between(before[self.body.end], after[self.body.end])
-
-    def _between(self, start: Matrix, end: Matrix) -> Matrix:
-        """Of a capsule as thick as the body, (n, 1), m."""
-        measure = self.obstacle.segment_distance if self.measured else self.obstacle.segment_clearance
-        clearance = measure(start, end)
-        return clearance if is_zero(self.body.radius) else clearance - self.body.radius
+        return self.narrowed(self.between(before[self.body.end], after[self.body.end]))
 
     def distance(self, positions: Sequence[Matrix]) -> float:
         """The distance in one posture, exact to rounding, m."""
+        if self.body.is_ball:
+            return float(self.clearance(positions))
         start, end = (tuple(as_array(positions[frame]).ravel()) for frame in (self.body.start, self.body.end))
         return self.obstacle.distance_of(start, end) - float(self.body.radius)
 
@@ -114,7 +128,9 @@ class Clearance(Proximity):
         return [self.constraint(self.name, "", self.clearances(samples), margin, formula, EQUATION)]
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
-        """Clearance of the straight line from each joint's position at one sample to that at the next."""
+        """Clearance of the lines from each joint's position at one sample to that at the next; none of balls."""
+        if any(pair.body.is_ball for pair in self.pairs):
+            return []
         swept = ca.horzcat(*(pair.swept_clearance(before.positions, after.positions) for pair in self.pairs))
         formula = "clearance(line from a link's end at t_j to the same at t_j+1, obstacle) >= margin"
         return [self.constraint("swept clearance", "end of ", swept, margin, formula, EQUATION)]
@@ -140,8 +156,8 @@ class StepLimit(Limit):
 
     @classmethod
     def holding(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
-        """The limit, where there are obstacles."""
-        if not obstacles:
+        """The limit, where there are obstacles and bodies that are lines: a ball is too thick to pass unnoticed."""
+        if not obstacles or any(body.is_ball for body in robot.bodies):
             return None
         kept = robot.margin + min(float(body.radius) for body in robot.bodies)
         return cls(robot, min(obstacle.width for obstacle in obstacles) + 2.0 * kept)

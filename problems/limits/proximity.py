@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -19,13 +19,35 @@ from problems.robots.robot import Robot
 class Pair(Statement, ABC):
     """Two things that have to keep a distance. A subclass is a frozen dataclass."""
 
+    @property
     @abstractmethod
+    def group(self) -> Hashable:
+        """Pairs of one group are computed together."""
+
+    @property
+    @abstractmethod
+    def thickness(self) -> Operand:
+        """What the widths of the two take from the distance between their middle lines, m."""
+
+    @abstractmethod
+    def ends(self, positions: Sequence[Matrix]) -> tuple[Matrix, ...]:
+        """The points of their middle lines that move, each (n, dim), m; positions of the frames, each (n, dim)."""
+
+    @abstractmethod
+    def between(self, *ends: Matrix) -> Matrix:
+        """How far the middle lines are apart, (n, 1), m, whichever pairs of its group the ends (n, dim) belong to."""
+
     def clearance(self, positions: Sequence[Matrix]) -> Matrix:
         """How far they are apart in n postures, (n, 1), m; positions of the frames, each (n, dim).
 
         Negative where they meet. Else no more than a distance that changes by no more than the points of one move as
         seen from the other.
         """
+        return self.narrowed(self.between(*self.ends(positions)))
+
+    def narrowed(self, distance: Matrix) -> Matrix:
+        """The clearance that a distance between the middle lines leaves, m."""
+        return distance if is_zero(self.thickness) else distance - self.thickness
 
     def distance(self, positions: Sequence[Matrix]) -> float:
         """How far they are apart in one posture, exact to rounding, m; by default that is the clearance."""
@@ -47,6 +69,20 @@ class Pair(Statement, ABC):
     def smooth(self, clearance: Matrix) -> Matrix:
         """An increasing function of the clearance that a nonlinear program bounds instead; itself by default."""
         return clearance
+
+
+def clearances(pairs: Sequence[Pair], positions: Sequence[Matrix]) -> Matrix:
+    """How far pairs are apart in n postures, (n, pairs), m; positions of the frames, each (n, dim)."""
+    groups: dict[Hashable, list[int]] = {}
+    for number, pair in enumerate(pairs):
+        groups.setdefault(pair.group, []).append(number)
+    found: list[Matrix] = [ca.DM()] * len(pairs)
+    for members in groups.values():
+        stacked = [ca.vertcat(*ends) for ends in zip(*(pairs[i].ends(positions) for i in members), strict=True)]
+        distances = ca.vertsplit(pairs[members[0]].between(*stacked), positions[0].shape[0])
+        for i, distance in zip(members, distances, strict=True):
+            found[i] = pairs[i].narrowed(distance)
+    return ca.horzcat(*found)
 
 
 @dataclass(frozen=True)
@@ -94,7 +130,7 @@ class Proximity(Limit):
 
     def clearances(self, samples: Samples) -> Matrix:
         """Of all pairs at each sample, (n, pairs), m."""
-        return ca.horzcat(*(pair.clearance(samples.positions) for pair in self.pairs))
+        return clearances(self.pairs, samples.positions)
 
     def _smooth(self, clearances: Matrix) -> Matrix:
         each = zip(self.pairs, columns(clearances), strict=True)

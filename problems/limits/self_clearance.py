@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from problems.base.matrix import FloatArray, Matrix
+import casadi as ca
+
+from problems.base.matrix import FloatArray, Matrix, Operand
 from problems.limits.constraint import Constraint
 from problems.limits.proximity import Pair, Proximity
 from problems.motions.samples import Samples
@@ -14,10 +16,12 @@ from problems.robots.robot import Body, Robot
 from problems.scene.obstacle import Obstacle
 from problems.scene.segments import crossing_clearance
 
+TINY_SQUARED = 1e-30  # m^2: keeps the gradient of no distance finite
+
 
 @dataclass(frozen=True)
 class BodyPair(Pair):
-    """Two bodies of the robot in the plane, the one nearer the base first."""
+    """Two bodies of the robot, the one nearer the base first: lines in the plane, or balls."""
 
     first: Body
     second: Body
@@ -25,10 +29,27 @@ class BodyPair(Pair):
     def __str__(self) -> str:
         return f"{self.first.name}, {self.second.name}"
 
-    def clearance(self, positions: Sequence[Matrix]) -> Matrix:
-        """Clearance in m in n postures, (n, 1), exact; positions of the frames, each (n, 2)."""
-        one, two = ((positions[body.start], positions[body.end]) for body in (self.first, self.second))
-        return crossing_clearance(one, two) - (self.first.radius + self.second.radius)
+    @property
+    def group(self) -> Hashable:
+        """Lines, or balls."""
+        return self.first.is_ball, self.second.is_ball
+
+    @property
+    def thickness(self) -> Operand:
+        """Both radii."""
+        return self.first.radius + self.second.radius
+
+    def ends(self, positions: Sequence[Matrix]) -> tuple[Matrix, ...]:
+        """Those of both bodies."""
+        frames = [frame for body in (self.first, self.second) for frame in {body.start: None, body.end: None}]
+        return tuple(positions[frame] for frame in frames)
+
+    def between(self, *ends: Matrix) -> Matrix:
+        """Between two lines in the plane, exact, or between two points."""
+        if len(ends) == 2:
+            apart = ends[0] - ends[1]
+            return ca.sqrt(ca.sum2(apart * apart) + TINY_SQUARED)
+        return crossing_clearance((ends[0], ends[1]), (ends[2], ends[3]))
 
     def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
         """Only the joints between the two move them as seen from each other."""

@@ -40,7 +40,7 @@ class Body(Statement):
     Attributes:
         name: for messages, as ``link 2``.
         start: index of the frame at its start, in the order of :meth:`Robot.positions`.
-        end: index of the frame at its end.
+        end: index of the frame at its end; of a ball it is the same.
         radius: of the capsule, m; with 0 it is the segment itself.
     """
 
@@ -51,6 +51,11 @@ class Body(Statement):
     start: int
     end: int
     radius: Operand = 0.0
+
+    @property
+    def is_ball(self) -> bool:
+        """Whether its middle line is a point."""
+        return self.start == self.end
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,9 +124,9 @@ class Robot(Statement, ABC):
         return tuple(f"joint {joint}" for joint in range(1, self.dof + 1))
 
     @property
-    @abstractmethod
     def redundancy(self) -> int:
-        """The number of values beyond the tool's position that determine a posture."""
+        """The number of values beyond the tool's position that determine a posture, in closed form; none here."""
+        return 0
 
     @property
     def base(self) -> tuple[float, ...]:
@@ -191,9 +196,8 @@ class Robot(Statement, ABC):
     def levers(self) -> FloatArray:
         """No point of body b moves faster than the sum over j of levers[b, j] |u_j|; (bodies, m), m."""
 
-    @abstractmethod
     def inverse(self, point: Matrix, redundancy: Matrix, elbow: Operand) -> tuple[Matrix, Matrix]:
-        """Inverse kinematics.
+        """Inverse kinematics in closed form, where the robot has it.
 
         Args:
             point: where the tool has to be, (dim, 1), m.
@@ -202,36 +206,43 @@ class Robot(Statement, ABC):
 
         Returns:
             Joint angles (1, dof), rad, and a number that is within [-1, 1] exactly when the point is reached.
-        """
 
-    @abstractmethod
+        Raises:
+            InvalidProblem: it has none.
+        """
+        raise self._no_closed_form()
+
     def restore_redundancy(self, point: Matrix, normalised: Matrix) -> Matrix:
         """Redundant values with which a point (dim, 1) can be reached, from numbers in [0, 1]; both (redundancy, 1)."""
+        raise self._no_closed_form()
 
-    @abstractmethod
     def redundant_values(self, theta: FloatArray) -> FloatArray:
         """The redundant values of postures (n, dof): (n, redundancy)."""
+        raise self._no_closed_form()
 
-    @abstractmethod
     def redundancy_ranges(self, theta: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Bounds of the redundant values of postures (n, dof) with the tool at points (n, dim); (n, redundancy)."""
+        raise self._no_closed_form()
 
     @property
-    @abstractmethod
     def middle(self) -> Matrix:
         """The posture around which angles are wrapped, (1, dof), rad."""
+        raise self._no_closed_form()
 
-    @abstractmethod
     def wrap(self, theta: Matrix) -> Matrix:
         """The same posture (1, dof) with each angle in its first turn, rad."""
+        raise self._no_closed_form()
 
-    @abstractmethod
     def wrap_near(self, theta: Matrix, start: Matrix) -> Matrix:
         """The same posture (1, dof) with each angle in the turn nearest ``start``; joint limits decide first."""
+        raise self._no_closed_form()
 
-    @abstractmethod
     def project_to_point(self, theta: Matrix, point: Matrix) -> Matrix:
         """The posture nearest ``theta`` (1, dof) whose tool is at ``point`` (dim, 1) exactly."""
+        raise self._no_closed_form()
+
+    def _no_closed_form(self) -> InvalidProblem:
+        return InvalidProblem("robot", f"{type(self).__name__} has no inverse kinematics in closed form")
 
 
 def _as_tuple(value: Any) -> Any:

@@ -14,6 +14,11 @@ class Obstacle(Statement, ABC):
     """Something that no body of the robot may touch. A subclass is a frozen dataclass."""
 
     @property
+    def dim(self) -> int:
+        """2 in the plane, 3 in space."""
+        return 2
+
+    @property
     @abstractmethod
     def place(self) -> tuple[float, ...]:
         """A point of it, m, for messages."""
@@ -27,7 +32,6 @@ class Obstacle(Statement, ABC):
     def contains(self, point: tuple[float, ...]) -> bool:
         """Whether a point (m) lies in or on it."""
 
-    @abstractmethod
     def segment_clearance(self, start: Matrix, end: Matrix) -> Matrix:
         """Clearance of n straight segments.
 
@@ -38,7 +42,15 @@ class Obstacle(Statement, ABC):
         Returns:
             (n, 1), m: negative when a segment enters, 0 when it touches, else a lower bound of the distance. It
             changes by no more than the segment's points move.
+
+        Raises:
+            NotImplementedError: it knows of points alone.
         """
+        raise NotImplementedError
+
+    def point_clearance(self, points: Matrix) -> Matrix:
+        """Clearance of n points (n, dim), m: (n, 1), like :meth:`segment_distance`."""
+        return self.segment_distance(points, points)
 
     def segment_distance(self, start: Matrix, end: Matrix) -> Matrix:
         """The same with a sharper lower bound, for those who keep a distance: a margin, or the width of a link.

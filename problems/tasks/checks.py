@@ -37,7 +37,18 @@ def check_at_least(field: str, value: int | None, least: int, what: str = "") ->
 
 
 def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
-    """The base of the robot lies in no obstacle, nor nearer to one than its first body may be."""
+    """Obstacles and robot are both in the plane or in space; a base at which a body begins is clear.
+
+    Where bodies are balls, the base's own are checked with the postures.
+    """
+    for obstacle in obstacles:
+        if obstacle.dim != robot.dim:
+            kind = type(obstacle).__name__
+            raise InvalidProblem(
+                "obstacles", f"{kind} at {obstacle.place}: it has {obstacle.dim} dimensions, the robot {robot.dim}"
+            )
+    if not any(body.start == 0 for body in robot.bodies):
+        return
     thickest = max((float(body.radius) for body in robot.bodies if body.start == 0), default=0.0)
     for obstacle in obstacles:
         if obstacle.contains(robot.base):

@@ -1,0 +1,1 @@
+"""Robots in space: serial chains of revolute and prismatic joints."""

@@ -1,0 +1,131 @@
+"""A serial chain in space: what a URDF says of an arm once fixed joints are folded into the bodies that they join."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+
+from problems.base.arguments import Statement
+from problems.base.matrix import FloatArray, Matrix, Operand, columns
+from problems.robots.spatial.transform import Transform, about, times
+
+Point3: TypeAlias = tuple[float, float, float]
+Matrix3: TypeAlias = tuple[Point3, Point3, Point3]  # rows
+
+UNTURNED: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class JointKind(StrEnum):
+    """How a joint moves."""
+
+    REVOLUTE = "revolute"  # turns between its limits
+    CONTINUOUS = "continuous"  # turns without end
+    PRISMATIC = "prismatic"  # slides
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inertia(Statement):
+    """The mass of a body.
+
+    Attributes:
+        mass: kg.
+        center: of mass in the body's frame, m.
+        matrix: of inertia about the centre of mass, in the axes of the body's frame, kg m^2.
+    """
+
+    mass: float
+    center: Point3 = (0.0, 0.0, 0.0)
+    matrix: Matrix3 = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChainJoint(Statement):
+    """A joint and the body that it moves.
+
+    Attributes:
+        name: of the joint.
+        link: name of the body that it moves, whose frame is the joint's own.
+        kind: how it moves.
+        translation: of its frame in that of the joint before (the base's, for the first), at zero, m.
+        rotation: the same.
+        axis: unit vector in its own frame.
+        position: (lowest, highest), rad or m; None where it turns without end.
+        speed: largest, rad/s or m/s; None where it is not stated.
+        effort: largest torque, N m, or force, N; None where it is not stated.
+        damping: viscous friction, N m s or N s/m.
+        friction: Coulomb friction, N m or N.
+        inertia: of the body, with everything fixed to it; None where no mass is stated.
+    """
+
+    name: str
+    link: str
+    kind: JointKind = JointKind.REVOLUTE
+    translation: Point3 = (0.0, 0.0, 0.0)
+    rotation: Matrix3 = UNTURNED
+    axis: Point3 = (0.0, 0.0, 1.0)
+    position: tuple[float, float] | None = None
+    speed: float | None = None
+    effort: float | None = None
+    damping: float = 0.0
+    friction: float = 0.0
+    inertia: Inertia | None = None
+
+    def moved(self, value: Operand) -> Transform:
+        """From its own frame to that of the joint before, at a value (n, 1) in rad or m."""
+        fixed = Transform(self.rotation, self.translation)
+        if self.kind is JointKind.PRISMATIC:
+            x, y, z = (times(part, value) for part in self.axis)
+            return fixed @ Transform(translation=(x, y, z))
+        return fixed @ Transform(about(self.axis, value))
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is an angle."""
+        return self.kind is not JointKind.PRISMATIC
+
+    @property
+    def travel(self) -> float:
+        """How far its frame can be from where it is at zero, m."""
+        return 0.0 if self.turns or self.position is None else max(map(abs, self.position))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chain(Statement):
+    """Joints one after the other.
+
+    Attributes:
+        name: of the robot.
+        joints: from the base on.
+        base_link: name of the body that stands still.
+        tip_link: name of the frame at the chain's end.
+        tip_translation: of that frame in the last joint's, m.
+        tip_rotation: the same.
+    """
+
+    name: str
+    joints: tuple[ChainJoint, ...]
+    base_link: str = "base"
+    tip_link: str = "tip"
+    tip_translation: Point3 = (0.0, 0.0, 0.0)
+    tip_rotation: Matrix3 = UNTURNED
+
+    @property
+    def tip(self) -> Transform:
+        """From the tip's frame to the last joint's."""
+        return Transform(self.tip_rotation, self.tip_translation)
+
+    def frames(self, theta: Matrix, base: Transform) -> list[Transform]:
+        """From the base's frame and those of all joints to outside, in n postures (n, dof); dof + 1 of them."""
+        frames = [base]
+        for joint, value in zip(self.joints, columns(theta), strict=True):
+            frames.append(frames[-1] @ joint.moved(value))
+        return frames
+
+    @cached_property
+    def offsets(self) -> FloatArray:
+        """How far a joint's frame can be from the one before, m; (dof,)."""
+        return np.array([float(np.linalg.norm(joint.translation)) + joint.travel for joint in self.joints])

@@ -1,0 +1,221 @@
+"""The robot in space: a serial chain with limits, collision spheres, a base somewhere and a tool at its end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from problems.base.arguments import Statement
+from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.base.ranges import ANGLES, LENGTHS, RATES, check_within
+from problems.robots.robot import Body, JointLimits, Robot
+from problems.robots.spatial.chain import UNTURNED, Chain, Matrix3, Point3
+from problems.robots.spatial.transform import Transform, as_rows
+
+
+@dataclass(frozen=True)
+class Sphere(Statement):
+    """A ball that moves with a body of the chain and holds a part of it.
+
+    Attributes:
+        link: the body's number: 0 for the base, then that of the joint that moves it.
+        center: in the body's frame, m.
+        radius: m.
+        name: for messages, as ``panda_link5``.
+    """
+
+    link: int
+    center: Point3
+    radius: float
+    name: str
+
+
+@dataclass(frozen=True)
+class SpatialArm(Robot):
+    """A serial chain in space.
+
+    Args:
+        chain: its joints.
+        max_speed: of each joint, rad/s or m/s; dof values.
+        max_acceleration: rad/s^2 or m/s^2.
+        max_jerk: rad/s^3 or m/s^3; None where nothing limits it.
+        position_limits: (lowest, highest) of each joint, rad or m.
+        spheres: that hold all bodies that must not touch anything.
+        base_translation: where the base stands, m.
+        base_rotation: the same.
+        tool_translation: of the tool in the frame of the chain's tip, m.
+        tool_rotation: the same.
+        kept_pairs: of numbers of spheres that must keep apart with ``self_collision``.
+
+    Raises:
+        InvalidProblem: a limit is not positive or out of range, or a list is not dof long.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = (
+        *Robot.numbers, "max_speed", "max_acceleration", "max_jerk", "position_limits"
+    )  # fmt: skip
+    angular: ClassVar[tuple[str, ...]] = ("max_speed", "max_acceleration", "max_jerk", "position_limits")
+
+    chain: Chain
+    max_speed: tuple[float, ...]
+    max_acceleration: tuple[float, ...]
+    max_jerk: tuple[float, ...] | None = None
+    position_limits: tuple[tuple[float, float], ...] | None = None
+    spheres: tuple[Sphere, ...] = ()
+    base_translation: Point3 = (0.0, 0.0, 0.0)
+    base_rotation: Matrix3 = UNTURNED
+    tool_translation: Point3 = (0.0, 0.0, 0.0)
+    tool_rotation: Matrix3 = UNTURNED
+    kept_pairs: tuple[tuple[int, int], ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for field, unit in (("max_speed", "s"), ("max_acceleration", "s^2"), ("max_jerk", "s^3")):
+            values = getattr(self, field)
+            if values is not None:
+                self._check_length(field, values)
+                check_within(field, values, RATES, f"rad/{unit}")
+        if self.position_limits is not None:
+            self._check_length("position_limits", self.position_limits)
+            for number, (low, high) in enumerate(self.position_limits, start=1):
+                check_within("position_limits", (low, high), ANGLES, "rad")
+                if not low < high:
+                    raise InvalidProblem("position_limits", f"joint {number}: {low:g} is not below {high:g}")
+        check_within("spheres", (sphere.radius for sphere in self.spheres), LENGTHS, "m")
+
+    def _check_length(self, field: str, values: tuple[object, ...]) -> None:
+        if len(values) != self.dof:
+            raise InvalidProblem(field, f"{len(values)} values for {self.dof} joints")
+
+    @property
+    def dim(self) -> int:
+        """3."""
+        return 3
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return len(self.chain.joints)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """As in the chain."""
+        return tuple(joint.name for joint in self.chain.joints)
+
+    @property
+    def limits(self) -> JointLimits:
+        """Limits of the joints."""
+        return JointLimits(
+            speed=self.max_speed, acceleration=self.max_acceleration, position=self.position_limits, jerk=self.max_jerk
+        )
+
+    @property
+    def base_frame(self) -> Transform:
+        """Where the base stands."""
+        return Transform(self.base_rotation, self.base_translation)
+
+    @property
+    def base(self) -> tuple[float, ...]:
+        """Where the base stands, m."""
+        return tuple(float(part) for part in self.base_translation)
+
+    @property
+    def tool_frame(self) -> Transform:
+        """From the tool's frame to the last joint's."""
+        return self.chain.tip @ Transform(self.tool_rotation, self.tool_translation)
+
+    def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
+        """Base, joints, centres of the spheres, tool; dof + 2 + spheres matrices (n, 3), m."""
+        frames, rows = self.chain.frames(theta, self.base_frame), theta.shape[0]
+        points = [frame.translation for frame in frames]
+        points += [frames[sphere.link].apply(sphere.center) for sphere in self.spheres]
+        points.append(frames[-1].apply(self.tool_frame.translation))
+        return tuple(as_rows(point, rows) for point in points)
+
+    def tool_pose(self, theta: Matrix) -> tuple[Matrix, Matrix]:
+        """Position (n, 3), m, and rotation matrix row by row (n, 9) of the tool in n postures (n, dof)."""
+        pose, rows = self.chain.frames(theta, self.base_frame)[-1] @ self.tool_frame, theta.shape[0]
+        return as_rows(pose.translation, rows), as_rows([entry for row in pose.rotation for entry in row], rows)
+
+    def tool(self, theta: Matrix) -> Matrix:
+        """Where the tool is, (n, 3), m."""
+        return self.tool_pose(theta)[0]
+
+    def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
+        """Base, joints and tool, for drawing: (n, dof + 2, 3), m."""
+        points = self.positions(ca.DM(theta))
+        return np.stack([as_array(matrix) for matrix in (*points[: self.dof + 1], points[-1])], axis=1)
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """The spheres; each begins and ends at its centre."""
+        first = self.dof + 1
+        return tuple(
+            Body(sphere.name, first + number, first + number, sphere.radius)
+            for number, sphere in enumerate(self.spheres)
+        )
+
+    def reach(self, links: int | None = None) -> tuple[float, float]:
+        """0, and no less than the distance in m from the base at which a frame, in the order of positions, can be."""
+        return 0.0, float(self._farthest[-1 if links is None else links])
+
+    @cached_property
+    def _farthest(self) -> FloatArray:
+        joints = np.concatenate([[0.0], np.cumsum(self.chain.offsets)])
+        spheres = [joints[sphere.link] + float(np.linalg.norm(sphere.center)) for sphere in self.spheres]
+        return np.array([*joints, *spheres, joints[-1] + self._tool_distance])
+
+    @property
+    def _tool_distance(self) -> float:
+        return float(np.linalg.norm([float(part) for part in self.tool_frame.translation]))
+
+    @property
+    def turns(self) -> FloatArray:
+        """The joints' own rates move the bodies."""
+        return np.eye(self.dof)
+
+    @cached_property
+    def levers(self) -> FloatArray:
+        """How far a sphere's centre can be from each joint's axis, (spheres, dof), m; 1 for a joint that slides."""
+        return np.array([self._levers_of(sphere) for sphere in self.spheres]).reshape(-1, self.dof)
+
+    def _levers_of(self, sphere: Sphere) -> FloatArray:
+        levers, joints, offsets = np.zeros(self.dof), self.chain.joints, self.chain.offsets
+        beyond = float(np.linalg.norm(sphere.center))
+        nearest = np.array(sphere.center, dtype=float)
+        travel = 0.0
+        for number in range(sphere.link - 1, -1, -1):
+            joint, axis = joints[number], np.array(joints[number].axis)
+            across = float(np.linalg.norm(nearest - axis * (axis @ nearest))) + travel
+            farther = beyond - float(np.linalg.norm(nearest)) - travel
+            levers[number] = across + farther if joint.turns else 1.0
+            nearest, travel = np.array(joint.translation, dtype=float), joint.travel
+            beyond += float(offsets[number])
+        return levers
+
+    def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
+        """Only the joints between the two bodies move them as seen from each other."""
+        one, two = (self.spheres[body.start - self.dof - 1].link for body in (first, second))
+        between = slice(one, two)
+        return self.turns[between], self.levers[self.bodies.index(second)][between]
+
+    @property
+    def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
+        """Those of ``kept_pairs``, the one nearer the base first."""
+        pairs = (sorted(pair, key=lambda number: self.spheres[number].link) for pair in self.kept_pairs)
+        return tuple((self.bodies[one], self.bodies[two]) for one, two in pairs)
+
+    @property
+    def link_pairs(self) -> tuple[tuple[int, int], ...]:
+        """Numbers of spheres on bodies that no joint connects."""
+        return tuple(
+            (one, two)
+            for one, two in combinations(range(len(self.spheres)), 2)
+            if abs(self.spheres[one].link - self.spheres[two].link) > 1
+        )

@@ -1,0 +1,100 @@
+"""Rigid transforms, written so that zeros and ones cost no operation.
+
+An entry is a plain number or a matrix of n rows, one for each posture: products with the numbers 0 and 1 are left out,
+so that what a robot's geometry makes trivial does not appear in compiled code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from typing import TypeAlias
+
+import casadi as ca
+
+from problems.base.matrix import Matrix, Operand
+
+Vector: TypeAlias = tuple[Operand, Operand, Operand]
+Rotation: TypeAlias = tuple[Vector, Vector, Vector]  # rows
+
+IDENTITY: Rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+ORIGIN: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Transform:
+    """From the coordinates of one frame to those of another: ``x -> rotation x + translation``, m."""
+
+    rotation: Rotation = IDENTITY
+    translation: Vector = ORIGIN
+
+    def __matmul__(self, other: Transform) -> Transform:
+        """First the other, then this."""
+        return Transform(compose(self.rotation, other.rotation), self.apply(other.translation))
+
+    def apply(self, point: Vector) -> Vector:
+        """Where a point is seen from outside, m."""
+        return _added(self.turn(point), self.translation)
+
+    def turn(self, vector: Vector) -> Vector:
+        """A vector as seen from outside."""
+        x, y, z = (_dot(row, vector) for row in self.rotation)
+        return x, y, z
+
+
+def compose(first: Rotation, second: Rotation) -> Rotation:
+    """The product of two rotations."""
+    columns = tuple(zip(*second, strict=True))
+    one, two, three = ((_dot(r, columns[0]), _dot(r, columns[1]), _dot(r, columns[2])) for r in first)
+    return one, two, three
+
+
+def about(axis: Sequence[float], angle: Operand) -> Rotation:
+    """The rotation by an angle (rad) about a unit axis."""
+    c, s = ca.cos(angle), ca.sin(angle)
+    x, y, z = (float(part) for part in axis)
+    cross = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
+    k = (x, y, z)
+    one, two, three = (tuple(_turning(i == j, k[i] * k[j], cross[i][j], c, s) for j in range(3)) for i in range(3))
+    return one, two, three  # type: ignore[return-value]
+
+
+def _turning(diagonal: bool, square: float, cross: float, c: Matrix, s: Matrix) -> Operand:
+    """Cos + (1 - cos) k_i k_j + sin [k]_ij, entry by entry."""
+    along = square + (float(diagonal) - square) * c if square != float(diagonal) else square
+    if square == 0.0:
+        along = c if diagonal else 0.0
+    return plus(along, times(cross, s))
+
+
+def times(a: Operand, b: Operand) -> Operand:
+    """A product, without an operation where one factor is the number 0, 1 or -1."""
+    for one, other in ((a, b), (b, a)):
+        if isinstance(one, (int, float)) and one in (0.0, 1.0, -1.0):
+            return 0.0 if one == 0.0 else (other if one == 1.0 else -other)
+    return a * b
+
+
+def plus(a: Operand, b: Operand) -> Operand:
+    """A sum, without an operation where one term is the number 0."""
+    for one, other in ((a, b), (b, a)):
+        if isinstance(one, (int, float)) and one == 0.0:
+            return other
+    return a + b
+
+
+def _dot(a: Sequence[Operand], b: Sequence[Operand]) -> Operand:
+    products = [times(x, y) for x, y in zip(a, b, strict=True)]
+    return reduce(plus, products)
+
+
+def _added(a: Vector, b: Vector) -> Vector:
+    x, y, z = (plus(p, q) for p, q in zip(a, b, strict=True))
+    return x, y, z
+
+
+def as_rows(values: Sequence[Operand], rows: int) -> Matrix:
+    """Numbers and columns (rows, 1) side by side, (rows, len(values))."""
+    parts = [ca.repmat(ca.DM(v), rows, 1) if isinstance(v, (int, float)) else v for v in values]
+    return ca.horzcat(*(ca.repmat(part, rows, 1) if part.shape[0] != rows else part for part in parts))
