@@ -269,7 +269,7 @@ def read_scenario(path: pathlib.Path, outside_allowed: bool = False) -> Scenario
         scenario = _validated(content)
         with failures_named(scenario.plugins, "task"):
             folder = InputFolder(path.parent, outside_allowed)
-            files = {"task": scenario.task.with_files(folder)}
+            files: dict[str, Section] = {"task": scenario.task.with_files(folder)}
             if scenario.robot is not None:
                 files["robot"] = scenario.robot.with_files(folder)
         return scenario.model_copy(update=files).normalised()

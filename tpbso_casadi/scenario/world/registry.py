@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from pydantic import PlainValidator, SerializeAsAny
 
 from problems.robots.spatial.models import MODELS
-from tpbso_casadi.scenario.catalogues import ROBOT_CATALOGUE
 from tpbso_casadi.scenario.section import read_section
 from tpbso_casadi.scenario.validation import shown
 from tpbso_casadi.scenario.world.robots import RobotSection
@@ -25,8 +24,9 @@ def read_robot(table: Any) -> RobotSection | SpatialRobotSection:
     if not isinstance(table, dict):
         raise ValueError(f"a table is needed, not {shown(table)}")
     in_space = "model" not in table or "urdf" in table or table["model"] in MODELS
-    section = SpatialRobotSection if in_space else RobotSection
-    return read_section(section, table, "model", str(table.get("model", "")))
+    if in_space:
+        return read_section(SpatialRobotSection, table, "model", "")
+    return read_section(RobotSection, table, "model", str(table["model"]))
 
 
 AnyRobot = Annotated[SerializeAsAny[RobotSection | SpatialRobotSection], PlainValidator(read_robot)]

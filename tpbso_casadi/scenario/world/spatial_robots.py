@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated, Any, ClassVar, Self, TypeVar
+from dataclasses import replace
+from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
 from problems.base.errors import InvalidProblem
+from problems.robots.spatial.collision.self_pairs import kept_pairs
+from problems.robots.spatial.collision.spheres_file import read_spheres
+from problems.robots.spatial.description import RobotDescription
+from problems.robots.spatial.models import built_in
 from problems.robots.spatial.rotations import matrix_of
 from problems.robots.spatial.spatial_arm import SpatialArm
+from problems.robots.spatial.transform import Transform
+from problems.robots.spatial.urdf.reader import read_urdf
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import (
     ANGULAR,
@@ -24,10 +31,11 @@ from tpbso_casadi.scenario.section import (
     Word,
 )
 
-T = TypeVar("T")
 LARGEST_TEXT = 2_000_000  # characters of a file that a result holds
 FILES = ("urdf", "spheres")  # keys that name files; their texts are in keys of the same names with TEXT
 TEXT = "_text"
+MOST_JOINTS = 20  # of a robot in space
+KEYS = {"position_limits": "joint_limits"}  # by the fields of the robot
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]
 FileText = Annotated[str, Field(max_length=LARGEST_TEXT)]
 PerJoint = Positive | Annotated[list[Positive], Field(max_length=MOST_LINKS)]
@@ -38,6 +46,14 @@ class PoseTable(Section):
 
     position: SpacePoint = (0.0, 0.0, 0.0)
     quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+    def build(self) -> Transform:
+        """The pose itself.
+
+        Raises:
+            InvalidProblem: the quaternion is none.
+        """
+        return Transform(matrix_of(self.quaternion), self.position)
 
 
 class SpatialRobotSection(Section):
@@ -93,3 +109,54 @@ class SpatialRobotSection(Section):
         if len(text) > LARGEST_TEXT:
             raise ScenarioError(f"robot.{key}: {folder.path / name}: longer than {LARGEST_TEXT} characters")
         return text
+
+    @property
+    def plugins(self) -> list[str]:
+        """None: it names no class."""
+        return []
+
+    def build(self) -> SpatialArm:
+        """The robot itself.
+
+        Raises:
+            InvalidProblem: it cannot be; with a key of this table.
+        """
+        with self._named():
+            description = self.description()
+            if len(description.chain.joints) > MOST_JOINTS:
+                raise InvalidProblem(
+                    "urdf", f"{len(description.chain.joints)} joints; at most {MOST_JOINTS} are planned"
+                )
+            spheres = description.spheres
+            if self.spheres_text is not None:
+                spheres = read_spheres(self.spheres_text, description.links)
+            arm = description.arm(
+                max_speed=self.max_speed,
+                max_acceleration=self.max_acceleration,
+                max_jerk=self.max_jerk,
+                position_limits=self.joint_limits,
+                spheres=spheres,
+                base=self.base.build(),
+                tool=self.tool.build(),
+            )
+            return replace(arm, kept_pairs=kept_pairs(arm, self.disabled_pairs or ()))
+
+    def description(self) -> RobotDescription:
+        """What the model or the URDF says.
+
+        Raises:
+            InvalidProblem: it is none.
+        """
+        if self.model is not None:
+            return built_in(self.model)
+        if self.urdf_text is None:
+            raise InvalidProblem("urdf", f"{self.urdf!r} has not been read; only a scenario file can name one")
+        return read_urdf(self.urdf_text, self.base_link, self.tip_link)
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Errors name keys of this table."""
+        try:
+            yield
+        except InvalidProblem as error:
+            raise InvalidProblem(KEYS.get(error.field, error.field), error.reason) from error
