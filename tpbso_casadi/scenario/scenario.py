@@ -266,24 +266,31 @@ def read_scenario(path: pathlib.Path, outside_allowed: bool = False) -> Scenario
     """
     content = read_toml(path)
     try:
-        scenario = _validated(content)
-        with failures_named(scenario.plugins, "task"):
-            folder = InputFolder(path.parent, outside_allowed)
-            files: dict[str, Section] = {"task": scenario.task.with_files(folder)}
-            if scenario.robot is not None:
-                files["robot"] = scenario.robot.with_files(folder)
-        return scenario.model_copy(update=files).normalised()
+        return parse_scenario(content, InputFolder(path.parent, outside_allowed))
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from error
 
 
-def parse_scenario(content: dict[str, Any]) -> Scenario:
+def parse_scenario(content: dict[str, Any], folder: InputFolder | None = None) -> Scenario:
     """Check the content of a scenario; what comes out is in rad.
+
+    Args:
+        content: of the file.
+        folder: where the files lie that it names; None where it is complete without them.
 
     Raises:
         ScenarioError: naming the first wrong key.
     """
-    return _validated(content).normalised()
+    scenario = _validated(content)
+    return (scenario if folder is None else _with_files(scenario, folder)).normalised()
+
+
+def _with_files(scenario: Scenario, folder: InputFolder) -> Scenario:
+    with failures_named(scenario.plugins, "task"):
+        files: dict[str, Section] = {"task": scenario.task.with_files(folder)}
+        if scenario.robot is not None:
+            files["robot"] = scenario.robot.with_files(folder)
+    return scenario.model_copy(update=files)
 
 
 def _validated(content: dict[str, Any]) -> Scenario:

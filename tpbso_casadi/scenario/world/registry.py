@@ -23,7 +23,7 @@ def read_robot(table: Any) -> RobotSection | SpatialRobotSection:
         return table
     if not isinstance(table, dict):
         raise ValueError(f"a table is needed, not {shown(table)}")
-    in_space = "model" not in table or "urdf" in table or table["model"] in MODELS
+    in_space = "model" not in table or "urdf" in table or str(table["model"]) in MODELS
     if in_space:
         return read_section(SpatialRobotSection, table, "model", "")
     return read_section(RobotSection, table, "model", str(table["model"]))
