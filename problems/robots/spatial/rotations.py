@@ -14,6 +14,8 @@ from problems.robots.spatial.chain import Matrix3
 UNIT_TOLERANCE = 1e-3  # by which the length of a stated quaternion may differ from 1
 SNAPPED = 1e-12  # an entry nearer than this to 0, 1 or -1 is that number, so that it costs no operation
 
+SURELY_TURNED = 1e-6  # a part of a quaternion beyond this has a sign that rounding does not decide
+
 
 def matrix_of(quaternion: Sequence[float]) -> Matrix3:
     """The matrix of a quaternion.
@@ -34,7 +36,11 @@ def snapped(matrix: FloatArray) -> Matrix3:
 
 
 def quaternions_of(rotations: FloatArray) -> FloatArray:
-    """Quaternions (n, 4) of matrices row by row (n, 9), each next to the one before, the first with w >= 0."""
-    found = Rotation.from_matrix(np.asarray(rotations).reshape(-1, 3, 3)).as_quat(canonical=True)
+    """Quaternions (n, 4) of matrices row by row (n, 9), each next to the one before.
+
+    In the first, the last of x, y, z, w that is not next to 0 is positive.
+    """
+    found = Rotation.from_matrix(np.asarray(rotations).reshape(-1, 3, 3)).as_quat()
+    sign = np.sign(found[0, np.flatnonzero(np.abs(found[0]) > SURELY_TURNED)[-1]])
     flips = np.where(np.sum(found[1:] * found[:-1], axis=1) < 0.0, -1.0, 1.0)
-    return np.asarray(found * np.append(1.0, np.cumprod(flips))[:, None])
+    return np.asarray(found * np.cumprod(np.append(sign, flips))[:, None])

@@ -16,7 +16,10 @@ from problems.base.ranges import ANGLES, LENGTHS, RATES, check_within
 from problems.robots.robot import Body, JointLimits, Robot
 from problems.robots.spatial.chain import UNTURNED, Chain, Matrix3, Point3
 from problems.robots.spatial.collision.sphere import Sphere
+from problems.robots.spatial.rotations import quaternions_of
 from problems.robots.spatial.transform import Transform, as_rows
+
+POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 
 @dataclass(frozen=True)
@@ -99,6 +102,16 @@ class SpatialArm(Robot):
         )
 
     @property
+    def base_name(self) -> str:
+        """As in the chain."""
+        return self.chain.base_link
+
+    @property
+    def joint_identifiers(self) -> tuple[str, ...]:
+        """As in the chain."""
+        return self.joint_names
+
+    @property
     def base_frame(self) -> Transform:
         """Where the base stands."""
         return Transform(self.base_rotation, self.base_translation)
@@ -129,6 +142,11 @@ class SpatialArm(Robot):
     def tool(self, theta: Matrix) -> Matrix:
         """Where the tool is, (n, 3), m."""
         return self.tool_pose(theta)[0]
+
+    def pose(self, theta: FloatArray) -> dict[str, FloatArray]:
+        """Where the tool is, x, y, z, m, and how it is turned, the unit quaternion qx, qy, qz, qw."""
+        place, rotation = (as_array(part) for part in self.tool_pose(ca.DM(theta)))
+        return dict(zip(POSE, [*place.T, *quaternions_of(rotation).T], strict=True))
 
     def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
         """Base, joints and tool, for drawing: (n, dof + 2, 3), m."""

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Self
 from pydantic import Field, model_validator
 
 from problems.base.errors import InvalidProblem
-from problems.robots.spatial.collision.self_pairs import kept_pairs
+from problems.robots.spatial.collision.self_pairs import self_collision_pairs
 from problems.robots.spatial.collision.spheres_file import read_spheres
 from problems.robots.spatial.description import RobotDescription
 from problems.robots.spatial.models import built_in
@@ -35,9 +35,10 @@ LARGEST_TEXT = 2_000_000  # characters of a file that a result holds
 FILES = ("urdf", "spheres")  # keys that name files; their texts are in keys of the same names with TEXT
 TEXT = "_text"
 MOST_JOINTS = 20  # of a robot in space
-KEYS = {"position_limits": "joint_limits"}  # by the fields of the robot
+KEYS = {"position_limits": "joint_limits", "self_collision": "disabled_pairs"}  # by the fields of the robot
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]
 FileText = Annotated[str, Field(max_length=LARGEST_TEXT)]
+LinkPairs = Annotated[list[tuple[Word, Word]], Field(max_length=10_000)]
 PerJoint = Positive | Annotated[list[Positive], Field(max_length=MOST_LINKS)]
 
 
@@ -73,7 +74,8 @@ class SpatialRobotSection(Section):
     tip_link: Word | None = None
     spheres: FileName | None = None
     spheres_text: FileText | None = None
-    disabled_pairs: Annotated[list[tuple[Word, Word]], Field(max_length=10_000)] | None = None
+    disabled_pairs: LinkPairs | None = None
+    kept_pairs: LinkPairs | None = None
     max_speed: Annotated[PerJoint | None, ANGULAR] = None
     max_acceleration: Annotated[PerJoint | None, ANGULAR] = None
     max_jerk: Annotated[PerJoint | None, ANGULAR] = None
@@ -139,7 +141,7 @@ class SpatialRobotSection(Section):
                 base=self.base.build(),
                 tool=self.tool.build(),
             )
-            return replace(arm, kept_pairs=kept_pairs(arm, self.disabled_pairs or ()))
+            return replace(arm, kept_pairs=self_collision_pairs(arm, self.disabled_pairs or (), self.kept_pairs or ()))
 
     def description(self) -> RobotDescription:
         """What the model or the URDF says.
