@@ -10,30 +10,13 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from problems.base.arguments import Statement
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.base.ranges import ANGLES, LENGTHS, RATES, check_within
 from problems.robots.robot import Body, JointLimits, Robot
 from problems.robots.spatial.chain import UNTURNED, Chain, Matrix3, Point3
+from problems.robots.spatial.collision.sphere import Sphere
 from problems.robots.spatial.transform import Transform, as_rows
-
-
-@dataclass(frozen=True)
-class Sphere(Statement):
-    """A ball that moves with a body of the chain and holds a part of it.
-
-    Attributes:
-        link: the body's number: 0 for the base, then that of the joint that moves it.
-        center: in the body's frame, m.
-        radius: m.
-        name: for messages, as ``panda_link5``.
-    """
-
-    link: int
-    center: Point3
-    radius: float
-    name: str
 
 
 @dataclass(frozen=True)
