@@ -42,12 +42,10 @@ def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
 
     Where bodies are balls, the base's own are checked with the postures.
     """
-    for obstacle in obstacles:
+    for number, obstacle in enumerate(obstacles, start=1):
         if obstacle.dim != robot.dim:
-            kind = type(obstacle).__name__
-            raise InvalidProblem(
-                "obstacles", f"{kind} at {obstacle.place}: it has {obstacle.dim} dimensions, the robot {robot.dim}"
-            )
+            name = f"obstacle {number}, {type(obstacle).__name__} at {obstacle.place}"
+            raise InvalidProblem("obstacles", f"{name}: it has {obstacle.dim} dimensions, the robot {robot.dim}")
     if not any(body.start == 0 for body in robot.bodies):
         return
     thickest = max((float(body.radius) for body in robot.bodies if body.start == 0), default=0.0)
@@ -109,7 +107,7 @@ def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> 
         clearances = as_array(limit.clearances(samples)).ravel()
         nearest = int(np.argmin(clearances))
         if clearances[nearest] < robot.margin:
-            return f"{limit.pairs[nearest]}: {limit.name} {clearances[nearest]:.6g} m, not {robot.margin:.6g} m"
+            return f"{limit.pairs[nearest].description}: {limit.name} {clearances[nearest]:.6g} m, not {robot.margin:.6g} m"
     return ""
 
 

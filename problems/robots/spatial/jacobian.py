@@ -21,10 +21,11 @@ def tool_jacobian(robot: SpatialArm, theta: Matrix) -> Matrix:
     for joint, frame in zip(robot.chain.joints, frames[1:], strict=True):
         axis = _column(frame.turn(joint.axis))
         lever = _column(tool) - _column(frame.translation)
-        parts = (ca.cross(axis, lever), axis) if joint.turns else (axis, ca.DM.zeros(3))
-        columns.append(ca.vertcat(*parts))
+        linear, angular = (ca.cross(axis, lever), axis) if joint.turns else (axis, ca.DM.zeros(3))
+        columns.append(ca.vertcat(linear, angular))
     return ca.horzcat(*columns)
 
 
 def _column(vector: Vector) -> Matrix:
-    return as_rows(vector, 1).T
+    column: Matrix = as_rows(vector, 1).T
+    return column
