@@ -11,6 +11,7 @@ import numpy as np
 from problems.assembly.move_steps import MoveSteps, end_rates
 from problems.assembly.point_to_point import objective_named
 from problems.assembly.spline_problem import SplineProblem
+from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, as_array
 from problems.encodings.control_points import ControlPoints
 from problems.encodings.waypoints import nominal, stops
@@ -23,7 +24,6 @@ from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.trajectory import Trajectory
 from problems.nlp.move import MoveNlp, usual_pieces
 from problems.objectives import Objective
-from problems.base.errors import InvalidProblem
 from problems.tasks.branches import branch_posture, branched, least_time, on_postures
 from problems.tasks.checks import check_at_least
 from problems.tasks.drawing import Milestone

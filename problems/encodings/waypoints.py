@@ -68,10 +68,8 @@ class Stop:
         """Whether a posture is found by projection, which may not arrive."""
         return not all(place.always_reached for place in self.places)
 
-    def missed(self, robot: Robot, theta: Matrix) -> Matrix | None:
-        """By how much a posture (1, dof) misses the place that it misses least, of its tolerance; None if it cannot."""
-        if not self.may_be_missed:
-            return None
+    def missed(self, robot: Robot, theta: Matrix) -> Matrix:
+        """By how much a posture (1, dof) misses the place that it misses least, of its tolerance."""
         misses = [largest(ca.fabs(place.miss(robot, theta))) / place.tolerance(robot) for place in self.places]
         return smallest(ca.vertcat(*misses))
 
@@ -124,6 +122,8 @@ def spread(task: Move) -> float:
     for stop in stops(task):
         chosen += stop.chosen or bool(stop.choices(robot))
         kept = [place for place in stop.places if not place.chosen_by_inverse_kinematics]
-        given += [as_array(place.posture(robot, ca.DM.zeros(len(place.choices(robot))), 1.0, None)[0]) for place in kept]
+        given += [
+            as_array(place.posture(robot, ca.DM.zeros(len(place.choices(robot))), 1.0, None)[0]) for place in kept
+        ]
     between_given = np.ptp(np.concatenate(given), axis=0).max() if len(given) > 1 else 0.0
     return float(between_given) + chosen * FARTHEST_TURN
