@@ -135,7 +135,9 @@ class ControlPoints(PathTiming):
 
     def _arrival(self, at_stops: Sequence[Matrix]) -> Constraint | None:
         pairs = zip(stops(self.task), at_stops, strict=True)
-        misses = [(stop.name, missed) for stop, theta in pairs if (missed := stop.missed(self.task.robot, theta)) is not None]
+        misses = [
+            (stop.name, missed) for stop, theta in pairs if (missed := stop.missed(self.task.robot, theta)) is not None
+        ]
         return arrival(*zip(*misses, strict=True)) if misses else None
 
     def _through(self, x: Matrix, at_stops: Sequence[Matrix]) -> tuple[Matrix, Rates]:

@@ -124,6 +124,8 @@ def spread(task: Move) -> float:
     for stop in stops(task):
         chosen += stop.chosen or bool(stop.choices(robot))
         kept = [place for place in stop.places if not place.chosen_by_inverse_kinematics]
-        given += [as_array(place.posture(robot, ca.DM.zeros(len(place.choices(robot))), 1.0, None)[0]) for place in kept]
+        given += [
+            as_array(place.posture(robot, ca.DM.zeros(len(place.choices(robot))), 1.0, None)[0]) for place in kept
+        ]
     between_given = np.ptp(np.concatenate(given), axis=0).max() if len(given) > 1 else 0.0
     return float(between_given) + chosen * FARTHEST_TURN
