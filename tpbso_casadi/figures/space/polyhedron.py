@@ -12,7 +12,7 @@ import numpy as np
 from problems.base.matrix import FloatArray
 from problems.scene.obstacle import Obstacle
 
-SHARP = np.cos(np.radians(30.0))  # of the angle between two faces whose common edge is drawn
+SHARP = float(np.cos(np.radians(30.0)))  # of the angle between two faces whose common edge is drawn
 TOUCHING = 1e-9  # m: what lies on a face is outside
 
 
