@@ -30,7 +30,7 @@ class Closest:
 
 
 def closest_of(criteria: Criteria, theta: FloatArray) -> Closest | None:
-    """The closest two in n postures (n, dof), rad, of a robot whose bodies are balls; None where nothing is kept apart."""
+    """The closest two in n postures (n, dof), rad, of a robot made of balls; None where nothing has to keep apart."""
     pairs = [pair for limit in criteria.limits if isinstance(limit, Proximity) for pair in limit.pairs]
     if not pairs:
         return None

@@ -54,19 +54,21 @@ function curvesOf(motion, canvas, colours) {
     pen.fillText("s", width - box.right, height - box.bottom + 5);
     if (curve.bound) for (const bound of [-1, 1])
       line([[box.left, y(bound)], [width - box.right, y(bound)]], colours.ink, 1, [5, 4]);
+    const colourOf = (joint) => colours.joints[joint % colours.joints.length];
     values.forEach((_, joint) =>
-      line(motion.times.map((t, row) => [x(t), y(curve.values[row][joint])]), colours.joints[joint % colours.joints.length], 1.6));
+      line(motion.times.map((t, row) => [x(t), y(curve.values[row][joint])]), colourOf(joint), 1.6));
     line([[x(time), box.top], [x(time), height - box.bottom]], colours.ink, 1);
     values.forEach((value, joint) => {
       pen.beginPath();
       pen.arc(x(time), y(value), 3.5, 0, 2 * Math.PI);
-      pen.fillStyle = colours.joints[joint % colours.joints.length];
+      pen.fillStyle = colourOf(joint);
       pen.fill();
     });
   }
   const timeAt = (event) => {
     const place = canvas.getBoundingClientRect();
-    return Math.max(0, Math.min(1, (event.clientX - place.left - box.left) / (place.width - box.left - box.right))) * end;
+    const share = (event.clientX - place.left - box.left) / (place.width - box.left - box.right);
+    return Math.max(0, Math.min(1, share)) * end;
   };
   return { draw, timeAt };
 }

@@ -74,7 +74,7 @@ function painterOf(motion, pen, colours) {
       return spot && { left: spot[0] - r, right: spot[0] + r, top: spot[1] - r, bottom: spot[1] + r, away: spot[3] };
     });
     for (const solid of solids) {
-      const corners = solid.vertices.map(view.point), shown = corners.filter(Boolean), cut = shown.length < corners.length;
+      const shown = solid.vertices.map(view.point).filter(Boolean), cut = shown.length < solid.vertices.length;
       const xs = shown.map((spot) => spot[0]), ys = shown.map((spot) => spot[1]);
       things.push(shown.length ? {
         left: cut ? -Infinity : Math.min(...xs), right: cut ? Infinity : Math.max(...xs),
@@ -101,7 +101,8 @@ function painterOf(motion, pen, colours) {
     const spots = close.points.map(view.point);
     stroke(view.line(close.points), 2.5 * pen.scale, colours.close);
     for (const spot of spots) disc(spot, 3.5 * pen.scale, colours.close);
-    if (spots[0]) write(inMillimetres(close.distance), [spots[0][0] + 8 * pen.scale, spots[0][1]], colours.close, 12 * pen.scale);
+    const [spot] = spots, text = inMillimetres(close.distance);
+    if (spot) write(text, [spot[0] + 8 * pen.scale, spot[1]], colours.close, 12 * pen.scale);
   }
 
   // state: centers, joints, passed (points of the way until now), close ({ points, distance } or null).

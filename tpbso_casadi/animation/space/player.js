@@ -2,7 +2,8 @@
 const SECONDS = 4, REST = 0.8, SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2];
 
 function between(rows, place) {
-  const row = Math.min(Math.floor(place), rows.length - 1), next = Math.min(row + 1, rows.length - 1), share = place - row;
+  const end = rows.length - 1, row = Math.min(Math.floor(place), end), next = Math.min(row + 1, end);
+  const share = place - row;
   const mixed = (a, b) => Array.isArray(a) ? a.map((value, i) => mixed(value, b[i])) : a + share * (b - a);
   return mixed(rows[row], rows[next]);
 }
@@ -29,7 +30,8 @@ function steer(canvas, camera, home, changed) {
     held.set(event.pointerId, now);
     changed();
   });
-  for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, (event) => held.delete(event.pointerId));
+  for (const name of ["pointerup", "pointercancel"])
+    canvas.addEventListener(name, (event) => held.delete(event.pointerId));
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
@@ -41,7 +43,7 @@ function steer(canvas, camera, home, changed) {
 function start(figure) {
   const motion = JSON.parse(figure.querySelector("script").textContent);
   const find = (name) => figure.querySelector(`.${name}`);
-  const canvas = find("scene"), slider = find("time"), button = find("play"), clock = find("clock"), near = find("near");
+  const canvas = find("scene"), slider = find("time"), button = find("play"), clock = find("clock");
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   const last = motion.times.length - 1, end = motion.times[last];
   const home = { ...motion.camera }, camera = { ...home };
@@ -58,7 +60,7 @@ function start(figure) {
   SPEEDS.forEach((speed, i) => option(find("speed"), `${speed}\u00d7`, speed, fitting[i] === Math.min(...fitting)));
   motion.curves.forEach((curve, i) => option(find("quantity"), curve.label, i, i === 0));
   const values = motion.joint_names.map((name, joint) => {
-    const entry = document.createElement("li"), chip = document.createElement("i"), value = document.createElement("output");
+    const [entry, chip, value] = ["li", "i", "output"].map((name) => document.createElement(name));
     chip.style.background = motion.colours[joint % motion.colours.length];
     entry.append(chip, `${name} `, value);
     find("joints").append(entry);
@@ -81,11 +83,12 @@ function start(figure) {
     const width = Math.round(canvas.clientWidth * scale), height = Math.round(canvas.clientHeight * scale);
     if (width && height) {
       if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
-      const joints = between(motion.joints, place), nearest = Math.min(Math.round(place), last), closest = motion.closest;
+      const joints = between(motion.joints, place), nearest = Math.round(place), closest = motion.closest;
       const close = closest && { points: closest.points[nearest], distance: closest.distances[nearest] };
       const passed = [...motion.way.slice(0, row + 1), joints[joints.length - 1]];
       paint(viewOf(camera, width, height), { centers: between(motion.centers, place), joints, passed, close }, scale);
-      if (close) near.textContent = `Closest: ${closest.names[closest.numbers[nearest]]}, ${inMillimetres(close.distance)}`;
+      const names = close && closest.names[closest.numbers[nearest]];
+      find("near").textContent = close ? `Closest: ${names}, ${inMillimetres(close.distance)}` : "";
     }
     const curve = motion.curves[find("quantity").value], now = between(curve.values, place);
     curves.draw(curve, time, now);
@@ -129,7 +132,8 @@ function start(figure) {
     event.preventDefault();
     ask();
   });
-  const views = { top: [-Math.PI / 2, STEEPEST + 0.02], front: [-Math.PI / 2, 0], side: [0, 0], fit: [home.azimuth, home.elevation] };
+  const quarter = Math.PI / 2, reset = [home.azimuth, home.elevation];
+  const views = { top: [-quarter, quarter], front: [-quarter, 0], side: [0, 0], fit: reset };
   for (const [name, [azimuth, elevation]] of Object.entries(views))
     find(name).addEventListener("click", () => { Object.assign(camera, home, { azimuth, elevation }); ask(); });
   steer(canvas, camera, home, ask);
