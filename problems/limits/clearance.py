@@ -56,6 +56,11 @@ class CollisionPair(Pair):
         """The body's radius."""
         return self.body.radius
 
+    @property
+    def radii(self) -> tuple[Operand, ...]:
+        """The body's."""
+        return (self.body.radius,)
+
     def ends(self, positions: Sequence[Matrix]) -> tuple[Matrix, ...]:
         """Those of the body."""
         frames = {self.body.start: None, self.body.end: None}
