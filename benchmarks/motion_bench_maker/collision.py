@@ -1,4 +1,4 @@
-"""Distances of spheres from boxes, cylinders and each other in NumPy, for checking and for planners without their own."""
+"""Distances of spheres from boxes, cylinders and each other in NumPy: what motions are judged with."""
 
 from __future__ import annotations
 

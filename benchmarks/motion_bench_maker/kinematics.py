@@ -89,16 +89,14 @@ def _chain(joints: dict[str, ElementTree.Element]) -> Kinematics:
                 placements[joint.get("name")] = placement
                 body, placement = numbers[joint.get("name")], np.eye(4)
         bodies[link] = body, placement
-    limits = [joint.find("limit") for joint in turning]
+    limits = [joint.find("limit").attrib for joint in turning]  # type: ignore[union-attr]
     return Kinematics(
         tuple(str(joint.get("name")) for joint in turning),
         np.array([placements[name] for name in numbers]),
         np.array([_vector(joint.find("axis"), "xyz", (1.0, 0.0, 0.0)) for joint in turning]),
         bodies,
-        np.array(
-            [[float(limit.attrib["lower"]), float(limit.attrib["upper"])] for limit in limits if limit is not None]
-        ),
-        np.array([float(limit.attrib["velocity"]) for limit in limits if limit is not None]),
+        np.array([[float(limit[key]) for key in ("lower", "upper")] for limit in limits]),
+        np.array([float(limit["velocity"]) for limit in limits]),
     )
 
 

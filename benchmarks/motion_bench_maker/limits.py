@@ -1,4 +1,4 @@
-"""Limits of the joints: speeds and ranges of the URDF, which states no accelerations; those of the data sheet, or given."""
+"""Limits of the joints: speeds and ranges of the URDF; accelerations and jerks of the data sheet, or given."""
 
 from __future__ import annotations
 

@@ -15,15 +15,9 @@ def add_problem_options(parser: argparse.ArgumentParser, folder: Path) -> None:
     """Robot, limits, which problems, and where the answers go."""
     parser.add_argument("--robot-urdf", type=Path, metavar="URDF", help="of the robot")
     parser.add_argument("--spheres", type=Path, metavar="TOML", help="the robot's collision spheres")
-    parser.add_argument(
-        "--max-acceleration",
-        type=_numbers,
-        metavar="A",
-        help="rad/s^2, one or one a joint; the data sheet's by default",
-    )
-    parser.add_argument(
-        "--max-jerk", type=_numbers, metavar="J", help="rad/s^3, one or one a joint; the data sheet's by default"
-    )
+    for option, letter, unit in (("acceleration", "A", "rad/s^2"), ("jerk", "J", "rad/s^3")):
+        words = f"{unit}, one or one a joint, with commas; the data sheet's by default"
+        parser.add_argument(f"--max-{option}", type=_numbers, metavar=letter, help=words)
     parser.add_argument("--first", type=int, metavar="N", help="only the first N of each class")
     parser.add_argument("--only", metavar="TEXT", help="only problems with this in their name")
     parser.add_argument(
@@ -53,12 +47,11 @@ def problems_of(options: argparse.Namespace, file: Path) -> list[MotionProblem]:
 
 def tell(record: Record) -> None:
     """One line of progress on standard error."""
-    found = record.error or f"{record.duration:.3f} s, {record.duration / record.bound:.3f} of the bound"  # type: ignore[operator]
-    print(
-        f"{record.problem} {record.planner} {record.seed}: {found} ({record.seconds:.1f} s)",
-        file=sys.stderr,
-        flush=True,
-    )
+    found = record.error
+    if record.duration is not None:
+        found = f"{record.duration:.3f} s, {record.duration / record.bound:.3f} of the bound"
+    words = f"{record.problem} {record.planner} {record.seed}: {found} ({record.seconds:.1f} s)"
+    print(words, file=sys.stderr, flush=True)
 
 
 def _numbers(text: str) -> tuple[float, ...]:
