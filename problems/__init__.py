@@ -15,7 +15,19 @@ from problems.objectives import OBJECTIVES, Objective
 from problems.robots import ROBOTS
 from problems.robots.planar import PlanarArm
 from problems.robots.robot import Robot
-from problems.scene import OBSTACLES, Ellipse, Obstacle, Polygon, Rectangle
+from problems.scene import (
+    OBSTACLES,
+    Ball,
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipse,
+    Ellipsoid,
+    HalfSpace,
+    Obstacle,
+    Polygon,
+    Rectangle,
+)
 from problems.tasks.move import Move
 from problems.tasks.paths.path import Path, closed_curve, pentagram
 from problems.tasks.paths.path_following import PathFollowing
@@ -27,9 +39,15 @@ __all__ = [
     "OBJECTIVES",
     "OBSTACLES",
     "ROBOTS",
+    "Ball",
+    "Box",
+    "Capsule",
     "CertificateStatus",
     "Constraint",
+    "Cylinder",
     "Ellipse",
+    "Ellipsoid",
+    "HalfSpace",
     "InvalidProblem",
     "Joints",
     "Limit",

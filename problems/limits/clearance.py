@@ -41,6 +41,12 @@ class CollisionPair(Pair):
         return f"{self.body.name}, obstacle {self.number}"
 
     @property
+    def description(self) -> str:
+        """The body, and of the obstacle its number, shape and place."""
+        place = ", ".join(f"{part:.6g}" for part in self.obstacle.place)
+        return f"{self}, {type(self.obstacle).__name__} at ({place})"
+
+    @property
     def group(self) -> Hashable:
         """The obstacle, and how it is measured: from lines, or from points."""
         return self.number, self.measured, self.body.is_ball

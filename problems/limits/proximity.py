@@ -25,6 +25,11 @@ class Pair(Statement, ABC):
         """Pairs of one group are computed together."""
 
     @property
+    def description(self) -> str:
+        """What they are and where, for messages."""
+        return str(self)
+
+    @property
     @abstractmethod
     def thickness(self) -> Operand:
         """What the widths of the two take from the distance between their middle lines, m."""

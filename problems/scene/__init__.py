@@ -4,7 +4,25 @@ from problems.scene.ellipse import Ellipse
 from problems.scene.obstacle import Obstacle
 from problems.scene.polygon import Polygon
 from problems.scene.rectangle import Rectangle
+from problems.scene.solids.ball import Ball
+from problems.scene.solids.box import Box
+from problems.scene.solids.capsule import Capsule
+from problems.scene.solids.cylinder import Cylinder
+from problems.scene.solids.ellipsoid import Ellipsoid
+from problems.scene.solids.half_space import HalfSpace
 
 OBSTACLES: dict[str, type[Obstacle]] = {"ellipse": Ellipse, "box": Rectangle, "polygon": Polygon}
 
-__all__ = ["OBSTACLES", "Ellipse", "Obstacle", "Polygon", "Rectangle"]
+__all__ = [
+    "OBSTACLES",
+    "Ball",
+    "Box",
+    "Capsule",
+    "Cylinder",
+    "Ellipse",
+    "Ellipsoid",
+    "HalfSpace",
+    "Obstacle",
+    "Polygon",
+    "Rectangle",
+]

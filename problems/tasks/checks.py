@@ -41,12 +41,10 @@ def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
 
     Where bodies are balls, the base's own are checked with the postures.
     """
-    for obstacle in obstacles:
+    for number, obstacle in enumerate(obstacles, start=1):
         if obstacle.dim != robot.dim:
-            kind = type(obstacle).__name__
-            raise InvalidProblem(
-                "obstacles", f"{kind} at {obstacle.place}: it has {obstacle.dim} dimensions, the robot {robot.dim}"
-            )
+            name = f"obstacle {number}, {type(obstacle).__name__} at {obstacle.place}"
+            raise InvalidProblem("obstacles", f"{name}: it has {obstacle.dim} dimensions, the robot {robot.dim}")
     if not any(body.start == 0 for body in robot.bodies):
         return
     thickest = max((float(body.radius) for body in robot.bodies if body.start == 0), default=0.0)
@@ -96,5 +94,5 @@ def check_posture(
         nearest = int(np.argmin(clearances))
         if clearances[nearest] < robot.margin:
             clearance, pair = clearances[nearest], limit.pairs[nearest]
-            reason = f"{pair}: {limit.name} {clearance:.6g} m, not {robot.margin:.6g} m"
+            reason = f"{pair.description}: {limit.name} {clearance:.6g} m, not {robot.margin:.6g} m"
             raise InvalidProblem(field, f"{name}{reason}")

@@ -11,10 +11,10 @@ import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix
 from problems.base.ranges import LENGTHS, check_within
-from problems.scene.solids.solid import Solid
+from problems.scene.solids.solid import TINY_SQUARED, Solid
+from problems.scene.solids.surface import Surface
 
 FACES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-TINY_SQUARED = 1e-30  # m^2: keeps the gradient of no distance finite
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +38,11 @@ class Box(Solid):
         """The shortest side, m."""
         return min(self.size)
 
+    @property
+    def half_extents(self) -> FloatArray:
+        """Half the size of the smallest box around it with sides along the axes, (3,), m."""
+        return np.asarray(np.abs(self.axes) @ np.array(self.size) / 2.0)
+
     def point_clearance(self, points: Matrix) -> Matrix:
         """Signed distances, exact."""
         beyond = [ca.fabs(part) - side / 2.0 for part, side in zip(self.local(points), self.size, strict=True)]
@@ -45,7 +50,7 @@ class Box(Solid):
         x, y, z = (ca.fmax(part, 0.0) for part in beyond)
         return ca.if_else(deepest > 0.0, ca.sqrt(x * x + y * y + z * z + TINY_SQUARED), deepest)
 
-    def surface(self) -> tuple[FloatArray, list[list[int]]]:
+    def surface(self) -> Surface:
         """Eight corners and six faces."""
         corners = np.array(list(product((-0.5, 0.5), repeat=3))) * np.array(self.size)
         return self.placed(corners), FACES

@@ -13,8 +13,10 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array, columns
 from problems.base.ranges import COORDINATES, check_within
 from problems.scene.obstacle import Obstacle
+from problems.scene.solids.surface import Surface
 
 UNIT_TOLERANCE = 1e-3  # by which the length of a stated quaternion may differ from 1
+TINY_SQUARED = 1e-30  # m^2: keeps the gradient of no distance finite
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,18 +86,27 @@ class Solid(Obstacle):
         return max(0.0, float(self.point_clearance(ca.DM([point]))))
 
     @abstractmethod
-    def surface(self) -> tuple[FloatArray, list[list[int]]]:
+    def surface(self) -> Surface:
         """Its surface for drawing: vertices (n, 3), m; polygons of their numbers, counter-clockwise from outside."""
+
+    @property
+    @abstractmethod
+    def half_extents(self) -> FloatArray:
+        """Half the size of the smallest box around it with sides along the axes, (3,), m."""
 
     def outline(self, count: int = 96) -> FloatArray:
         """The vertices of its surface, (n, 3), m."""
         return self.surface()[0]
 
     def bounding_box(self) -> FloatArray:
-        """The smallest box around its surface with sides along the axes: lower and upper corner, (2, 3), m."""
-        vertices = self.outline()
-        return np.array([vertices.min(axis=0), vertices.max(axis=0)])
+        """The smallest box around it with sides along the axes: lower and upper corner, (2, 3), m."""
+        return np.asarray(np.array(self.center) + np.outer((-1.0, 1.0), self.half_extents))
+
+    @property
+    def axes(self) -> FloatArray:
+        """Its own axes as seen from outside, one in each column, (3, 3)."""
+        return as_array(self.rotation)
 
     def placed(self, vertices: FloatArray) -> FloatArray:
         """Points (n, 3) of its own axes as seen from outside, m."""
-        return np.asarray(vertices @ as_array(self.rotation).T + np.array(self.center))
+        return np.asarray(vertices @ self.axes.T + np.array(self.center))

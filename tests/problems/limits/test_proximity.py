@@ -250,7 +250,10 @@ def test_postures_that_are_too_near() -> None:
     with pytest.raises(InvalidProblem, match=r"^start: link 1, link 3: self clearance -0\.\d+ m, not 0.02 m"):
         Joints((0.0, 2.6, 2.6, 0.0)).check(ARM, (), "start")
     blocked = Rectangle(tuple(skeletons(ARM, np.zeros((1, 4)))[0, 2] + [0.0, 0.1]), (0.1, 0.1))
-    with pytest.raises(InvalidProblem, match=r"^goal: goal\[1\]: link \d, obstacle 1: clearance 0\.0\d+ m, not 0.02 m"):
+    named = (
+        r"^goal: goal\[1\]: link \d, obstacle 1, Rectangle at \(1\.15\d+, 0\.22\d+\): clearance 0\.0\d+ m, not 0.02 m"
+    )
+    with pytest.raises(InvalidProblem, match=named):
         Joints((0.0,) * 4).check(ARM, (blocked,), "goal", "goal[1]: ")
     Joints((0.0,) * 4).check(ARM, (), "start")
 

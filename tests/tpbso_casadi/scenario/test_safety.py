@@ -53,9 +53,9 @@ CASES = [
     (
         "obstacles.0.shape",
         "elipse",
-        "obstacles.0.shape: input should be 'ellipse', 'box' or 'polygon', not 'elipse'; did",
+        "obstacles.0.shape: input should be 'ellipse', 'box', 'polygon', 'sphere', ",
     ),
-    ("obstacles.0.shape", 3, "obstacles.0.shape: input should be 'ellipse', 'box' or 'polygon', not 3"),
+    ("obstacles.0.shape", 3, "obstacles.0.shape: input should be 'ellipse', "),
     ("obstacles.0.shape", "box", "obstacles.0.size: missing key"),
     ("obstacles.0", 3, "obstacles.0: a table is needed, not 3"),
     ("obstacles.2.size", [0.1, 0.0], "obstacles.2.size.1: input should be greater than 0"),

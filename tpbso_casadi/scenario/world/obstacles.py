@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, SerializeAsAny
@@ -9,30 +10,20 @@ from pydantic import Field, PlainValidator, SerializeAsAny
 from problems import Ellipse, InvalidProblem, Obstacle, Polygon, Rectangle
 from problems.scene.polygon import MAX_CORNERS
 from tpbso_casadi.plugins import Catalogue, PluginError, subclass_of
-from tpbso_casadi.scenario.section import Angle, PlanarPoint, Positive, ScenarioError, Section, Word, read_section
+from tpbso_casadi.scenario.section import Angle, PlanarPoint, Positive, ScenarioError, read_section
 from tpbso_casadi.scenario.validation import NestedError, hint, in_words, shown
+from tpbso_casadi.scenario.world.shape import ObstacleSection
+from tpbso_casadi.scenario.world.solids import (
+    CapsuleSection,
+    CylinderSection,
+    EllipsoidSection,
+    HalfSpaceSection,
+    SpatialBoxSection,
+    SphereSection,
+)
 
 DEFAULT_SHAPE = "ellipse"
 MOST_JOINT_CORNERS = 10_000  # joints times corners, those of all convex parts of a polygon
-
-
-class ObstacleSection(Section):
-    """One of the [[obstacles]]: the interface of every shape."""
-
-    shape: Word
-
-    @property
-    def corners(self) -> int:
-        """How many corners its clearance is computed from; 1 for what has none."""
-        return 1
-
-    def build(self) -> Obstacle:
-        """The obstacle itself.
-
-        Raises:
-            InvalidProblem: it cannot be.
-        """
-        raise NotImplementedError
 
 
 class EllipseSection(ObstacleSection):
@@ -55,6 +46,12 @@ class BoxSection(ObstacleSection):
     center: PlanarPoint
     size: tuple[Positive, Positive]
     angle: Angle = 0.0
+
+    @classmethod
+    def variant(cls, table: Mapping[str, Any]) -> type[ObstacleSection]:
+        """A box in space where three coordinates are given of its centre or size, or a quaternion."""
+        lengths = [len(given) for given in (table.get("center"), table.get("size")) if isinstance(given, (list, tuple))]
+        return SpatialBoxSection if 3 in lengths or "quaternion" in table else cls
 
     @property
     def corners(self) -> int:
@@ -82,14 +79,23 @@ class PolygonSection(ObstacleSection):
         return Polygon(tuple(self.points))
 
 
-SHAPES: dict[str, type[ObstacleSection]] = {"ellipse": EllipseSection, "box": BoxSection, "polygon": PolygonSection}
+SHAPES: dict[str, type[ObstacleSection]] = {
+    "ellipse": EllipseSection,
+    "box": BoxSection,
+    "polygon": PolygonSection,
+    "sphere": SphereSection,
+    "capsule": CapsuleSection,
+    "cylinder": CylinderSection,
+    "half-space": HalfSpaceSection,
+    "ellipsoid": EllipsoidSection,
+}
 
 SHAPE_CATALOGUE: Catalogue[type[ObstacleSection]] = Catalogue(
     kind="shape",
     group="tpbso_casadi.obstacles",
     registry=SHAPES,
     accepts=subclass_of(ObstacleSection),
-    requirement="a subclass of tpbso_casadi.scenario.world.obstacles.ObstacleSection",
+    requirement="a subclass of tpbso_casadi.scenario.world.shape.ObstacleSection",
 )
 
 
@@ -126,7 +132,7 @@ def read_obstacle(table: Any) -> ObstacleSection:
         section = SHAPE_CATALOGUE.find(name)
     except PluginError as error:
         raise NestedError(f"shape: {error}") from error
-    return read_section(section, table, "shape", name)
+    return read_section(section.variant(table), table, "shape", name)
 
 
 AnyObstacle = Annotated[SerializeAsAny[ObstacleSection], PlainValidator(read_obstacle)]
