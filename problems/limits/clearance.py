@@ -95,8 +95,11 @@ class CollisionPair(Pair):
 
 
 def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 0.0) -> tuple[CollisionPair, ...]:
-    """All pairs of body and obstacle except those that can never come within the margin, and ``spare`` m more."""
-    bodies = robot.bodies
+    """All pairs of body and obstacle except those that can never come within the margin, and ``spare`` m more.
+
+    Bodies that no joint moves, as the foot of a robot on a table, are none of them: no motion could avoid anything.
+    """
+    bodies = [body for body, levers in zip(robot.bodies, robot.levers, strict=True) if levers.any()]
     pairs = (
         CollisionPair(body, number, obstacle, measured=not (is_zero(body.radius) and is_zero(robot.margin)))
         for number, obstacle in enumerate(obstacles, start=1)
