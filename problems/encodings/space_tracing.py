@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from problems.base.matrix import FloatArray, Matrix
+from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.encodings.encoding import Variable
 from problems.encodings.path_timing import step_limits
 from problems.encodings.traced_knots import TracedKnots, longest_timing
@@ -137,7 +137,14 @@ class SpaceKnots(TracedKnots):
 
     def postures(self, x: Matrix) -> Matrix:
         """Joint angles (M, dof) at the knots, rad."""
-        theta, final = self._before(x), []
+        return self._followed(x, self._before(x))
+
+    def followed(self, start: FloatArray) -> FloatArray:
+        """Joint angles (M, dof) at the knots from a start (dof,) on, with no joint wandering off."""
+        return as_array(self._followed(ca.DM.zeros(len(self.variables)), ca.DM(start).T))
+
+    def _followed(self, x: Matrix, theta: Matrix) -> Matrix:
+        final = []
         for row in self.knot_rows:
             theta = self._knot(x, ca.DM(row), theta)
             final.append(self._final(theta, ca.DM(row[self.offset_values :])))
