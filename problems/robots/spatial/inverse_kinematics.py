@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from problems.base.matrix import FloatArray, as_array
-from problems.robots.spatial.projection import tool_jacobian
+from problems.robots.spatial.jacobian import tool_jacobian
 from problems.robots.spatial.spatial_arm import SpatialArm
 
 STEPS = 80
@@ -93,9 +93,9 @@ class _Search:
     def kinematics(self) -> ca.Function:
         """Position, rotation row by row and Jacobian column by column of a posture (dof, 1): (12 + 6 dof, 1)."""
         theta = ca.SX.sym("theta", self.robot.dof)
-        pose, jacobian = tool_jacobian(self.robot, theta.T, turning=True)
-        rows = (pose.translation, *pose.rotation, *jacobian)
-        return ca.Function("kinematics", [theta], [ca.densify(ca.vertcat(*(part for row in rows for part in row)))])
+        position, rotation = self.robot.tool_pose(theta.T)
+        parts = position.T, rotation.T, ca.vec(tool_jacobian(self.robot, theta.T))
+        return ca.Function("kinematics", [theta], [ca.densify(ca.vertcat(*parts))])
 
     def starts(self, rng: np.random.Generator, count: int) -> FloatArray:
         """Uniform within the limits, of winding joints within a turn."""

@@ -66,6 +66,7 @@ class SpatialRobotSection(Section):
 
     prefix: ClassVar[str] = "robot."
     avoids_itself: ClassVar[bool] = True
+    usual_descents: ClassVar[int] = 0
 
     model: Word | None = None
     urdf: FileName | None = None
