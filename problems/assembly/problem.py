@@ -55,8 +55,9 @@ class Problem(Criteria, ABC, Generic[P]):
 
     @property
     def branches(self) -> Sequence[Problem[P]]:
-        """Where the task leaves several postures to inverse kinematics, the problems that keep near to one of them
-        each, the most promising first; none by default.
+        """Where inverse kinematics has several postures, the problems that keep near to one each, the quickest first.
+
+        None by default.
         """
         return ()
 
