@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import ceil
 
 import numpy as np
@@ -24,6 +25,7 @@ from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.trajectory import Trajectory
 from problems.nlp.move import MoveNlp, usual_pieces
 from problems.objectives import Objective
+from problems.sequential.polish import Polish, can_be_polished
 from problems.tasks.branches import branch_posture, branched, least_time, on_postures
 from problems.tasks.checks import check_at_least
 from problems.tasks.drawing import Milestone
@@ -182,6 +184,21 @@ class MoveProblem(SplineProblem):
     def nlp(self) -> MoveNlp:
         """The same problem for solvers that follow gradients: cubic pieces in time, not a spline."""
         return MoveNlp(self.task, self.objective, self.limits, usual_pieces(self.task), self.quick_trajectory)
+
+    @cached_property
+    def is_polished(self) -> bool:
+        """In space, if sequential linear programs know all that is asked for."""
+        objective = self.objective
+        known = can_be_polished(self.task, self.limits) and objective.timed and objective.sooner_is_better
+        return known and self.robot.dim == 3
+
+    def polished(self, start: Trajectory) -> Iterator[Trajectory]:
+        """What sequential linear programs over path and speed make of a motion."""
+        return self._polish(start) if self.is_polished else iter(())
+
+    @cached_property
+    def _polish(self) -> Polish:
+        return Polish(self.task, self.limits)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """The postures at the stops of one candidate (d,), rad, and the path parameter there."""

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -46,9 +46,12 @@ class Problem(Criteria, ABC, Generic[P]):
     """A planning problem: cost, constraints, nonlinear program and verification from one set of formulas.
 
     Attributes:
+        has_program: whether there is a nonlinear program of it.
         motion: the family of motions in which an answer is sought.
         encoding: what a search vector means, and what it costs.
     """
+
+    has_program: ClassVar[bool] = True
 
     motion: Motion[P]
     encoding: Encoding[P]

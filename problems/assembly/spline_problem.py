@@ -65,22 +65,27 @@ class SplineProblem(Problem[TimedPath]):
         return self.motion.path(as_array(self._path(x)[0]))
 
     def trajectory(self, x: FloatArray) -> Trajectory:
-        """The least time along the path of one candidate (d,), in which its limits hold for all t.
+        """The least time along the path of one candidate (d,), or one near it, in which its limits hold for all t.
 
         Where there is none, as the path stands still or its ends cannot be passed at the given velocities, the motion
         of the search's own timing.
         """
-        return self._timed(x, self.robot.limits)
+        return self._timed(x, self.robot.limits, refined=not self.is_polished)
 
     def quick_trajectory(self, x: FloatArray) -> Trajectory:
         """The least time without a jerk limit, found much sooner: where a descent may begin."""
         return self._timed(x, replace(self.robot.limits, jerk=None))
 
-    def _timed(self, x: FloatArray, limits: JointLimits) -> Trajectory:
+    @property
+    def is_polished(self) -> bool:
+        """Whether :meth:`polished` goes on from a motion, so that any timing of its path will do before."""
+        return False
+
+    def _timed(self, x: FloatArray, limits: JointLimits, refined: bool = True) -> Trajectory:
         points, *rates = (as_array(part) for part in self._path(x))
         start, goal = (float(rate[0, 0]) for rate in rates)
         try:
-            return retime(self.motion.path(points), limits, (start, goal))
+            return retime(self.motion.path(points), limits, (start, goal), refined)
         except InvalidProblem:
             return super().trajectory(x)
 

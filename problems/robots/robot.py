@@ -124,6 +124,11 @@ class Robot(Statement, ABC):
         return tuple(f"joint {joint}" for joint in range(1, self.dof + 1))
 
     @property
+    def joint_units(self) -> tuple[str, ...]:
+        """Of the joints' positions: rad, or m where one slides."""
+        return ("rad",) * self.dof
+
+    @property
     def base_name(self) -> str:
         """What a controller calls the body that stands still."""
         return "base"

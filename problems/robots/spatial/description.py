@@ -53,6 +53,8 @@ class RobotDescription:
         chain: joints, with position limits, speeds, efforts and masses where they are stated.
         links: frames of all links that the chain carries.
         spheres: that hold the collision shapes.
+        disabled: names of links that may touch.
+        title: what people call the robot; empty where it is not known.
         notes: what is missing or not planned with, a line each.
         max_acceleration: of each joint, rad/s^2 or m/s^2; None where it is not known (a URDF states none).
         max_jerk: rad/s^3 or m/s^3; None where nothing is known to limit it.
@@ -61,6 +63,8 @@ class RobotDescription:
     chain: Chain
     links: tuple[LinkFrame, ...]
     spheres: tuple[Sphere, ...] = ()
+    disabled: tuple[tuple[str, str], ...] = ()
+    title: str = ""
     notes: tuple[str, ...] = ()
     max_acceleration: tuple[float, ...] | None = None
     max_jerk: tuple[float, ...] | None = None

@@ -102,6 +102,11 @@ class SpatialArm(Robot):
         )
 
     @property
+    def joint_units(self) -> tuple[str, ...]:
+        """As the joints move."""
+        return tuple("rad" if joint.turns else "m" for joint in self.chain.joints)
+
+    @property
     def base_name(self) -> str:
         """As in the chain."""
         return self.chain.base_link
