@@ -28,9 +28,9 @@ from problems.certify.travel import halves
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict
 from problems.motions.bernstein import bernstein
 from problems.motions.trajectory import Trajectory
+from problems.robots.spatial.orientations import Orientations, angles_between
 from problems.robots.spatial.projection import tool_jacobian
 from problems.robots.spatial.spatial_arm import SpatialArm
-from problems.robots.spatial.orientations import Orientations, angles_between
 
 Measure = Callable[[FloatArray], tuple[FloatArray, FloatArray]]  # of cells (n, 2): in their middles, and bounds
 
