@@ -1,4 +1,4 @@
-"""Goals that inverse kinematics reaches in several ways: the race of the ways, its record, what an audit makes of it."""
+"""Goals that inverse kinematics reaches in several ways: the race of these, its record, an audit of it."""
 
 from __future__ import annotations
 
