@@ -27,6 +27,7 @@ FLOORS = {
     "certify": 5,
     "encodings": 6,
     "nlp": 7,
+    "sequential": 7,
     "assembly": 8,
 }
 MOST_MODULES = 13  # of its own in one folder

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -61,6 +62,10 @@ class Criteria:
             NotImplementedError: there is something.
         """
         raise NotImplementedError
+
+    def polished(self, start: Trajectory) -> Iterator[Trajectory]:
+        """Faster motions made of one that may break limits, each kept farther from them than the last; none here."""
+        return iter(())
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
         """Times in s at which to tabulate a trajectory, its breakpoints among them."""

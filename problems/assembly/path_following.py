@@ -216,7 +216,10 @@ class KnotSteps(CostSteps[SplineShape]):
         theta = ca.SX.sym("theta", k * len(self.encoding.knot_points))
         shape = self.encoding.shape(ca.reshape(theta, k, -1).T, self.encoding.parts(self.x)[2])
         inputs = {"x": self.x, "p": self.p, "theta": theta}
-        zeros, postures = {**starting_values, "accuracy": 1}, posture_steps(self.encoding, self.x, self.p)
+        zeros, postures = (
+            {**starting_values, "accuracy": 1},
+            posture_steps(self.encoding, self.motion.robot.dof, self.x, self.p),
+        )
         if not self.encoding.scales_time:
             return [*postures, Step.of("spline", inputs, self.motion_vectors(shape, orders, zeros))]
         nodes, peaks_size = self._nodes()

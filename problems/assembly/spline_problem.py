@@ -11,7 +11,7 @@ import casadi as ca
 from problems.assembly.problem import Problem
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
-from problems.encodings.encoding import Decoded
+from problems.encodings.encoding import CostWeights, Decoded
 from problems.encodings.path_timing import PathTiming
 from problems.limits.constraint import Constraint
 from problems.limits.time_scale import peaks_of
@@ -33,14 +33,19 @@ class SplineProblem(Problem[TimedPath]):
 
     def decoded(self, x: Matrix) -> Decoded[TimedPath]:
         """The motion of a search vector, in the least time of its path on the grid."""
-        shape = self.encoding.decode(x).parameters
-        limits = self.encoding.slowing(self.limits)
-        samples = self.motion.samples(shape)
-        return Decoded(parameters=self.encoding.timed(shape, limits, [peaks_of(limit, samples) for limit in limits]))
+        decoded, limits = self.encoding.decode(x), self.encoding.slowing(self.limits)
+        samples = self.motion.samples(decoded.parameters)
+        peaks = [peaks_of(limit, samples) for limit in limits]
+        return replace(decoded, parameters=self.encoding.timed(decoded.parameters, limits, peaks))
 
     def objective_bound(self) -> float:
         """An upper bound of what the objective counts as: what is above it costs no more."""
         return self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
+
+    @cached_property
+    def weights(self) -> CostWeights:
+        """The weights in the cost, which need no motion: feasibility is graded."""
+        return self.encoding.weights(self.objective_bound(), ())
 
     def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
         """The length of steps, with obstacles."""
@@ -60,22 +65,27 @@ class SplineProblem(Problem[TimedPath]):
         return self.motion.path(as_array(self._path(x)[0]))
 
     def trajectory(self, x: FloatArray) -> Trajectory:
-        """The least time along the path of one candidate (d,), in which its limits hold for all t.
+        """The least time along the path of one candidate (d,), or one near it, in which its limits hold for all t.
 
         Where there is none, as the path stands still or its ends cannot be passed at the given velocities, the motion
         of the search's own timing.
         """
-        return self._timed(x, self.robot.limits)
+        return self._timed(x, self.robot.limits, refined=not self.is_polished)
 
     def quick_trajectory(self, x: FloatArray) -> Trajectory:
         """The least time without a jerk limit, found much sooner: where a descent may begin."""
         return self._timed(x, replace(self.robot.limits, jerk=None))
 
-    def _timed(self, x: FloatArray, limits: JointLimits) -> Trajectory:
+    @property
+    def is_polished(self) -> bool:
+        """Whether :meth:`polished` goes on from a motion, so that any timing of its path will do before."""
+        return False
+
+    def _timed(self, x: FloatArray, limits: JointLimits, refined: bool = True) -> Trajectory:
         points, *rates = (as_array(part) for part in self._path(x))
         start, goal = (float(rate[0, 0]) for rate in rates)
         try:
-            return retime(self.motion.path(points), limits, (start, goal))
+            return retime(self.motion.path(points), limits, (start, goal), refined)
         except InvalidProblem:
             return super().trajectory(x)
 

@@ -17,7 +17,8 @@ import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix
 from problems.encodings.encoding import CostWeights, Decoded, Variable
-from problems.encodings.path_encoding import PathEncoding, largest_values
+from problems.encodings.knot_postures import largest_values
+from problems.encodings.path_encoding import PathEncoding
 from problems.encodings.penalty import FeasibilityFirst, limit_weight, paper_cost
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit

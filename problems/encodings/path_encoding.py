@@ -11,7 +11,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from problems.base.matrix import FloatArray, Matrix, Operand, constant, split
-from problems.encodings.encoding import Encoding, Variable
+from problems.encodings.encoding import Variable
+from problems.encodings.knot_postures import KnotPostures
 from problems.robots.robot import Robot
 from problems.robots.turns import wrap_to
 from problems.tasks.elbow import Elbow, elbow_signs
@@ -19,7 +20,7 @@ from problems.tasks.elbow import Elbow, elbow_signs
 P = TypeVar("P")
 
 
-class PathEncoding(Encoding[P]):
+class PathEncoding(KnotPostures[P]):
     """Search vectors of x_phi for each redundant link, [the elbow,] and whatever a subclass adds at their end.
 
     Attributes:
@@ -82,23 +83,31 @@ class PathEncoding(Encoding[P]):
         return wrap_to(angles, before)
 
     @property
-    def first_turn(self) -> Matrix:
+    def knot_rows(self) -> FloatArray:
+        """Shares of the decided values, and the point; (M, values + dim)."""
+        return np.column_stack([self.interpolation, self.knot_points])
+
+    def posture_before(self, x: Matrix) -> Matrix:
         """The angles near which those of the first knot are wrapped, (1, dof), rad: the middle of their first turn."""
         return self.robot.middle
+
+    def posture_at(self, x: Matrix, row: Matrix, before: Matrix) -> Matrix:
+        """Inverse kinematics at a knot, near the posture before."""
+        share, point = row[: self.redundancy_values].T, row[self.redundancy_values :]
+        values, elbow, _ = self.parts(x)
+        return self.posture(point, self.redundancy_at(share, point, values), elbow, before)
 
     def at_knots(self, x: Matrix) -> tuple[Matrix, Matrix]:
         """Redundant values (M, redundancy) and joint angles (M, dof) at the knots, rad."""
         values, elbow, _ = self.parts(x)
         redundancy: list[Matrix] = []
-        theta: list[Matrix] = [self.first_turn]
+        theta: list[Matrix] = [self.posture_before(x)]
         for weights, point in zip(self.interpolation, self.knot_points, strict=True):
             target = ca.DM(point)
             redundancy.append(self.redundancy_at(constant(weights[None]), target, values))
             theta.append(self.posture(target, redundancy[-1], elbow, theta[-1]))
         return ca.horzcat(*redundancy).T, ca.vertcat(*theta[1:])
 
-
-def largest_values(operator: FloatArray) -> FloatArray:
-    """Bounds of an operator (n, M) on knot angles that do not change by more than pi from knot to knot, (n,)."""
-    steps = operator @ np.tril(np.ones((operator.shape[1],) * 2))[:, 1:]
-    return np.asarray(np.pi * np.abs(steps).sum(axis=1))
+    def postures(self, x: Matrix) -> Matrix:
+        """Joint angles at all knots, (M, dof), rad."""
+        return self.at_knots(x)[1]

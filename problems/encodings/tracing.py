@@ -6,27 +6,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
 
-from problems.base.matrix import FloatArray, Matrix
-from problems.encodings.encoding import Decoded, Variable
-from problems.encodings.path_encoding import PathEncoding, largest_values
-from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming, step_limits
+from problems.base.matrix import FloatArray
+from problems.encodings.encoding import Variable
+from problems.encodings.path_encoding import PathEncoding
+from problems.encodings.path_timing import step_limits
+from problems.encodings.traced_knots import TracedKnots, longest_timing
 from problems.limits.clearance import StepLimit
 from problems.limits.limit import Limit
-from problems.motions.path_spline import Rates, TimedPath
+from problems.motions.path_spline import TimedPath
 from problems.motions.traced_spline import TracedSpline
 from problems.objectives.objective import MotionBounds
 from problems.robots.robot import Robot
 from problems.tasks.elbow import Elbow
 from problems.tasks.paths.path_tracing import PathTracing
 
-AT_REST: Rates = ca.DM(0.0), None
-
 
 @dataclass(frozen=True)
-class Tracing(PathTiming, PathEncoding[TimedPath]):
+class Tracing(TracedKnots, PathEncoding[TimedPath]):
     """Feasible by construction, except for the accuracy, obstacles and joint ranges.
 
     Args:
@@ -71,27 +69,10 @@ class Tracing(PathTiming, PathEncoding[TimedPath]):
         """x_phi of each redundant link, [elbow]; one that changes nothing where there is nothing to choose."""
         return tuple(self.posture_variables) or (Variable("unused", 0.0, 1.0, "1"),)
 
-    def decode(self, x: Matrix) -> Decoded[TimedPath]:
-        """The least time along the spline through the knots."""
-        return Decoded(parameters=self.motion.timed(*self.path(x)))
-
-    def path(self, x: Matrix) -> tuple[Matrix, Rates]:
-        """Control points (N, dof), rad; both ends at rest."""
-        return self.motion.spline.coefficients(self.at_knots(x)[1]), AT_REST
-
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
-        """Bounds of the motions of the search box: joints turn by at most pi from knot to knot.
-
-        The duration is that of accelerating in each stretch by a constant d2u/dt2 = c up to its middle and slowing
-        down from there, with a c so small that du/dt <= sqrt(c) keeps every limit on any path of the box.
-        """
-        spline, joints, grid = self.motion.spline, self.robot.limits, self.motion.parameters_u
-        first, second = (largest_values(spline.operator(grid, order)).max() for order in (1, 2))
-        c = min(min(joints.acceleration) / (first + second), (min(joints.speed) / first) ** 2)
-        stretches = len(self.motion.corners) + 1
-        duration = GRID_ALLOWANCE * 2.0 * float(np.sqrt(stretches / c))
+        """Bounds of the motions of the search box: joints turn by at most pi from knot to knot."""
         return MotionBounds(
-            duration=self.longest(duration, limits),
+            duration=self.longest(longest_timing(self.motion), limits),
             rotation=self.robot.dof * np.pi * (self.knots.size - 1) * 4.0,
             radius=self.robot.reach()[1],
         )

@@ -45,9 +45,7 @@ class Accuracy(Statement):
             ends: where they end.
             margin: to keep, as a share of the accuracy.
         """
-        line = ends - starts
-        share = ca.sum2((tool - starts) * line) / ca.sum2(line * line)
-        nearest = starts + ca.repmat(ca.fmin(1.0, ca.fmax(0.0, share)), 1, tool.shape[1]) * line
+        nearest = starts + ca.repmat(shares_along(tool, starts, ends), 1, tool.shape[1]) * (ends - starts)
         formula = "the distance from the tip at t_j to the line between two given points <= accuracy"
         return self._constraint(tool - nearest, formula, margin)
 
@@ -66,3 +64,10 @@ class Accuracy(Statement):
             transform=lambda distance: (distance / self.accuracy) ** 2,
             formula=formula,
         )
+
+
+def shares_along(tool: Matrix, starts: Matrix, ends: Matrix) -> Matrix:
+    """Where on lines the nearest points to n others are: shares of their lengths, (n, 1); the rest (n, dim), m."""
+    line = ends - starts
+    share = ca.sum2((tool - starts) * line) / ca.sum2(line * line)
+    return ca.fmin(1.0, ca.fmax(0.0, share))

@@ -58,6 +58,11 @@ class CollisionPair(Pair):
         """The body's radius."""
         return self.body.radius
 
+    @property
+    def radii(self) -> tuple[Operand, ...]:
+        """The body's."""
+        return (self.body.radius,)
+
     def ends(self, positions: Sequence[Matrix]) -> tuple[Matrix, ...]:
         """Those of the body."""
         frames = {self.body.start: None, self.body.end: None}
@@ -99,7 +104,7 @@ class CollisionPair(Pair):
 def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 0.0) -> tuple[CollisionPair, ...]:
     """All pairs of body and obstacle except those that can never come within the margin, and ``spare`` m more.
 
-    Bodies that no joint moves are left out: what they touch is how the robot stands.
+    Bodies that no joint moves, as the foot of a robot on a table, are none of them: no motion could avoid anything.
     """
     bodies = [body for body, levers in zip(robot.bodies, robot.levers, strict=True) if levers.any()]
     pairs = (

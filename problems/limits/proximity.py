@@ -34,6 +34,11 @@ class Pair(Statement, ABC):
     def thickness(self) -> Operand:
         """What the widths of the two take from the distance between their middle lines, m."""
 
+    @property
+    @abstractmethod
+    def radii(self) -> tuple[Operand, ...]:
+        """Of the bodies that move, m, in the order of their ends."""
+
     @abstractmethod
     def ends(self, positions: Sequence[Matrix]) -> tuple[Matrix, ...]:
         """The points of their middle lines that move, each (n, dim), m; positions of the frames, each (n, dim)."""

@@ -42,6 +42,11 @@ class BodyPair(Pair):
         """Both radii."""
         return self.first.radius + self.second.radius
 
+    @property
+    def radii(self) -> tuple[Operand, ...]:
+        """Those of both bodies."""
+        return self.first.radius, self.second.radius
+
     def ends(self, positions: Sequence[Matrix]) -> tuple[Matrix, ...]:
         """Those of both bodies."""
         frames = [frame for body in (self.first, self.second) for frame in {body.start: None, body.end: None}]

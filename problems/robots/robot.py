@@ -124,6 +124,21 @@ class Robot(Statement, ABC):
         return tuple(f"joint {joint}" for joint in range(1, self.dof + 1))
 
     @property
+    def joint_units(self) -> tuple[str, ...]:
+        """Of the joints' positions: rad, or m where one slides."""
+        return ("rad",) * self.dof
+
+    @property
+    def base_name(self) -> str:
+        """What a controller calls the body that stands still."""
+        return "base"
+
+    @property
+    def joint_identifiers(self) -> tuple[str, ...]:
+        """What a controller calls the joints."""
+        return tuple(f"joint_{joint}" for joint in range(1, self.dof + 1))
+
+    @property
     def redundancy(self) -> int:
         """The number of values beyond the tool's position that determine a posture, in closed form; none here."""
         return 0
@@ -140,6 +155,11 @@ class Robot(Statement, ABC):
     def tool(self, theta: Matrix) -> Matrix:
         """Where the tool is, (n, dim), m, in n postures (n, dof), rad."""
         return self.positions(theta)[-1]
+
+    def pose(self, theta: FloatArray) -> dict[str, FloatArray]:
+        """Where the tool is in n postures (n, dof), rad: columns (n,) by name; x, y and, in space, z, m."""
+        place = as_array(self.tool(ca.DM(theta)))
+        return dict(zip("xyz", place.T, strict=False))
 
     def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
         """Where base, joints and tool are, for drawing: (n, frames, dim), m; postures (n, dof), rad."""

@@ -16,7 +16,9 @@ from problems.timing.stretch import minimum_time_scale
 END_TOLERANCE = 1e-9  # of a speed limit; allows for rounding only
 
 
-def retime(path: JointPath, limits: JointLimits, rates: tuple[float, float] = (0.0, 0.0)) -> Trajectory:
+def retime(
+    path: JointPath, limits: JointLimits, rates: tuple[float, float] = (0.0, 0.0), refined: bool = True
+) -> Trajectory:
     """Run a path as fast as the limits of its joints allow, between grid points as at them.
 
     Without jerk limits accelerations jump, at the ends too; corners of the path are stops. With them accelerations are
@@ -29,6 +31,7 @@ def retime(path: JointPath, limits: JointLimits, rates: tuple[float, float] = (0
         limits: on speed, acceleration and, where given, jerk of the k joints.
         rates: du/dt at the start and at the end, not negative: joint velocities there are q'(u) du/dt, exactly. At an
             end where q' is zero the joints are at rest whatever it is.
+        refined: whether, with jerk limits, the best motion is looked for; else the first that keeps them will do.
 
     Raises:
         InvalidProblem: the path stands still or jumps, or its limits are of another number of joints, or allow no
@@ -37,7 +40,7 @@ def retime(path: JointPath, limits: JointLimits, rates: tuple[float, float] = (0
     ready = prepared(path, rates)
     _check_ends(path, limits, rates)
     if limits.jerk is not None:
-        return timed_by_section(ready, limits)
+        return timed_by_section(ready, limits, refined)
     profile, intervals = fastest_profile(ready, limits)
     trajectory = profile.trajectory(intervals)
     return trajectory if ready.moves_at_an_end else trajectory.time_scaled(minimum_time_scale(trajectory, limits))

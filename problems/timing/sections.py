@@ -17,7 +17,7 @@ from problems.timing.smooth.smooth_timing import smooth_timing
 BISECTIONS = 60
 
 
-def timed_by_section(prepared: PreparedPath, limits: JointLimits) -> Trajectory:
+def timed_by_section(prepared: PreparedPath, limits: JointLimits, refined: bool = True) -> Trajectory:
     """The motion along all sections, each as fast as was found.
 
     Raises:
@@ -26,7 +26,7 @@ def timed_by_section(prepared: PreparedPath, limits: JointLimits) -> Trajectory:
     parts = []
     for section in prepared.sections():
         line = _is_line(section) and not section.moves_at_an_end
-        parts.append(_along_line(section.path, limits) if line else smooth_timing(section, limits))
+        parts.append(_along_line(section.path, limits) if line else smooth_timing(section, limits, refined))
     return _joined(parts)
 
 

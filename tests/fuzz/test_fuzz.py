@@ -116,7 +116,7 @@ TYPED = {
         *(w for w in WORDS if w not in ("/", "..", ".")),
     ],
     "--animate": [*FILES, "film.html", "no/film.html", "\udcff.html", "a.gif", ".html", "/dev/null", "/dev/full.html"],
-    "--export": ["csv", "npz", "ros-json", *WORDS],
+    "--export": ["csv", "npz", "ros-json", "ros-yaml", *WORDS],
 }
 FLAGS = ["--polish", "--json", "--no-plots", "--certify", "--allow-outside-files", "--list", "--help", "--", "-x"]
 BUDGET = ["--time-limit", "5", "--evaluations", "40", "--iterations", "5"]

@@ -93,7 +93,7 @@ def of_file(path: Path, options: argparse.Namespace) -> Scenario:
     rows = read_joint_rows(InputFolder(path.parent, outside_allowed=True), path.name)
     interpolation = options.interpolation or ("spline" if options.blend is None else "blend")
     given = {"kind": "joint-path", "joints": rows, "interpolation": interpolation, "tolerance": options.blend}
-    return _parsed(_surroundings(options.robot), given, options, f"{options.robot}: ")
+    return _parsed(_surroundings(options.robot), given, options, options.robot)
 
 
 def of_run(folder: Path, options: argparse.Namespace) -> Scenario:
@@ -110,10 +110,10 @@ def of_run(folder: Path, options: argparse.Namespace) -> Scenario:
         "coefficients": given_path.coefficients.tolist(),
     }
     if options.robot is not None:
-        return _parsed(_surroundings(options.robot), given, options, f"{options.robot}: ")
+        return _parsed(_surroundings(options.robot), given, options, options.robot)
     speeds = {"start_speed": float((start @ start) ** 0.5), "goal_speed": float((goal @ goal) ** 0.5)}
     content = run.scenario.model_dump()
-    return _parsed({key: content[key] for key in ROBOT_TABLES}, given | speeds, options, "")
+    return _parsed({key: content[key] for key in ROBOT_TABLES}, given | speeds, options)
 
 
 def _surroundings(file: Path) -> dict[str, Any]:
@@ -122,7 +122,9 @@ def _surroundings(file: Path) -> dict[str, Any]:
     return {key: content[key] for key in ROBOT_TABLES if key in content}
 
 
-def _parsed(surroundings: dict[str, Any], given: dict[str, Any], options: argparse.Namespace, place: str) -> Scenario:
+def _parsed(
+    surroundings: dict[str, Any], given: dict[str, Any], options: argparse.Namespace, file: Path | None = None
+) -> Scenario:
     speeds = {key: getattr(options, key) for key in ("start_speed", "goal_speed")}
     task = given | {key: value for key, value in speeds.items() if value is not None}
     content = {**surroundings, "task": task}
@@ -130,6 +132,6 @@ def _parsed(surroundings: dict[str, Any], given: dict[str, Any], options: argpar
     if isinstance(model, dict):
         content["model"] = {key: model[key] for key in MODEL_KEYS if key in model}
     try:
-        return parse_scenario(content)
+        return parse_scenario(content, None if file is None else InputFolder(file.parent, outside_allowed=True))
     except ScenarioError as error:
-        raise ScenarioError(f"{place}{error}") from error
+        raise ScenarioError(str(error) if file is None else f"{file}: {error}") from error

@@ -218,11 +218,12 @@ def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     if options.solver is not None and options.solver != scenario.solver.name:
         content["solver"] |= {"name": options.solver, "settings": {}}
     if scenario.task.is_searched and options.solver is None and "name" not in scenario.solver.model_fields_set:
-        content["solver"] = with_default(content["solver"], scenario.solver.model_fields_set)
+        descents = scenario.robot_table.usual_descents
+        content["solver"] = with_default(content["solver"], scenario.solver.model_fields_set, descents)
     return parse_scenario(content)
 
 
-def with_default(solver: dict[str, Any], stated: set[str]) -> dict[str, Any]:
+def with_default(solver: dict[str, Any], stated: set[str], descents: int) -> dict[str, Any]:
     """The [solver] table of a scenario that names no solver: the best there is, polished unless it says otherwise."""
     polished_anyway = solver["polish_starts"] or solver["within"] is not None or "polish_starts" in stated
-    return solver | {"name": DEFAULT_SOLVER} | ({} if polished_anyway else {"polish_starts": 1})
+    return solver | {"name": DEFAULT_SOLVER} | ({} if polished_anyway else {"polish_starts": descents})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from problems import InvalidProblem, Trajectory
@@ -13,6 +13,7 @@ from problems.timing.retime import retime
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.progress import Progress
 
+POLISHED = "sequential programs"  # the candidate that changes path and speed
 SAME_PATH = "same path"  # the candidate that runs the path of the motion before
 SAME_OBJECTIVE = 1e-9  # relative: what a path gains or loses when it is run at other times is rounding
 
@@ -68,20 +69,31 @@ def retimed(before: Motion, progress: Progress) -> Retiming:
     return Retiming(before, made.get(best), best, time.perf_counter() - began)
 
 
-def _attempted(make: Callable[[Motion], Trajectory | None], before: Motion) -> Motion | None:
-    """The motion of a candidate, slowed where its limits need it; None where it cannot be made."""
+def _attempted(make: Callable[[Motion], Iterator[Trajectory]], before: Motion) -> Motion | None:
+    """The first certified motion of a candidate, or its last; None where it cannot be made."""
+    motion = None
     try:
-        trajectory = make(before) if before.trajectory.is_finite else None
+        for trajectory in make(before) if before.trajectory.is_finite else ():
+            motion = _slowed(replace(before, trajectory=trajectory, retimed=True))
+            if motion.feasible:
+                break
     except InvalidProblem:  # it stands still, for example
-        return None
-    if trajectory is None:
-        return None
-    motion = replace(before, trajectory=trajectory, retimed=True)
-    scale = motion.criteria.safe_time_scale(trajectory)
-    return motion if scale <= 1.0 else replace(motion, trajectory=trajectory.time_scaled(scale))
+        return motion
+    return motion
 
 
-def _same_path(before: Motion) -> Trajectory | None:
+def _slowed(motion: Motion) -> Motion:
+    """The motion, slower where its limits need it."""
+    scale = motion.criteria.safe_time_scale(motion.trajectory)
+    return motion if scale <= 1.0 else replace(motion, trajectory=motion.trajectory.time_scaled(scale))
+
+
+def _polished(before: Motion) -> Iterator[Trajectory]:
+    """What sequential linear programs make of it, where the problem has them."""
+    return before.problem.polished(before.trajectory)
+
+
+def _same_path(before: Motion) -> Iterator[Trajectory]:
     """The motion's own path in the least time, unless that is what it is; an end that moves keeps its velocity.
 
     A nonlinear program that minimises the time under jerk limits leaves nothing to gain, and that would take long.
@@ -89,23 +101,28 @@ def _same_path(before: Motion) -> Trajectory | None:
     problem = before.problem
     programmed = problem.free_timing and problem.objective.timed and problem.robot.limits.jerk is not None
     if before.retimed or programmed:
-        return None
+        return
     start, goal = before.problem.task.end_velocities
     rates = float(start.any()), float(goal.any())
-    return retime(before.path, before.problem.robot.limits, rates)
+    yield retime(before.path, before.problem.robot.limits, rates)
 
 
-def _free_space(before: Motion) -> Trajectory | None:
+def _free_space(before: Motion) -> Iterator[Trajectory]:
     """The fastest motion between the same ends, where nothing but time counts and nothing is passed on the way."""
     problem = before.problem
     if not (problem.objective.timed and problem.objective.sooner_is_better and problem.task.passes_nothing):
-        return None
+        return
     start, goal = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
     velocities, limits = problem.task.end_velocities, problem.robot.limits
     if velocities.any():
-        return least_time_move(start, goal, velocities[0], velocities[1], limits)
-    return rest_to_rest(start, goal, limits)
+        yield least_time_move(start, goal, velocities[0], velocities[1], limits)
+    else:
+        yield rest_to_rest(start, goal, limits)
 
 
 # the motion in free space first: there is no faster one between two postures
-CANDIDATES: dict[str, Callable[[Motion], Trajectory | None]] = {"free space": _free_space, SAME_PATH: _same_path}
+CANDIDATES: dict[str, Callable[[Motion], Iterator[Trajectory]]] = {
+    "free space": _free_space,
+    POLISHED: _polished,
+    SAME_PATH: _same_path,
+}

@@ -43,7 +43,9 @@ from tpbso_casadi.scenario.task import ModelSection
 from tpbso_casadi.scenario.tasks.registry import TASKS, AnyTask
 from tpbso_casadi.scenario.validation import as_text, describe, hint, shown
 from tpbso_casadi.scenario.world.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles
+from tpbso_casadi.scenario.world.registry import AnyRobot
 from tpbso_casadi.scenario.world.robots import ArmSection, RobotSection, check_numbers
+from tpbso_casadi.scenario.world.spatial_robots import SpatialRobotSection
 
 C = TypeVar("C", bound=Criteria)
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
@@ -124,7 +126,7 @@ class Scenario(FileSection):
     """A whole scenario file."""
 
     arm: ArmSection | None = None
-    robot: RobotSection | None = None
+    robot: AnyRobot | None = None
     task: AnyTask
     obstacles: list[AnyObstacle] = Field(default_factory=list, max_length=MOST_OBSTACLES)
     model: ModelSection = ModelSection()
@@ -134,7 +136,7 @@ class Scenario(FileSection):
     def plugins(self) -> list[str]:
         """What of it is not ours: names of plug-ins, which may raise anything."""
         named = [self.task.kind, getattr(self.task, "objective", ""), *self.model.limits, self.solver.name]
-        named += [] if self.robot is None else [self.robot.model]
+        named += [] if self.robot is None else self.robot.plugins
         named += [obstacle.shape for obstacle in self.obstacles]
         named = [str(name) for name in named]
         ours = {
@@ -158,8 +160,18 @@ class Scenario(FileSection):
     def _complete(self) -> Self:
         if not self.task.is_searched and self.solver != SolverSection():
             raise ValueError(f"solver: {self.task.kind!r} is timed; there is nothing to search for, leave it out")
-        object.__setattr__(self, "model", with_motion(self.model, self.task))  # frozen from now on
+        model = with_motion(self.model, self.task)
+        if "self_collision" not in model.model_fields_set:
+            model = model.model_copy(update={"self_collision": self.robot_table.avoids_itself})
+        object.__setattr__(self, "model", model)  # frozen from now on
         return self
+
+    @property
+    def robot_table(self) -> ArmSection | RobotSection | SpatialRobotSection:
+        """The table that states the robot."""
+        table = self.arm or self.robot
+        assert table is not None
+        return table
 
     def problem(self) -> Problem[Any]:
         """The problem itself.
@@ -180,14 +192,13 @@ class Scenario(FileSection):
             return self._stated(self.task.criteria)
 
     def _stated(self, build: Callable[[Robot, tuple[Obstacle, ...], ModelSection], C]) -> C:
-        robot_table = "arm." if self.robot is None else "robot.settings."
         try:
-            robot = (self.arm or self.robot).build()  # type: ignore[union-attr]
+            robot = self.robot_table.build()
         except InvalidProblem as error:
-            raise ScenarioError(f"{robot_table}{error.field}: {error.reason}") from error
+            raise ScenarioError(f"{self.robot_table.prefix}{error.field}: {error.reason}") from error
         self.model.check_size(robot.dof)
         obstacles = build_obstacles(self.obstacles, robot.dof)
-        tables = {"link_lengths": robot_table, "joint_limits": robot_table, "obstacles": ""}
+        tables = {**dict.fromkeys(("link_lengths", "joint_limits"), self.robot_table.prefix), "obstacles": ""}
         tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:
             robot = self.model.kept_by(robot)
@@ -255,21 +266,31 @@ def read_scenario(path: pathlib.Path, outside_allowed: bool = False) -> Scenario
     """
     content = read_toml(path)
     try:
-        scenario = _validated(content)
-        with failures_named(scenario.plugins, "task"):
-            task = scenario.task.with_files(InputFolder(path.parent, outside_allowed))
-        return scenario.model_copy(update={"task": task}).normalised()
+        return parse_scenario(content, InputFolder(path.parent, outside_allowed))
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from error
 
 
-def parse_scenario(content: dict[str, Any]) -> Scenario:
+def parse_scenario(content: dict[str, Any], folder: InputFolder | None = None) -> Scenario:
     """Check the content of a scenario; what comes out is in rad.
+
+    Args:
+        content: of the file.
+        folder: where the files lie that it names; None where it is complete without them.
 
     Raises:
         ScenarioError: naming the first wrong key.
     """
-    return _validated(content).normalised()
+    scenario = _validated(content)
+    return (scenario if folder is None else _with_files(scenario, folder)).normalised()
+
+
+def _with_files(scenario: Scenario, folder: InputFolder) -> Scenario:
+    with failures_named(scenario.plugins, "task"):
+        files: dict[str, Section] = {"task": scenario.task.with_files(folder)}
+        if scenario.robot is not None:
+            files["robot"] = scenario.robot.with_files(folder)
+    return scenario.model_copy(update=files)
 
 
 def _validated(content: dict[str, Any]) -> Scenario:

@@ -44,6 +44,8 @@ Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST), AfterValidator(_not_tiny)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 PlanarPoint: TypeAlias = tuple[Number, Number]
+SpacePoint: TypeAlias = tuple[Number, Number, Number]
+Quaternion: TypeAlias = tuple[Number, Number, Number, Number]  # x, y, z, w
 Interval: TypeAlias = tuple[Number, Number]
 Word = Annotated[str, Field(max_length=LONGEST_WORD)]
 

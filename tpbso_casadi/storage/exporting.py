@@ -1,11 +1,9 @@
-"""A motion for a robot controller: at equal steps of time, as a ROS message in JSON, CSV or NPZ."""
+"""A motion for a robot controller: at equal steps of time, as a ROS message in JSON or YAML, as CSV or NPZ."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,11 +11,11 @@ from problems.base.matrix import FloatArray, as_array
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.storage.files import OutputError, write_text, write_with, writing
 from tpbso_casadi.storage.motion_table import write_motion
+from tpbso_casadi.storage.ros import message_json, message_yaml
 
 DEFAULT_RATE = 100.0  # Hz
 HIGHEST_RATE = 10_000.0  # Hz
 MOST_ROWS = 200_000  # which take some hundred MB
-NANOSECONDS = 1_000_000_000  # in a second
 
 
 def export_motion(folder: Path, motion: Motion, kind: str, rate: float = DEFAULT_RATE) -> Path:
@@ -52,31 +50,12 @@ def equal_steps(motion: Motion, rate: float) -> FloatArray:
     return np.append(times, duration)
 
 
-def ros_message(motion: Motion, times: FloatArray) -> dict[str, Any]:
-    """The fields of a ``trajectory_msgs/msg/JointTrajectory``; rad, rad/s, rad/s^2."""
-    samples = motion.trajectory.samples(times)
-    columns = (as_array(matrix).tolist() for matrix in (samples.theta, samples.speed, samples.acceleration))
-    return {
-        "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "base"},
-        "joint_names": [f"joint_{joint + 1}" for joint in range(motion.problem.robot.dof)],
-        "points": [
-            {
-                "positions": theta,
-                "velocities": speed,
-                "accelerations": acceleration,
-                "effort": [],
-                "time_from_start": dict(
-                    zip(("sec", "nanosec"), divmod(round(time * NANOSECONDS), NANOSECONDS), strict=True)
-                ),
-            }
-            for time, theta, speed, acceleration in zip(times.tolist(), *columns, strict=True)
-        ],
-    }
-
-
 def _ros_json(folder: Path, motion: Motion, times: FloatArray) -> Path:
-    text = json.dumps(ros_message(motion, times), indent=1, allow_nan=False)
-    return write_text(folder / "joint_trajectory.json", lambda file: file.write(text + "\n"))
+    return write_text(folder / "joint_trajectory.json", lambda file: file.write(message_json(motion, times)))
+
+
+def _ros_yaml(folder: Path, motion: Motion, times: FloatArray) -> Path:
+    return write_text(folder / "joint_trajectory.yaml", lambda file: file.writelines(message_yaml(motion, times)))
 
 
 def _csv(folder: Path, motion: Motion, times: FloatArray) -> Path:
@@ -84,17 +63,22 @@ def _csv(folder: Path, motion: Motion, times: FloatArray) -> Path:
 
 
 def _npz(folder: Path, motion: Motion, times: FloatArray) -> Path:
-    samples = motion.trajectory.samples(times, motion.problem.robot)
+    robot, samples = motion.problem.robot, motion.trajectory.samples(times)
+    pose = np.column_stack([*robot.pose(as_array(samples.theta)).values()])
     arrays = {
         "t": times,
         "q": as_array(samples.theta),
         "qd": as_array(samples.speed),
         "qdd": as_array(samples.acceleration),
-        "tip": as_array(samples.tool),
+        "tip": pose[:, : robot.dim],
         "breakpoints": motion.trajectory.breakpoints,
         "coefficients": motion.trajectory.coefficients,
     }
+    if pose.shape[1] > robot.dim:
+        arrays |= {"quaternion": pose[:, robot.dim :], "joint_names": np.array(robot.joint_identifiers)}
     return write_with(folder / "joint_trajectory.npz", lambda temporary: np.savez(temporary, **arrays))  # type: ignore[arg-type]
 
 
-EXPORTS: dict[str, Callable[[Path, Motion, FloatArray], Path]] = {"ros-json": _ros_json, "csv": _csv, "npz": _npz}
+EXPORTS: dict[str, Callable[[Path, Motion, FloatArray], Path]] = {
+    "ros-json": _ros_json, "ros-yaml": _ros_yaml, "csv": _csv, "npz": _npz
+}  # fmt: skip

@@ -22,9 +22,13 @@ def write_motion(path: Path, motion: Motion, times: FloatArray) -> Path:
 
 
 def table_of(motion: Motion, times: FloatArray) -> tuple[list[str], FloatArray]:
-    """``t, q1..qk, qd1..qdk, qdd1..qddk, x, y`` in s, rad and m: the header and a row for each of the times (n,)."""
-    samples = motion.trajectory.samples(times, motion.problem.robot)
-    joints, axes = range(1, motion.problem.robot.dof + 1), "xyz"[: motion.problem.robot.dim]
-    header = ["t", *(f"{symbol}{joint}" for symbol in ("q", "qd", "qdd") for joint in joints), *axes]
-    parts = (samples.theta, samples.speed, samples.acceleration, samples.tool)
-    return header, np.column_stack([times, *(as_array(matrix) for matrix in parts)])
+    """``t, q1..qk, qd1..qdk, qdd1..qddk`` and the tool's pose at times (n,) in s: the header and a row for each.
+
+    The pose is ``x, y`` in the plane, ``x, y, z, qx, qy, qz, qw`` in space; s, rad and m.
+    """
+    robot, samples = motion.problem.robot, motion.trajectory.samples(times)
+    pose = robot.pose(as_array(samples.theta))
+    joints = range(1, robot.dof + 1)
+    header = ["t", *(f"{symbol}{joint}" for symbol in ("q", "qd", "qdd") for joint in joints), *pose]
+    parts = (as_array(matrix) for matrix in (samples.theta, samples.speed, samples.acceleration))
+    return header, np.column_stack([times, *parts, *pose.values()])

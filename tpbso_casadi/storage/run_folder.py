@@ -20,7 +20,7 @@ from tpbso_casadi.storage.seal import BrokenSeal, check_seal
 from tpbso_casadi.storage.staging import replacing
 
 LARGEST_RESULT = 100_000_000  # bytes of a result.json
-SUFFIXES = (".json", ".csv", ".npz", ".png", ".gif", ".mp4", ".html")  # of the files of a run
+SUFFIXES = (".json", ".csv", ".npz", ".png", ".gif", ".mp4", ".html", ".yaml")  # of the files of a run
 
 
 class OtherPlan(OutputError):

@@ -10,30 +10,16 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from problems.base.arguments import Statement
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.base.ranges import ANGLES, LENGTHS, RATES, check_within
 from problems.robots.robot import Body, JointLimits, Robot
 from problems.robots.spatial.chain import UNTURNED, Chain, Matrix3, Point3
+from problems.robots.spatial.collision.sphere import Sphere
+from problems.robots.spatial.rotations import quaternions_of
 from problems.robots.spatial.transform import Transform, as_rows
 
-
-@dataclass(frozen=True)
-class Sphere(Statement):
-    """A ball that moves with a body of the chain and holds a part of it.
-
-    Attributes:
-        link: the body's number: 0 for the base, then that of the joint that moves it.
-        center: in the body's frame, m.
-        radius: m.
-        name: for messages, as ``panda_link5``.
-    """
-
-    link: int
-    center: Point3
-    radius: float
-    name: str
+POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 
 @dataclass(frozen=True)
@@ -116,6 +102,21 @@ class SpatialArm(Robot):
         )
 
     @property
+    def joint_units(self) -> tuple[str, ...]:
+        """As the joints move."""
+        return tuple("rad" if joint.turns else "m" for joint in self.chain.joints)
+
+    @property
+    def base_name(self) -> str:
+        """As in the chain."""
+        return self.chain.base_link
+
+    @property
+    def joint_identifiers(self) -> tuple[str, ...]:
+        """As in the chain."""
+        return self.joint_names
+
+    @property
     def base_frame(self) -> Transform:
         """Where the base stands."""
         return Transform(self.base_rotation, self.base_translation)
@@ -143,9 +144,19 @@ class SpatialArm(Robot):
         pose, rows = self.chain.frames(theta, self.base_frame)[-1] @ self.tool_frame, theta.shape[0]
         return as_rows(pose.translation, rows), as_rows([entry for row in pose.rotation for entry in row], rows)
 
+    def tool_at(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The same in numbers: positions (n, 3), m, and rotation matrices (n, 3, 3)."""
+        position, rotation = (as_array(part) for part in self.tool_pose(ca.DM(theta)))
+        return position, rotation.reshape(-1, 3, 3)
+
     def tool(self, theta: Matrix) -> Matrix:
         """Where the tool is, (n, 3), m."""
         return self.tool_pose(theta)[0]
+
+    def pose(self, theta: FloatArray) -> dict[str, FloatArray]:
+        """Where the tool is, x, y, z, m, and how it is turned, the unit quaternion qx, qy, qz, qw."""
+        place, rotation = (as_array(part) for part in self.tool_pose(ca.DM(theta)))
+        return dict(zip(POSE, [*place.T, *quaternions_of(rotation).T], strict=True))
 
     def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
         """Base, joints and tool, for drawing: (n, dof + 2, 3), m."""
@@ -188,6 +199,12 @@ class SpatialArm(Robot):
     def levers(self) -> FloatArray:
         """How far a sphere's centre can be from each joint's axis, (spheres, dof), m; 1 for a joint that slides."""
         return np.array([self._levers_of(sphere) for sphere in self.spheres]).reshape(-1, self.dof)
+
+    @cached_property
+    def tool_levers(self) -> FloatArray:
+        """How far the tool can be from each joint's axis, (dof,), m; 1 for a joint that slides."""
+        x, y, z = (float(part) for part in self.tool_frame.translation)
+        return self._levers_of(Sphere(self.dof, (x, y, z), 0.0, "tool"))
 
     def _levers_of(self, sphere: Sphere) -> FloatArray:
         levers, joints, offsets = np.zeros(self.dof), self.chain.joints, self.chain.offsets

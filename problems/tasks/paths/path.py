@@ -1,4 +1,4 @@
-"""Paths that the tip has to follow: ordered points, with corners that must not be rounded off.
+"""Paths that the tip has to follow: ordered points or poses, with corners that must not be rounded off.
 
 A path is what the paper stores: "we sampled 50 points of each and stored the point set by order". Its points are
 passed at equal intervals of time, so point i of n belongs to the path parameter u = i / (n - 1).
@@ -16,26 +16,33 @@ from numpy.typing import ArrayLike
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray
 from problems.base.ranges import COORDINATES, check_within
+from problems.robots.spatial.orientations import Orientations, unit_quaternions
 
 CORNER_ANGLE = pi / 4.0  # a change of direction of at least this is a corner
 MAX_POINTS = 2000  # of a path; more take minutes to build
 FINE_POLYGON_POINTS = 4000  # of the polygon from which a smooth shape is resampled
+PLANAR, SPATIAL, POSE = 2, 3, 7  # numbers of a point in the plane or in space, and of a pose
 
 
 @dataclass(frozen=True)
 class Path:
-    """Ordered points in the plane.
+    """Ordered points in the plane or in space; in space the tool's orientation may be given at each.
+
+    Between two points the path is straight, and the orientation turns about one axis, evenly over the distance.
 
     Args:
-        points: n >= 2 positions (x, y), m; for a closed path the last repeats the first.
+        points: n >= 2 positions (x, y) or (x, y, z), m; for a closed path the last repeats the first.
         corners: indices of the inner points that are corners.
+        quaternions: of the tool at each point, (x, y, z, w), of length 1; empty where its orientation is free.
 
     Raises:
-        InvalidProblem: fewer than two points, one that is not finite, or two consecutive ones that are the same.
+        InvalidProblem: fewer than two points, one that is not finite, or two consecutive ones that are the same;
+            a quaternion that is not of length 1, or turns by half a turn against the one before.
     """
 
-    points: tuple[tuple[float, float], ...]
+    points: tuple[tuple[float, ...], ...]
     corners: tuple[int, ...] = ()
+    quaternions: tuple[tuple[float, ...], ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.points) < 2:
@@ -44,24 +51,35 @@ class Path:
             check_within("points", point, COORDINATES, "m", f"points[{index}]: ")
             if index > 0 and point == self.points[index - 1]:
                 raise InvalidProblem("points", f"points[{index - 1}] and points[{index}] are the same, {point}")
+        if self.quaternions:
+            unit_quaternions(self.quaternions)
 
     @classmethod
     def through(cls, points: ArrayLike, closed: bool = False) -> Path:
-        """The path through points (n, 2) in m, with corners where the direction changes by 45 degrees or more.
+        """The path through points in m, with corners where the direction changes by 45 degrees or more.
 
         Args:
-            points: in order.
+            points: in order; positions (n, 2) or (n, 3), or poses (n, 7): positions and quaternions (x, y, z, w).
             closed: whether to go back to the first point, unless the path ends there already.
         """
-        listed = [(float(x), float(y)) for x, y in np.asarray(points, dtype=np.float64).reshape(-1, 2)]
-        if closed and len(listed) > 1 and listed[0] != listed[-1]:
-            listed.append(listed[0])
-        return cls(tuple(listed), _corners(np.array(listed)))
+        given = np.asarray(points, dtype=np.float64)
+        given = given if given.ndim == 2 and given.shape[1] in (SPATIAL, POSE) else given.reshape(-1, PLANAR)
+        listed = given[:, :SPATIAL]
+        if closed and len(listed) > 1 and listed[0].tolist() != listed[-1].tolist():
+            listed, given = (np.vstack([rows, rows[:1]]) for rows in (listed, given))
+        turned = given[:, SPATIAL:]
+        quaternions = _tuples(unit_quaternions(turned)) if turned.shape[1] else ()
+        return cls(_tuples(listed), _corners(listed), quaternions)
 
     @cached_property
     def array(self) -> FloatArray:
-        """The points, (n, 2), m."""
+        """The points, (n, dim), m."""
         return np.array(self.points)
+
+    @cached_property
+    def orientations(self) -> Orientations | None:
+        """How the tool is turned along the path; None where that is free."""
+        return Orientations(np.array(self.quaternions)) if self.quaternions else None
 
     def resampled(self, count: int) -> Path:
         """The same way with ``count`` points: both ends, every corner, and the rest spread evenly in between.
@@ -73,16 +91,21 @@ class Path:
         fixed_points = [0, *self.corners, len(self.points) - 1]
         if count < len(fixed_points):
             raise InvalidProblem("count", f"{count} points cannot hold both ends and {len(fixed_points) - 2} corners")
-        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self.array, axis=0).T))])
+        along = np.concatenate([[0.0], np.cumsum(np.hypot.reduce(np.diff(self.array, axis=0), axis=1))])
         stretches = _shares(np.diff(along[fixed_points]), count - 1)
         places = [
             np.linspace(along[start], along[end], pieces, endpoint=False)
             for start, end, pieces in zip(fixed_points[:-1], fixed_points[1:], stretches, strict=True)
         ]
         at = np.append(np.concatenate(places), along[-1])
-        x, y = (np.interp(at, along, coordinate) for coordinate in self.array.T)
+        points = np.column_stack([np.interp(at, along, coordinate) for coordinate in self.array.T])
+        quaternions = () if self.orientations is None else _tuples(self.orientations.between(along, at))
         corners = np.cumsum(stretches)[:-1].tolist()
-        return Path(tuple(zip(x.tolist(), y.tolist(), strict=True)), tuple(corners))
+        return Path(_tuples(points), tuple(corners), quaternions)
+
+
+def _tuples(rows: FloatArray) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in rows.tolist())
 
 
 def check_count(field: str, count: int) -> None:
@@ -95,9 +118,18 @@ def _corners(points: FloatArray) -> tuple[int, ...]:
     if len(points) < 3:
         return ()
     steps = np.diff(points, axis=0)
-    directions = np.arctan2(steps[:, 1], steps[:, 0])
-    turns = (np.diff(directions) + pi) % (2.0 * pi) - pi
+    turns = _turns(steps) if points.shape[1] == PLANAR else _turns_in_space(steps)
     return tuple((np.flatnonzero(np.abs(turns) >= CORNER_ANGLE) + 1).tolist())
+
+
+def _turns(steps: FloatArray) -> FloatArray:
+    directions = np.arctan2(steps[:, 1], steps[:, 0])
+    return np.asarray((np.diff(directions) + pi) % (2.0 * pi) - pi)
+
+
+def _turns_in_space(steps: FloatArray) -> FloatArray:
+    across = np.linalg.norm(np.cross(steps[:-1], steps[1:]), axis=1)
+    return np.asarray(np.arctan2(across, np.einsum("nd,nd->n", steps[:-1], steps[1:])))
 
 
 def _shares(lengths: FloatArray, total: int) -> list[int]:

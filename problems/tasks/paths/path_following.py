@@ -28,7 +28,7 @@ from problems.tasks.checks import check_at_least, check_choice, check_obstacles,
 from problems.tasks.drawing import Marker, MarkerKind
 from problems.tasks.elbow import Elbow, check_elbow
 from problems.tasks.passing import passing_times
-from problems.tasks.paths.path import Path, check_count
+from problems.tasks.paths.path import PLANAR, Path, check_count
 from problems.tasks.place import Position
 from problems.tasks.point_to_point import end_conditions
 from problems.tasks.task import Task
@@ -82,6 +82,8 @@ class PathFollowing(Task):
 
     def __post_init__(self) -> None:
         check_choice("knot_redundancy", self.knot_redundancy, get_args(KnotRedundancy))
+        if self.robot.dim != PLANAR:
+            raise InvalidProblem("motion", 'a path in space is traced, with motion = "spline"')
         if self.robot.redundancy < 1:
             links = self.robot.redundancy + 2
             raise InvalidProblem("link_lengths", f"following a path takes at least 3 links, not {links}")
@@ -142,12 +144,31 @@ def check_path(
     obstacles: Sequence[Obstacle],
     total_time: tuple[float, float] | None,
 ) -> None:
-    """The statement of a path is one that the robot can do.
+    """The statement of a path is one that a robot with branches of an elbow can do.
 
     Raises:
         InvalidProblem: naming the first field that is not.
     """
     check_choice("elbow", elbow, get_args(Elbow))
+    check_elbow(robot, elbow)
+    check_traced(robot, path, accuracy, obstacles, total_time)
+
+
+def check_traced(
+    robot: Robot,
+    path: Path,
+    accuracy: float,
+    obstacles: Sequence[Obstacle],
+    total_time: tuple[float, float] | None,
+) -> None:
+    """The statement of a path is one that the robot can do.
+
+    Raises:
+        InvalidProblem: naming the first field that is not.
+    """
+    if path.array.shape[1] != robot.dim:
+        reason = f"{path.array.shape[1]} coordinates; the robot is in {robot.dim} dimensions"
+        raise InvalidProblem("points", f"points[0] has {reason}")
     if not accuracy > 0.0:
         raise InvalidProblem("accuracy", f"{shown(accuracy)} m is not positive")
     least = MIN_ACCURACY * robot.reach()[1]
@@ -155,7 +176,7 @@ def check_path(
     check_count("points", len(path.points))
     if total_time is not None:
         check_range("total_time", total_time)
-    check_elbow(robot, elbow)
     check_obstacles(robot, obstacles)
+    in_the_way = obstacles if robot.dim == PLANAR else ()  # the tip of a tool in space may touch what it works on
     for index, point in enumerate(path.points):
-        check_point(robot, obstacles, "points", point, name=f"points[{index}] = ")
+        check_point(robot, in_the_way, "points", point, name=f"points[{index}] = ")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -25,8 +26,43 @@ TIMES_PER_POINT = 40  # among which the time is chosen at which a point is passe
 LEAST_TIMES = 2001
 
 
+class ToolTracing(Task):
+    """The common part of tracing in the plane and in space. A subclass is a frozen dataclass.
+
+    Attributes:
+        robot: that moves.
+        path: the points P*.
+        accuracy: the largest distance from the path, m.
+        obstacles: to keep clear of.
+        total_time: bounds of T in s; None where nothing is promised.
+    """
+
+    robot: Robot
+    path: Path
+    accuracy: float
+    obstacles: tuple[Obstacle, ...]
+    total_time: tuple[float, float] | None
+
+    @property
+    def duration_bounds(self) -> DurationBounds | None:
+        """The bounds of T, where they are stated."""
+        return None if self.total_time is None else DurationBounds("total time", "T", *self.total_time)
+
+    @abstractmethod
+    def point_times(self, trajectory: Trajectory) -> FloatArray:
+        """When the points of the path are passed, increasing, (n,), s."""
+
+    def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
+        """Start and goal; that the tool stays near the path has a proof of its own."""
+        return end_conditions(self.robot, trajectory, self.path.points[0], self.path.points[-1])
+
+    def markers(self) -> tuple[Marker, ...]:
+        """The given points."""
+        return (Marker(label="given points", points=self.path.array, kind=MarkerKind.POINTS),)
+
+
 @dataclass(frozen=True)
-class PathTracing(Task):
+class PathTracing(ToolTracing):
     """Lead the tool along a path, from rest to rest, as fast as the limits allow.
 
     The points are passed in their order, each within ``accuracy``, whenever it suits; between two of them the tool
@@ -58,25 +94,12 @@ class PathTracing(Task):
     def __post_init__(self) -> None:
         check_path(self.robot, self.path, self.accuracy, self.elbow, self.obstacles, self.total_time)
 
-    @property
-    def duration_bounds(self) -> DurationBounds | None:
-        """The bounds of T, where they are stated."""
-        return None if self.total_time is None else DurationBounds("total time", "T", *self.total_time)
-
     def point_times(self, trajectory: Trajectory) -> FloatArray:
         """When the points of the path are passed, increasing, (n,), s.
 
         Of all choices in order among many times that with the smallest sum of squared distances.
         """
         return times_at(self.robot, trajectory, self.path.array)
-
-    def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        """Start and goal; that the tool stays near the path has a proof of its own."""
-        return end_conditions(self.robot, trajectory, self.path.points[0], self.path.points[-1])
-
-    def markers(self) -> tuple[Marker, ...]:
-        """The given points."""
-        return (Marker(label="given points", points=self.path.array, kind=MarkerKind.POINTS),)
 
 
 def times_at(robot: Robot, trajectory: Trajectory, points: FloatArray) -> FloatArray:

@@ -28,12 +28,13 @@ SMOOTHING_SAMPLES = 33
 MARGINS = (1e-3, 4e-3, 1.6e-2, 6.4e-2)  # at the samples, for what lies between them, where nothing can be slowed
 
 
-def smooth_timing(prepared: PreparedPath, limits: JointLimits) -> Trajectory:
+def smooth_timing(prepared: PreparedPath, limits: JointLimits, refined: bool = True) -> Trajectory:
     """The fastest motion found.
 
     Args:
         prepared: a path without kinks.
         limits: with a jerk.
+        refined: whether to go on from the first motion that keeps the limits.
 
     Raises:
         InvalidProblem: no motion was found that keeps the limits with the velocities of its ends.
@@ -46,7 +47,10 @@ def smooth_timing(prepared: PreparedPath, limits: JointLimits) -> Trajectory:
         prepared.path, limits, ends, graded_knots(passed, count // COARSER, IN_PIECE / COARSER, MOST // COARSER)
     )
     starts = [coarse.candidate(*start) for start in _smoothed(profile, limits, ends, coarse.knots)]
-    best = coarse.improved(min(starts, key=lambda candidate: candidate.merit))
+    best = min(starts, key=lambda candidate: candidate.merit)
+    if best.keeps_limits and not refined:
+        return best.law.trajectory(prepared.path, best.duration)
+    best = coarse.improved(best)
     passed = np.concatenate([[0.0], best.law.reaching(breakpoints[1:-1]), [1.0]])
     fine = replace(coarse, knots=graded_knots(passed, count, IN_PIECE, MOST))
     best = _refined(best, fine)

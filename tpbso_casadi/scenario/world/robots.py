@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from math import radians
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field
 
 from problems import InvalidProblem, PlanarArm, Robot
 from tpbso_casadi.plugins import PluginError
 from tpbso_casadi.scenario.catalogues import ROBOT_CATALOGUE
+from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import (
     ANGULAR,
     LARGEST,
@@ -35,6 +36,10 @@ class ArmSection(Section):
 
     Limits are one number or one per joint, ``link_radius`` one or one per link; ``base`` is x, y and maybe an angle.
     """
+
+    prefix: ClassVar[str] = "arm."
+    avoids_itself: ClassVar[bool] = False
+    usual_descents: ClassVar[int] = 1
 
     link_lengths: list[Positive] = Field(min_length=2, max_length=MOST_LINKS)
     max_speed: Annotated[Positive | list[Positive], ANGULAR]
@@ -81,7 +86,17 @@ class ArmSection(Section):
 
 
 class RobotSection(Section):
-    """[robot]: a robot by the name of its kind, and the values of its fields."""
+    """[robot]: a robot by the name of its kind, and the values of its fields.
+
+    Attributes:
+        prefix: of the fields of the robot, in messages.
+        avoids_itself: whether self-collision is looked after unless the scenario says otherwise.
+        usual_descents: candidates that IPOPT refines where a scenario names no solver.
+    """
+
+    prefix: ClassVar[str] = "robot.settings."
+    avoids_itself: ClassVar[bool] = False
+    usual_descents: ClassVar[int] = 1
 
     model: Word
     settings: dict[str, Any] = Field(default_factory=dict)
@@ -94,6 +109,15 @@ class RobotSection(Section):
             return self
         settings = {key: in_radians(value, angular=key in angular) for key, value in self.settings.items()}
         return self.model_copy(update={"settings": settings})
+
+    @property
+    def plugins(self) -> list[str]:
+        """The name of its kind, which may be a plug-in's."""
+        return [self.model]
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same; it names no files."""
+        return self
 
     def build(self) -> Robot:
         """The robot itself.

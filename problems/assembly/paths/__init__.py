@@ -1,0 +1,1 @@
+"""Problems of leading a tool along a path at free times."""

@@ -1,0 +1,157 @@
+"""Search vectors of tracing a path in space: a posture to begin with, and how joints wander off while the tool stays.
+
+At each knot the posture before is changed by what the decided offsets of a few joints change from knot to knot, and
+then led back onto the path by damped Newton steps: the part of the change that would move the tool is undone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.encodings.encoding import Variable
+from problems.encodings.path_timing import step_limits
+from problems.encodings.traced_knots import TracedKnots, longest_timing
+from problems.limits.clearance import StepLimit
+from problems.limits.limit import Limit
+from problems.motions.traced_spline import TracedSpline
+from problems.objectives.objective import MotionBounds
+from problems.robots.spatial.projection import LONGEST_STEP, project
+from problems.tasks.paths.space_tracing import SpaceTracing
+
+MOST_OFFSET = np.pi / 2.0  # rad or m, by which a joint wanders off
+STRIDES = 4  # in which the first posture wanders off
+STEPS = 4  # of Newton's method at each knot, and after each stride
+FINAL_STEPS = 4  # further ones in the finished motion
+
+
+@dataclass(frozen=True)
+class SpaceKnots(TracedKnots):
+    """On the path by construction, wherever Newton's method finds it; the accuracy at the samples tells.
+
+    Args:
+        task: whose path.
+        motion: that is decoded; its nodes are the knots.
+        targets: of the tool at the knots: x, y, z in m, and its rotation matrix row by row where that is given.
+        starts: postures with the tool at the first knot, of which one is chosen, rad.
+        joints: which joints wander off.
+        offset_values: how many offsets are decided for each of them.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("starts",)
+
+    task: SpaceTracing
+    motion: TracedSpline
+    targets: tuple[tuple[float, ...], ...]
+    starts: tuple[tuple[float, ...], ...]
+    joints: tuple[int, ...]
+    offset_values: int = 5
+    moving_ends: tuple[bool, bool] = field(init=False, default=(False, False))
+    step_limits: tuple[StepLimit, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "step_limits", step_limits(self.task))
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """Offsets of each joint that wanders off, [branch]; one that changes nothing where nothing is to choose."""
+        listed = [
+            Variable(f"offset_{joint + 1}[{i}]", -MOST_OFFSET, MOST_OFFSET, "rad" if turning else "m")
+            for joint, turning in ((joint, self.task.robot.chain.joints[joint].turns) for joint in self.joints)
+            for i in range(1, self.offset_values + 1)
+        ]
+        if len(self.starts) > 1:
+            listed.append(Variable("branch", 0.0, float(len(self.starts)), "1"))
+        return tuple(listed) or (Variable("unused", 0.0, 1.0, "1"),)
+
+    @cached_property
+    def knot_rows(self) -> FloatArray:
+        """By how much the shares of the decided offsets grow, and the target; (lead + M, offset_values + w)."""
+        decided = np.linspace(0.0, 1.0, self.offset_values)
+        shares = CubicSpline(decided, np.eye(self.offset_values))(np.array(self.motion.nodes))
+        first = np.repeat(shares[:1] / STRIDES, STRIDES, axis=0)
+        grown = np.concatenate([first, np.diff(shares, axis=0)])
+        targets = np.array(self.targets)
+        return np.column_stack([grown, np.concatenate([targets[:1].repeat(self.lead, axis=0), targets])])
+
+    @property
+    def lead(self) -> int:
+        """All strides in which the first posture wanders off, but the last."""
+        return STRIDES - 1
+
+    def offsets(self, x: Matrix, share: Matrix) -> Matrix:
+        """What shares (1, offset_values) make of the decided offsets: of all joints, (1, dof)."""
+        count = len(self.joints) * self.offset_values
+        values = ca.mtimes(share, ca.reshape(x[:count], self.offset_values, len(self.joints)))
+        found: list[Matrix] = [ca.DM(0.0)] * self.task.robot.dof
+        for place, joint in enumerate(self.joints):
+            found[joint] = values[place]
+        return ca.horzcat(*found)
+
+    def posture_before(self, x: Matrix) -> Matrix:
+        """The start whose number the branch says, (1, dof)."""
+        branch, rows = x[-1], [ca.horzcat(*start) for start in self.starts]
+        found: Matrix = rows[0]
+        for number, posture in enumerate(rows[1:], start=1):
+            found = ca.if_else(branch >= float(number), posture, found)
+        return found
+
+    def posture_at(self, x: Matrix, row: Matrix, before: Matrix) -> Matrix:
+        """The posture before, wandered off and led back onto the path."""
+        share, target = row[: self.offset_values].T, row[self.offset_values :]
+        return self._led_back(before + self.offsets(x, share), target, STEPS)
+
+    def _led_back(self, theta: Matrix, target: Matrix, steps: int) -> Matrix:
+        rotation = None if target.shape[0] == 3 else ca.reshape(target[3:], 3, 3).T
+        return project(self.task.robot, theta, target[:3], rotation, steps)
+
+    @cached_property
+    def _knot(self) -> ca.Function:
+        """One knot, as a function: quick to call many times, with symbols too."""
+        x, before = ca.SX.sym("x", len(self.variables)), ca.SX.sym("before", 1, self.task.robot.dof)
+        row = ca.SX.sym("row", self.knot_rows.shape[1])
+        return ca.Function("knot", [x, row, before], [self.posture_at(x, row, before)])
+
+    @cached_property
+    def _final(self) -> ca.Function:
+        """Further Newton steps at a knot."""
+        theta = ca.SX.sym("theta", 1, self.task.robot.dof)
+        target = ca.SX.sym("target", len(self.targets[0]))
+        return ca.Function("final", [theta, target], [self._led_back(theta, target, FINAL_STEPS)])
+
+    def postures(self, x: Matrix) -> Matrix:
+        """Joint angles (M, dof) at the knots, rad."""
+        return self._followed(x, self.posture_before(x))
+
+    def followed(self, start: FloatArray) -> FloatArray:
+        """Joint angles (M, dof) at the knots from a start (dof,) on, with no joint wandering off."""
+        return as_array(self._followed(ca.DM.zeros(len(self.variables)), ca.DM(start).T))
+
+    def _followed(self, x: Matrix, theta: Matrix) -> Matrix:
+        final = []
+        for row in self.knot_rows:
+            theta = self._knot(x, ca.DM(row), theta)
+            final.append(self._final(theta, ca.DM(row[self.offset_values :])))
+        return ca.vertcat(*final[self.lead :])
+
+    @property
+    def most_change(self) -> float:
+        """Bound of how much a joint changes from knot to knot, rad or m: by its offset, and by all Newton steps."""
+        grown = float(np.abs(self.knot_rows[:, : self.offset_values]).sum(axis=1).max())
+        return MOST_OFFSET * grown + LONGEST_STEP * (STEPS + 2 * FINAL_STEPS)
+
+    def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
+        """Bounds of the motions of the search box."""
+        duration = longest_timing(self.motion, self.most_change)
+        return MotionBounds(
+            duration=self.longest(duration, limits),
+            rotation=self.task.robot.dof * self.most_change * (len(self.targets) - 1) * 4.0,
+            radius=self.task.robot.reach()[1],
+        )

@@ -1,0 +1,176 @@
+"""How near things are along a path, and how that changes with the joints: distances and gradients of many pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.limits.proximity import Pair, Proximity
+from problems.robots.robot import Robot
+
+COARSE = 8  # grid points from one at which all pairs are computed to the next
+
+
+@dataclass(frozen=True)
+class NearPairs:
+    """Pairs at samples.
+
+    Attributes:
+        samples: indices, (m,).
+        pairs: numbers, (m,).
+        clearances: (m,), m.
+    """
+
+    samples: NDArray[np.intp]
+    pairs: NDArray[np.intp]
+    clearances: FloatArray
+
+    def thinned(self, every: int) -> NearPairs:
+        """Those at every so many samples, and wherever a pair is nearest for a while."""
+        order = np.lexsort((self.samples, self.pairs))
+        samples, pairs, values = self.samples[order], self.pairs[order], self.clearances[order]
+        next_to_it = (np.diff(pairs) == 0) & (np.diff(samples) == 1)
+        falls = np.append(True, ~next_to_it | (np.diff(values) <= 0.0))[: values.size]
+        rises = np.append(~next_to_it | (np.diff(values) >= 0.0), True)[: values.size]
+        chosen = (samples % every == 0) | (falls & rises)
+        return NearPairs(samples[chosen], pairs[chosen], values[chosen])
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Pairs that are computed alike: their numbers, the frames of their ends (pairs, ends), the distance."""
+
+    numbers: NDArray[np.intp]
+    frames: NDArray[np.intp]
+    distance: ca.Function
+    gradient: ca.Function
+
+
+@dataclass(frozen=True)
+class Nearness:
+    """The clearances of a robot.
+
+    Args:
+        robot: that moves.
+        limits: on what it keeps clear of.
+    """
+
+    robot: Robot
+    limits: tuple[Proximity, ...]
+
+    @cached_property
+    def pairs(self) -> list[Pair]:
+        """Those that can touch."""
+        return [pair for limit in self.limits for pair in limit.pairs if pair.can_touch(self.robot)]
+
+    @cached_property
+    def _thickness(self) -> FloatArray:
+        return np.array([float(pair.thickness) for pair in self.pairs])
+
+    @cached_property
+    def _groups(self) -> list[_Group]:
+        members: dict[Hashable, list[int]] = {}
+        for number, pair in enumerate(self.pairs):
+            members.setdefault(pair.group, []).append(number)
+        return [self._group(np.array(numbers)) for numbers in members.values()]
+
+    def _group(self, numbers: NDArray[np.intp]) -> _Group:
+        every_frame = list(range(len(self._frames)))
+        frames = np.array([self.pairs[number].ends(every_frame) for number in numbers])
+        ends = ca.SX.sym("ends", self.robot.dim, frames.shape[1])
+        distance = self.pairs[numbers[0]].between(*(end.T for end in ca.horzsplit(ends)))
+        stacked = ca.vec(ends)
+        gradient = ca.gradient(distance, stacked)
+        return _Group(
+            numbers,
+            frames,
+            ca.Function("distance", [stacked], [ca.densify(distance)], {"cse": True}),
+            ca.Function("gradient", [stacked], [ca.densify(gradient)], {"cse": True}),
+        )
+
+    @cached_property
+    def _frames(self) -> list[Matrix]:
+        return [point.T for point in self.robot.positions(self._theta.T)]
+
+    @cached_property
+    def _theta(self) -> ca.SX:
+        return ca.SX.sym("theta", self.robot.dof)
+
+    @cached_property
+    def _positions(self) -> ca.Function:
+        return ca.Function("positions", [self._theta], [ca.densify(ca.vertcat(*self._frames))], {"cse": True})
+
+    @cached_property
+    def _jacobian(self) -> ca.Function:
+        jacobian = ca.jacobian(ca.vertcat(*self._frames), self._theta)
+        return ca.Function("jacobian", [self._theta], [ca.densify(ca.vec(jacobian.T))], {"cse": True})
+
+    def positions(self, theta: FloatArray) -> FloatArray:
+        """Of all frames in postures (n, k): (n, frames, dim), m."""
+        values = as_array(self._positions(theta.T)).T
+        return values.reshape(len(theta), len(self._frames), self.robot.dim)
+
+    def near(self, theta: FloatArray, cutoff: float) -> NearPairs:
+        """All pairs nearer than a cutoff, m, at samples (n, k) of a path.
+
+        Nothing comes nearer from one sample to another than its ends move; what is far at every ``COARSE``-th sample is
+        not computed in between.
+        """
+        if not self.pairs:
+            none = np.empty(0, dtype=np.intp)
+            return NearPairs(none, none, np.empty(0))
+        positions, count = self.positions(theta), len(theta)
+        nearest = np.minimum((np.arange(count) + COARSE // 2) // COARSE * COARSE, (count - 1) // COARSE * COARSE)
+        moved = np.linalg.norm(positions - positions[nearest], axis=2)
+        found: list[tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]] = []
+        for group in self._groups:
+            coarse = self._distances(group, positions[::COARSE])
+            low = coarse[nearest // COARSE] - moved[:, group.frames].sum(axis=2)
+            samples, columns = np.nonzero(low < cutoff)
+            distances = self._at(group.distance, positions, group.frames, samples, columns)[:, 0]
+            distances = distances - self._thickness[group.numbers[columns]]
+            kept = distances < cutoff
+            found.append((samples[kept], group.numbers[columns[kept]], distances[kept]))
+        return NearPairs(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+
+    def _distances(self, group: _Group, positions: FloatArray) -> FloatArray:
+        rows, columns = np.divmod(np.arange(len(positions) * len(group.numbers)), len(group.numbers))
+        values = self._at(group.distance, positions, group.frames, rows, columns).reshape(len(positions), -1)
+        return values - self._thickness[group.numbers]
+
+    @staticmethod
+    def _at(
+        function: ca.Function,
+        positions: FloatArray,
+        frames: NDArray[np.intp],
+        samples: NDArray[np.intp],
+        columns: NDArray[np.intp],
+    ) -> FloatArray:
+        if not samples.size:
+            return np.empty((0, function.size1_out(0)))
+        ends = positions[samples[:, None], frames[columns]].reshape(samples.size, -1)
+        return as_array(function(ends.T)).T
+
+    def gradients(self, theta: FloatArray, near: NearPairs) -> FloatArray:
+        """How clearances change with the joints, (m, k), m/rad."""
+        used, places = np.unique(near.samples, return_inverse=True)
+        k, dim = self.robot.dof, self.robot.dim
+        jacobians = as_array(self._jacobian(theta[used].T)).T.reshape(used.size, len(self._frames), dim, k)
+        positions = self.positions(theta[used])
+        gradients = np.empty((near.samples.size, k))
+        for group in self._groups:
+            column = np.full(len(self.pairs), -1)
+            column[group.numbers] = np.arange(group.numbers.size)
+            rows = np.flatnonzero(column[near.pairs] >= 0)
+            columns = column[near.pairs[rows]]
+            normals = self._at(group.gradient, positions, group.frames, places[rows], columns)
+            ends = jacobians[places[rows][:, None], group.frames[columns]]
+            normals = normals.reshape(*ends.shape[:-1])
+            gradients[rows] = np.einsum("med,medk->mk", normals, ends)
+        return gradients

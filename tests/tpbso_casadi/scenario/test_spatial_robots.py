@@ -1,0 +1,126 @@
+"""The [robot] table of a robot in space: files beside the scenario, what is overridden, what is wrong with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from problems.robots.spatial.spatial_arm import SpatialArm
+from tpbso_casadi import ScenarioError, parse_scenario
+from tpbso_casadi.scenario.input_files import InputFolder
+
+URDF = """<robot name="short">
+<link name="foot"/><link name="upper"/><link name="lower"/><link name="hand"/>
+<joint name="turn" type="revolute"><parent link="foot"/><child link="upper"/><origin xyz="0 0 0.3"/>
+ <axis xyz="0 0 1"/><limit lower="-2" upper="2" velocity="1.5" effort="10"/></joint>
+<joint name="lift" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0 0 0.1"/>
+ <axis xyz="0 1 0"/><limit lower="-1" upper="1" velocity="2.5" effort="10"/></joint>
+<joint name="grip" type="fixed"><parent link="lower"/><child link="hand"/><origin xyz="0.5 0 0"/></joint>
+</robot>
+"""
+SPHERES = """[[spheres]]
+link = "hand"
+center = [0.0, 0.0, 0.0]
+radius = 0.05
+[[spheres]]
+link = "foot"
+center = [0.0, 0.0, 0.1]
+radius = 0.1
+"""
+TASK = {"kind": "point-to-point", "start": {"joints": [0.0, 0.0]}, "goal": {"joints": [1.0, 0.5]}}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> InputFolder:
+    """Of a scenario, with the files that it names."""
+    (tmp_path / "short.urdf").write_text(URDF)
+    (tmp_path / "balls.toml").write_text(SPHERES)
+    return InputFolder(tmp_path)
+
+
+def table(**changes: Any) -> dict[str, Any]:
+    stated = {"urdf": "short.urdf", "spheres": "balls.toml", "max_acceleration": 5.0} | changes
+    return {key: value for key, value in stated.items() if value is not ...}
+
+
+def built(folder: InputFolder | None, unit: str = "rad", **changes: Any) -> SpatialArm:
+    scenario = parse_scenario({"unit": unit, "robot": table(**changes), "task": TASK}, folder)
+    robot = scenario.problem().robot
+    assert isinstance(robot, SpatialArm)
+    return robot
+
+
+def test_files_beside_the_scenario_are_read(folder: InputFolder) -> None:
+    robot = built(folder)
+    assert robot.joint_names == ("turn", "lift")
+    assert robot.max_speed == (1.5, 2.5)
+    assert robot.max_acceleration == (5.0, 5.0)
+    assert [sphere.name for sphere in robot.spheres] == ["hand", "foot"]
+    assert robot.skeleton(np.zeros((1, 2)))[0, -1] == pytest.approx([0.5, 0.0, 0.4])
+
+
+def test_what_was_read_is_complete_without_files(folder: InputFolder) -> None:
+    scenario = parse_scenario({"robot": table(), "task": TASK}, folder)
+    again = parse_scenario(scenario.model_dump(mode="json"))
+    assert again == scenario
+    assert again.problem().robot == scenario.problem().robot
+
+
+def test_base_and_tool_are_poses(folder: InputFolder) -> None:
+    half = np.sqrt(0.5)
+    base = {"position": [1.0, 0.0, 0.0], "quaternion": [0.0, 0.0, half, half]}
+    robot = built(folder, base=base, tool={"position": [0.1, 0.0, 0.0]})
+    assert robot.skeleton(np.zeros((1, 2)))[0, -1] == pytest.approx([1.0, 0.6, 0.4])
+
+
+def test_degrees_are_those_of_the_table_not_of_the_urdf(folder: InputFolder) -> None:
+    robot = built(folder, "deg", max_speed=[90.0, 45.0], joint_limits=[[-90.0, 90.0], [-45.0, 45.0]])
+    assert robot.max_speed == pytest.approx((np.pi / 2.0, np.pi / 4.0))
+    assert robot.position_limits is not None
+    assert np.array(robot.position_limits) == pytest.approx(np.array([[-1.0, 1.0], [-0.5, 0.5]]) * np.pi / 2.0)
+    assert built(folder, "deg", max_acceleration=180.0).max_speed == (1.5, 2.5)
+
+
+def test_self_collision_is_looked_after_unless_the_scenario_says_otherwise(folder: InputFolder) -> None:
+    assert built(folder).self_collision
+    off = {"robot": table(), "task": TASK, "model": {"self_collision": False}}
+    assert not parse_scenario(off, folder).problem().robot.self_collision
+
+
+CASES: list[tuple[dict[str, Any], str]] = [
+    ({"urdf": ...}, "robot.model: one of model and urdf is needed"),
+    ({"model": "panda"}, "robot.model: one of model and urdf is needed, not both"),
+    ({"urdf": "none.urdf"}, "robot.urdf: "),
+    ({"urdf": "balls.toml"}, "robot.urdf: "),
+    ({"urdf": 3}, "robot.urdf: a word is needed, not 3"),
+    ({"spheres": "short.urdf"}, "robot.spheres: "),
+    ({"tip_link": "elbow"}, "robot.tip_link: "),
+    ({"base_link": "elbow"}, "robot.base_link: "),
+    ({"max_acceleration": ...}, "robot.max_acceleration: missing: none is known for joint 'turn'"),
+    ({"max_speed": [1.0]}, "robot.max_speed: 1 values for 2 joints"),
+    ({"max_speed": -1.0}, "robot.max_speed: input should be greater than 0, not -1.0"),
+    ({"joint_limits": [[0.0, 1.0]]}, "robot.joint_limits: 1 ranges for 2 joints"),
+    ({"joint_limits": [[1.0, 0.0], [0.0, 1.0]]}, "robot.joint_limits: "),
+    ({"base": {"quaternion": [0.0, 0.0, 0.0, 0.5]}}, "robot.quaternion: [0.0, 0.0, 0.0, 0.5] is not of length 1"),
+    ({"base": [0.0, 0.0, 0.0]}, "robot.base: a table is needed"),
+    ({"tool": {"positon": [0.0, 0.0, 0.0]}}, "robot.tool.positon: unknown key"),
+    ({"disabled_pairs": [["foot", "head"]]}, "robot.disabled_pairs: no spheres on link 'head'"),
+    ({"settings": {}}, "robot.settings: unknown key"),
+    ({"urdf": "../short.urdf"}, "robot.urdf: "),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), CASES, ids=[message[:40] for _, message in CASES])
+def test_what_is_wrong_is_named(changes: dict[str, Any], message: str, folder: InputFolder) -> None:
+    with pytest.raises(ScenarioError) as error:
+        built(folder, **changes)
+    assert str(error.value).startswith(message)
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_that_is_named_has_to_be_read() -> None:
+    with pytest.raises(ScenarioError, match=r"robot.urdf: 'short.urdf' has not been read; only a scenario file can"):
+        built(None)

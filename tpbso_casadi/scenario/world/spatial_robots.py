@@ -1,0 +1,166 @@
+"""The [robot] table of a robot in space: built in, or from a URDF."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Annotated, ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from problems.base.errors import InvalidProblem
+from problems.robots.spatial.collision.self_pairs import self_collision_pairs
+from problems.robots.spatial.collision.spheres_file import read_spheres
+from problems.robots.spatial.description import RobotDescription
+from problems.robots.spatial.models import built_in
+from problems.robots.spatial.rotations import matrix_of
+from problems.robots.spatial.spatial_arm import SpatialArm
+from problems.robots.spatial.transform import Transform
+from problems.robots.spatial.urdf.reader import read_urdf
+from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.section import (
+    ANGULAR,
+    MOST_LINKS,
+    Interval,
+    Positive,
+    Quaternion,
+    ScenarioError,
+    Section,
+    SpacePoint,
+    Word,
+)
+
+LARGEST_TEXT = 2_000_000  # characters of a file that a result holds
+FILES = ("urdf", "spheres")  # keys that name files; their texts are in keys of the same names with TEXT
+TEXT = "_text"
+MOST_JOINTS = 20  # of a robot in space
+KEYS = {"position_limits": "joint_limits", "self_collision": "disabled_pairs"}  # by the fields of the robot
+FileName = Annotated[str, Field(min_length=1, max_length=1000)]
+FileText = Annotated[str, Field(max_length=LARGEST_TEXT)]
+LinkPairs = Annotated[list[tuple[Word, Word]], Field(max_length=10_000)]
+PerJoint = Positive | Annotated[list[Positive], Field(max_length=MOST_LINKS)]
+
+
+class PoseTable(Section):
+    """Where something stands, and how it is turned: m, and a quaternion (x, y, z, w)."""
+
+    position: SpacePoint = (0.0, 0.0, 0.0)
+    quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+    def build(self) -> Transform:
+        """The pose itself.
+
+        Raises:
+            InvalidProblem: the quaternion is none.
+        """
+        return Transform(matrix_of(self.quaternion), self.position)
+
+
+class SpatialRobotSection(Section):
+    """[robot] in space: a built-in model or a URDF, and what is to be different; m, rad, s.
+
+    ``urdf`` and ``spheres`` name files beside the scenario. Once they are read, their texts stand beside the names, so
+    that a result is complete without them.
+    """
+
+    prefix: ClassVar[str] = "robot."
+    avoids_itself: ClassVar[bool] = True
+    usual_descents: ClassVar[int] = 0
+
+    model: Word | None = None
+    urdf: FileName | None = None
+    urdf_text: FileText | None = None
+    base_link: Word | None = None
+    tip_link: Word | None = None
+    spheres: FileName | None = None
+    spheres_text: FileText | None = None
+    disabled_pairs: LinkPairs | None = None
+    kept_pairs: LinkPairs | None = None
+    max_speed: Annotated[PerJoint | None, ANGULAR] = None
+    max_acceleration: Annotated[PerJoint | None, ANGULAR] = None
+    max_jerk: Annotated[PerJoint | None, ANGULAR] = None
+    joint_limits: Annotated[list[Interval] | None, ANGULAR] = None
+    base: PoseTable = PoseTable()
+    tool: PoseTable = PoseTable()
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        described = self.urdf is not None or self.urdf_text is not None
+        if described == (self.model is not None):
+            raise ValueError("model: one of model and urdf is needed, not both")
+        return self
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same with the texts of the files that it names.
+
+        Raises:
+            ScenarioError: a file cannot be read.
+        """
+        texts: dict[str, str] = {}
+        for key in FILES:
+            name = getattr(self, key)
+            if name is not None and getattr(self, key + TEXT) is None:
+                texts[key + TEXT] = self._read(folder, key, name)
+        return self.model_copy(update=texts)
+
+    def _read(self, folder: InputFolder, key: str, name: str) -> str:
+        try:
+            text = folder.read_text(name)
+        except ScenarioError as error:
+            raise ScenarioError(f"robot.{key}: {error}") from error
+        if len(text) > LARGEST_TEXT:
+            raise ScenarioError(f"robot.{key}: {folder.path / name}: longer than {LARGEST_TEXT} characters")
+        return text
+
+    @property
+    def plugins(self) -> list[str]:
+        """None: it names no class."""
+        return []
+
+    def build(self) -> SpatialArm:
+        """The robot itself.
+
+        Raises:
+            InvalidProblem: it cannot be; with a key of this table.
+        """
+        with self._named():
+            description = self.description()
+            if len(description.chain.joints) > MOST_JOINTS:
+                raise InvalidProblem(
+                    "urdf", f"{len(description.chain.joints)} joints; at most {MOST_JOINTS} are planned"
+                )
+            spheres = description.spheres
+            if self.spheres_text is not None:
+                spheres = read_spheres(self.spheres_text, description.links)
+            arm = description.arm(
+                max_speed=self.max_speed,
+                max_acceleration=self.max_acceleration,
+                max_jerk=self.max_jerk,
+                position_limits=self.joint_limits,
+                spheres=spheres,
+                base=self.base.build(),
+                tool=self.tool.build(),
+            )
+            disabled = (*description.disabled, *(self.disabled_pairs or ()))
+            return replace(arm, kept_pairs=self_collision_pairs(arm, disabled, self.kept_pairs or ()))
+
+    def description(self) -> RobotDescription:
+        """What the model or the URDF says.
+
+        Raises:
+            InvalidProblem: it is none.
+        """
+        if self.model is not None:
+            return built_in(self.model, self.base_link, self.tip_link)
+        if self.urdf_text is None:
+            raise InvalidProblem("urdf", f"{self.urdf!r} has not been read; only a scenario file can name one")
+        return read_urdf(self.urdf_text, self.base_link, self.tip_link)
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Errors name keys of this table."""
+        try:
+            yield
+        except InvalidProblem as error:
+            raise InvalidProblem(KEYS.get(error.field, error.field), error.reason) from error
