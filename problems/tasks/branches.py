@@ -19,8 +19,7 @@ MOST_BRANCHES = 16
 
 
 def branched(task: Move) -> tuple[Move, ...]:
-    """The moves to a single posture's branch each, the quickest in free space first; the task itself where there is
-    nothing to tell apart.
+    """The moves to a single posture's branch each, the quickest in free space first; where nothing is open, the task.
 
     A start that is a pose has one branch, the one nearest the middle of the joints' ranges; a via the one that is
     nearest in time to the stop before.

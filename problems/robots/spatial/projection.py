@@ -2,7 +2,8 @@
 
 A step is Levenberg's, ``J^T (J J^T + lambda I)^-1 e``, with lambda = 0.05 |e|^2 + 1e-9: the shortest change of the
 joints where the error e is small, so that what the tool leaves free stays as it was, and a cautious one far away. It is
-never longer than 0.6 rad in any joint, and ends within the joint limits.
+never longer than 0.6 rad in any joint, and ends within the joint limits: a joint that would leave them stays, and the
+others do its part.
 
 Orientations are compared by the Rodrigues vector 2 tan(a / 2) of the turn by an angle a that is missing. It has no zero
 but a = 0, while the cross products of the axes, 2 sin(a), vanish for a tool upside down as well.
@@ -27,7 +28,9 @@ UPSIDE_DOWN = 1e-3  # least 1 + cos(a) that errors are divided by
 Columns: TypeAlias = list[list[Operand]]
 
 
-def project(robot: SpatialArm, theta: Matrix, position: Matrix, rotation: Matrix | None, steps: int) -> Matrix:
+def project(
+    robot: SpatialArm, theta: Matrix, position: Matrix, rotation: Matrix | None, steps: int, kept: float = 0.0
+) -> Matrix:
     """The posture near ``theta`` with the tool at a position, and turned as told if a rotation is given.
 
     Args:
@@ -37,11 +40,19 @@ def project(robot: SpatialArm, theta: Matrix, position: Matrix, rotation: Matrix
         rotation: of the tool, (3, 3); None where it does not matter.
         steps: of Newton's method; 5 reach 1e-9 m and rad from 0.1 m and 0.2 rad away, unless a limit or a singular
             posture is in the way: whoever needs to know looks where the tool is.
+        kept: share of each joint's range that stays free at both ends.
     """
-    low, high = _joint_limits(robot)
+    low, high = _joint_limits(robot, kept)
     for _ in range(steps):
         pose, jacobian = tool_jacobian(robot, theta, turning=rotation is not None)
-        step = _damped_step(jacobian, pose_error(pose, position, rotation))
+        error = pose_error(pose, position, rotation)
+        step = _damped_step(jacobian, error)
+        if low is not None and high is not None:
+            leaves = ca.logic_or(ca.logic_and(theta >= high, step > 0.0), ca.logic_and(theta <= low, step < 0.0))
+            free = ca.horzsplit(1.0 - leaves)
+            step = _damped_step(
+                [[part * f for part in column] for column, f in zip(jacobian, free, strict=True)], error
+            )
         step = step * (LONGEST_STEP / ca.fmax(LONGEST_STEP, largest(ca.fabs(step))))
         theta = theta + step
         if low is not None and high is not None:
@@ -84,12 +95,12 @@ def _turn_missing(current: Rotation, wanted: Matrix) -> list[Operand]:
     return [part * factor for part in sine]
 
 
-def _joint_limits(robot: SpatialArm) -> tuple[Matrix | None, Matrix | None]:
+def _joint_limits(robot: SpatialArm, kept: float) -> tuple[Matrix | None, Matrix | None]:
     limits = robot.limits.position
     if limits is None:
         return None, None
-    low, high = zip(*limits, strict=True)
-    return ca.horzcat(*low), ca.horzcat(*high)
+    low, high = (ca.horzcat(*ends) for ends in zip(*limits, strict=True))
+    return low + kept * (high - low), high - kept * (high - low)
 
 
 def _damped_step(jacobian: Columns, error: Sequence[Operand]) -> Matrix:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from problems.base.errors import InvalidProblem
 from problems.base.ranges import COORDINATES, shown
 from problems.robots.spatial.chain import Point3
-from problems.robots.spatial.pose import from_angles
+from problems.robots.spatial.rotations import from_angles
 from problems.robots.spatial.transform import Transform
 
 MOST_CHARACTERS = 10_000_000
