@@ -15,7 +15,7 @@ URDF = """<robot name="small">
 <joint name="turn" type="revolute"><parent link="foot"/><child link="upper"/><origin xyz="0 0 0.5"/>
  <axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="2" effort="10"/></joint>
 <joint name="lift" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="1 0 0" rpy="1.5707963267948966 0 0"/>
- <axis xyz="0 0 1"/><limit lower="-2" upper="2" velocity="3" effort="10"/></joint>
+ <axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="3" effort="10"/></joint>
 <joint name="roll" type="revolute"><parent link="lower"/><child link="wrist"/><origin xyz="1 0 0"/>
  <axis xyz="1 0 0"/><limit lower="-2" upper="2" velocity="3" effort="10"/></joint>
 <joint name="grip" type="fixed"><parent link="wrist"/><child link="hand"/><origin xyz="0.5 0 0"/></joint>
@@ -26,7 +26,7 @@ URDF = """<robot name="small">
 SPHERES = """[[spheres]]
 link = "foot"
 center = [0.0, 0.0, 0.1]
-radius = 0.1
+radius = 0.4
 [[spheres]]
 link = "hand"
 center = [0.0, 0.0, 0.0]

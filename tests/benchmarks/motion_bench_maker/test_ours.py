@@ -27,7 +27,7 @@ def test_a_scenario_is_the_problem(setting: Setting, folder: Path) -> None:
     robot = stated.robot
     assert robot.limits.speed == (2.0, 3.0, 3.0)
     assert (robot.limits.acceleration, robot.limits.jerk) == ((5.0,) * 3, (50.0,) * 3)
-    assert robot.limits.position == ((-3.0, 3.0), (-2.0, 2.0), (-2.0, 2.0))
+    assert robot.limits.position == ((-3.0, 3.0), (-3.0, 3.0), (-2.0, 2.0))
     box, cylinder = stated.task.obstacles
     assert isinstance(box, Box)
     assert (tuple(box.center), tuple(box.size)) == ((0.0, 0.0, 3.0), (1.0, 1.0, 1.0))

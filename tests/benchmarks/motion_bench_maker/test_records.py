@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -50,28 +51,15 @@ def test_a_line_that_is_no_record_is_named(tmp_path: Path, line: str) -> None:
         Records(path)
 
 
-def hang() -> None:
-    while True:
-        pass
-
-
-def die() -> None:
-    os._exit(3)
-
-
-def fail() -> None:
-    raise ValueError("no\nsuch thing")
-
-
 def test_a_call_is_survived_whatever_it_does() -> None:
     assert within(60.0, divmod, 7, 3) == (2, 1)
-    for call, limit, reason in (
-        (fail, 60.0, "ValueError: no such thing"),
-        (die, 60.0, "its process died"),
-        (hang, 0.1, "ended after 0.1 s"),
+    for limit, reason, call, argument in (
+        (60.0, "ValueError: invalid literal for int() with base 10: 'a b'", int, "a b"),
+        (60.0, "its process died", os._exit, 3),
+        (0.1, "ended after 0.1 s", time.sleep, 1000),
     ):
         with pytest.raises(NoResult) as error:
-            within(limit, call)
+            within(limit, call, argument)
         assert str(error.value) == reason
 
 
@@ -87,7 +75,7 @@ def test_only_what_is_missing_is_done(setting: Setting, folder: Path) -> None:
     (problem,) = read_problems(folder / "small.jsonl")
     runs = [Run("planner", seed, setting, problem, 1.5, answered) for seed in (1, 2)]
     records, new = Records(folder / "records.jsonl"), []
-    run_all(runs[:1], records, 1)
+    records.add(runs[0].call("planner", setting, problem, 1, 1.5))
     run_all(runs, records, 2, new.append)
     assert [one.seed for one in new] == [2]
     assert (records.every[0].duration, records.every[0].error) == (1.5, "")
