@@ -15,10 +15,12 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 
 from problems import Problem
+from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import Box, Budget, Solver, minimize
 from solvers.driver.interruption import Interruption
 from tpbso_casadi.planning.finishing import is_better
+from tpbso_casadi.planning.motion import motion_of
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.scenario.scenario import SolverSection
 
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 FINALISTS = 3  # the race's own pick alone is unreliable
 CLOSE = 1.15  # times the best cost of the race: what is above is not planned
+DEEP = 0.02  # m or rad/s^n: a polish mends less, what breaks a limit by more is a way through an obstacle
 RACE_SHARE = 0.3  # of the evaluations and iterations of a finalist's search, for each branch
 WORTH = 0.8  # of what a branch's own posture takes in free space: about what a free one near it may gain
 RACE_TIME = 0.4  # of a time limit, for all branches together
@@ -39,10 +42,12 @@ class Entry:
     Attributes:
         problem: that keeps to it.
         cost: the best that was found.
+        x: the candidate, (d,).
     """
 
     problem: Problem[Any]
     cost: float
+    x: FloatArray
 
 
 def best_of_branches(
@@ -87,8 +92,13 @@ def best_of_branches(
 
 
 def _finalists(entries: Sequence[Entry]) -> list[Entry]:
-    best, *others = sorted(entries, key=lambda each: each.cost)[:FINALISTS]
-    return [best, *(each for each in others if each.cost <= CLOSE * best.cost)]
+    """The best of the race, those last that slip through something between their samples."""
+    clear: list[Entry] = []
+    slipping: list[Entry] = []
+    for entry in sorted(entries, key=lambda each: each.cost):
+        if len(clear) < FINALISTS and not (clear and entry.cost > CLOSE * clear[0].cost):
+            (slipping if motion_of(entry.problem, entry.x).worst_violation > DEEP else clear).append(entry)
+    return (clear or slipping)[:FINALISTS]
 
 
 def _in_time(branch: Problem[Any]) -> float:
@@ -110,7 +120,7 @@ def _raced(
 ) -> Entry:
     evaluate = interruption.breakable(partial(branch.evaluator, evaluation))
     found = minimize(evaluate, Box(*branch.bounds), solver, budget, seed, progress.status)
-    return Entry(branch, found.cost)
+    return Entry(branch, found.cost, found.x)
 
 
 def _short(whole: Budget, branches: int) -> Budget:
