@@ -65,10 +65,10 @@ class MotionProblem:
     goal: tuple[float, ...]
     obstacles: tuple[Obstacle, ...]
 
-    @property
-    def kind(self) -> str:
-        """The class of scenes that it belongs to, as ``cage``."""
-        return self.name.rpartition("-")[0].rpartition("_")[0]
+
+def kind_of(name: str) -> str:
+    """The class of scenes that a problem belongs to by its name, as ``cage`` of ``cage_panda-0001``."""
+    return name.rpartition("-")[0].rpartition("_")[0]
 
 
 def read_problems(path: Path) -> list[MotionProblem]:
@@ -94,8 +94,9 @@ def chosen(problems: list[MotionProblem], first: int | None, names: str | None) 
     counts: dict[str, int] = {}
     kept = []
     for problem in problems:
-        counts[problem.kind] = counts.get(problem.kind, 0) + 1
-        if (first is None or counts[problem.kind] <= first) and (names or "") in problem.name:
+        kind = kind_of(problem.name)
+        counts[kind] = counts.get(kind, 0) + 1
+        if (first is None or counts[kind] <= first) and (names or "") in problem.name:
             kept.append(problem)
     return kept
 

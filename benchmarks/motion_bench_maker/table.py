@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from benchmarks.motion_bench_maker.problem_file import kind_of
 from benchmarks.motion_bench_maker.records import Record
 
 HEADER = (
@@ -32,6 +33,15 @@ def rows(records: Sequence[Record]) -> list[list[str]]:
         if len(seeds) > 1:
             result.append(row(f"{planner}, best of {len(seeds)} seeds", list(best(own))))
     return result
+
+
+def by_kind(records: Sequence[Record]) -> list[list[str]]:
+    """The same rows, and one for each planner and class of scenes."""
+    kinds = dict.fromkeys((record.planner, kind_of(record.problem)) for record in records)
+    return rows(records) + [
+        row(f"{planner}: {kind}", [one for one in records if (one.planner, kind_of(one.problem)) == (planner, kind)])
+        for planner, kind in kinds
+    ]
 
 
 def best(records: Iterable[Record]) -> Iterable[Record]:

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -46,17 +46,21 @@ class Problem(Criteria, ABC, Generic[P]):
     """A planning problem: cost, constraints, nonlinear program and verification from one set of formulas.
 
     Attributes:
+        has_program: whether there is a nonlinear program of it.
         motion: the family of motions in which an answer is sought.
         encoding: what a search vector means, and what it costs.
     """
+
+    has_program: ClassVar[bool] = True
 
     motion: Motion[P]
     encoding: Encoding[P]
 
     @property
     def branches(self) -> Sequence[Problem[P]]:
-        """Where the task leaves several postures to inverse kinematics, the problems that keep near to one of them
-        each, the most promising first; none by default.
+        """Where inverse kinematics has several postures, the problems that keep near to one each, the quickest first.
+
+        None by default.
         """
         return ()
 

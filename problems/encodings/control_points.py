@@ -8,7 +8,7 @@ where an end moves, the control point next to it lies in the direction of the ve
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
@@ -134,11 +134,9 @@ class ControlPoints(PathTiming):
         return any(stop.may_be_missed for stop in stops(self.task))
 
     def _arrival(self, at_stops: Sequence[Matrix]) -> Constraint | None:
-        pairs = zip(stops(self.task), at_stops, strict=True)
-        misses = [
-            (stop.name, missed) for stop, theta in pairs if (missed := stop.missed(self.task.robot, theta)) is not None
-        ]
-        return arrival(*zip(*misses, strict=True)) if misses else None
+        robot, pairs = self.task.robot, zip(stops(self.task), at_stops, strict=True)
+        misses = {stop.name: stop.missed(robot, theta) for stop, theta in pairs if stop.may_be_missed}
+        return arrival(misses) if misses else None
 
     def _through(self, x: Matrix, at_stops: Sequence[Matrix]) -> tuple[Matrix, Rates]:
         """Control points of a spline that passes postures at the stops, and (du/dt)^2 at both ends."""
@@ -202,15 +200,15 @@ class ControlPoints(PathTiming):
         return float((spread(self.task) + max(BEND + OFFSET, moved)) * through_via)
 
 
-def arrival(names: Sequence[str], misses: Sequence[Matrix]) -> Constraint:
-    """Stops are reached, given by how much they are missed, of their tolerances."""
+def arrival(misses: Mapping[str, Matrix]) -> Constraint:
+    """Stops are reached, given by their names how much they are missed, of their tolerances."""
     return Constraint(
         name="stops",
         unit="1",
-        expression=ca.horzcat(*misses),
+        expression=ca.horzcat(*misses.values()),
         lower=None,
         upper=ca.DM.ones(1, len(misses)),
-        columns=tuple(names),
+        columns=tuple(misses),
         scale=ca.DM.ones(1, len(misses)) / ANGLE_TOLERANCE,
         for_all_t=False,
         formula="a posture projected onto a pose has arrived there, to its tolerance",

@@ -68,10 +68,8 @@ class Stop:
         """Whether a posture is found by projection, which may not arrive."""
         return not all(place.always_reached for place in self.places)
 
-    def missed(self, robot: Robot, theta: Matrix) -> Matrix | None:
-        """By how much a posture (1, dof) misses the place that it misses least, of its tolerance; None if it cannot."""
-        if not self.may_be_missed:
-            return None
+    def missed(self, robot: Robot, theta: Matrix) -> Matrix:
+        """By how much a posture (1, dof) misses the place that it misses least, of its tolerance."""
         misses = [largest(ca.fabs(place.miss(robot, theta))) / place.tolerance(robot) for place in self.places]
         return smallest(ca.vertcat(*misses))
 

@@ -107,7 +107,8 @@ def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> 
         clearances = as_array(limit.clearances(samples)).ravel()
         nearest = int(np.argmin(clearances))
         if clearances[nearest] < robot.margin:
-            return f"{limit.pairs[nearest].description}: {limit.name} {clearances[nearest]:.6g} m, not {robot.margin:.6g} m"
+            clearance, pair = clearances[nearest], limit.pairs[nearest].description
+            return f"{pair}: {limit.name} {clearance:.6g} m, not {robot.margin:.6g} m"
     return ""
 
 
@@ -116,4 +117,4 @@ def least_clearances(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatAr
     samples = Samples(robot=robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0))
     limits = proximity_limits(robot, obstacles)
     each = [as_array(limit.clearances(samples)).min(axis=1) for limit in limits]
-    return np.min([np.full(len(theta), np.inf), *each], axis=0)
+    return np.asarray(np.min([np.full(len(theta), np.inf), *each], axis=0))

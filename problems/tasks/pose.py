@@ -12,17 +12,21 @@ import numpy as np
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.base.ranges import COORDINATES, check_within
+from problems.limits.limit import SAMPLING_MARGIN
 from problems.robots.robot import Robot
 from problems.robots.spatial.inverse_kinematics import postures
+from problems.robots.spatial.projection import project
 from problems.robots.spatial.spatial_arm import SpatialArm
 from problems.scene.obstacle import Obstacle
 from problems.tasks.checks import check_length_one, least_clearances, too_near
 from problems.tasks.place import ANGLE_TOLERANCE, Choice, Place
-from problems.tasks.pose_projection import PoseError, projected, rotation_rows
+from problems.tasks.pose_error import rotation_rows, turn_between
 
 OFFSET = 0.8  # rad or m: how far from a branch's posture a joint is put before it is projected onto the pose
 STARTS = 400  # of inverse kinematics
 SEED = 16  # of its starts: a pose has the same branches in every plan
+STEPS = 10  # of the projection, with which all but a few candidates arrive
+KEPT = 2.0 * SAMPLING_MARGIN  # of a joint's range, at both ends: what a search keeps at its samples, and more
 APART = 0.5  # rad or m: two branches differ by more than that in some joint
 
 
@@ -61,7 +65,7 @@ class Pose(Place):
         if self.quaternion is not None:
             check_length_one(field, self.quaternion, name)
         distance, farthest = float(np.linalg.norm(np.subtract(self.point, arm.base))), arm.reach()[1]
-        if not distance <= farthest:
+        if not distance <= (1.0 + ANGLE_TOLERANCE) * farthest:
             reason = f"{self.point} is {distance:.6g} m from the base, out of reach: {farthest:.6g} m at the most"
             raise InvalidProblem(field, f"{name}{reason}")
         if self.branch and len(self.branch) != arm.dof:
@@ -105,19 +109,27 @@ class Pose(Place):
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
         """Where the joints are put, projected onto the pose; and its miss, of the tolerance."""
-        theta = projected(_in_space(robot), self._error, ca.horzcat(*self.branch) + OFFSET * chosen.T)
+        theta = self._onto(robot, ca.horzcat(*self.branch) + OFFSET * chosen.T)
         return theta, ca.norm_inf(self.miss(robot, theta)) / self.tolerance(robot)
 
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
         """Where damped Newton steps from a posture lead."""
-        return as_array(projected(_in_space(robot), self._error, ca.DM(theta).T)).ravel()
+        return as_array(self._onto(robot, ca.DM(theta).T)).ravel()
+
+    def _onto(self, robot: Robot, theta: Matrix) -> Matrix:
+        rotation = None if self.quaternion is None else ca.reshape(rotation_rows(self.quaternion), 3, 3).T
+        return project(_in_space(robot), theta, ca.vertcat(*self.point), rotation, STEPS, KEPT)
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
         """From the point to the tool, m, and its turn about the axes outside, rad where it is small; (n, 3 or 6).
 
-        The turn is zero for the stated one alone; between a quarter and half a turn it goes on growing.
+        The turn is zero for the stated one alone.
         """
-        return self._error(*_in_space(robot).tool_pose(theta))
+        position, rotation = _in_space(robot).tool_pose(theta)
+        away = position - ca.repmat(ca.horzcat(*self.point), theta.shape[0], 1)
+        if self.quaternion is None:
+            return away
+        return ca.horzcat(away, turn_between(rotation_rows(self.quaternion), rotation))
 
     def tolerance(self, robot: Robot) -> float:
         """Rounding of a position, m, and of an angle, rad."""
@@ -126,10 +138,6 @@ class Pose(Place):
     def position(self, robot: Robot) -> FloatArray:
         """The point."""
         return np.array(self.point)
-
-    @property
-    def _error(self) -> PoseError:
-        return PoseError(self.point, self.quaternion)
 
 
 def _in_space(robot: Robot, field: str = "goal", name: str = "") -> SpatialArm:

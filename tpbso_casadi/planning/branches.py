@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 FINALISTS = 3  # the race's own pick alone is unreliable
 RACE_SHARE = 0.3  # of the evaluations and iterations of a finalist's search, for each branch
+WORTH = 0.8  # of what a branch's own posture takes in free space: about what a free one near it may gain
 RACE_TIME = 0.4  # of a time limit, for all branches together
 
 
@@ -70,7 +71,7 @@ def best_of_branches(
     for branch in problem.branches:
         if interruption.requested and entries:
             break
-        if _in_time(branch) < min((entry.cost for entry in entries), default=inf):
+        if WORTH * _in_time(branch) < min((entry.cost for entry in entries), default=inf):
             entries.append(_raced(branch, solver, budget, settings.seed, evaluation, progress, interruption))
     left = _left(settings)
     best: Plan | None = None
@@ -85,9 +86,7 @@ def best_of_branches(
 
 
 def _in_time(branch: Problem[Any]) -> float:
-    """What the objective of a branch is in the time that its own posture takes in free space; no more where more time
-    may be better.
-    """
+    """What the objective is in the time that the branch's own posture takes in free space; none where time may help."""
     objective = branch.objective
     if not (objective.timed and objective.sooner_is_better):
         return -inf

@@ -22,6 +22,7 @@ from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.refinement import Polish, Refinement, polish
 from tpbso_casadi.planning.within import best_within
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection
+from tpbso_casadi.scenario.section import ScenarioError
 
 SILENT = Progress()
 
@@ -95,7 +96,15 @@ def untimed(
     progress: Progress,
     interruption: Interruption,
 ) -> Plan:
-    """A plan as search and polish find it."""
+    """A plan as search and polish find it.
+
+    Raises:
+        ScenarioError: a nonlinear program is asked for where there is none.
+    """
+    if not problem.has_program:
+        for key, asked in (("name", solver.solves_program), ("within", scenario.solver.within is not None)):
+            if asked:
+                raise ScenarioError(f"solver.{key}: this task has no nonlinear program to descend")
     if solver.solves_program:
         return descended(scenario, problem, solver, progress, interruption)
     if scenario.solver.within is None:
@@ -144,7 +153,7 @@ def searched(
 ) -> Plan:
     """A plan by a metaheuristic, polished if the scenario says so."""
     settings, box = scenario.solver, Box(*problem.bounds)
-    archive = Archive(box) if settings.polish_starts else None
+    archive = Archive(box) if settings.polish_starts and problem.has_program else None
     evaluate = interruption.breakable(partial(problem.evaluator, evaluation))
     progress.phase("searching")
     search = minimize(evaluate, box, solver, settings.budget(), settings.seed, progress.status, archive)

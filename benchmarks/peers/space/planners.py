@@ -7,11 +7,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from benchmarks.motion_bench_maker.planner_collision import PlannerCollision
 from benchmarks.motion_bench_maker.problem_file import MotionProblem
 from benchmarks.motion_bench_maker.records import Record
 from benchmarks.motion_bench_maker.setting import Setting
 from problems import Trajectory
+
+PADDING = 0.002  # m that paths leave around obstacles, so that splines along them have room
 
 
 @dataclass(frozen=True)
@@ -36,9 +40,11 @@ def by_ompl(setting: Setting, problem: MotionProblem, seed: int, seconds: float)
     from benchmarks.peers.space.ompl_paths import find_paths  # noqa: PLC0415 (an extra)
     from benchmarks.peers.space.timed_paths import fastest  # noqa: PLC0415
 
-    collision = PlannerCollision(setting.checker(problem))
+    checker = setting.checker(problem)
+    ends = float(checker.clearance(np.array([problem.start, problem.goal])).min())
+    collision, padded = PlannerCollision(checker), PlannerCollision(checker, max(0.0, min(PADDING, ends / 2.0)))
     began = time.process_time()
-    paths = find_paths(problem, collision, setting.limits, seed, seconds)
+    paths = find_paths(problem, padded, setting.limits, seed, seconds)
     timed = None if paths is None else fastest(paths.paths, collision, setting.limits)
     spent = time.process_time() - began
     if timed is None:

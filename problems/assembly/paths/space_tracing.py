@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -31,6 +32,7 @@ from problems.robots.spatial.spatial_arm import SpatialArm
 from problems.tasks.paths.path_knots import PathKnots, knots_of
 from problems.tasks.paths.space_tracing import SpaceTracing
 
+NO_PROGRAM = "a path in space has no nonlinear program; metaheuristics plan it"
 POSITIONS = 6  # numbers of a line: start and end
 
 
@@ -86,6 +88,8 @@ def _tuples(rows: FloatArray) -> tuple[tuple[float, ...], ...]:
 class SpaceTracingProblem(TracedProblem):
     """Lead the tool of an arm in space along a path, from rest to rest."""
 
+    has_program: ClassVar[bool] = False
+
     task: SpaceTracing
     encoding: SpaceKnots
 
@@ -118,7 +122,7 @@ class SpaceTracingProblem(TracedProblem):
         Raises:
             InvalidProblem: always.
         """
-        raise InvalidProblem("polish", "paths in space have no nonlinear program; a metaheuristic plans them")
+        raise InvalidProblem("solver", NO_PROGRAM)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """Path parameters of the knots, and the joint angles there, of one candidate (d,)."""
