@@ -131,6 +131,10 @@ class RobotDescription:
             self_collision=self_collision,
         )
 
+    def with_disabled(self, pairs: LinkPairs) -> RobotDescription:
+        """The same with more links that may touch."""
+        return replace(self, disabled=(*self.disabled, *pairs))
+
     def self_pairs(
         self, arm: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = ()
     ) -> tuple[tuple[int, int], ...]:

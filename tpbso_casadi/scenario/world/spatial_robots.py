@@ -16,7 +16,7 @@ from problems.robots.spatial.models import built_in
 from problems.robots.spatial.rotations import matrix_of
 from problems.robots.spatial.spatial_arm import SpatialArm
 from problems.robots.spatial.transform import Transform
-from problems.robots.spatial.urdf.reader import read_urdf
+from problems.robots.spatial.urdf import read_srdf, read_urdf
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import (
     ANGULAR,
@@ -31,7 +31,7 @@ from tpbso_casadi.scenario.section import (
 )
 
 LARGEST_TEXT = 2_000_000  # characters of a file that a result holds
-FILES = ("urdf", "spheres")  # keys that name files; their texts are in keys of the same names with TEXT
+FILES = ("urdf", "spheres", "srdf")  # keys that name files; their texts are in keys of the same names with TEXT
 TEXT = "_text"
 MOST_JOINTS = 20  # of a robot in space
 KEYS = {"position_limits": "joint_limits", "self_collision": "disabled_pairs"}  # by the fields of the robot
@@ -59,8 +59,8 @@ class PoseTable(Section):
 class SpatialRobotSection(Section):
     """[robot] in space: a built-in model or a URDF, and what is to be different; m, rad, s.
 
-    ``urdf`` and ``spheres`` name files beside the scenario. Once they are read, their texts stand beside the names, so
-    that a result is complete without them.
+    ``urdf``, ``spheres`` and ``srdf`` name files beside the scenario. Once they are read, their texts stand beside the
+    names, so that a result is complete without them.
     """
 
     prefix: ClassVar[str] = "robot."
@@ -74,6 +74,8 @@ class SpatialRobotSection(Section):
     tip_link: Word | None = None
     spheres: FileName | None = None
     spheres_text: FileText | None = None
+    srdf: FileName | None = None
+    srdf_text: FileText | None = None
     disabled_pairs: LinkPairs | None = None
     kept_pairs: LinkPairs | None = None
     max_speed: Annotated[PerJoint | None, ANGULAR] = None
@@ -141,6 +143,8 @@ class SpatialRobotSection(Section):
                 base=self.base.build(),
                 tool=self.tool.build(),
             )
+            if self.srdf_text is not None:
+                description = description.with_disabled(read_srdf(self.srdf_text))
             pairs = description.self_pairs(arm, self.disabled_pairs or (), self.kept_pairs or ())
             return replace(arm, kept_pairs=pairs)
 
