@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
 
@@ -12,10 +12,11 @@ import numpy as np
 from problems.assembly.move_steps import MoveSteps, end_rates
 from problems.assembly.point_to_point import objective_named
 from problems.assembly.spline_problem import SplineProblem
+from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, as_array
 from problems.encodings.control_points import ControlPoints
 from problems.encodings.waypoints import nominal, stops
-from problems.evaluation import Program
+from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.limits import limits_of
 from problems.limits.clearance import MAX_STEP_SHARE, StepLimit
 from problems.limits.constraint import Constraint
@@ -25,6 +26,7 @@ from problems.motions.trajectory import Trajectory
 from problems.nlp.move import MoveNlp, usual_pieces
 from problems.objectives import Objective
 from problems.sequential.polish import Polish, can_be_polished
+from problems.tasks.branches import branch_posture, branched, least_time, on_postures
 from problems.tasks.checks import check_at_least
 from problems.tasks.drawing import Milestone
 from problems.tasks.move import Move
@@ -57,28 +59,45 @@ def move(
         limits: kinds of limits that hold besides those of the robot and of the obstacles.
 
     Raises:
-        InvalidProblem: an unknown name, or too few samples or pieces.
+        InvalidProblem: an unknown name, too few samples or pieces, or a pose without a clear posture.
     """
     check_at_least("samples", samples, 2)
     check_at_least("pieces", pieces, LEAST_PIECES)
+    tasks = branched(task)
     segments = len(task.vias) + 1
     each = USUAL_PIECES.get(segments, LEAST_PIECES) if pieces is None else pieces
+    steps, least = max(LEAST_STEPS, round(samples / (segments * each))), max(map(least_samples, tasks))
+    while steps * segments * each < least:
+        steps *= 2  # and not what is just enough: another number is compiled anew
+    kept = limits_of(task.robot, task.obstacles, limits)
+    spline = PathSpline(task.robot, usual_nodes(tasks[0], each), steps, 1.0 if task.at_rest else MOVING_SHARE)
+    several = tasks[0].narrowed(tasks[0].start, tasks[0].vias, tuple(goal for one in tasks for goal in one.goals))
+    problem, *branches = (
+        MoveProblem(
+            task=stated,
+            motion=spline,
+            encoding=ControlPoints(stated, spline, float(segment_durations(stated).sum())),
+            objective=objective_named(objective),
+            limits=kept,
+        )
+        for stated in (several, *(tasks if len(tasks) > 1 else ()))
+    )
+    return replace(problem, branches=_siblings(branches)) if branches else problem
+
+
+def usual_nodes(task: Move, each: int) -> tuple[float, ...]:
+    """Nodes of a spline with so many pieces in each segment, which has as much of it as it usually takes time."""
     durations = segment_durations(task)
     lengths = np.maximum(durations, LEAST_SHARE * durations.max())
-    stops = np.append(0.0, np.cumsum(lengths))
+    stops, segments = np.append(0.0, np.cumsum(lengths)), durations.size
     nodes = np.interp(np.arange(segments * each + 1) / each, np.arange(segments + 1), stops)
-    steps = max(LEAST_STEPS, round(samples / (segments * each)))
-    while steps * segments * each < least_samples(task):
-        steps *= 2  # and not what is just enough: another number is compiled anew
-    share = 1.0 if task.at_rest else MOVING_SHARE
-    motion = PathSpline(task.robot, tuple((nodes / nodes[-1]).tolist()), steps, share)
-    return MoveProblem(
-        task=task,
-        motion=motion,
-        encoding=ControlPoints(task, motion, float(durations.sum())),
-        objective=objective_named(objective),
-        limits=limits_of(task.robot, task.obstacles, limits),
-    )
+    return tuple((nodes / nodes[-1]).tolist())
+
+
+def _siblings(problems: Iterable[MoveProblem]) -> tuple[MoveProblem, ...]:
+    """The same problems; those of one make share the steps of one program."""
+    first: dict[object, MoveProblem] = {}
+    return tuple(replace(each, sibling=first.setdefault(each.make, each)) for each in problems)
 
 
 def least_samples(task: Move) -> int:
@@ -103,11 +122,48 @@ def segment_durations(task: Move) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True)
 class MoveProblem(SplineProblem):
-    """Move from a place to another, by way of others."""
+    """Move from a place to another, by way of others.
+
+    Attributes:
+        branches: where places leave several postures to inverse kinematics, the problems that keep to one of them each;
+            all of one make have the same program, with other numbers.
+        sibling: the problem whose program has the same steps; itself where None.
+    """
 
     task: Move
     motion: PathSpline
     encoding: ControlPoints
+    branches: tuple[MoveProblem, ...] = ()
+    sibling: MoveProblem | None = None
+
+    @property
+    def branch(self) -> dict[str, FloatArray]:
+        """The postures of the stops that have several, where one has been chosen at each."""
+        if self.branches:
+            return {}
+        raced = self.sibling is not None
+        listed = [stop for stop in stops(self.task) if stop.may_be_missed or (raced and stop.name == "goal")]
+        return {stop.name: branch_posture(self.robot, stop.places[0]) for stop in listed}
+
+    def on_branch(self, branch: Mapping[str, FloatArray]) -> MoveProblem:
+        """The same problem on the branches of given postures."""
+        own = (self.branches or (self,))[0]
+        if set(branch) != set(own.branch):
+            raise InvalidProblem("branches", f"postures at {', '.join(own.branch) or 'no stop'} are needed")
+        task = on_postures(self.task, branch)
+        encoding = ControlPoints(task, self.motion, float(segment_durations(task).sum()))
+        found = replace(own, task=task, encoding=encoding, sibling=None)
+        return replace(found, sibling=next((each for each in self.branches if each.make == found.make), None))
+
+    @property
+    def free_space_time(self) -> float:
+        """Of straight lines in joint space, with a stop at each via."""
+        return least_time(self.task)
+
+    @property
+    def make(self) -> Hashable:
+        """What is the same for problems whose programs differ in their numbers alone."""
+        return self.variables
 
     def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
         """The length of steps, with obstacles; that the velocities at the ends, if not zero, can be attained."""
@@ -116,7 +172,14 @@ class MoveProblem(SplineProblem):
 
     def cost_program(self) -> Program:
         """Path, scan backward, scan forward, [slow down,] sample, finish."""
-        return MoveSteps(self).program()
+        steps = MoveSteps(self)
+        return steps.program() if self.sibling is None else self.sibling.program.with_numbers(steps.arguments.values)
+
+    def new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
+        """That of the sibling with other numbers, where there is one."""
+        if self.sibling is None:
+            return super().new_evaluator(options)
+        return self.sibling.evaluator(options).with_numbers(self.program.parameters)
 
     def nlp(self) -> MoveNlp:
         """The same problem for solvers that follow gradients: cubic pieces in time, not a spline."""

@@ -47,8 +47,9 @@ class MoveSteps(CostSteps[TimedPath]):
 
     @property
     def further_penalties(self) -> tuple[str, ...]:
-        """That of velocities at the ends that cannot be attained."""
-        return () if self.encoding.at_rest else ("ends",)
+        """Those of velocities at the ends that cannot be attained, and of stops that may be missed."""
+        ends = () if self.encoding.at_rest else ("ends",)
+        return (*ends, "missed") if self.encoding.may_miss else ends
 
     def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
         """The steps from the candidate to the motion's samples."""
@@ -87,8 +88,10 @@ class MoveSteps(CostSteps[TimedPath]):
 
     def path_steps(self, begin: Mapping[str, ca.SX]) -> list[Step]:
         """The steps that decode a candidate: control points, (du/dt)^2 at both ends, and vectors to begin with."""
-        points, rates = self.encoding.path(self.x)
-        return [Step.of("path", {"x": self.x, "p": self.p}, {**self.path_vectors(points, rates), **begin})]
+        points, rates, arrival = self.encoding.path_and_arrival(self.x)
+        missed = {} if arrival is None else {"missed": self.encoding.penalty(arrival)}
+        outputs = {**self.path_vectors(points, rates), **begin, **missed}
+        return [Step.of("path", {"x": self.x, "p": self.p}, outputs)]
 
     def path_vectors(self, points: Matrix, rates: Rates) -> dict[str, Matrix]:
         """What the scan reads of a path."""

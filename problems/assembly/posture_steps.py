@@ -11,7 +11,7 @@ from problems.evaluation import Loop, Step
 
 
 def posture_steps(encoding: KnotPostures[Any], joints: int, x: ca.SX, p: ca.SX) -> list[Step]:
-    """The steps that write ``theta``, joint angles at all knots, (M k, 1), from the candidate.
+    """The steps that write ``theta``, joint angles of all rows of the knots, ((lead + M) k, 1), from the candidate.
 
     Args:
         encoding: the symbolic twin of the encoding.

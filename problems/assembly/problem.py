@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 import casadi as ca
 import numpy as np
 
 from problems.assembly.criteria import Criteria
+from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix
 from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
@@ -44,12 +46,43 @@ class Problem(Criteria, ABC, Generic[P]):
     """A planning problem: cost, constraints, nonlinear program and verification from one set of formulas.
 
     Attributes:
+        has_program: whether there is a nonlinear program of it.
         motion: the family of motions in which an answer is sought.
         encoding: what a search vector means, and what it costs.
     """
 
+    has_program: ClassVar[bool] = True
+
     motion: Motion[P]
     encoding: Encoding[P]
+
+    @property
+    def branches(self) -> Sequence[Problem[P]]:
+        """Where inverse kinematics has several postures, the problems that keep near to one each, the quickest first.
+
+        None by default.
+        """
+        return ()
+
+    @property
+    def branch(self) -> dict[str, FloatArray]:
+        """The postures (dof,) that this problem keeps near to, by the names of its stops; none by default."""
+        return {}
+
+    def on_branch(self, branch: Mapping[str, FloatArray]) -> Problem[P]:
+        """The problem that keeps near to given postures (dof,), by the names of its stops.
+
+        Raises:
+            InvalidProblem: it has no such stops, or the postures are not there.
+        """
+        if branch:
+            raise InvalidProblem("branches", "this task leaves no posture to inverse kinematics")
+        return self
+
+    @property
+    def free_space_time(self) -> float:
+        """What the motion takes in free space between the postures of its branch, s; 0 where nothing is known."""
+        return 0.0
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -141,8 +174,12 @@ class Problem(Criteria, ABC, Generic[P]):
         """The cost of whole populations: costs (m,) of candidates (m, d). Made once for each set of options."""
         chosen = EvaluationOptions() if options is None else options
         if chosen not in self._evaluators:
-            self._evaluators[chosen] = PopulationFunction(self.program, chosen)
+            self._evaluators[chosen] = self.new_evaluator(chosen)
         return self._evaluators[chosen]
+
+    def new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
+        """One that has not been made yet; for :meth:`evaluator` to call."""
+        return PopulationFunction(self.program, options)
 
     @cached_property
     def _evaluators(self) -> dict[EvaluationOptions, PopulationFunction]:

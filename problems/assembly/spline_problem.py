@@ -11,7 +11,7 @@ import casadi as ca
 from problems.assembly.problem import Problem
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
-from problems.encodings.encoding import Decoded
+from problems.encodings.encoding import CostWeights, Decoded
 from problems.encodings.path_timing import PathTiming
 from problems.limits.constraint import Constraint
 from problems.limits.time_scale import peaks_of
@@ -33,14 +33,19 @@ class SplineProblem(Problem[TimedPath]):
 
     def decoded(self, x: Matrix) -> Decoded[TimedPath]:
         """The motion of a search vector, in the least time of its path on the grid."""
-        shape = self.encoding.decode(x).parameters
-        limits = self.encoding.slowing(self.limits)
-        samples = self.motion.samples(shape)
-        return Decoded(parameters=self.encoding.timed(shape, limits, [peaks_of(limit, samples) for limit in limits]))
+        decoded, limits = self.encoding.decode(x), self.encoding.slowing(self.limits)
+        samples = self.motion.samples(decoded.parameters)
+        peaks = [peaks_of(limit, samples) for limit in limits]
+        return replace(decoded, parameters=self.encoding.timed(decoded.parameters, limits, peaks))
 
     def objective_bound(self) -> float:
         """An upper bound of what the objective counts as: what is above it costs no more."""
         return self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
+
+    @cached_property
+    def weights(self) -> CostWeights:
+        """The weights in the cost, which need no motion: feasibility is graded."""
+        return self.encoding.weights(self.objective_bound(), ())
 
     def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
         """The length of steps, with obstacles."""

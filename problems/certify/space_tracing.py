@@ -28,8 +28,8 @@ from problems.certify.travel import halves
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict
 from problems.motions.bernstein import bernstein
 from problems.motions.trajectory import Trajectory
+from problems.robots.spatial.jacobian import tool_jacobian
 from problems.robots.spatial.orientations import Orientations, angles_between
-from problems.robots.spatial.projection import tool_jacobian
 from problems.robots.spatial.spatial_arm import SpatialArm
 
 Measure = Callable[[FloatArray], tuple[FloatArray, FloatArray]]  # of cells (n, 2): in their middles, and bounds
@@ -63,9 +63,7 @@ class ToolMotion:
     @cached_property
     def _velocity(self) -> ca.Function:
         theta, rate = ca.SX.sym("theta", 1, self.robot.dof), ca.SX.sym("rate", 1, self.robot.dof)
-        _, columns = tool_jacobian(self.robot, theta, turning=True)
-        parts = [sum(rate[j] * column[i] for j, column in enumerate(columns)) for i in range(6)]
-        return ca.Function("velocity", [theta.T, rate.T], [ca.vertcat(*parts)])
+        return ca.Function("velocity", [theta.T, rate.T], [tool_jacobian(self.robot, theta) @ rate.T])
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Positions (n, 3), rotations (n, 3, 3), velocities (n, 3) and angular velocities (n, 3) at times (n,), s."""

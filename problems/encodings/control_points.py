@@ -8,7 +8,7 @@ where an end moves, the control point next to it lies in the direction of the ve
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
@@ -20,13 +20,15 @@ import numpy as np
 from problems.base.matrix import Matrix, split
 from problems.encodings.encoding import Decoded, Variable
 from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming, step_limits
-from problems.encodings.waypoints import postures, spread, variables
+from problems.encodings.waypoints import postures, spread, stops, variables
 from problems.limits.clearance import StepLimit
+from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.motions.path_spline import PathSpline, Rates, TimedPath
 from problems.motions.splines.clamped import DEGREE
 from problems.objectives.objective import MotionBounds
 from problems.tasks.move import Move
+from problems.tasks.place import ANGLE_TOLERANCE
 
 BEND, OFFSET = pi, 0.6  # rad, the largest; what is decided is their square root, so that a short move finds small ones
 PACES = (0.3, 3.0)  # square root of how far the control point next to a moving end is, over its usual distance
@@ -62,10 +64,10 @@ class ControlPoints(PathTiming):
 
     def __post_init__(self) -> None:
         spline, nodes = self.motion.spline, np.array(self.motion.nodes)
-        stops = nodes[:: self.pieces]
+        at_stops = nodes[:: self.pieces]
         segment = np.array([self.segment(i) for i in range(self.count)])
-        shares = np.clip((spline.greville - stops[segment]) / np.diff(stops)[segment], 0.0, 1.0)
-        bases, _ = spline.local_basis(stops[1:-1])
+        shares = np.clip((spline.greville - at_stops[segment]) / np.diff(at_stops)[segment], 0.0, 1.0)
+        bases, _ = spline.local_basis(at_stops[1:-1])
         object.__setattr__(self, "shares", tuple(shares.tolist()))
         object.__setattr__(self, "via_bases", tuple(map(tuple, bases[:, :DEGREE].tolist())))
         object.__setattr__(self, "end_rates", tuple((DEGREE / np.diff(nodes)[[0, -1]]).tolist()))
@@ -114,11 +116,31 @@ class ControlPoints(PathTiming):
 
     def decode(self, x: Matrix) -> Decoded[TimedPath]:
         """The least time along the path."""
-        return Decoded(parameters=self.motion.timed(*self.path(x)))
+        at_stops = postures(self.task, x)
+        return Decoded(parameters=self.motion.timed(*self._through(x, at_stops)), reach=self._arrival(at_stops))
 
     def path(self, x: Matrix) -> tuple[Matrix, Rates]:
         """Control points (N, dof), rad, and (du/dt)^2 at both ends."""
-        k, at_stops, of_stops = self.task.robot.dof, postures(self.task, x), len(variables(self.task))
+        return self._through(x, postures(self.task, x))
+
+    def path_and_arrival(self, x: Matrix) -> tuple[Matrix, Rates, Constraint | None]:
+        """The same, and that the stops are reached; None where that is certain."""
+        at_stops = postures(self.task, x)
+        return *self._through(x, at_stops), self._arrival(at_stops)
+
+    @cached_property
+    def may_miss(self) -> bool:
+        """Whether a stop may not be reached: one whose posture is found by projection."""
+        return any(stop.may_be_missed for stop in stops(self.task))
+
+    def _arrival(self, at_stops: Sequence[Matrix]) -> Constraint | None:
+        robot, pairs = self.task.robot, zip(stops(self.task), at_stops, strict=True)
+        misses = {stop.name: stop.missed(robot, theta) for stop, theta in pairs if stop.may_be_missed}
+        return arrival(misses) if misses else None
+
+    def _through(self, x: Matrix, at_stops: Sequence[Matrix]) -> tuple[Matrix, Rates]:
+        """Control points of a spline that passes postures at the stops, and (du/dt)^2 at both ends."""
+        k, of_stops = self.task.robot.dof, len(variables(self.task))
         sizes = [of_stops, k * self.segments, k * len(self.free), sum(self.moving_ends)]
         _, bends, offsets, paces = split(x, sizes)
         bends, offsets = BEND * bends * ca.fabs(bends), OFFSET * offsets * ca.fabs(offsets)
@@ -176,3 +198,18 @@ class ControlPoints(PathTiming):
         moved = (np.abs(self.task.end_velocities).max(axis=1) * ahead).max()
         through_via = max(((1.0 + left + right) / middle for left, middle, right in self.via_bases), default=1.0)
         return float((spread(self.task) + max(BEND + OFFSET, moved)) * through_via)
+
+
+def arrival(misses: Mapping[str, Matrix]) -> Constraint:
+    """Stops are reached, given by their names how much they are missed, of their tolerances."""
+    return Constraint(
+        name="stops",
+        unit="1",
+        expression=ca.horzcat(*misses.values()),
+        lower=None,
+        upper=ca.DM.ones(1, len(misses)),
+        columns=tuple(misses),
+        scale=ca.DM.ones(1, len(misses)) / ANGLE_TOLERANCE,
+        for_all_t=False,
+        formula="a posture projected onto a pose has arrived there, to its tolerance",
+    )

@@ -19,11 +19,16 @@ class KnotPostures(Encoding[P]):
     @property
     @abstractmethod
     def knot_rows(self) -> FloatArray:
-        """What is known of each knot: how it depends on the search vector, and where the tool is; (M, w)."""
+        """What is known of each knot: how it depends on the search vector, and where the tool is; (lead + M, w)."""
+
+    @property
+    def lead(self) -> int:
+        """How many rows only lead to the posture at the first knot; none by default."""
+        return 0
 
     @abstractmethod
     def posture_before(self, x: Matrix) -> Matrix:
-        """The posture from which that at the first knot is found, (1, dof), rad."""
+        """The posture from which the first one is found, (1, dof), rad."""
 
     @abstractmethod
     def posture_at(self, x: Matrix, row: Matrix, before: Matrix) -> Matrix:

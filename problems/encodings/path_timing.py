@@ -12,6 +12,7 @@ from problems.base.matrix import Matrix
 from problems.encodings.encoding import CostWeights, Encoding
 from problems.encodings.penalty import FeasibilityFirst
 from problems.limits.clearance import StepLimit
+from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.limits.time_scale import UNREACHED_TIME_SCALE, minimum_time_scale, scaling
 from problems.motions.path_spline import PathSpline, Rates, TimedPath
@@ -42,6 +43,15 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
     @abstractmethod
     def path(self, x: Matrix) -> tuple[Matrix, Rates]:
         """Control points (N, dof), rad, and (du/dt)^2 at both ends."""
+
+    @property
+    def may_miss(self) -> bool:
+        """Whether a candidate may not be where it has to be; not by default."""
+        return False
+
+    def path_and_arrival(self, x: Matrix) -> tuple[Matrix, Rates, Constraint | None]:
+        """Those of :meth:`path`, and that the candidate is where it has to be; None where that is certain."""
+        return *self.path(x), None
 
     @abstractmethod
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:

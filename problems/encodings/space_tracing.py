@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from problems.base.matrix import FloatArray, Matrix
+from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.encodings.encoding import Variable
 from problems.encodings.path_timing import step_limits
 from problems.encodings.traced_knots import TracedKnots, longest_timing
@@ -28,9 +28,8 @@ from problems.tasks.paths.space_tracing import SpaceTracing
 
 MOST_OFFSET = np.pi / 2.0  # rad or m, by which a joint wanders off
 STRIDES = 4  # in which the first posture wanders off
-STRIDE_STEPS = 3  # of Newton's method after each
-STEPS = 4  # of Newton's method at each knot
-FINAL_STEPS = 4  # further ones in the finished motion
+STEPS = 4  # of Newton's method at each knot, and after each stride
+LAST_STEPS = 4  # further ones in the finished motion
 
 
 @dataclass(frozen=True)
@@ -74,11 +73,18 @@ class SpaceKnots(TracedKnots):
 
     @cached_property
     def knot_rows(self) -> FloatArray:
-        """By how much the shares of the decided offsets grow at the knot, and the target; (M, offset_values + w)."""
+        """By how much the shares of the decided offsets grow, and the target; (lead + M, offset_values + w)."""
         decided = np.linspace(0.0, 1.0, self.offset_values)
         shares = CubicSpline(decided, np.eye(self.offset_values))(np.array(self.motion.nodes))
-        grown = np.diff(shares, axis=0, prepend=shares[:1])
-        return np.column_stack([grown, np.array(self.targets)])
+        first = np.repeat(shares[:1] / STRIDES, STRIDES, axis=0)
+        grown = np.concatenate([first, np.diff(shares, axis=0)])
+        targets = np.array(self.targets)
+        return np.column_stack([grown, np.concatenate([targets[:1].repeat(self.lead, axis=0), targets])])
+
+    @property
+    def lead(self) -> int:
+        """All strides in which the first posture wanders off, but the last."""
+        return STRIDES - 1
 
     def offsets(self, x: Matrix, share: Matrix) -> Matrix:
         """What shares (1, offset_values) make of the decided offsets: of all joints, (1, dof)."""
@@ -90,17 +96,7 @@ class SpaceKnots(TracedKnots):
         return ca.horzcat(*found)
 
     def posture_before(self, x: Matrix) -> Matrix:
-        """The chosen start, wandered off by the first offsets in strides."""
-        theta = self._chosen_start(x)
-        first = ca.DM(np.eye(1, self.offset_values))
-        stride = self.offsets(x, first) / STRIDES
-        target = self.knot_rows[0, self.offset_values :]
-        for _ in range(STRIDES if self.joints else 0):
-            theta = self._led_back(theta + stride, ca.DM(target), STRIDE_STEPS)
-        return theta
-
-    def _chosen_start(self, x: Matrix) -> Matrix:
-        """The posture whose number the branch says, (1, dof)."""
+        """The start whose number the branch says, (1, dof)."""
         branch, rows = x[-1], [ca.horzcat(*start) for start in self.starts]
         found: Matrix = rows[0]
         for number, posture in enumerate(rows[1:], start=1):
@@ -124,30 +120,38 @@ class SpaceKnots(TracedKnots):
         return ca.Function("knot", [x, row, before], [self.posture_at(x, row, before)])
 
     @cached_property
-    def _final(self) -> ca.Function:
+    def _last(self) -> ca.Function:
         """Further Newton steps at a knot."""
         theta = ca.SX.sym("theta", 1, self.task.robot.dof)
         target = ca.SX.sym("target", len(self.targets[0]))
-        return ca.Function("final", [theta, target], [self._led_back(theta, target, FINAL_STEPS)])
-
-    @cached_property
-    def _before(self) -> ca.Function:
-        x = ca.SX.sym("x", len(self.variables))
-        return ca.Function("before", [x], [self.posture_before(x)])
+        return ca.Function("last", [theta, target], [self._led_back(theta, target, LAST_STEPS)])
 
     def postures(self, x: Matrix) -> Matrix:
         """Joint angles (M, dof) at the knots, rad."""
-        theta, final = self._before(x), []
+        return self._followed(x, self.posture_before(x))
+
+    def followed(self, starts: FloatArray) -> FloatArray:
+        """Joint angles (n, M, dof) at the knots from n starts (n, dof) on, with no joint wandering off."""
+        count, dof = starts.shape
+        x = ca.DM.zeros(len(self.variables), count)
+        theta = as_array(self._followed(x, ca.DM(starts.reshape(1, -1)), count))
+        return theta.reshape(-1, count, dof).transpose(1, 0, 2)
+
+    def _followed(self, x: Matrix, theta: Matrix, count: int = 1) -> Matrix:
+        """From several starts side by side, (1, count dof): postures at the knots, (M, count dof)."""
+        knot, last = self._knot.map(count), self._last.map(count)
+        found = []
         for row in self.knot_rows:
-            theta = self._knot(x, ca.DM(row), theta)
-            final.append(self._final(theta, ca.DM(row[self.offset_values :])))
-        return ca.vertcat(*final)
+            rows = ca.repmat(ca.DM(row), 1, count)
+            theta = knot(x, rows, theta)
+            found.append(last(theta, rows[self.offset_values :, :]))
+        return ca.vertcat(*found[self.lead :])
 
     @property
     def most_change(self) -> float:
         """Bound of how much a joint changes from knot to knot, rad or m: by its offset, and by all Newton steps."""
         grown = float(np.abs(self.knot_rows[:, : self.offset_values]).sum(axis=1).max())
-        return MOST_OFFSET * grown + LONGEST_STEP * (STEPS + 2 * FINAL_STEPS)
+        return MOST_OFFSET * grown + LONGEST_STEP * (STEPS + 2 * LAST_STEPS)
 
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
         """Bounds of the motions of the search box."""

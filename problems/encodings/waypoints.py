@@ -8,11 +8,12 @@ from math import pi
 import casadi as ca
 import numpy as np
 
-from problems.base.matrix import Matrix, Operand, as_array, split
+from problems.base.matrix import Matrix, Operand, as_array, largest, smallest, split
 from problems.encodings.encoding import Variable
+from problems.robots.robot import Robot
 from problems.tasks.elbow import elbow_signs
 from problems.tasks.move import Move
-from problems.tasks.place import Place
+from problems.tasks.place import Choice, Place
 
 FARTHEST_TURN = 3.0 * pi  # rad: half a turn, and a whole one more for the limits of a joint
 
@@ -36,14 +37,16 @@ class Stop:
         """Whether inverse kinematics chooses a posture at any of the places."""
         return any(place.chosen_by_inverse_kinematics for place in self.places)
 
+    def choices(self, robot: Robot) -> tuple[Choice, ...]:
+        """The numbers that are free here; those of all places with any are of one make."""
+        return max((place.choices(robot) for place in self.places), key=len)
+
     def variables(self, task: Move) -> list[Variable]:
-        """Redundancy values and elbow, where a posture is chosen; which place, where there are several."""
-        listed = []
-        if self.chosen:
-            links = range(3, 3 + task.robot.redundancy)
-            listed += [Variable(f"x_phi_{self.name}[{link}]", 0.0, 1.0, "1") for link in links]
-            if task.elbow == "free":
-                listed.append(Variable(f"elbow_{self.name}", -1.0, 1.0, "1"))
+        """What is free at a place, and its elbow, where a posture is chosen; which place, where there are several."""
+        choices = self.choices(task.robot)
+        listed = [Variable(f"{each.name}_{self.name}{each.index}", each.lower, each.upper, "1") for each in choices]
+        if self.chosen and task.elbow == "free":
+            listed.append(Variable(f"elbow_{self.name}", -1.0, 1.0, "1"))
         if len(self.places) > 1:
             listed.append(Variable(f"which_{self.name}", 0.0, float(len(self.places)), "1"))
         return listed
@@ -51,15 +54,24 @@ class Stop:
     def posture(self, task: Move, x: Matrix, near: Matrix | None) -> Matrix:
         """The posture (1, dof), rad, that a search vector chooses."""
         robot, own = task.robot, x[self.first : self.first + len(self.variables(task)), :]
-        redundancy = robot.redundancy if self.chosen else 0
         free = int(self.chosen and task.elbow == "free")
-        normalised, branch, which = split(own, [redundancy, free, int(len(self.places) > 1)])
+        chosen, branch, which = split(own, [len(self.choices(robot)), free, int(len(self.places) > 1)])
         elbow: Operand = elbow_signs(task.elbow, branch, ends=1)[0] if self.chosen else 1.0
-        postures = [place.posture(robot, normalised, elbow, near)[0] for place in self.places]
+        postures = [place.posture(robot, chosen, elbow, near)[0] for place in self.places]
         found = postures[-1]
         for number in range(len(postures) - 2, -1, -1):
             found = ca.if_else(which < number + 1.0, postures[number], found)
         return found
+
+    @property
+    def may_be_missed(self) -> bool:
+        """Whether a posture is found by projection, which may not arrive."""
+        return not all(place.always_reached for place in self.places)
+
+    def missed(self, robot: Robot, theta: Matrix) -> Matrix:
+        """By how much a posture (1, dof) misses the place that it misses least, of its tolerance."""
+        misses = [largest(ca.fabs(place.miss(robot, theta))) / place.tolerance(robot) for place in self.places]
+        return smallest(ca.vertcat(*misses))
 
 
 def stops(task: Move) -> tuple[Stop, ...]:
@@ -106,10 +118,12 @@ def nominal(task: Move) -> list[Matrix]:
 
 def spread(task: Move) -> float:
     """How far a joint can be from its angle in the posture that decides about turns, at any stop, rad."""
-    chosen, given = 0, [np.empty((0, task.robot.dof))]
+    robot, chosen, given = task.robot, 0, [np.empty((0, task.robot.dof))]
     for stop in stops(task):
-        chosen += stop.chosen
+        chosen += stop.chosen or bool(stop.choices(robot))
         kept = [place for place in stop.places if not place.chosen_by_inverse_kinematics]
-        given += [as_array(place.posture(task.robot, ca.DM(0, 1), 1.0, None)[0]) for place in kept]
+        given += [
+            as_array(place.posture(robot, ca.DM.zeros(len(place.choices(robot))), 1.0, None)[0]) for place in kept
+        ]
     between_given = np.ptp(np.concatenate(given), axis=0).max() if len(given) > 1 else 0.0
     return float(between_given) + chosen * FARTHEST_TURN

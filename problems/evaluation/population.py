@@ -110,6 +110,16 @@ class PopulationFunction:
             self._consider_compiling()
         return costs
 
+    def with_numbers(self, parameters: FloatArray) -> PopulationFunction:
+        """The same steps for another scene, (q,): what has been made of them is made once for both.
+
+        Raises:
+            InvalidProgram: the program has not as many numbers.
+        """
+        other = PopulationFunction(self.program.with_numbers(parameters), self.options)
+        other._kernels, other._source = self._kernels, self._source
+        return other
+
     @property
     def backend(self) -> str:
         """The backend in use now: ``vm`` or ``native``."""

@@ -13,7 +13,7 @@ The vectors that steps write have names, and so have their sizes; everything is 
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
 
 import casadi as ca
@@ -80,6 +80,14 @@ class Program:
         if self.steps[-1].written().get(COST) != 1:
             raise InvalidProgram("the last step does not write a scalar called cost")
         return sizes
+
+    def with_numbers(self, parameters: FloatArray) -> Program:
+        """The same steps for another scene.
+
+        Raises:
+            InvalidProgram: it has not as many numbers.
+        """
+        return replace(self, parameters=parameters)
 
     def inlined(self) -> ca.Function:
         """The same as one SX function x -> cost, all rows written out and all numbers in it."""

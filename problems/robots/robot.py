@@ -124,6 +124,11 @@ class Robot(Statement, ABC):
         return tuple(f"joint {joint}" for joint in range(1, self.dof + 1))
 
     @property
+    def joint_units(self) -> tuple[str, ...]:
+        """Of the joints' positions: rad, or m where one slides."""
+        return ("rad",) * self.dof
+
+    @property
     def base_name(self) -> str:
         """What a controller calls the body that stands still."""
         return "base"
@@ -164,6 +169,10 @@ class Robot(Statement, ABC):
     def bodies(self) -> tuple[Body, ...]:
         """The bodies that must not touch anything; by default every segment between consecutive frames."""
         return tuple(Body(f"link {link}", link - 1, link) for link in range(1, self.dof + 1))
+
+    def moved_by(self, body: Body) -> int:
+        """The number of the last joint that moves a body: bodies with the same number are fixed to each other."""
+        return body.end
 
     @abstractmethod
     def reach(self, links: int | None = None) -> tuple[float, float]:

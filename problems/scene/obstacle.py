@@ -84,3 +84,11 @@ class Obstacle(Statement, ABC):
     @abstractmethod
     def bounding_box(self) -> FloatArray:
         """The smallest box around it with sides along the axes: lower and upper corner, (2, dim), m."""
+
+    def surface(self) -> tuple[FloatArray, list[list[int]]]:
+        """Of an obstacle in space, for drawing: vertices (n, 3), m; polygons of their numbers.
+
+        Raises:
+            NotImplementedError: it is in the plane.
+        """
+        raise NotImplementedError

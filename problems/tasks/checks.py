@@ -8,12 +8,13 @@ import casadi as ca
 import numpy as np
 
 from problems.base.errors import InvalidProblem
-from problems.base.matrix import as_array
+from problems.base.matrix import FloatArray, as_array
 from problems.base.ranges import COORDINATES, TIMES, check_within, shown
 from problems.limits import proximity_limits
 from problems.motions.samples import Samples
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
+from problems.scene.solids.solid import UNIT_TOLERANCE
 
 
 def check_choice(field: str, value: str, known: Collection[str]) -> None:
@@ -84,15 +85,36 @@ def _short_of(obstacle: Obstacle, point: tuple[float, ...], kept: float) -> str:
     return f"is {distance:.6g} m from the obstacle at {obstacle.place}; margin and link width take {kept:.6g} m"
 
 
+def check_length_one(field: str, quaternion: tuple[float, ...], name: str = "") -> None:
+    """Four numbers whose squares add up to 1, about."""
+    if len(quaternion) != 4 or not abs(np.linalg.norm(quaternion) - 1.0) <= UNIT_TOLERANCE:
+        raise InvalidProblem(field, f"{name}{quaternion} is no quaternion x, y, z, w of length 1")
+
+
 def check_posture(
     robot: Robot, obstacles: Sequence[Obstacle], field: str, theta: tuple[float, ...], name: str = ""
 ) -> None:
     """A posture keeps its bodies clear of the obstacles and, where it is asked for, of each other."""
-    samples = Samples(robot=robot, derivatives=(ca.DM([theta]),), duration=ca.DM(1.0))
+    reason = too_near(robot, obstacles, np.array(theta))
+    if reason:
+        raise InvalidProblem(field, f"{name}{reason}")
+
+
+def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> str:
+    """Which bodies of a posture (dof,) are too near to what, and how near; empty where none is."""
+    samples = Samples(robot=robot, derivatives=(ca.DM(theta).T,), duration=ca.DM(1.0))
     for limit in proximity_limits(robot, obstacles):
         clearances = as_array(limit.clearances(samples)).ravel()
         nearest = int(np.argmin(clearances))
         if clearances[nearest] < robot.margin:
-            clearance, pair = clearances[nearest], limit.pairs[nearest]
-            reason = f"{pair.description}: {limit.name} {clearance:.6g} m, not {robot.margin:.6g} m"
-            raise InvalidProblem(field, f"{name}{reason}")
+            clearance, pair = clearances[nearest], limit.pairs[nearest].description
+            return f"{pair}: {limit.name} {clearance:.6g} m, not {robot.margin:.6g} m"
+    return ""
+
+
+def least_clearances(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> FloatArray:
+    """How far postures (n, dof) are from touching anything, (n,), m; infinite where there is nothing to touch."""
+    samples = Samples(robot=robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0))
+    limits = proximity_limits(robot, obstacles)
+    each = [as_array(limit.clearances(samples)).min(axis=1) for limit in limits]
+    return np.asarray(np.min([np.full(len(theta), np.inf), *each], axis=0))

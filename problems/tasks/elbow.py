@@ -16,7 +16,9 @@ Elbow: TypeAlias = Literal["up", "down", "free"]
 
 
 def check_elbow(robot: Robot, elbow: Elbow) -> None:
-    """Raise InvalidProblem when the limits of joint 2 exclude the whole half turn of its elbow."""
+    """Raise InvalidProblem when the limits of joint 2 exclude the whole half turn of its elbow, or there is none."""
+    if robot.dim != 2 and elbow != "free":
+        raise InvalidProblem("elbow", f"{elbow!r} does not apply to a robot in space; leave it out")
     if robot.limits.position is not None and elbow != "free":
         low, high = robot.limits.position[1]
         if half_turn(elbow, (low + high) / 2.0, (low, high), robot.stretched) is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from typing import ClassVar, get_args
 
@@ -77,6 +78,13 @@ class Move(Task):
         for joint, (value, most) in enumerate(zip(velocity, self.robot.limits.speed, strict=False), start=1):
             check_within(field, (value,), (-most, most), "rad/s", f"joint {joint}: ")
 
+    def narrowed(self, start: Place, vias: tuple[Place, ...], goals: tuple[Place, ...]) -> Move:
+        """The same move between places that are its own more narrowly stated, and so need no check."""
+        move = copy(self)
+        for name, places in (("start", start), ("vias", vias), ("goals", goals)):
+            object.__setattr__(move, name, places)
+        return move
+
     @property
     def end_velocities(self) -> FloatArray:
         """Joint velocities at both ends, (2, dof), rad/s."""
@@ -97,7 +105,7 @@ class Move(Task):
     def given_postures(self) -> FloatArray:
         """The joints of start and vias, and of the goal where there is one alone."""
         places = [self.start, *self.vias, *(self.goals if len(self.goals) == 1 else ())]
-        given = [place for place in places if not place.chosen_by_inverse_kinematics]
+        given = [place for place in places if not (place.chosen_by_inverse_kinematics or place.choices(self.robot))]
         rows = [as_array(place.posture(self.robot, ca.DM(0, 1), 1.0, None)[0]) for place in given]
         return np.concatenate([np.empty((0, self.robot.dof)), *rows])
 

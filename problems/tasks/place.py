@@ -21,16 +21,38 @@ from problems.tasks.checks import check_point, check_posture
 ANGLE_TOLERANCE = 1e-9  # rad; allows for rounding only
 
 
+@dataclass(frozen=True)
+class Choice:
+    """A number that is free at a place.
+
+    Attributes:
+        name: for a variable, before that of the stop.
+        index: for a variable, behind it.
+        lower: the least that it may be.
+        upper: the most.
+    """
+
+    name: str
+    index: str
+    lower: float
+    upper: float
+
+
 class Place(Statement, ABC):
     """A condition on one posture of a motion. A subclass is a frozen dataclass.
 
     Attributes:
-        unit: of :meth:`miss`.
         chosen_by_inverse_kinematics: whether redundancy values and a branch of the elbow determine the posture.
+        always_reached: whether every choice of a posture is one that is there.
     """
 
-    unit: ClassVar[str]
     chosen_by_inverse_kinematics: ClassVar[bool]
+    always_reached: ClassVar[bool] = True
+
+    @property
+    @abstractmethod
+    def unit(self) -> str:
+        """Of :meth:`miss`."""
 
     @abstractmethod
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
@@ -46,15 +68,40 @@ class Place(Statement, ABC):
             InvalidProblem: it cannot.
         """
 
+    def choices(self, robot: Robot) -> tuple[Choice, ...]:
+        """The numbers, besides a branch of the elbow, that are free here; none by default."""
+        return ()
+
+    def branches(
+        self, robot: Robot, obstacles: Sequence[Obstacle], near: FloatArray | None, field: str
+    ) -> tuple[Place, ...]:
+        """The places to tell apart where inverse kinematics finds several postures; itself by default.
+
+        Args:
+            robot: that moves.
+            obstacles: to keep clear of.
+            near: a posture (dof,) in the turns nearest to which joints are taken, rad; the middle of their limits where
+                None.
+            field: of the task, for messages.
+
+        Raises:
+            InvalidProblem: no posture there is clear.
+        """
+        return (self,)
+
+    def on_branch(self, theta: FloatArray) -> Place:
+        """The place with a posture (dof,) that is there as its branch; itself where it has none."""
+        return self
+
     @abstractmethod
     def posture(
-        self, robot: Robot, normalised: Matrix, elbow: Operand, near: Matrix | None
+        self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
         """A posture there.
 
         Args:
             robot: that moves.
-            normalised: redundancy values in [0, 1], (redundancy, 1); ignored where nothing is to be chosen.
+            chosen: values of :meth:`choices`, (choices, 1).
             elbow: the branch, +1 or -1; likewise.
             near: a posture (1, dof) in the turns nearest to which angles are chosen, joint limits first; None for the
                 first turns.
@@ -90,10 +137,14 @@ class Joints(Place):
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("values",)
-    unit: ClassVar[str] = "rad"
     chosen_by_inverse_kinematics: ClassVar[bool] = False
 
     values: tuple[float, ...]
+
+    @property
+    def unit(self) -> str:
+        """Of angles."""
+        return "rad"
 
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
         """As many angles as joints, within their limits; clear of obstacles, and of itself where that is asked for."""
@@ -106,7 +157,7 @@ class Joints(Place):
         check_posture(robot, obstacles, field, self.values, name)
 
     def posture(
-        self, robot: Robot, normalised: Matrix, elbow: Operand, near: Matrix | None
+        self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
         """The posture itself: turns are as they were given."""
         return ca.horzcat(*self.values), None
@@ -137,21 +188,31 @@ class Position(Place):
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("point",)
-    unit: ClassVar[str] = "m"
     chosen_by_inverse_kinematics: ClassVar[bool] = True
 
     point: tuple[float, ...]
 
+    @property
+    def unit(self) -> str:
+        """Of distances."""
+        return "m"
+
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
-        """Within reach, not too close, in no obstacle."""
+        """Within reach, not too close, in no obstacle; of a robot with inverse kinematics in closed form."""
+        if len(self.point) != robot.dim:
+            raise InvalidProblem(field, f"{name}{self.point} where the robot needs {robot.dim} coordinates")
         check_point(robot, obstacles, field, self.point, name)
 
+    def choices(self, robot: Robot) -> tuple[Choice, ...]:
+        """The redundancy values of the links 3..k, in [0, 1]."""
+        return tuple(Choice("x_phi", f"[{link}]", 0.0, 1.0) for link in range(3, 3 + robot.redundancy))
+
     def posture(
-        self, robot: Robot, normalised: Matrix, elbow: Operand, near: Matrix | None
+        self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
         """The posture that inverse kinematics finds."""
         point = ca.vertcat(*self.point)
-        theta, cosine = robot.inverse(point, robot.restore_redundancy(point, normalised), elbow)
+        theta, cosine = robot.inverse(point, robot.restore_redundancy(point, chosen), elbow)
         return (robot.wrap(theta) if near is None else robot.wrap_near(theta, near)), cosine
 
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.figure import Figure
 
 from tpbso_casadi.animation.frames import Frames
-from tpbso_casadi.figures.scene import capsule, draw_bodies, draw_scene, wide_bodies
+from tpbso_casadi.animation.stage_figures import STAGES
 
 FILM_SECONDS = 4.0  # whatever the motion takes: most last less than a second
 REST_SHARE = 0.2  # of the frames: how long the film rests at its last posture
@@ -59,14 +59,7 @@ def save_film(path: Path, title: str, frames: Frames, ffmpeg: str | None) -> Non
         writer = Encoder(rate, codec="h264", extra_args=["-pix_fmt", "yuv420p"])
     figure = Figure(figsize=(6.0, 6.0), layout="constrained")
     axes = figure.subplots()
-    draw_scene(axes, frames.problem)
-    left, right, bottom, top = frames.extent
-    axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top), xlabel="x [m]", ylabel="y [m]")
-    axes.grid(alpha=0.3)
-    tip_path = axes.plot([], [], color="#1f4fd8", linewidth=2.0)[0]
-    arm = axes.plot([], [], "-o", color="#1b2733", markerfacecolor="white", linewidth=2.2, zorder=5)[0]
-    robot = frames.problem.robot
-    bodies = draw_bodies(axes, robot, frames.joints[0], "#1b2733")
+    show = STAGES[frames.problem.robot.dim](axes, frames)
     caption = axes.set_title(title, parse_math=False)
     with (
         warnings.catch_warnings(),
@@ -77,9 +70,6 @@ def save_film(path: Path, title: str, frames: Frames, ffmpeg: str | None) -> Non
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # laid out once, not in every frame
         for index in [*range(count), *[count - 1] * round(REST_SHARE * count)]:
-            tip_path.set_data(*frames.joints[: index + 1, -1].T)
-            arm.set_data(*frames.joints[index].T)
-            for patch, body in zip(bodies, wide_bodies(robot), strict=True):
-                patch.set_xy(capsule(body, frames.joints[index]))
+            show(index)
             caption.set_text(f"{title}: t = {frames.times[index]:.3f} s")
             writer.grab_frame()

@@ -28,22 +28,27 @@ POLISH_KEYS = {"accepted", "status", "residuals", "multipliers"}
 
 
 def audit_scenario(scenario: Scenario) -> dict[str, Any]:
-    """The symbolic audit: the search model and the nonlinear program, constraint by constraint.
+    """The symbolic audit: the search model and the nonlinear program if there is one, constraint by constraint.
 
     Raises:
         ScenarioError: the task cannot be done.
     """
     began = time.perf_counter()
-    problem, program = scenario.problem(), scenario.problem().nlp()
+    problem = scenario.problem()
     names = [variable.name for variable in problem.variables]
-    start = next(program.starts(np.random.default_rng(0)))
-    rows = program.constraints(SAMPLING_MARGIN)
     return {
         "kind": "scenario",
         "search": _model(problem, problem.constraints, problem.model.x, names, problem.bounds),
-        "program": _model(problem, rows, program.x, program.names, program.bounds_near(start)),
+        "program": _program(problem) if problem.has_program else None,
         "seconds": time.perf_counter() - began,
     }
+
+
+def _program(problem: Problem[Any]) -> dict[str, Any]:
+    program = problem.nlp()
+    start = next(program.starts(np.random.default_rng(0)))
+    rows = program.constraints(SAMPLING_MARGIN)
+    return _model(problem, rows, program.x, program.names, program.bounds_near(start))
 
 
 def _model(
@@ -75,9 +80,10 @@ def audit_run(run: StoredRun) -> dict[str, Any]:
     motion, polish, retiming = run.motion, run.result.polish, run.result.retiming
     verdicts = motion.criteria.verify(motion.trajectory)
     certified = time.perf_counter()
-    kkt = None if run.problem is None else optimality_of(run.problem, run.found)
+    kkt = None if run.problem is None or not run.problem.has_program else optimality_of(run.problem, run.found)
     return {
         "kind": "run",
+        "searched": run.problem is not None,
         "objective": run.result.objective.model_dump(),
         "certificate": {"verdict": str(motion.status), "seconds": certified - began},
         "constraints": [_constraint(verdict, motion.criteria) for verdict in verdicts],

@@ -14,16 +14,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from problems.base.matrix import FloatArray, as_array
+from tpbso_casadi.figures.colours import colour_of
 from tpbso_casadi.figures.limits import limits_figure
 from tpbso_casadi.figures.measures import curve_figures, progress_figures
-from tpbso_casadi.figures.scene import draw_bodies, draw_scene
+from tpbso_casadi.figures.paths import path_figure
 from tpbso_casadi.planning.plan import Plan, convergence, first_feasible, step_name
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.storage.files import write_with
 
 DPI = 150
-JOINT_COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#e377c2", "#17becf")
-SNAPSHOTS = (("initial", "#9aa5b1"), ("middle", "#5b6b7b"), ("final", "#1b2733"))
 
 
 def draw_figures(folder: Path, plan: PlannedMotion) -> list[Path]:
@@ -77,45 +76,21 @@ def convergence_figure(plan: Plan) -> Figure:
     return figure
 
 
-def path_figure(plan: PlannedMotion) -> Figure:
-    """(b) The tip's path, the arm at the start, in the middle and at the end, obstacles and milestones."""
-    figure = Figure(figsize=(6.4, 6.0), layout="constrained")
-    axes = figure.subplots()
-    problem, trajectory = plan.criteria, plan.trajectory
-    draw_scene(axes, problem)
-    tip = plan.motion.joint_positions(plan.times)[:, -1]
-    axes.plot(*tip.T, color="#1f4fd8", linewidth=2, label="planned path", zorder=3)
-    snapshot_times = np.array([0.0, middle_time(plan), trajectory.duration])
-    for (name, colour), posture in zip(SNAPSHOTS, plan.motion.joint_positions(snapshot_times), strict=True):
-        label = f"{name} posture"
-        draw_bodies(axes, problem.robot, posture, colour)
-        axes.plot(*posture.T, "-o", color=colour, markerfacecolor="white", linewidth=1.8, label=label, zorder=4)
-    for milestone in problem.milestones(trajectory):
-        tip = plan.motion.joint_positions(np.array([milestone.time]))[:, -1]
-        axes.plot(*tip.T, "D", color="#ff7f0e", markersize=7, label=milestone.label, zorder=5)
-    axes.set_aspect("equal")
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
-    axes.grid(alpha=0.3)
-    axes.set_title(f"{problem.robot.dof} joints, T = {trajectory.duration:.4g} s")
-    figure.legend(loc="outside lower center", ncols=3, frameon=False)
-    return figure
-
-
 def joints_figure(plan: PlannedMotion) -> Figure:
     """(c) Angle, speed and acceleration of every joint over time, and the jerk where it is limited; with the limits."""
     samples = plan.trajectory.samples(plan.times)
     limits_of_joints = plan.criteria.robot.limits
+    unit = " or ".join(sorted(set(plan.criteria.robot.joint_units), reverse=True))
     ranges = None if limits_of_joints.position is None else np.array(limits_of_joints.position).T
     speed, acceleration = np.array(limits_of_joints.speed), np.array(limits_of_joints.acceleration)
     rows = [
-        ("angle [rad]", samples.theta, ranges),
-        ("speed [rad/s]", samples.speed, np.array([-speed, speed])),
-        ("acceleration [rad/s²]", samples.acceleration, np.array([-acceleration, acceleration])),
+        (f"{'angle' if unit == 'rad' else 'position'} [{unit}]", samples.theta, ranges),
+        (f"speed [{unit}/s]", samples.speed, np.array([-speed, speed])),
+        (f"acceleration [{unit}/s²]", samples.acceleration, np.array([-acceleration, acceleration])),
     ]
     if limits_of_joints.jerk is not None:
         jerk = np.array(limits_of_joints.jerk)
-        rows.append(("jerk [rad/s³]", samples.derivative(3), np.array([-jerk, jerk])))
+        rows.append((f"jerk [{unit}/s³]", samples.derivative(3), np.array([-jerk, jerk])))
     figure = Figure(figsize=(7.2, 0.5 + 2.5 * len(rows)), layout="constrained")
     panels = figure.subplots(len(rows), 1, sharex=True)
     for axes, (label, values, limits) in zip(panels, rows, strict=True):
@@ -142,17 +117,6 @@ def draw_limits(axes: Axes, limits: FloatArray) -> None:
             colour = "0.25" if shared else colour_of(joint)
             axes.axhline(limit, color=colour, linestyle="--", linewidth=1.0)
     axes.plot([], [], color="0.25", linestyle="--", linewidth=1.0, label="limit")
-
-
-def middle_time(plan: PlannedMotion) -> float:
-    """When the arm is shown in the middle, s: at the first milestone of the motion, else at half its duration."""
-    milestones = plan.criteria.milestones(plan.trajectory)
-    return milestones[0].time if milestones else plan.trajectory.duration / 2.0
-
-
-def colour_of(joint: int) -> str:
-    """The colour of a joint (0-based) in every figure."""
-    return JOINT_COLOURS[joint % len(JOINT_COLOURS)]
 
 
 FIGURES = {

@@ -23,11 +23,10 @@ SMALLEST_PANEL = 0.07  # of the height of all panels
 def draw_structure(folder: Path, scenario: Scenario) -> Path:
     """Draw ``structure.png`` into a folder: the search model on the left, the nonlinear program on the right."""
     problem = scenario.problem()
-    program = problem.nlp()
-    models = (
-        ("search model", problem.constraints, problem.model.x),
-        ("nonlinear program", program.constraints(SAMPLING_MARGIN), program.x),
-    )
+    models = [("search model", problem.constraints, problem.model.x)]
+    if problem.has_program:
+        program = problem.nlp()
+        models.append(("nonlinear program", tuple(program.constraints(SAMPLING_MARGIN)), program.x))
     figure = Figure(figsize=(12.0, 7.0), layout="constrained")
     halves = figure.add_gridspec(1, len(models))
     for side, (title, constraints, x) in enumerate(models):

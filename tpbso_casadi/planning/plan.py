@@ -13,6 +13,7 @@ from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import IPOPT, AnySolver, Archive, Box, Result, Solver, minimize
 from solvers.driver.interruption import Interruption, deferred_interrupt
+from tpbso_casadi.planning.branches import best_of_branches
 from tpbso_casadi.planning.finishing import retimed
 from tpbso_casadi.planning.given_path import timed
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, motion_of
@@ -20,7 +21,8 @@ from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.refinement import Polish, Refinement, polish
 from tpbso_casadi.planning.within import best_within
-from tpbso_casadi.scenario.scenario import Scenario
+from tpbso_casadi.scenario.scenario import Scenario, SolverSection
+from tpbso_casadi.scenario.section import ScenarioError
 
 SILENT = Progress()
 
@@ -73,8 +75,17 @@ def plan(
         if not scenario.task.is_searched:
             return timed(scenario, interruption.breakable(scenario.criteria), progress, interruption)
         problem = interruption.breakable(scenario.problem) if problem is None else problem
-        found = untimed(scenario, problem, scenario.solver.build(), evaluation, progress, interruption)
-        return finished(found, progress, interruption) if scenario.model.retime else found
+        solver = scenario.solver.build()
+
+        def planned(branch: Problem[Any], settings: SolverSection) -> Plan:
+            stated = scenario.model_copy(update={"solver": settings})
+            found = untimed(stated, branch, solver, evaluation, progress, interruption)
+            found = finished(found, progress, interruption) if scenario.model.retime else found
+            return replace(found, scenario=scenario)
+
+        if not problem.branches or solver.solves_program:
+            return planned(problem, scenario.solver)
+        return best_of_branches(problem, solver, scenario.solver, evaluation, progress, interruption, planned)
 
 
 def untimed(
@@ -85,7 +96,15 @@ def untimed(
     progress: Progress,
     interruption: Interruption,
 ) -> Plan:
-    """A plan as search and polish find it."""
+    """A plan as search and polish find it.
+
+    Raises:
+        ScenarioError: a nonlinear program is asked for where there is none.
+    """
+    if not problem.has_program:
+        for key, asked in (("name", solver.solves_program), ("within", scenario.solver.within is not None)):
+            if asked:
+                raise ScenarioError(f"solver.{key}: this task has no nonlinear program to descend")
     if solver.solves_program:
         return descended(scenario, problem, solver, progress, interruption)
     if scenario.solver.within is None:
@@ -134,7 +153,7 @@ def searched(
 ) -> Plan:
     """A plan by a metaheuristic, polished if the scenario says so."""
     settings, box = scenario.solver, Box(*problem.bounds)
-    archive = Archive(box) if settings.polish_starts else None
+    archive = Archive(box) if settings.polish_starts and problem.has_program else None
     evaluate = interruption.breakable(partial(problem.evaluator, evaluation))
     progress.phase("searching")
     search = minimize(evaluate, box, solver, settings.budget(), settings.seed, progress.status, archive)

@@ -79,10 +79,16 @@ def _solution(plan: PlannedMotion) -> SolutionResult:
     return SolutionResult(
         variables=_variables(found.problem, found.search.x) if found is not None and has_vector else None,
         quantities={name: values.tolist() for name, values in motion.quantities.items()},
+        branches=None if found is None else _branches(found.problem),
         time_scale=motion.time_scale,
         breakpoints=motion.trajectory.breakpoints.tolist(),
         coefficients=motion.trajectory.coefficients.tolist(),
     )
+
+
+def _branches(problem: Problem[Any]) -> dict[str, list[float]] | None:
+    """The postures that a problem keeps near to, by stop."""
+    return {name: theta.tolist() for name, theta in problem.branch.items()} or None
 
 
 def _variables(problem: Problem[Any], x: FloatArray) -> list[VariableResult]:

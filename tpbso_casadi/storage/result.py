@@ -112,6 +112,7 @@ class SolutionResult(StrictModel):
     Attributes:
         variables: the best search vector, before any polish; None where there was none.
         quantities: by symbol, those of the paper.
+        branches: the postures near which the search kept, by stop, rad; None, and no key, where none was chosen.
         time_scale: the factor by which the search's motion has been slowed.
         breakpoints: (pieces + 1,), s.
         coefficients: (order, pieces, joints), highest power first, rad / s^n.
@@ -119,6 +120,7 @@ class SolutionResult(StrictModel):
 
     variables: list[VariableResult] | None
     quantities: dict[str, list[float]]
+    branches: dict[str, list[float]] | None = None
     time_scale: Annotated[float, Field(gt=0.0)]
     breakpoints: Breakpoints
     coefficients: Coefficients
@@ -127,6 +129,13 @@ class SolutionResult(StrictModel):
     def trajectory(self) -> Trajectory:
         """The motion itself."""
         return Trajectory(np.array(self.breakpoints), np.array(self.coefficients))
+
+    @model_serializer(mode="wrap")
+    def _without_missing_branches(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content: dict[str, Any] = serialize(self)
+        if self.branches is None:
+            del content["branches"]
+        return content
 
     @property
     def vector(self) -> FloatArray | None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from problems import Problem
+from problems import InvalidProblem, Problem
 from problems.motions.joint_path import JointPath
 from tpbso_casadi.planning.finishing import SAME_PATH
 from tpbso_casadi.planning.motion import Motion
@@ -20,7 +20,7 @@ from tpbso_casadi.storage.recomputation.files import check_files, check_table
 from tpbso_casadi.storage.recomputation.motions import check_trajectory
 from tpbso_casadi.storage.recomputation.record import check_motion, check_no_search
 from tpbso_casadi.storage.recomputation.search import check_search
-from tpbso_casadi.storage.result import InvalidResult, RunResult
+from tpbso_casadi.storage.result import InvalidResult, RunResult, SolutionResult
 from tpbso_casadi.storage.run_folder import LARGEST_RESULT
 
 
@@ -86,6 +86,17 @@ def path_of(run: StoredRun) -> JointPath:
     return run.found.path if same else run.motion.path
 
 
+def _searched(scenario: Scenario, solution: SolutionResult) -> Problem[Any]:
+    """The problem of a scenario, on the branches of a solution."""
+    problem = scenario.problem()
+    if solution.branches is None and not problem.branch:
+        return problem
+    try:
+        return problem.on_branch({name: np.array(theta) for name, theta in (solution.branches or {}).items()})
+    except InvalidProblem as error:
+        raise Contradiction(f"solution.branches: {error}") from error
+
+
 def checked(result: RunResult) -> StoredRun:
     """The run that a result describes, all of it computed again.
 
@@ -94,7 +105,7 @@ def checked(result: RunResult) -> StoredRun:
         Contradiction: a number is not what a recomputation gives.
     """
     scenario, solution = result.scenario, result.solution
-    problem = scenario.problem() if scenario.task.is_searched else None
+    problem = _searched(scenario, solution) if scenario.task.is_searched else None
     quantities = {name: np.array(values) for name, values in solution.quantities.items()}
     criteria = scenario.criteria() if problem is None else problem
     motion = Motion(criteria, solution.trajectory, quantities, solution.time_scale)

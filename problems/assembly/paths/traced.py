@@ -96,8 +96,9 @@ class TracedSteps(MoveSteps):
     def path_steps(self, begin: Mapping[str, ca.SX]) -> list[Step]:
         """Inverse kinematics in a loop over the knots, then the spline."""
         k = self.motion.robot.dof
-        theta = ca.SX.sym("theta", k * len(self.motion.nodes))
-        points = self.motion.spline.coefficients(ca.reshape(theta, k, -1).T)
+        theta = ca.SX.sym("theta", k * len(self.encoding.knot_rows))
+        at_knots = ca.reshape(theta[k * self.encoding.lead :], k, -1).T
+        points = self.motion.spline.coefficients(at_knots)
         outputs = {**self.path_vectors(points, AT_REST), **begin, "accuracy": ca.SX(0)}
         return [
             *posture_steps(self.encoding, k, self.x, self.p),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import pi
 from typing import TypeAlias
 
 from problems.base.errors import InvalidProblem
@@ -53,6 +54,8 @@ class RobotDescription:
         chain: joints, with position limits, speeds, efforts and masses where they are stated.
         links: frames of all links that the chain carries.
         spheres: that hold the collision shapes.
+        disabled: names of links that may touch.
+        title: what people call the robot; empty where it is not known.
         notes: what is missing or not planned with, a line each.
         max_acceleration: of each joint, rad/s^2 or m/s^2; None where it is not known (a URDF states none).
         max_jerk: rad/s^3 or m/s^3; None where nothing is known to limit it.
@@ -61,6 +64,8 @@ class RobotDescription:
     chain: Chain
     links: tuple[LinkFrame, ...]
     spheres: tuple[Sphere, ...] = ()
+    disabled: tuple[tuple[str, str], ...] = ()
+    title: str = ""
     notes: tuple[str, ...] = ()
     max_acceleration: tuple[float, ...] | None = None
     max_jerk: tuple[float, ...] | None = None
@@ -124,6 +129,18 @@ class RobotDescription:
             margin=margin,
             self_collision=self_collision,
         )
+
+    @property
+    def drawn(self) -> SpatialArm:
+        """The robot where its geometry alone matters; ranges that are not known are half a turn each way, or 1 m."""
+        unknown = {True: (-pi, pi), False: (-1.0, 1.0)}
+        ranges = [joint.position or unknown[joint.turns] for joint in self.chain.joints]
+        return self.arm(max_speed=1.0, max_acceleration=1.0, max_jerk=1.0, position_limits=ranges)
+
+    @property
+    def reach(self) -> float:
+        """No less than the distance that the tip can have from the base, m."""
+        return self.drawn.reach()[1]
 
     def _each(self, field: str, given: PerJoint | None, known: Sequence[float | None] | None) -> tuple[float, ...]:
         joints = self.chain.joints

@@ -2,7 +2,8 @@
 
 A step is Levenberg's, ``J^T (J J^T + lambda I)^-1 e``, with lambda = 0.05 |e|^2 + 1e-9: the shortest change of the
 joints where the error e is small, so that what the tool leaves free stays as it was, and a cautious one far away. It is
-never longer than 0.6 rad in any joint, and ends within the joint limits.
+never longer than 0.6 rad in any joint, and ends within the joint limits: a joint that would leave them stays, and the
+others do its part.
 
 Orientations are compared by the Rodrigues vector 2 tan(a / 2) of the turn by an angle a that is missing. It has no zero
 but a = 0, while the cross products of the axes, 2 sin(a), vanish for a tool upside down as well.
@@ -11,6 +12,7 @@ but a = 0, while the cross products of the axes, 2 sin(a), vanish for a tool ups
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TypeAlias
 
 import casadi as ca
@@ -27,7 +29,9 @@ UPSIDE_DOWN = 1e-3  # least 1 + cos(a) that errors are divided by
 Columns: TypeAlias = list[list[Operand]]
 
 
-def project(robot: SpatialArm, theta: Matrix, position: Matrix, rotation: Matrix | None, steps: int) -> Matrix:
+def project(
+    robot: SpatialArm, theta: Matrix, position: Matrix, rotation: Matrix | None, steps: int, kept: float = 0.0
+) -> Matrix:
     """The posture near ``theta`` with the tool at a position, and turned as told if a rotation is given.
 
     Args:
@@ -37,16 +41,39 @@ def project(robot: SpatialArm, theta: Matrix, position: Matrix, rotation: Matrix
         rotation: of the tool, (3, 3); None where it does not matter.
         steps: of Newton's method; 5 reach 1e-9 m and rad from 0.1 m and 0.2 rad away, unless a limit or a singular
             posture is in the way: whoever needs to know looks where the tool is.
+        kept: share of each joint's range that stays free at both ends.
     """
-    low, high = _joint_limits(robot)
+    limits = _joint_limits(robot, kept)
+    step = _step(_geometry(robot), rotation is not None, bool(limits))
+    wanted = (position,) if rotation is None else (position, rotation)
     for _ in range(steps):
-        pose, jacobian = tool_jacobian(robot, theta, turning=rotation is not None)
-        step = _damped_step(jacobian, pose_error(pose, position, rotation))
-        step = step * (LONGEST_STEP / ca.fmax(LONGEST_STEP, largest(ca.fabs(step))))
-        theta = theta + step
-        if low is not None and high is not None:
-            theta = ca.fmin(high, ca.fmax(low, theta))
+        theta = step(theta, *wanted, *limits)
     return theta
+
+
+def _geometry(robot: SpatialArm) -> SpatialArm:
+    """What of a robot decides where its tool is: plain numbers, the same in its symbolic twin."""
+    ones = (1.0,) * robot.dof
+    base, tool = (robot.base_translation, robot.base_rotation), (robot.tool_translation, robot.tool_rotation)
+    return SpatialArm(robot.chain, ones, ones, None, None, (), *base, *tool)
+
+
+@lru_cache(maxsize=16)
+def _step(robot: SpatialArm, turning: bool, limited: bool) -> ca.Function:
+    """A posture (1, dof), a position (3, 1), [a rotation (3, 3),] [both limits (1, dof)] -> the posture after a step."""
+    theta, position, rotation = ca.SX.sym("theta", 1, robot.dof), ca.SX.sym("position", 3), ca.SX.sym("rotation", 3, 3)
+    low, high = ca.SX.sym("low", 1, robot.dof), ca.SX.sym("high", 1, robot.dof)
+    pose, jacobian = tool_jacobian(robot, theta, turning)
+    error = pose_error(pose, position, rotation if turning else None)
+    step = _damped_step(jacobian, error)
+    if limited:
+        leaves = ca.logic_or(ca.logic_and(theta >= high, step > 0.0), ca.logic_and(theta <= low, step < 0.0))
+        moves = ca.horzsplit(1.0 - leaves)
+        step = _damped_step([[part * own for part in c] for c, own in zip(jacobian, moves, strict=True)], error)
+    moved = theta + step * (LONGEST_STEP / ca.fmax(LONGEST_STEP, largest(ca.fabs(step))))
+    if limited:
+        moved = ca.fmin(high, ca.fmax(low, moved))
+    return ca.Function("step", [theta, position, *[rotation] * turning, *[low, high] * limited], [moved])
 
 
 def pose_error(pose: Transform, position: Matrix, rotation: Matrix | None) -> list[Operand]:
@@ -84,12 +111,13 @@ def _turn_missing(current: Rotation, wanted: Matrix) -> list[Operand]:
     return [part * factor for part in sine]
 
 
-def _joint_limits(robot: SpatialArm) -> tuple[Matrix | None, Matrix | None]:
+def _joint_limits(robot: SpatialArm, kept: float) -> tuple[Matrix, ...]:
+    """Lowest and highest, (1, dof), of what stays free; none where there are no limits."""
     limits = robot.limits.position
     if limits is None:
-        return None, None
-    low, high = zip(*limits, strict=True)
-    return ca.horzcat(*low), ca.horzcat(*high)
+        return ()
+    low, high = (ca.horzcat(*ends) for ends in zip(*limits, strict=True))
+    return low + kept * (high - low), high - kept * (high - low)
 
 
 def _damped_step(jacobian: Columns, error: Sequence[Operand]) -> Matrix:

@@ -28,6 +28,11 @@ def matrix_of(quaternion: Sequence[float]) -> Matrix3:
     return snapped(Rotation.from_quat(quaternion).as_matrix())
 
 
+def from_angles(angles: Sequence[float]) -> Matrix3:
+    """The matrix of roll, pitch and yaw, rad: turns about the fixed axes x, y and z in this order."""
+    return snapped(Rotation.from_euler("xyz", angles).as_matrix())
+
+
 def snapped(matrix: FloatArray) -> Matrix3:
     """A rotation matrix (3, 3) whose entries next to 0, 1 or -1 are exactly that."""
     nearest = np.round(matrix)

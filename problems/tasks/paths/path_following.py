@@ -82,6 +82,8 @@ class PathFollowing(Task):
 
     def __post_init__(self) -> None:
         check_choice("knot_redundancy", self.knot_redundancy, get_args(KnotRedundancy))
+        if self.robot.dim != PLANAR:
+            raise InvalidProblem("motion", 'a path in space is traced, with motion = "spline"')
         if self.robot.redundancy < 1:
             links = self.robot.redundancy + 2
             raise InvalidProblem("link_lengths", f"following a path takes at least 3 links, not {links}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -65,7 +66,7 @@ def test_the_player_runs_in_a_browser_and_fetches_nothing(solution: Plan, tmp_pa
     path.write_text(text)
     document = opened(path, tmp_path / "profile")
     assert "<title>a &lt;b&gt;" in document
-    assert ">0.000 s</output>" in document
+    assert re.search(r">\d\.\d{3} s</output>", document)  # it plays
     assert ">Pause</button>" in document
 
 

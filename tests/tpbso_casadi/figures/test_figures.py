@@ -10,7 +10,8 @@ import pytest
 from problems.tasks.drawing import MarkerKind
 from tpbso_casadi import builtin, parse_scenario, plan
 from tpbso_casadi.figures.measures import curve_figures, progress_figures, progress_history
-from tpbso_casadi.figures.run import joints_figure, middle_time, path_figure
+from tpbso_casadi.figures.paths import middle_time, path_figure
+from tpbso_casadi.figures.run import joints_figure
 from tpbso_casadi.planning.plan import Plan
 
 

@@ -22,6 +22,9 @@ def print_scenario_audit(audit: dict[str, Any], console: OutputConsole) -> None:
     """The structure of the search model and of the nonlinear program, constraint by constraint."""
     for key, title in (("search", "search model"), ("program", "nonlinear program")):
         model = audit[key]
+        if model is None:
+            console.say("there is no nonlinear program of this task")
+            continue
         console.print(
             Text(
                 f"{title}: {model['variables']} variables, {model['rows']} rows, "
@@ -77,7 +80,10 @@ def print_run_audit(audit: dict[str, Any], console: OutputConsole) -> None:
     if audit["retiming"] is not None:
         print_retiming(audit["retiming"], console)
     if audit["optimality"] is None:
-        console.say("the timing is the fastest of its path; there was nothing else to choose")
+        known = (
+            "there was nothing else to choose" if not audit["searched"] else "there is no nonlinear program to judge by"
+        )
+        console.say(f"the timing is the fastest of its path; {known}")
     else:
         print_optimality(audit, console)
 

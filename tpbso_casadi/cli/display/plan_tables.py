@@ -100,7 +100,10 @@ def print_retiming(retiming: Retiming, console: OutputConsole) -> None:
 
 
 def remarks(plan: PlannedMotion) -> Iterator[str]:
-    """What a user may want to change: joints that turn more than once, a plan far from the best known one."""
+    """What a user may want to change: a polish left out, joints that turn more than once, a plan far from the best."""
+    found = plan.searched
+    if found is not None and plan.scenario.solver.polish_starts and not found.problem.has_program:
+        yield "not polished: this task has no nonlinear program"
     given = plan.criteria.task.given_postures
     asked = np.ptp(given, axis=0) / (2.0 * np.pi) if len(given) else np.zeros(plan.criteria.robot.dof)
     for name, turns, least in zip(plan.criteria.robot.joint_names, plan.motion.turns, asked, strict=True):

@@ -17,7 +17,8 @@ from matplotlib.figure import Figure
 
 from tpbso_casadi.animation import frames_of, player
 from tpbso_casadi.figures.measures import curve_figures, progress_figures
-from tpbso_casadi.figures.run import convergence_figure, joints_figure, path_figure
+from tpbso_casadi.figures.paths import path_figure
+from tpbso_casadi.figures.run import convergence_figure, joints_figure
 from tpbso_casadi.planning.plan import Plan, plan
 from tpbso_casadi.scenario.scenario import parse_scenario
 

@@ -6,18 +6,20 @@ from collections.abc import Callable
 from math import pi
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from problems import InvalidProblem, Path, PathFollowing, Problem, Robot, closed_curve, path_following, pentagram
+from problems.assembly.paths.space_tracing import space_tracing
 from problems.assembly.tracing import tracing
+from problems.robots.spatial.spatial_arm import SpatialArm
 from problems.scene.obstacle import Obstacle
 from problems.tasks.elbow import Elbow
 from problems.tasks.paths.path_tracing import PathTracing
+from problems.tasks.paths.space_tracing import SpaceTracing
 from tpbso_casadi.scenario.catalogues import find_objective
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import (
-    LARGEST,
-    MOST_GIVEN_POINTS,
+    ANGULAR,
     MOST_JOINT_POINTS,
     MOST_POINT_CHECKS,
     MOST_POINTS,
@@ -27,15 +29,17 @@ from tpbso_casadi.scenario.section import (
     ScenarioError,
 )
 from tpbso_casadi.scenario.task import ModelSection, ObjectiveName, TaskSection
+from tpbso_casadi.scenario.tasks.path_points import PathPoints, read_points
 
 
 class PathTask(TaskSection):
-    """[task] of following a path of any shape: accuracy in m, times in s."""
+    """[task] of following a path of any shape: accuracy in m, that of the tool's orientation in rad, times in s."""
 
     motions: ClassVar[tuple[str, ...]] = ("spline", "paper")
 
     kind: Literal["path"]
     accuracy: Positive
+    angular_accuracy: Annotated[Positive | None, ANGULAR] = None
     objective: ObjectiveName = "time"
     elbow: Elbow = "free"
     total_time: tuple[Positive, Positive] | None = None
@@ -52,6 +56,7 @@ class PathTask(TaskSection):
 
 def _paper(table: PathTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
     """The paper's statement: the points are passed at equal intervals of time."""
+    _refuse_poses(table)
     task = PathFollowing(
         robot,
         table.path(),
@@ -76,8 +81,25 @@ def _spline(table: PathTask, robot: Robot, obstacles: tuple[Obstacle, ...], mode
     """Ours: the tool stays near the whole path and passes its points when it suits."""
     if model.pieces is not None:
         raise InvalidProblem("pieces", "the points of a path decide about its pieces")
-    task = PathTracing(robot, table.path(), table.accuracy, table.elbow, obstacles, table.total_time)
-    return tracing(task, find_objective(table.objective), model.samples, model.redundancy_values, model.further_limits)
+    settings = find_objective(table.objective), model.samples, model.redundancy_values, model.further_limits
+    if isinstance(robot, SpatialArm):
+        return space_tracing(_in_space(table, robot, obstacles), *settings)
+    _refuse_poses(table)
+    return tracing(
+        PathTracing(robot, table.path(), table.accuracy, table.elbow, obstacles, table.total_time), *settings
+    )
+
+
+def _in_space(table: PathTask, robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> SpaceTracing:
+    """The same in space."""
+    if table.elbow != "free":
+        raise InvalidProblem("elbow", "of an arm in space the search chooses among all postures; leave it out")
+    return SpaceTracing(robot, table.path(), table.accuracy, table.angular_accuracy, obstacles, table.total_time)
+
+
+def _refuse_poses(table: PathTask) -> None:
+    if table.angular_accuracy is not None:
+        raise InvalidProblem("angular_accuracy", "this robot's tool has no orientation to be kept")
 
 
 BUILDERS: dict[str, Callable[[PathTask, Robot, tuple[Obstacle, ...], ModelSection], Problem[Any]]] = {
@@ -100,10 +122,14 @@ def check_path(path: Path, robot: Robot, obstacles: tuple[Obstacle, ...]) -> Non
         raise InvalidProblem("count", reason)
 
 
-class PointsTask(PathTask):
-    """The user's own points: a CSV file of x,y lines beside the scenario file, or a list."""
+def _kind_of_points(value: Any) -> str:
+    return "file" if isinstance(value, str) else "list"
 
-    points: str | Annotated[list[PlanarPoint], Field(max_length=MOST_GIVEN_POINTS)]
+
+class PointsTask(PathTask):
+    """The user's own points or poses: a CSV file beside the scenario file, or a list."""
+
+    points: Annotated[Annotated[str, Tag("file")] | Annotated[PathPoints, Tag("list")], Discriminator(_kind_of_points)]
     closed: bool = False
     count: int | None = Field(default=None, ge=2, le=MOST_POINTS)
 
@@ -153,26 +179,3 @@ class ClosedCurveTask(PathTask):
     def path(self) -> Path:
         """The points."""
         return closed_curve(self.center, self.radius, self.angle, self.waves, self.depth, self.count)
-
-
-def read_points(folder: InputFolder, name: str) -> list[PlanarPoint]:
-    """The points of a CSV file: x,y in m, one a line; a first line ``x,y`` and empty lines are skipped.
-
-    Raises:
-        ScenarioError: naming the file and the line, not what it says: the file may be none of the user's.
-    """
-    points: list[PlanarPoint] = []
-    for number, line in enumerate(folder.read_text(name).splitlines(), start=1):
-        if not line.strip() or (number == 1 and line.replace(" ", "").lower() == "x,y"):
-            continue
-        place = f"{folder.path / name} line {number}"
-        try:
-            x, y = (float(cell) for cell in line.split(","))
-        except ValueError as error:
-            raise ScenarioError(f"{place}: two numbers x,y are needed") from error
-        if not (abs(x) <= LARGEST and abs(y) <= LARGEST):
-            raise ScenarioError(f"{place}: a number is not finite, or larger than {LARGEST:g}")
-        if len(points) == MOST_GIVEN_POINTS:
-            raise ScenarioError(f"{place}: more than {MOST_GIVEN_POINTS} points")
-        points.append((x, y))
-    return points

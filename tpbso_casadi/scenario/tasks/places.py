@@ -1,17 +1,26 @@
-"""Places of a [task] table: a point [x, y], { joints = [...] } or { position = [x, y] }."""
+"""Places of a [task] table: a point [x, y], { joints = [...] }, { position = [...] } or a pose in space."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, Self, TypeAlias
 
-from pydantic import Field, PlainValidator, TypeAdapter, ValidationError
+from pydantic import Field, PlainValidator, TypeAdapter, ValidationError, model_validator
 
 from problems.tasks.place import Joints, Place, Position
-from tpbso_casadi.scenario.section import ANGULAR, MOST_LINKS, Number, PlanarPoint, Section
+from problems.tasks.pose import Pose
+from tpbso_casadi.scenario.section import (
+    ANGULAR,
+    MOST_LINKS,
+    Number,
+    PlanarPoint,
+    Quaternion,
+    Section,
+    SpacePoint,
+)
 from tpbso_casadi.scenario.validation import NestedError, as_text, describe, shown
 
 MOST_PLACES = 100  # goals, or vias
-FORMS = "[x, y], { joints = [...] } or { position = [x, y] }"
+FORMS = "[x, y], { joints = [...] } or { position = [x, y] }; in space { position = [x, y, z], quaternion = [...] }"
 POINT: TypeAdapter[PlanarPoint] = TypeAdapter(PlanarPoint)
 
 
@@ -26,13 +35,20 @@ class JointsTable(Section):
 
 
 class PositionTable(Section):
-    """The tool at a point, m."""
+    """The tool at a point, m; in space, if it matters, turned by a quaternion (x, y, z, w)."""
 
-    position: PlanarPoint
+    position: PlanarPoint | SpacePoint
+    quaternion: Quaternion | None = None
+
+    @model_validator(mode="after")
+    def _turned_in_space(self) -> Self:
+        if self.quaternion is not None and len(self.position) == 2:
+            raise ValueError("quaternion: a position in space is needed with it, [x, y, z]")
+        return self
 
     def build(self) -> Place:
         """The place itself."""
-        return Position(self.position)
+        return Position(self.position) if len(self.position) == 2 else Pose(self.position, self.quaternion)
 
 
 PLACE_TABLES: dict[str, type[JointsTable | PositionTable]] = {"joints": JointsTable, "position": PositionTable}

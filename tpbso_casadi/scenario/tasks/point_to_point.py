@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from problems import PointToPoint, Problem, Robot, point_to_point
+from problems import InvalidProblem, PointToPoint, Problem, Robot, point_to_point
 from problems.assembly.move import move
 from problems.scene.obstacle import Obstacle
 from problems.tasks.elbow import Elbow
@@ -53,6 +53,8 @@ class PointToPointTask(TaskSection):
 
 def _paper(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
     """The paper's statement: from rest at a point to rest at another."""
+    if robot.dim != 2:
+        raise InvalidProblem("motion", "'paper' is for robots in the plane; leave it out, or say 'spline'")
     assert isinstance(table.start, tuple)
     assert isinstance(table.goal, tuple)
     task = PointToPoint(robot, table.start, table.goal, table.elbow, obstacles, table.segment_time)

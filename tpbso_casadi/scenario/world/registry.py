@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import PlainValidator, SerializeAsAny
 
-from problems.robots.spatial.models import MODELS
+from problems.robots.spatial.models import BUILT_IN
 from tpbso_casadi.scenario.section import read_section
 from tpbso_casadi.scenario.validation import shown
 from tpbso_casadi.scenario.world.robots import RobotSection
@@ -23,7 +23,7 @@ def read_robot(table: Any) -> RobotSection | SpatialRobotSection:
         return table
     if not isinstance(table, dict):
         raise ValueError(f"a table is needed, not {shown(table)}")
-    in_space = "model" not in table or "urdf" in table or str(table["model"]) in MODELS
+    in_space = "model" not in table or "urdf" in table or str(table["model"]) in BUILT_IN
     if in_space:
         return read_section(SpatialRobotSection, table, "model", "")
     return read_section(RobotSection, table, "model", str(table["model"]))

@@ -142,7 +142,8 @@ class SpatialRobotSection(Section):
                 base=self.base.build(),
                 tool=self.tool.build(),
             )
-            return replace(arm, kept_pairs=self_collision_pairs(arm, self.disabled_pairs or (), self.kept_pairs or ()))
+            disabled = (*description.disabled, *(self.disabled_pairs or ()))
+            return replace(arm, kept_pairs=self_collision_pairs(arm, disabled, self.kept_pairs or ()))
 
     def description(self) -> RobotDescription:
         """What the model or the URDF says.
@@ -151,7 +152,7 @@ class SpatialRobotSection(Section):
             InvalidProblem: it is none.
         """
         if self.model is not None:
-            return built_in(self.model)
+            return built_in(self.model, self.base_link, self.tip_link)
         if self.urdf_text is None:
             raise InvalidProblem("urdf", f"{self.urdf!r} has not been read; only a scenario file can name one")
         return read_urdf(self.urdf_text, self.base_link, self.tip_link)

@@ -1,9 +1,5 @@
-"""placeholder until A's arrive"""
+"""Robots that are built in: their files, and the catalogue of them."""
 
-from problems.robots.spatial.description import RobotDescription
+from problems.robots.spatial.models.catalogue import BUILT_IN, built_in
 
-MODELS: dict[str, str] = {}
-
-
-def built_in(name: str) -> RobotDescription:
-    raise KeyError(name)
+__all__ = ["BUILT_IN", "built_in"]

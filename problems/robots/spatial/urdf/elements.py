@@ -9,7 +9,7 @@ import numpy as np
 
 from problems.robots.spatial.chain import Inertia, Point3
 from problems.robots.spatial.collision.covering import Ball, cover_box, cover_cylinder, covered_capsule
-from problems.robots.spatial.pose import exact
+from problems.robots.spatial.pose import as_point
 from problems.robots.spatial.transform import Transform
 from problems.robots.spatial.urdf.document import name_of, number, numbers, origin, point, refused
 from problems.robots.spatial.urdf.masses import moved_inertia
@@ -165,8 +165,7 @@ def _axis(element: ET.Element, owner: str) -> Point3:
     length = float(np.linalg.norm(axis))
     if element.get("type") in MOVING and not length > 1e-6:
         raise refused(f"{owner}: its axis is zero")
-    x, y, z = (part / length if length else 0.0 for part in axis)
-    return exact((x, y, z))
+    return as_point([part / length if length else 0.0 for part in axis])
 
 
 def _position(limit: ET.Element | None, kind: str, owner: str) -> tuple[float, float] | None:

@@ -1,0 +1,1 @@
+"""What others plan for robots among obstacles: OMPL with TOPP-RA, and Drake."""

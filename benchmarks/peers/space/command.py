@@ -1,0 +1,46 @@
+"""``python -m benchmarks.peers --space FILE.jsonl ...``: the others on problems of MotionBenchMaker."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from benchmarks.motion_bench_maker.options import add_problem_options, problems_of, setting_of, tell
+from benchmarks.motion_bench_maker.problem_file import InvalidFile
+from benchmarks.motion_bench_maker.records import Records
+from benchmarks.motion_bench_maker.runs import Run, run_all
+from benchmarks.motion_bench_maker.table import printed, rows
+from benchmarks.peers.space.planners import PLANNERS, record
+
+SEEDS = {"ompl": 3, "drake": 1}
+SECONDS = {"ompl": 10.0, "drake": 30.0}
+
+
+def add_space_options(parser: argparse.ArgumentParser) -> None:
+    """Those of robots in space."""
+    group = parser.add_argument_group("robots in space")
+    group.add_argument("--space", type=Path, metavar="FILE", help="compare on these problems of MotionBenchMaker")
+    group.add_argument("--planners", default=",".join(PLANNERS), help="of the others; all by default")
+    add_problem_options(parser, Path("peers-space"))
+
+
+def compare_in_space(options: argparse.Namespace) -> int:
+    """Run what is missing and print the table; the exit status."""
+    try:
+        setting, problems = setting_of(options), problems_of(options, options.space)
+        options.out.mkdir(parents=True, exist_ok=True)
+        records = Records(options.out / "records.jsonl")
+        runs = [
+            Run(planner, seed, setting, problem, SECONDS[planner], record)
+            for planner in options.planners.split(",")
+            for seed in range(1, SEEDS[planner] + 1)
+            for problem in problems
+        ]
+        run_all(runs, records, options.workers, tell)
+    except (InvalidFile, OSError) as error:
+        print(f"benchmarks.peers: {error}", file=sys.stderr)
+        return 2
+    keys = {run.key for run in runs}
+    print(printed(rows([one for one in records.every if one.key in keys])))
+    return 0

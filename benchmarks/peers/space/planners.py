@@ -1,0 +1,89 @@
+"""The planners of the comparison under one signature, and the record that each leaves."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from benchmarks.motion_bench_maker.planner_collision import PlannerCollision
+from benchmarks.motion_bench_maker.problem_file import MotionProblem
+from benchmarks.motion_bench_maker.records import Record
+from benchmarks.motion_bench_maker.setting import Setting
+from problems import Trajectory
+
+PADDING = 0.002  # m that paths leave around obstacles, so that splines along them have room
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a planner found.
+
+    Attributes:
+        trajectory: the motion; None where there is none.
+        seconds: CPU time of planning.
+        error: why there is no motion.
+        details: that allow to make the motion again.
+    """
+
+    trajectory: Trajectory | None
+    seconds: float
+    error: str
+    details: dict[str, Any]
+
+
+def by_ompl(setting: Setting, problem: MotionProblem, seed: int, seconds: float) -> Answer:
+    """RRT-Connect, simplification, smoothing, a spline, and its timing by TOPP-RA."""
+    from benchmarks.peers.space.ompl_paths import find_paths  # noqa: PLC0415 (an extra)
+    from benchmarks.peers.space.timed_paths import fastest  # noqa: PLC0415
+
+    checker = setting.checker(problem)
+    ends = float(checker.clearance(np.array([problem.start, problem.goal])).min())
+    collision, padded = PlannerCollision(checker), PlannerCollision(checker, max(0.0, min(PADDING, ends / 2.0)))
+    began = time.process_time()
+    paths = find_paths(problem, padded, setting.limits, seed, seconds)
+    timed = None if paths is None else fastest(paths.paths, collision, setting.limits)
+    spent = time.process_time() - began
+    if timed is None:
+        return Answer(None, spent, "no path in time" if paths is None else "no spline is free", {})
+    return Answer(timed.trajectory, spent, "", {"waypoints": timed.waypoints.tolist()})
+
+
+def by_drake(setting: Setting, problem: MotionProblem, seed: int, seconds: float) -> Answer:
+    """Drake's KinematicTrajectoryOptimization; there is nothing random about it."""
+    from benchmarks.peers.space.drake_trajectory import optimize  # noqa: PLC0415 (an extra)
+
+    optimized = optimize(setting, problem, setting.checker(problem), seconds)
+    if not optimized.success:
+        return Answer(None, optimized.seconds, f"SNOPT: {optimized.status}", {})
+    details = {"knots": optimized.knots.tolist(), "control_points": optimized.control_points.tolist()}
+    return Answer(optimized.trajectory, optimized.seconds, "", details)
+
+
+PLANNERS: dict[str, Callable[[Setting, MotionProblem, int, float], Answer]] = {"ompl": by_ompl, "drake": by_drake}
+
+
+def record(planner: str, setting: Setting, problem: MotionProblem, seed: int, seconds: float) -> Record:
+    """Plan, and judge the motion at samples."""
+    answer = PLANNERS[planner](setting, problem, seed, seconds)
+    return judged(planner, setting, problem, seed, answer)
+
+
+def judged(planner: str, setting: Setting, problem: MotionProblem, seed: int, answer: Answer) -> Record:
+    """The record of an answer."""
+    given = problem.name, planner, seed, setting.digest, setting.bound(problem)
+    trajectory = answer.trajectory
+    if trajectory is None:
+        return Record(*given, seconds=answer.seconds, error=answer.error)
+    excess = setting.excess(trajectory.at, trajectory.duration)
+    return Record(
+        *given,
+        duration=trajectory.duration,
+        seconds=answer.seconds,
+        clearance=setting.clearance(problem, trajectory.at, trajectory.duration),
+        excess=excess,
+        details=answer.details,
+    )

@@ -1,0 +1,152 @@
+"""A pose of the tool in space as a place: a point and, if it is asked for, how the tool is turned there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray, Matrix, Operand, as_array
+from problems.base.ranges import COORDINATES, check_within
+from problems.limits.limit import SAMPLING_MARGIN
+from problems.robots.robot import Robot
+from problems.robots.spatial.inverse_kinematics import postures
+from problems.robots.spatial.projection import project
+from problems.robots.spatial.spatial_arm import SpatialArm
+from problems.scene.obstacle import Obstacle
+from problems.tasks.checks import check_length_one, least_clearances, too_near
+from problems.tasks.place import ANGLE_TOLERANCE, Choice, Place
+from problems.tasks.pose_error import rotation_rows, turn_between
+
+OFFSET = 0.8  # rad or m: how far from a branch's posture a joint is put before it is projected onto the pose
+STARTS = 400  # of inverse kinematics
+SEED = 16  # of its starts: a pose has the same branches in every plan
+STEPS = 10  # of the projection, with which all but a few candidates arrive
+KEPT = 2.0 * SAMPLING_MARGIN  # of a joint's range, at both ends: what a search keeps at its samples, and more
+APART = 0.5  # rad or m: two branches differ by more than that in some joint
+
+
+@dataclass(frozen=True)
+class Pose(Place):
+    """The tool at a point in space, turned as stated or in any way.
+
+    The posture is a free one near that of a branch: joints are put somewhere around it and projected onto the pose by
+    damped Newton steps.
+
+    Args:
+        point: of the tool, m.
+        quaternion: how the tool is turned, (x, y, z, w), of length 1; None where that does not matter.
+        branch: a posture there, dof joint values; empty where none has been chosen, see :meth:`branches`.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("point", "quaternion", "branch")
+    chosen_by_inverse_kinematics: ClassVar[bool] = False
+    always_reached: ClassVar[bool] = False
+
+    point: tuple[float, ...]
+    quaternion: tuple[float, ...] | None = None
+    branch: tuple[float, ...] = ()
+
+    @property
+    def unit(self) -> str:
+        """Of distances, and of an angle about each axis."""
+        return "m" if self.quaternion is None else "m, rad"
+
+    def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
+        """In space, within reach, a quaternion of length 1, and a branch that is there."""
+        arm = _in_space(robot, field, name)
+        if len(self.point) != arm.dim:
+            raise InvalidProblem(field, f"{name}{self.point} where x, y, z are needed")
+        check_within(field, self.point, COORDINATES, "m", name)
+        if self.quaternion is not None:
+            check_length_one(field, self.quaternion, name)
+        distance, farthest = float(np.linalg.norm(np.subtract(self.point, arm.base))), arm.reach()[1]
+        if not distance <= (1.0 + ANGLE_TOLERANCE) * farthest:
+            reason = f"{self.point} is {distance:.6g} m from the base, out of reach: {farthest:.6g} m at the most"
+            raise InvalidProblem(field, f"{name}{reason}")
+        if self.branch and len(self.branch) != arm.dof:
+            raise InvalidProblem(field, f"{name}{len(self.branch)} joints of a branch for a robot of {arm.dof}")
+
+    def choices(self, robot: Robot) -> tuple[Choice, ...]:
+        """Where each joint is put around the branch, a share of the largest offset."""
+        return tuple(Choice("branch_offset", f"[{joint}]", -1.0, 1.0) for joint in range(1, robot.dof + 1))
+
+    def branches(
+        self, robot: Robot, obstacles: Sequence[Obstacle], near: FloatArray | None, field: str
+    ) -> tuple[Place, ...]:
+        """The same pose with clear postures that inverse kinematics finds as branches, all apart, the nearest first.
+
+        Raises:
+            InvalidProblem: it finds none, or none that is clear.
+        """
+        arm = _in_space(robot, field)
+        rotation = None if self.quaternion is None else as_array(rotation_rows(self.quaternion))
+        found = postures(arm, self.point, rotation, np.random.default_rng(SEED), STARTS, near)
+        what = f"{self.point}" if self.quaternion is None else f"{self.point} turned by {self.quaternion}"
+        if not len(found):
+            raise InvalidProblem(field, f"no posture of {STARTS} searches for one has the tool at {what}")
+        nearest = least_clearances(robot, obstacles, found)
+        clear = found[nearest >= robot.margin]
+        if not len(clear):
+            reason = too_near(robot, obstacles, found[int(np.argmax(nearest))])
+            raise InvalidProblem(field, f"none of {len(found)} postures with the tool at {what} is clear; {reason}")
+        apart: list[FloatArray] = []
+        middle = _middle(robot) if near is None else near
+        for theta in sorted(clear, key=lambda each: float(np.abs(each - middle).max())):
+            if all(np.abs(theta - other).max() > APART for other in apart):
+                apart.append(theta)
+        return tuple(map(self.on_branch, apart))
+
+    def on_branch(self, theta: FloatArray) -> Place:
+        """The same pose, with postures near this one."""
+        return replace(self, branch=tuple(theta.tolist()))
+
+    def posture(
+        self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
+    ) -> tuple[Matrix, Matrix | None]:
+        """Where the joints are put, projected onto the pose; and its miss, of the tolerance."""
+        theta = self._onto(robot, ca.horzcat(*self.branch) + OFFSET * chosen.T)
+        return theta, ca.norm_inf(self.miss(robot, theta)) / self.tolerance(robot)
+
+    def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
+        """Where damped Newton steps from a posture lead."""
+        return as_array(self._onto(robot, ca.DM(theta).T)).ravel()
+
+    def _onto(self, robot: Robot, theta: Matrix) -> Matrix:
+        rotation = None if self.quaternion is None else ca.reshape(rotation_rows(self.quaternion), 3, 3).T
+        return project(_in_space(robot), theta, ca.vertcat(*self.point), rotation, STEPS, KEPT)
+
+    def miss(self, robot: Robot, theta: Matrix) -> Matrix:
+        """From the point to the tool, m, and its turn about the axes outside, rad where it is small; (n, 3 or 6).
+
+        The turn is zero for the stated one alone.
+        """
+        position, rotation = _in_space(robot).tool_pose(theta)
+        away = position - ca.repmat(ca.horzcat(*self.point), theta.shape[0], 1)
+        if self.quaternion is None:
+            return away
+        return ca.horzcat(away, turn_between(rotation_rows(self.quaternion), rotation))
+
+    def tolerance(self, robot: Robot) -> float:
+        """Rounding of a position, m, and of an angle, rad."""
+        return ANGLE_TOLERANCE
+
+    def position(self, robot: Robot) -> FloatArray:
+        """The point."""
+        return np.array(self.point)
+
+
+def _in_space(robot: Robot, field: str = "goal", name: str = "") -> SpatialArm:
+    if not isinstance(robot, SpatialArm):
+        raise InvalidProblem(field, f"{name}a pose in space is not for {type(robot).__name__}")
+    return robot
+
+
+def _middle(robot: Robot) -> FloatArray:
+    """The posture (dof,) in the middle of the joints' ranges; zero where there are none."""
+    ranges = robot.limits.position
+    return np.zeros(robot.dof) if ranges is None else np.array(ranges).mean(axis=1)

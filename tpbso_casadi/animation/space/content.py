@@ -1,0 +1,106 @@
+"""What the player of motions in space shows, as plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from problems.base.matrix import FloatArray
+from tpbso_casadi.animation.closest import Closest, closest_of
+from tpbso_casadi.animation.frames import Frames
+from tpbso_casadi.figures.colours import JOINT_COLOURS
+from tpbso_casadi.figures.space.polyhedron import Polyhedron
+from tpbso_casadi.figures.space.scene import ground
+from tpbso_casadi.figures.space.view import ELEVATION, EYE
+
+DIGITS = 4  # of metres
+FINE = 6  # of seconds, joints, and directions
+QUANTITIES = {"speed": 1, "acceleration": 2, "jerk": 3}  # of joints, with limits: orders of derivatives
+LIGHT = np.array([-0.35, -0.45, 0.82])
+
+
+def content_of(frames: Frames) -> dict[str, Any]:
+    """The data of a motion: lengths in m, times in s, angles in rad."""
+    scene, robot = frames.scene, frames.problem.robot
+    bounds = scene.bounds(frames.theta)
+    radius = float(np.linalg.norm(bounds[1] - bounds[0])) / 2.0
+    closest = closest_of(frames.problem, frames.theta)
+    return {
+        "times": rounded(frames.times, FINE),
+        "joints": rounded(frames.joints),
+        "way": rounded(frames.joints[:, -1]),
+        "centers": rounded(scene.centers(frames.theta)),
+        "radii": rounded(scene.radii, FINE),
+        "kinds": list(_kinds([body.name for body in scene.balls])),
+        "points": rounded(frames.task_points),
+        "solids": [_solid(solid) for solid in scene.solids],
+        "planes": [[a, b, face] for (a, b), face in scene.planes.items()],
+        "ground": rounded(ground(bounds)),
+        "axes": _axes(np.array(robot.base), 0.3 * radius),
+        "camera": {
+            "center": rounded(bounds.mean(axis=0)),
+            "distance": EYE * radius,
+            "azimuth": float(np.radians(scene.azimuth(bounds))),
+            "elevation": float(np.radians(ELEVATION)),
+        },
+        "joint_names": list(robot.joint_names),
+        "colours": JOINT_COLOURS,
+        "curves": _curves(frames),
+        "closest": None if closest is None else _closest(closest),
+    }
+
+
+def rounded(values: FloatArray, digits: int = DIGITS) -> list[Any]:
+    """Nested lists of numbers that are short to write."""
+    return list(np.asarray(values, dtype=float).round(digits).tolist())
+
+
+def _kinds(names: list[str]) -> Iterator[int]:
+    """The number of each body, where balls of one name in a row are one."""
+    for number, (_, group) in enumerate(groupby(names)):
+        yield from (number for _ in group)
+
+
+def _solid(solid: Polyhedron) -> dict[str, Any]:
+    return {
+        "vertices": rounded(solid.vertices, FINE),
+        "faces": solid.faces,
+        "normals": rounded(solid.normals, FINE),
+        "offsets": rounded(solid.offsets, FINE),
+        "center": rounded(solid.center),
+        "shades": rounded(0.75 + 0.25 * np.abs(solid.normals @ LIGHT), 2),
+        "edges": [[*edge.ends, edge.faces[0], edge.faces[-1], edge.sharp] for edge in solid.edges],
+    }
+
+
+def _axes(base: FloatArray, length: float) -> list[Any]:
+    """Name, start and end of the axes at the base."""
+    return [[name, rounded(base), rounded(base + length * row)] for name, row in zip("xyz", np.eye(3), strict=True)]
+
+
+def _curves(frames: Frames) -> list[dict[str, Any]]:
+    """Positions of the joints; and their derivatives as shares of the limits."""
+    robot, units = frames.problem.robot, frames.problem.robot.joint_units
+    label = f"joint position [{' or '.join(sorted(set(units), reverse=True))}]"
+    curves: list[dict[str, Any]] = [
+        {"label": label, "values": rounded(frames.theta, FINE), "units": list(units), "bound": False}
+    ]
+    for name, order in QUANTITIES.items():
+        limit = getattr(robot.limits, name)
+        if limit is not None:
+            shares = frames.trajectory.at(frames.times, order) / np.array(limit)
+            label = f"joint {name} / limit"
+            curves.append({"label": label, "values": rounded(shares, FINE), "units": [""] * robot.dof, "bound": True})
+    return curves
+
+
+def _closest(closest: Closest) -> dict[str, Any]:
+    return {
+        "names": [str(pair) for pair in closest.pairs],
+        "numbers": closest.numbers.tolist(),
+        "distances": rounded(closest.distances, FINE),
+        "points": rounded(closest.points),
+    }

@@ -1,0 +1,49 @@
+// In which order to paint balls and convex solids. Of two things that a plane parts, the one on the eye's side of it is
+// never covered by the other.
+
+// Numbers of things, balls first, then solids, each with its place in the picture: { left, right, top, bottom, away }.
+function paintingOrder(things, isBehind) {
+  const overlap = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+  const state = new Uint8Array(things.length), order = [];
+  const numbers = things.map((thing, number) => number).filter((number) => things[number]);
+  numbers.sort((a, b) => things[b].away - things[a].away);
+  for (const first of numbers) {
+    const stack = [first];
+    while (stack.length) {
+      const number = stack[stack.length - 1];
+      if (state[number]) {
+        stack.pop();
+        if (state[number] === 1) order.push(number);
+        state[number] = 2;
+        continue;
+      }
+      state[number] = 1;
+      for (const other of numbers)
+        if (!state[other] && overlap(things[other], things[number]) && isBehind(other, number)) stack.push(other);
+    }
+  }
+  return order;
+}
+
+// Whether a thing is behind another: seen[s][f] tells whether the eye is outside of face f of solid s.
+function behindness(solids, planes, centers, seen, things) {
+  const balls = centers.length;
+  const parting = new Map(planes.map(([a, b, face]) => [a * solids.length + b, face]));
+  const inFront = centers.map((center) => solids.map((solid, s) => {
+    let most = -Infinity, face = 0;
+    for (let f = 0; f < solid.normals.length; f++) {
+      const beyond = dot(solid.normals[f], center) - solid.offsets[f];
+      if (beyond > most) { most = beyond; face = f; }
+    }
+    return seen[s][face];
+  }));
+  return (one, two) => {
+    if (one < balls && two < balls) return things[one].away > things[two].away;
+    if (one < balls) return !inFront[one][two - balls];
+    if (two < balls) return inFront[two][one - balls];
+    const a = one - balls, b = two - balls, there = parting.get(a * solids.length + b);
+    if (there !== undefined) return seen[a][there];
+    const here = parting.get(b * solids.length + a);
+    return here === undefined ? things[one].away > things[two].away : !seen[b][here];
+  };
+}

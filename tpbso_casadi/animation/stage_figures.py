@@ -1,0 +1,54 @@
+"""What a film shows: each function draws what stands still and returns one that shows a frame.
+
+Imported only where a film is made: matplotlib is slow to load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from matplotlib.axes import Axes
+
+from tpbso_casadi.animation.frames import Frames
+from tpbso_casadi.figures.scene import capsule, draw_bodies, draw_scene, wide_bodies
+from tpbso_casadi.figures.space.painter import repaint
+from tpbso_casadi.figures.space.panels import Posture, draw_picture
+
+ARM, WAY = "#1b2733", "#1f4fd8"
+
+
+def plane(axes: Axes, frames: Frames) -> Callable[[int], None]:
+    """An arm in the plane, to scale."""
+    draw_scene(axes, frames.problem)
+    left, right, bottom, top = frames.extent
+    axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top), xlabel="x [m]", ylabel="y [m]")
+    axes.grid(alpha=0.3)
+    tip_path = axes.plot([], [], color=WAY, linewidth=2.0)[0]
+    arm = axes.plot([], [], "-o", color=ARM, markerfacecolor="white", linewidth=2.2, zorder=5)[0]
+    robot = frames.problem.robot
+    bodies = draw_bodies(axes, robot, frames.joints[0], ARM)
+
+    def show(index: int) -> None:
+        tip_path.set_data(*frames.joints[: index + 1, -1].T)
+        arm.set_data(*frames.joints[index].T)
+        for patch, body in zip(bodies, wide_bodies(robot), strict=True):
+            patch.set_xy(capsule(body, frames.joints[index]))
+
+    return show
+
+
+def space(axes: Axes, frames: Frames) -> Callable[[int], None]:
+    """A robot in space, in perspective."""
+    scene, centers = frames.scene, frames.scene.centers(frames.theta)
+    picture = draw_picture(axes, scene, Posture("", ARM, frames.theta[0]), scene.bounds(frames.theta))
+    tip_path = axes.plot([], [], color=WAY, linewidth=2.0, zorder=3)[0]
+
+    def show(index: int) -> None:
+        tip_path.set_data(*picture.view.project(frames.joints[: index + 1, -1]).T)
+        picture.arm.set_data(*picture.view.project(frames.joints[index]).T)
+        repaint(picture.painting, picture.view, scene, centers[index], ARM)
+
+    return show
+
+
+STAGES = {2: plane, 3: space}  # by the robot's dimensions

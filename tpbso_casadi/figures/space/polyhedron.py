@@ -1,0 +1,95 @@
+"""Surfaces of obstacles as plane faces, and what a painter has to know of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from problems.base.matrix import FloatArray
+from problems.scene.obstacle import Obstacle
+
+SHARP = float(np.cos(np.radians(30.0)))  # of the angle between two faces whose common edge is drawn
+TOUCHING = 1e-9  # m: what lies on a face is outside
+
+
+@dataclass(frozen=True)
+class Edge:
+    """An edge between two vertices.
+
+    Attributes:
+        ends: their numbers.
+        faces: the numbers of those that meet in it, one or two.
+        sharp: whether it is drawn wherever it is seen from.
+    """
+
+    ends: tuple[int, int]
+    faces: tuple[int, ...]
+    sharp: bool
+
+
+@dataclass(frozen=True)
+class Polyhedron:
+    """The surface of something convex.
+
+    Attributes:
+        vertices: (n, 3), m.
+        faces: their corners, counter-clockwise from outside.
+    """
+
+    vertices: FloatArray
+    faces: tuple[tuple[int, ...], ...]
+
+    @cached_property
+    def normals(self) -> FloatArray:
+        """Unit normals of the faces, outwards, (faces, 3)."""
+        corners = [self.vertices[list(face)] for face in self.faces]
+        sums = np.array([np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0) for ring in corners])
+        return np.asarray(sums / np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), np.finfo(float).tiny))
+
+    @cached_property
+    def offsets(self) -> FloatArray:
+        """Of the faces' planes from the origin along the normals, (faces,), m."""
+        middles = np.array([self.vertices[list(face)].mean(axis=0) for face in self.faces])
+        return np.asarray(np.sum(middles * self.normals, axis=1))
+
+    @cached_property
+    def center(self) -> FloatArray:
+        """The mean of its vertices, (3,), m."""
+        return np.asarray(self.vertices.mean(axis=0))
+
+    def beyond(self, points: FloatArray) -> FloatArray:
+        """How far points (..., 3) are outside of each face, (..., faces), m."""
+        return np.asarray(points @ self.normals.T - self.offsets)
+
+    @cached_property
+    def edges(self) -> tuple[Edge, ...]:
+        """Each once."""
+        meeting: dict[tuple[int, int], list[int]] = {}
+        for number, face in enumerate(self.faces):
+            for one, two in zip(face, (*face[1:], face[0]), strict=True):
+                meeting.setdefault((min(one, two), max(one, two)), []).append(number)
+        return tuple(
+            Edge(ends, tuple(faces), len(faces) == 1 or float(self.normals[faces[0]] @ self.normals[faces[1]]) < SHARP)
+            for ends, faces in meeting.items()
+        )
+
+
+def polyhedron_of(obstacle: Obstacle) -> Polyhedron:
+    """The surface of an obstacle in space."""
+    vertices, faces = obstacle.surface()
+    return Polyhedron(vertices, tuple(tuple(face) for face in faces))
+
+
+def separating_planes(solids: Sequence[Polyhedron]) -> dict[tuple[int, int], int]:
+    """For pairs (a, b) the face of a outside of whose plane b lies; pairs are left out where there is none."""
+    found = {}
+    for pair in combinations(range(len(solids)), 2):
+        for a, b in (pair, pair[::-1]):
+            outside = solids[a].beyond(solids[b].vertices).min(axis=0)
+            if outside.max() >= -TOUCHING:
+                found[a, b] = int(outside.argmax())
+    return found

@@ -1,0 +1,105 @@
+"""What is seen of a robot in space and its surroundings, as plain arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from problems import Robot
+from problems.base.matrix import FloatArray, as_array
+from problems.robots.robot import Body
+from problems.scene.obstacle import Obstacle
+from problems.tasks.drawing import Marker
+from tpbso_casadi.figures.space.polyhedron import Polyhedron, polyhedron_of, separating_planes
+from tpbso_casadi.figures.space.view import AZIMUTH
+
+PADDING = 0.05  # around everything that moves, of its largest side
+SURROUNDINGS = 0.35  # beyond what moves, of its largest side: what obstacles are shown of
+GRID = 0.25  # m: of the ground
+MOST_LINES = 40  # of the grid
+BESIDE = 60.0  # degrees by which the eye is beside the line from the obstacles to the robot
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A robot, obstacles, and positions that the tool has to reach.
+
+    Attributes:
+        robot: in space, whose bodies are balls.
+        obstacles: in space.
+        markers: of the task.
+    """
+
+    robot: Robot
+    obstacles: Sequence[Obstacle] = ()
+    markers: Sequence[Marker] = ()
+
+    @cached_property
+    def balls(self) -> tuple[Body, ...]:
+        """The bodies that are thicker than a point."""
+        return tuple(body for body in self.robot.bodies if float(body.radius) > 0.0)
+
+    @cached_property
+    def radii(self) -> FloatArray:
+        """Of the balls, (balls,), m."""
+        return np.array([float(body.radius) for body in self.balls])
+
+    @cached_property
+    def solids(self) -> tuple[Polyhedron, ...]:
+        """The obstacles."""
+        return tuple(polyhedron_of(obstacle) for obstacle in self.obstacles)
+
+    @cached_property
+    def planes(self) -> dict[tuple[int, int], int]:
+        """That part the obstacles."""
+        return separating_planes(self.solids)
+
+    def centers(self, theta: FloatArray) -> FloatArray:
+        """Of the balls in n postures (n, dof), rad: (n, balls, 3), m."""
+        frames = self.robot.positions(ca.DM(theta))
+        found = [as_array(frames[body.start]) for body in self.balls]
+        return np.stack(found, axis=1) if found else np.empty((len(theta), 0, 3))
+
+    def bounds(self, theta: FloatArray) -> FloatArray:
+        """Lower and upper corner of what is shown of postures (n, dof), (2, 3), m.
+
+        All of the robot and the markers; of obstacles what is near.
+        """
+        skeleton = self.robot.skeleton(theta).reshape(-1, 3)
+        centers, radii = self.centers(theta), self.radii[:, None]
+        balls = [(centers + side * radii).reshape(-1, 3) for side in (-1.0, 1.0)]
+        lower, upper = corners(np.vstack([skeleton, *balls, *(marker.points for marker in self.markers)]))
+        near = SURROUNDINGS * float((upper - lower).max())
+        shown = [np.clip(solid.vertices, lower - near, upper + near) for solid in self.solids]
+        lower, upper = corners(np.vstack([lower, upper, *shown]))
+        padding = PADDING * float((upper - lower).max())
+        return np.array([lower - padding, upper + padding])
+
+    def azimuth(self, bounds: FloatArray) -> float:
+        """Degrees at which an eye has the robot before the obstacles within bounds (2, 3), m, and sees both."""
+        if not self.solids:
+            return AZIMUTH
+        middles = [np.clip(solid.vertices, *bounds).mean(axis=0) for solid in self.solids]
+        x, y, _ = np.array(self.robot.base) - np.mean(middles, axis=0)
+        return float(np.degrees(np.arctan2(y, x))) + BESIDE
+
+
+def corners(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The lower and the upper corner of the box around points (n, 3), each (3,)."""
+    return points.min(axis=0), points.max(axis=0)
+
+
+def ground(bounds: FloatArray) -> FloatArray:
+    """Lines of a grid below everything within bounds (2, 3), m: (lines, 2, 3)."""
+    low, high = bounds
+    step = GRID * max(1.0, np.ceil(float((high - low)[:2].max()) / GRID / MOST_LINES))
+    lines = []
+    for axis in (0, 1):
+        for place in np.arange(np.ceil(low[axis] / step), np.floor(high[axis] / step) + 1) * step:
+            lines.append(bounds.copy())
+            lines[-1][:, axis], lines[-1][:, 2] = place, low[2]
+    return np.array(lines).reshape(-1, 2, 3)

@@ -1,0 +1,124 @@
+"""A race of the branches that inverse kinematics leaves: short searches of all, whole plans of the best.
+
+Which branch leads to the best motion shows only when it is searched: the one that is nearest in free space may lie
+behind an obstacle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+
+from problems import Problem
+from problems.evaluation import EvaluationOptions
+from solvers import Box, Budget, Solver, minimize
+from solvers.driver.interruption import Interruption
+from tpbso_casadi.planning.finishing import is_better
+from tpbso_casadi.planning.progress import Progress
+from tpbso_casadi.scenario.scenario import SolverSection
+
+if TYPE_CHECKING:
+    from tpbso_casadi.planning.plan import Plan
+
+FINALISTS = 3  # the race's own pick alone is unreliable
+RACE_SHARE = 0.3  # of the evaluations and iterations of a finalist's search, for each branch
+WORTH = 0.8  # of what a branch's own posture takes in free space: about what a free one near it may gain
+RACE_TIME = 0.4  # of a time limit, for all branches together
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A branch that has been searched briefly.
+
+    Attributes:
+        problem: that keeps to it.
+        cost: the best that was found.
+    """
+
+    problem: Problem[Any]
+    cost: float
+
+
+def best_of_branches(
+    problem: Problem[Any],
+    solver: Solver,
+    settings: SolverSection,
+    evaluation: EvaluationOptions | None,
+    progress: Progress,
+    interruption: Interruption,
+    planned: Callable[[Problem[Any], SolverSection], Plan],
+) -> Plan:
+    """The best plan of the race's finalists.
+
+    Args:
+        problem: with several branches.
+        solver: of all searches.
+        settings: of a finalist's search; a time limit is that of everything.
+        evaluation: how populations are evaluated.
+        progress: is told what begins.
+        interruption: ends the race; the best so far is planned with what is left of its search.
+        planned: the whole plan of a problem that keeps to one branch.
+    """
+    progress.phase("racing branches")
+    whole = settings.budget() if settings.within is None else Budget(seconds=settings.within)
+    budget = _short(whole, len(problem.branches))
+    entries: list[Entry] = []
+    for branch in problem.branches:
+        if interruption.requested and entries:
+            break
+        if WORTH * _in_time(branch) < min((entry.cost for entry in entries), default=inf):
+            entries.append(_raced(branch, solver, budget, settings.seed, evaluation, progress, interruption))
+    left = _left(settings)
+    best: Plan | None = None
+    for number, entry in enumerate(sorted(entries, key=lambda each: each.cost)[:FINALISTS], start=1):
+        if best is not None and interruption.requested:
+            break
+        found = planned(entry.problem, left)
+        best = found if best is None or is_better(found.motion, best.motion) else best
+        best = replace(best, rounds=len(entries) + number)
+    assert best is not None
+    return replace(best, interrupted=interruption.requested)
+
+
+def _in_time(branch: Problem[Any]) -> float:
+    """What the objective is in the time that the branch's own posture takes in free space; none where time may help."""
+    objective = branch.objective
+    if not (objective.timed and objective.sooner_is_better):
+        return -inf
+    return float(objective.terminal(ca.DM(branch.free_space_time)))
+
+
+def _raced(
+    branch: Problem[Any],
+    solver: Solver,
+    budget: Budget,
+    seed: int,
+    evaluation: EvaluationOptions | None,
+    progress: Progress,
+    interruption: Interruption,
+) -> Entry:
+    evaluate = interruption.breakable(partial(branch.evaluator, evaluation))
+    found = minimize(evaluate, Box(*branch.bounds), solver, budget, seed, progress.status)
+    return Entry(branch, found.cost)
+
+
+def _short(whole: Budget, branches: int) -> Budget:
+    """That of a branch in the race."""
+
+    def share(number: int | None) -> int | None:
+        return None if number is None else max(1, round(RACE_SHARE * number))
+
+    seconds = None if whole.seconds is None else RACE_TIME * whole.seconds / branches
+    return Budget(share(whole.evaluations), share(whole.iterations), seconds)
+
+
+def _left(settings: SolverSection) -> SolverSection:
+    """The settings of a finalist: its part of the time that the race leaves."""
+    limits = {"time_limit": settings.time_limit, "within": settings.within}
+    share = (1.0 - RACE_TIME) / FINALISTS
+    return settings.model_copy(update={key: share * s for key, s in limits.items() if s is not None})
