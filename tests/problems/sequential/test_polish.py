@@ -6,12 +6,13 @@ from itertools import islice
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from problems import Move
 from problems.assembly.move import MoveProblem, move
 from problems.certify.verdict import CertificateStatus
 from problems.motions.trajectory import Trajectory
-from problems.robots.spatial.spatial_arm import Sphere
+from problems.robots.spatial.spatial_arm import SpatialArm, Sphere
 from problems.scene.solids.box import Box
 from problems.sequential.descent import Descent
 from problems.sequential.fitted import fitted
@@ -20,6 +21,7 @@ from problems.sequential.nearness import Nearness
 from problems.sequential.path_speed import MotionSpace
 from problems.sequential.polish import can_be_polished
 from problems.tasks.place import Joints
+from problems.tasks.pose import Pose
 from problems.timing.rest_to_rest import rest_to_rest
 from tests.helpers.space import small_arm
 
@@ -129,3 +131,22 @@ def test_what_it_does_not_know_is_not_polished() -> None:
     assert not can_be_polished(replace(task, total_time=(1.0, 2.0)), ())
     rotation = move(task, "rotation", pieces=4)
     assert list(rotation.polished(line(rotation))) == []
+
+
+def test_a_goal_pose_is_kept_while_the_posture_there_changes() -> None:
+    joints = case(PILLAR)
+    robot = joints.robot
+    assert isinstance(robot, SpatialArm)
+    point, rows = (np.asarray(ca.DM(part).full()).ravel() for part in robot.tool_pose(ca.DM([GOAL])))
+    quaternion = Rotation.from_matrix(rows.reshape(3, 3)).as_quat()
+    pose = Pose(tuple(point.tolist()), tuple(quaternion.tolist()), GOAL)
+    problem = replace(joints, task=replace(joints.task, goals=(pose,)))
+    made = certified(problem, next(problem.polished(line(joints))))
+    given = certified(joints, next(joints.polished(line(joints))))
+    assert made is not None and given is not None
+    last = made.at(made.breakpoints[-1:])
+    assert np.abs(last[0] - GOAL).max() > 0.01
+    found = [np.asarray(ca.DM(part).full()).ravel() for part in robot.tool_pose(ca.DM(last))]
+    assert found[0] == pytest.approx(point, abs=1e-9)
+    assert found[1] == pytest.approx(rows, abs=1e-9)
+    assert made.duration < given.duration
