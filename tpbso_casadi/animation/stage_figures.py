@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 
 from tpbso_casadi.animation.frames import Frames
 from tpbso_casadi.figures.scene import capsule, draw_bodies, draw_scene, wide_bodies
-from tpbso_casadi.figures.space.painter import repaint
 from tpbso_casadi.figures.space.panels import Posture, draw_picture
 
 ARM, WAY = "#1b2733", "#1f4fd8"
@@ -46,7 +45,7 @@ def space(axes: Axes, frames: Frames) -> Callable[[int], None]:
     def show(index: int) -> None:
         tip_path.set_data(*picture.view.project(frames.joints[: index + 1, -1]).T)
         picture.arm.set_data(*picture.view.project(frames.joints[index]).T)
-        repaint(picture.painting, picture.view, scene, centers[index], ARM)
+        picture.painting.show(centers[index])
 
     return show
 

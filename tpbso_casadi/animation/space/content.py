@@ -18,6 +18,7 @@ from tpbso_casadi.figures.space.view import ELEVATION, EYE
 
 DIGITS = 4  # of metres
 FINE = 6  # of seconds, joints, and directions
+ROUND = 24  # faces: what has more is round
 QUANTITIES = {"speed": 1, "acceleration": 2, "jerk": 3}  # of joints, with limits: orders of derivatives
 LIGHT = np.array([-0.35, -0.45, 0.82])
 
@@ -65,6 +66,8 @@ def _kinds(names: list[str]) -> Iterator[int]:
 
 
 def _solid(solid: Polyhedron) -> dict[str, Any]:
+    """Its surface; of something round, of which only the outline is drawn, the sharp edges alone."""
+    edges = [edge for edge in solid.edges if edge.sharp or len(solid.faces) <= ROUND]
     return {
         "vertices": rounded(solid.vertices, FINE),
         "faces": solid.faces,
@@ -72,7 +75,7 @@ def _solid(solid: Polyhedron) -> dict[str, Any]:
         "offsets": rounded(solid.offsets, FINE),
         "center": rounded(solid.center),
         "shades": rounded(0.75 + 0.25 * np.abs(solid.normals @ LIGHT), 2),
-        "edges": [[*edge.ends, edge.faces[0], edge.faces[-1], edge.sharp] for edge in solid.edges],
+        "edges": [[*edge.ends, edge.faces[0], edge.faces[-1], edge.sharp] for edge in edges],
     }
 
 

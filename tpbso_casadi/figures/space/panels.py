@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from problems.base.matrix import FloatArray
 from problems.tasks.drawing import MarkerKind
 from tpbso_casadi.figures.scene import MARKER_STYLES
-from tpbso_casadi.figures.space.painter import OBSTACLE, paint, solid
+from tpbso_casadi.figures.space.painter import OBSTACLE, Painting, solid
 from tpbso_casadi.figures.space.scene import Scene, ground
 from tpbso_casadi.figures.space.view import FRONT, SIDE, TOP, View, perspective
 
@@ -134,7 +134,7 @@ class Picture:
     """A view in perspective, and what changes in it with the posture: painted balls and solids, and a line."""
 
     view: View
-    painting: PolyCollection
+    painting: Painting
     arm: Line2D
 
 
@@ -143,7 +143,8 @@ def draw_picture(axes: Axes, scene: Scene, posture: Posture, bounds: FloatArray)
     radius = float(np.linalg.norm(bounds[1] - bounds[0])) / 2.0
     view = perspective(bounds.mean(axis=0), radius, scene.azimuth(bounds))
     draw_ground(axes, view, scene, bounds)
-    painting = paint(axes, view, scene, scene.centers(posture.theta[None])[0], posture.colour)
+    painting = Painting(axes, view, scene, posture.colour)
+    painting.show(scene.centers(posture.theta[None])[0])
     skeleton = scene.robot.skeleton(posture.theta[None])[0]
     arm = axes.plot(*view.project(skeleton).T, "-", color=posture.colour, linewidth=1.6, alpha=0.8, zorder=4)[0]
     for marker in scene.markers:
