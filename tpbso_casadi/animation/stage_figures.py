@@ -39,12 +39,14 @@ def plane(axes: Axes, frames: Frames) -> Callable[[int], None]:
 def space(axes: Axes, frames: Frames) -> Callable[[int], None]:
     """A robot in space, in perspective."""
     scene, centers = frames.scene, frames.scene.centers(frames.theta)
-    picture = draw_picture(axes, scene, Posture("", ARM, frames.theta[0]), scene.bounds(frames.theta))
+    bounds = scene.bounds(frames.theta)
+    view = scene.view(frames.theta, bounds)
+    picture = draw_picture(axes, view, scene, Posture("", ARM, frames.theta[0]), bounds)
     tip_path = axes.plot([], [], color=WAY, linewidth=2.0, zorder=3)[0]
 
     def show(index: int) -> None:
-        tip_path.set_data(*picture.view.project(frames.joints[: index + 1, -1]).T)
-        picture.arm.set_data(*picture.view.project(frames.joints[index]).T)
+        tip_path.set_data(*view.project(frames.joints[: index + 1, -1]).T)
+        picture.arm.set_data(*view.project(frames.joints[index]).T)
         picture.painting.show(centers[index])
 
     return show
