@@ -10,8 +10,6 @@ from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
-from ruckig import InputParameter, Result, Ruckig
-from ruckig import Trajectory as RuckigTrajectory
 
 from benchmarks.motion_bench_maker.collision import Checker
 from benchmarks.motion_bench_maker.kinematics import Kinematics, Spheres, read_kinematics, read_spheres
@@ -68,6 +66,9 @@ class Setting:
 
     def bound(self, problem: MotionProblem) -> float:
         """Least time in s between the ends of a problem where nothing is in the way: Ruckig's."""
+        from ruckig import InputParameter, Result, Ruckig  # noqa: PLC0415 (an extra)
+        from ruckig import Trajectory as RuckigTrajectory  # noqa: PLC0415
+
         given = InputParameter(len(self.limits.speed))
         given.current_position, given.target_position = list(problem.start), list(problem.goal)
         given.max_velocity, given.max_acceleration = list(self.limits.speed), list(self.limits.acceleration)
