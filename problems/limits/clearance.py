@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import casadi as ca
+import numpy as np
 
-from problems.base.arguments import is_zero
+from problems.base.arguments import Arguments, is_zero
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
+from problems.limits.ball_cluster import LEAST_PAIRS, clusters_of
 from problems.limits.constraint import Constraint
-from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.limit import SAMPLING_MARGIN, Limit, Repetition
 from problems.limits.proximity import Pair, Proximity
 from problems.motions.samples import Samples
 from problems.robots.robot import Body, Robot
@@ -113,6 +115,12 @@ def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 
     return tuple(pair for pair in pairs if pair.can_touch(robot, spare))
 
 
+def _make(obstacle: Obstacle) -> Hashable:
+    """What obstacles with the same formula have in common: their class, and which of their numbers are symbols."""
+    arguments = Arguments()
+    return type(obstacle), str(arguments.twin(obstacle))
+
+
 @dataclass(frozen=True)
 class Clearance(Proximity):
     """(14): no link comes nearer to an obstacle than the robot's margin at a sample, no joint between two samples.
@@ -140,6 +148,32 @@ class Clearance(Proximity):
         """The bodies at each sample, kept clear by a share ``margin`` of the reach on top of the robot's margin."""
         formula = "clearance(link i at t_j, obstacle) >= margin: the link's point nearest to the obstacle"
         return [self.constraint(self.name, "", self.clearances(samples), margin, formula, EQUATION)]
+
+    def repetitions(self, twin: Clearance) -> list[Repetition]:
+        """Among balls, one for each make of obstacle: all bodies that may touch any of these, from one of them."""
+        if not all(pair.body.is_ball for pair in self.pairs):
+            return []
+        makes: dict[Hashable, list[int]] = {}
+        for number, pair in enumerate(self.pairs):
+            makes.setdefault((_make(pair.obstacle), pair.measured), []).append(number)
+        return [self._repetition(twin, numbers) for numbers in makes.values()]
+
+    def _repetition(self, twin: Clearance, numbers: Sequence[int]) -> Repetition:
+        bodies = {self.pairs[number].body: twin.pairs[number] for number in numbers}
+        obstacles = {self.pairs[number].number: self.pairs[number].obstacle for number in numbers}
+        each = [Arguments() for _ in obstacles]
+        twins = [own.twin(obstacle) for own, obstacle in zip(each, obstacles.values(), strict=True)]
+        limits = []
+        for cluster in clusters_of(self.robot, list(bodies)):
+            pairs = tuple(replace(bodies[body], number=1, obstacle=twins[0]) for body in cluster.bodies)
+            around = (pairs[0], cluster.radius) if len(pairs) >= LEAST_PAIRS else None
+            limits.append(Clearance(twin.robot, pairs, around))
+        return Repetition(
+            limits=tuple(limits),
+            symbols=each[0].symbols,
+            numbers=np.array([own.values for own in each]),
+            frames=tuple(body.start for body in bodies),
+        )
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """Clearance of the lines from each joint's position at one sample to that at the next; none of balls."""

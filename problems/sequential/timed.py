@@ -8,7 +8,7 @@ from problems.base.matrix import FloatArray
 from problems.motions.trajectory import Trajectory
 from problems.sequential.path_speed import PathSpeed
 
-IN_PIECE = 6  # pieces in time for each of the speed
+IN_PIECE = 8  # pieces in time for each of the speed
 
 
 def timed(motion: PathSpeed, in_piece: int = IN_PIECE) -> Trajectory:

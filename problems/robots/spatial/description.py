@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import pi
 from typing import TypeAlias
 
 from problems.base.errors import InvalidProblem
@@ -128,6 +129,18 @@ class RobotDescription:
             margin=margin,
             self_collision=self_collision,
         )
+
+    @property
+    def drawn(self) -> SpatialArm:
+        """The robot where its geometry alone matters; ranges that are not known are half a turn each way, or 1 m."""
+        unknown = {True: (-pi, pi), False: (-1.0, 1.0)}
+        ranges = [joint.position or unknown[joint.turns] for joint in self.chain.joints]
+        return self.arm(max_speed=1.0, max_acceleration=1.0, max_jerk=1.0, position_limits=ranges)
+
+    @property
+    def reach(self) -> float:
+        """No less than the distance that the tip can have from the base, m."""
+        return self.drawn.reach()[1]
 
     def _each(self, field: str, given: PerJoint | None, known: Sequence[float | None] | None) -> tuple[float, ...]:
         joints = self.chain.joints

@@ -11,16 +11,15 @@ import numpy as np
 from problems.base.matrix import FloatArray
 from tpbso_casadi.animation.closest import Closest, closest_of
 from tpbso_casadi.animation.frames import Frames
+from tpbso_casadi.figures.colours import JOINT_COLOURS
 from tpbso_casadi.figures.space.polyhedron import Polyhedron
+from tpbso_casadi.figures.space.scene import ground
 from tpbso_casadi.figures.space.view import ELEVATION, EYE
 
 DIGITS = 4  # of metres
 FINE = 6  # of seconds, joints, and directions
 QUANTITIES = {"speed": 1, "acceleration": 2, "jerk": 3}  # of joints, with limits: orders of derivatives
 LIGHT = np.array([-0.35, -0.45, 0.82])
-COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#e377c2", "#17becf")  # of joints
-GRID = 0.25  # m: of the ground
-MOST_LINES = 40
 
 
 def content_of(frames: Frames) -> dict[str, Any]:
@@ -39,7 +38,7 @@ def content_of(frames: Frames) -> dict[str, Any]:
         "points": rounded(frames.task_points),
         "solids": [_solid(solid) for solid in scene.solids],
         "planes": [[a, b, face] for (a, b), face in scene.planes.items()],
-        "ground": list(_ground(bounds)),
+        "ground": rounded(ground(bounds)),
         "axes": _axes(np.array(robot.base), 0.3 * radius),
         "camera": {
             "center": rounded(bounds.mean(axis=0)),
@@ -48,7 +47,7 @@ def content_of(frames: Frames) -> dict[str, Any]:
             "elevation": float(np.radians(ELEVATION)),
         },
         "joint_names": list(robot.joint_names),
-        "colours": COLOURS,
+        "colours": JOINT_COLOURS,
         "curves": _curves(frames),
         "closest": None if closest is None else _closest(closest),
     }
@@ -75,17 +74,6 @@ def _solid(solid: Polyhedron) -> dict[str, Any]:
         "shades": rounded(0.75 + 0.25 * np.abs(solid.normals @ LIGHT), 2),
         "edges": [[*edge.ends, edge.faces[0], edge.faces[-1], edge.sharp] for edge in solid.edges],
     }
-
-
-def _ground(bounds: FloatArray) -> Iterator[list[Any]]:
-    """Lines of a grid below everything."""
-    low, high = bounds
-    step = GRID * max(1.0, np.ceil(float((high - low)[:2].max()) / GRID / MOST_LINES))
-    for axis in (0, 1):
-        for place in np.arange(np.ceil(low[axis] / step), np.floor(high[axis] / step) + 1) * step:
-            ends = bounds.copy()
-            ends[:, axis], ends[:, 2] = place, low[2]
-            yield rounded(ends)
 
 
 def _axes(base: FloatArray, length: float) -> list[Any]:

@@ -19,6 +19,8 @@ from tpbso_casadi.figures.space.view import AZIMUTH
 
 PADDING = 0.05  # around everything that moves, of its largest side
 SURROUNDINGS = 0.35  # beyond what moves, of its largest side: what obstacles are shown of
+GRID = 0.25  # m: of the ground
+MOST_LINES = 40  # of the grid
 BESIDE = 60.0  # degrees by which the eye is beside the line from the obstacles to the robot
 
 
@@ -89,3 +91,15 @@ class Scene:
 def corners(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The lower and the upper corner of the box around points (n, 3), each (3,)."""
     return points.min(axis=0), points.max(axis=0)
+
+
+def ground(bounds: FloatArray) -> FloatArray:
+    """Lines of a grid below everything within bounds (2, 3), m: (lines, 2, 3)."""
+    low, high = bounds
+    step = GRID * max(1.0, np.ceil(float((high - low)[:2].max()) / GRID / MOST_LINES))
+    lines = []
+    for axis in (0, 1):
+        for place in np.arange(np.ceil(low[axis] / step), np.floor(high[axis] / step) + 1) * step:
+            lines.append(bounds.copy())
+            lines[-1][:, axis], lines[-1][:, 2] = place, low[2]
+    return np.array(lines).reshape(-1, 2, 3)
