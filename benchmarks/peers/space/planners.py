@@ -77,7 +77,7 @@ def record(planner: str, setting: Setting, problem: MotionProblem, seed: int, se
 
 def judged(planner: str, setting: Setting, problem: MotionProblem, seed: int, answer: Answer) -> Record:
     """The record of an answer; certified is that obstacles, the robot itself and joint ranges are kept for all t."""
-    given = problem.name, planner, seed, setting.digest, setting.bound(problem)
+    given = problem.name, planner, seed, setting.digest(problem), setting.bound(problem)
     trajectory = answer.trajectory
     if trajectory is None:
         return Record(*given, seconds=answer.seconds, error=answer.error)
