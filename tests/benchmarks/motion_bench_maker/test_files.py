@@ -87,7 +87,7 @@ def test_frames_are_those_computed_by_hand(setting: Setting) -> None:
     kinematics = setting.kinematics
     assert kinematics.names == ("turn", "lift", "roll")
     assert kinematics.bodies["finger"][0] == 3
-    upright = kinematics.pose(np.array([0.0, np.pi / 2.0, 0.0]), "hand")
+    upright = kinematics.pose(np.array([0.0, np.pi / 2.0, 0.0]), "tool0")
     assert upright[:3, 3] == pytest.approx([1.0, 0.0, 2.0])
     aside = kinematics.pose(np.array([np.pi / 2.0, 0.0, np.pi / 2.0]), "finger")
     assert aside[:3, 3] == pytest.approx([0.1, 2.5, 0.5])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.urdf import ARM
 
+from helpers.urdf import ARM
 from problems import InvalidProblem
 from problems.robots.spatial.chain import JointKind
 from problems.robots.spatial.description import RobotDescription
