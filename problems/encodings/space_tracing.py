@@ -29,7 +29,7 @@ from problems.tasks.paths.space_tracing import SpaceTracing
 MOST_OFFSET = np.pi / 2.0  # rad or m, by which a joint wanders off
 STRIDES = 4  # in which the first posture wanders off
 STEPS = 4  # of Newton's method at each knot, and after each stride
-FINAL_STEPS = 4  # further ones in the finished motion
+LAST_STEPS = 4  # further ones in the finished motion
 
 
 @dataclass(frozen=True)
@@ -120,32 +120,38 @@ class SpaceKnots(TracedKnots):
         return ca.Function("knot", [x, row, before], [self.posture_at(x, row, before)])
 
     @cached_property
-    def _final(self) -> ca.Function:
+    def _last(self) -> ca.Function:
         """Further Newton steps at a knot."""
         theta = ca.SX.sym("theta", 1, self.task.robot.dof)
         target = ca.SX.sym("target", len(self.targets[0]))
-        return ca.Function("final", [theta, target], [self._led_back(theta, target, FINAL_STEPS)])
+        return ca.Function("last", [theta, target], [self._led_back(theta, target, LAST_STEPS)])
 
     def postures(self, x: Matrix) -> Matrix:
         """Joint angles (M, dof) at the knots, rad."""
         return self._followed(x, self.posture_before(x))
 
-    def followed(self, start: FloatArray) -> FloatArray:
-        """Joint angles (M, dof) at the knots from a start (dof,) on, with no joint wandering off."""
-        return as_array(self._followed(ca.DM.zeros(len(self.variables)), ca.DM(start).T))
+    def followed(self, starts: FloatArray) -> FloatArray:
+        """Joint angles (n, M, dof) at the knots from n starts (n, dof) on, with no joint wandering off."""
+        count, dof = starts.shape
+        x = ca.DM.zeros(len(self.variables), count)
+        theta = as_array(self._followed(x, ca.DM(starts.reshape(1, -1)), count))
+        return theta.reshape(-1, count, dof).transpose(1, 0, 2)
 
-    def _followed(self, x: Matrix, theta: Matrix) -> Matrix:
-        final = []
+    def _followed(self, x: Matrix, theta: Matrix, count: int = 1) -> Matrix:
+        """From several starts side by side, (1, count dof): postures at the knots, (M, count dof)."""
+        knot, last = self._knot.map(count), self._last.map(count)
+        found = []
         for row in self.knot_rows:
-            theta = self._knot(x, ca.DM(row), theta)
-            final.append(self._final(theta, ca.DM(row[self.offset_values :])))
-        return ca.vertcat(*final[self.lead :])
+            rows = ca.repmat(ca.DM(row), 1, count)
+            theta = knot(x, rows, theta)
+            found.append(last(theta, rows[self.offset_values :, :]))
+        return ca.vertcat(*found[self.lead :])
 
     @property
     def most_change(self) -> float:
         """Bound of how much a joint changes from knot to knot, rad or m: by its offset, and by all Newton steps."""
         grown = float(np.abs(self.knot_rows[:, : self.offset_values]).sum(axis=1).max())
-        return MOST_OFFSET * grown + LONGEST_STEP * (STEPS + 2 * FINAL_STEPS)
+        return MOST_OFFSET * grown + LONGEST_STEP * (STEPS + 2 * LAST_STEPS)
 
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
         """Bounds of the motions of the search box."""

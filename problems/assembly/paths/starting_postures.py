@@ -23,7 +23,7 @@ MOST_STARTS = 8  # among which a search chooses
 NULL_SINGULAR_VALUE = 1e-6  # relative: less moves nothing
 IDLE = 1e-6  # m or rad per rad, by which a joint moves the tool that does not
 
-Follower = Callable[[FloatArray], FloatArray]  # from a posture (dof,) to those at all knots, (M, dof)
+Follower = Callable[[FloatArray], FloatArray]  # from postures (n, dof) to those at all knots, (n, M, dof)
 
 
 def clear_postures(task: SpaceTracing, knots: PathKnots) -> FloatArray:
@@ -63,16 +63,14 @@ def best_starts(task: SpaceTracing, knots: PathKnots, theta: FloatArray, follow:
         task: whose robot.
         knots: of the path.
         theta: starts, (n, dof).
-        follow: leads a start along the path.
+        follow: leads starts along the path.
     """
-    merits = []
-    for start in theta:
-        followed = follow(start)
-        away = np.linalg.norm(task.robot.tool_at(followed)[0] - knots.points, axis=1)
-        missed = int((away > task.accuracy).sum())
-        merits.append((missed, float(np.abs(np.diff(followed, axis=0) / task.robot.limits.speed).max(axis=1).sum())))
-    order = sorted(range(len(theta)), key=merits.__getitem__)
-    return np.asarray(theta[order[:MOST_STARTS]])
+    followed = follow(theta)
+    count, knots_count, dof = followed.shape
+    tool = task.robot.tool_at(followed.reshape(-1, dof))[0].reshape(count, knots_count, -1)
+    missed = (np.linalg.norm(tool - knots.points, axis=2) > task.accuracy).sum(axis=1)
+    turning = np.abs(np.diff(followed, axis=1) / task.robot.limits.speed).max(axis=2).sum(axis=1)
+    return np.asarray(theta[np.lexsort((turning, missed))[:MOST_STARTS]])
 
 
 def wandering_joints(task: SpaceTracing, theta: FloatArray) -> tuple[int, ...]:
