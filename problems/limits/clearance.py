@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import ClassVar, Self
 
 import casadi as ca
@@ -63,10 +64,10 @@ class CollisionPair(Pair):
         """The body's."""
         return (self.body.radius,)
 
-    def ends(self, positions: Sequence[Matrix]) -> tuple[Matrix, ...]:
+    @property
+    def frames(self) -> tuple[int, ...]:
         """Those of the body."""
-        frames = {self.body.start: None, self.body.end: None}
-        return tuple(positions[frame] for frame in frames)
+        return self.body.frames
 
     def between(self, *ends: Matrix) -> Matrix:
         """From the obstacle to the lines between the ends, or to the one point that they are."""
@@ -88,17 +89,23 @@ class CollisionPair(Pair):
 
     def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
         """The obstacle stands still."""
-        return robot.turns, robot.levers[robot.bodies.index(self.body)]
+        return robot.turns, robot.levers[robot.number_of(self.body)]
 
     def can_touch(self, robot: Robot, spare: float = 0.0) -> bool:
         """Whether the body reaches as near as the margin, and ``spare`` m farther."""
         reach = max(robot.reach(frame)[1] for frame in (self.body.start, self.body.end) if frame > 0)
         kept = float(self.body.radius) + robot.margin + spare
-        return reach >= self.obstacle.distance_to(robot.base) - kept
+        return reach >= _distance(self.obstacle, robot.base) - kept
 
     def smooth(self, clearance: Matrix) -> Matrix:
         """The obstacle's own, of the distance from the body's middle line."""
         return self.obstacle.smooth(clearance + self.body.radius)
+
+
+@lru_cache
+def _distance(obstacle: Obstacle, point: tuple[float, ...]) -> float:
+    """A lower bound in m of the distance of an obstacle from a point; the same for all bodies of a robot."""
+    return obstacle.distance_to(point)
 
 
 def moving_bodies(robot: Robot) -> list[Body]:
