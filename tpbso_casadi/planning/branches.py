@@ -6,7 +6,7 @@ behind an obstacle.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from tpbso_casadi.planning.plan import Plan
 
 FINALISTS = 3  # the race's own pick alone is unreliable
+CLOSE = 1.15  # times the best cost of the race: what is above is not planned
 RACE_SHARE = 0.3  # of the evaluations and iterations of a finalist's search, for each branch
 WORTH = 0.8  # of what a branch's own posture takes in free space: about what a free one near it may gain
 RACE_TIME = 0.4  # of a time limit, for all branches together
@@ -75,7 +76,7 @@ def best_of_branches(
             entries.append(_raced(branch, solver, budget, settings.seed, evaluation, progress, interruption))
     left = _left(settings)
     best: Plan | None = None
-    for number, entry in enumerate(sorted(entries, key=lambda each: each.cost)[:FINALISTS], start=1):
+    for number, entry in enumerate(_finalists(entries), start=1):
         if best is not None and interruption.requested:
             break
         found = planned(entry.problem, left)
@@ -83,6 +84,11 @@ def best_of_branches(
         best = replace(best, rounds=len(entries) + number)
     assert best is not None
     return replace(best, interrupted=interruption.requested)
+
+
+def _finalists(entries: Sequence[Entry]) -> list[Entry]:
+    best, *others = sorted(entries, key=lambda each: each.cost)[:FINALISTS]
+    return [best, *(each for each in others if each.cost <= CLOSE * best.cost)]
 
 
 def _in_time(branch: Problem[Any]) -> float:
