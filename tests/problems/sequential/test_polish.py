@@ -30,6 +30,7 @@ SPHERES = tuple(
     Sphere(link, (0.0, 0.0, at), 0.06, f"ball of {link}") for link, at in ((3, 0.1), (3, 0.3), (5, 0.1), (7, 0.1))
 )
 PILLAR = Box(center=(0.62, 0.5, 0.35), size=(0.1, 0.1, 0.7))
+FAR = Box(center=(-0.5, -0.5, 0.1), size=(0.1, 0.1, 0.1))
 JERK = (400.0,) * 7
 
 
@@ -48,7 +49,7 @@ def certified(problem: MoveProblem, trajectory: Trajectory) -> Trajectory | None
     return slowed if proven else None
 
 
-@pytest.mark.parametrize("jerk", [JERK, None])
+@pytest.mark.parametrize("jerk", [JERK, pytest.param(None, marks=pytest.mark.slow)])
 def test_a_line_through_an_obstacle_is_repaired_and_proven(jerk: tuple[float, ...] | None) -> None:
     problem = case(PILLAR, max_jerk=jerk)
     through = line(case(PILLAR))
@@ -61,7 +62,7 @@ def test_a_line_through_an_obstacle_is_repaired_and_proven(jerk: tuple[float, ..
 
 
 def test_free_space_is_left_almost_as_fast_as_it_can_be() -> None:
-    problem = case(Box(center=(-0.5, -0.5, 0.1), size=(0.1, 0.1, 0.1)))
+    problem = case(FAR)
     best = line(problem)
     slow = best.time_scaled(1.6)
     made = certified(problem, next(problem.polished(slow)))
@@ -69,6 +70,7 @@ def test_free_space_is_left_almost_as_fast_as_it_can_be() -> None:
     assert best.duration <= made.duration < 1.03 * best.duration
 
 
+@pytest.mark.slow
 def test_the_same_motions_come_out_every_time_each_farther_from_obstacles() -> None:
     problem = case(PILLAR)
     once, again = (list(islice(problem.polished(line(problem)), count)) for count in (2, 1))
@@ -90,6 +92,7 @@ def nearest(problem: MoveProblem, trajectory: Trajectory) -> float:
     return float(min(found))
 
 
+@pytest.mark.slow
 def test_a_sheet_thinner_than_a_step_is_not_passed_through() -> None:
     sheet = Box(center=(0.62, 0.5, 0.35), size=(0.25, 0.004, 0.7))
     problem = case(sheet)
@@ -101,6 +104,7 @@ def test_a_sheet_thinner_than_a_step_is_not_passed_through() -> None:
     pytest.fail("nothing was found around the sheet")
 
 
+@pytest.mark.slow
 def test_joint_ranges_are_kept() -> None:
     robot_ranges = ((-0.05, 1.5), (0.5, 1.3), *(((-2.8, 2.8),) * 5))
     problem = case(PILLAR, position_limits=robot_ranges)
@@ -110,6 +114,7 @@ def test_joint_ranges_are_kept() -> None:
     assert (theta[:, 1] >= 0.5).all() and (theta[:, 1] <= 1.3).all()
 
 
+@pytest.mark.slow
 def test_a_descent_never_returns_what_is_slower_or_nearer() -> None:
     problem = case(PILLAR)
     robot, space = problem.robot, MotionSpace(12, 24)
@@ -134,7 +139,7 @@ def test_what_it_does_not_know_is_not_polished() -> None:
 
 
 def test_a_goal_pose_is_kept_while_the_posture_there_changes() -> None:
-    joints = case(PILLAR)
+    joints = case(FAR)
     robot = joints.robot
     assert isinstance(robot, SpatialArm)
     point, rows = (np.asarray(ca.DM(part).full()).ravel() for part in robot.tool_pose(ca.DM([GOAL])))
@@ -142,11 +147,10 @@ def test_a_goal_pose_is_kept_while_the_posture_there_changes() -> None:
     pose = Pose(tuple(point.tolist()), tuple(quaternion.tolist()), GOAL)
     problem = replace(joints, task=replace(joints.task, goals=(pose,)))
     made = certified(problem, next(problem.polished(line(joints))))
-    given = certified(joints, next(joints.polished(line(joints))))
-    assert made is not None and given is not None
+    assert made is not None
     last = made.at(made.breakpoints[-1:])
     assert np.abs(last[0] - GOAL).max() > 0.01
     found = [np.asarray(ca.DM(part).full()).ravel() for part in robot.tool_pose(ca.DM(last))]
     assert found[0] == pytest.approx(point, abs=1e-9)
     assert found[1] == pytest.approx(rows, abs=1e-9)
-    assert made.duration < given.duration
+    assert made.duration < 1.02 * line(joints).duration
