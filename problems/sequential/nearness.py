@@ -159,6 +159,8 @@ class Nearness:
 
     def gradients(self, theta: FloatArray, near: NearPairs) -> FloatArray:
         """How clearances change with the joints, (m, k), m/rad."""
+        if not near.samples.size:
+            return np.empty((0, self.robot.dof))
         used, places = np.unique(near.samples, return_inverse=True)
         k, dim = self.robot.dof, self.robot.dim
         jacobians = as_array(self._jacobian(theta[used].T)).T.reshape(used.size, len(self._frames), dim, k)

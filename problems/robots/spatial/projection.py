@@ -60,7 +60,7 @@ def _geometry(robot: SpatialArm) -> SpatialArm:
 
 @lru_cache(maxsize=16)
 def _step(robot: SpatialArm, turning: bool, limited: bool) -> ca.Function:
-    """A posture (1, dof), a position (3, 1), [a rotation (3, 3),] [both limits (1, dof)] -> the posture after a step."""
+    """From a posture (1, dof), position (3, 1), [rotation (3, 3),] [limits (1, dof)] to the posture after a step."""
     theta, position, rotation = ca.SX.sym("theta", 1, robot.dof), ca.SX.sym("position", 3), ca.SX.sym("rotation", 3, 3)
     low, high = ca.SX.sym("low", 1, robot.dof), ca.SX.sym("high", 1, robot.dof)
     pose, jacobian = tool_jacobian(robot, theta, turning)
