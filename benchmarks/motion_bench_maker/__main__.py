@@ -12,6 +12,7 @@ from benchmarks.motion_bench_maker.options import add_problem_options, problems_
 from benchmarks.motion_bench_maker.ours import Question, judge_all, runs_of, usual_tip
 from benchmarks.motion_bench_maker.problem_file import InvalidFile, MotionProblem
 from benchmarks.motion_bench_maker.records import Records
+from benchmarks.motion_bench_maker.run_limit import limited
 from benchmarks.motion_bench_maker.table import by_kind, printed, rows
 from problems.evaluation import BACKENDS
 from tpbso_casadi.campaign import parse_solvers
@@ -34,6 +35,9 @@ def parser() -> argparse.ArgumentParser:
     command_line.add_argument("--solvers", default="lshade", metavar="A,B", help="as in tpbso_casadi.compare")
     command_line.add_argument("--evaluations", type=int, default=20_000, metavar="N", help="of each search")
     command_line.add_argument("--seeds", type=int, default=1, metavar="N", help="of each solver on each problem")
+    command_line.add_argument(
+        "--run-limit", type=float, default=600.0, metavar="S", help="ends a run of this machine; 600 s by default"
+    )
     executors = command_line.add_mutually_exclusive_group()
     executors.add_argument("--workers", type=int, default=1, metavar="N", help="processes; 1 by default")
     executors.add_argument("--dask", metavar="ADDRESS", help="the workers of a Dask scheduler")
@@ -68,7 +72,8 @@ def run(options: argparse.Namespace, question: Question, problems: list[MotionPr
             print(f"{len(pending)} of {len(runs)} runs", file=sys.stderr, flush=True)
             options.quiet = True
             with executors_of(options, len(pending)) as executors:
-                run_campaign(pending, store, executors, options.retry_failed, tell)
+                own = executors if options.dask else limited(executors, options.run_limit)
+                run_campaign(pending, store, own, options.retry_failed, tell)
         records = list(judge_all(question.setting, runs, store, Records(options.out / "records.jsonl")))
     print(printed(by_kind(records) if options.classes else rows(records)))
     return 0
