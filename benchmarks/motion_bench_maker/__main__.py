@@ -9,7 +9,7 @@ from pathlib import Path
 
 import benchmarks.motion_bench_maker
 from benchmarks.motion_bench_maker.options import add_problem_options, problems_of, setting_of
-from benchmarks.motion_bench_maker.ours import Question, judge_all, runs_of
+from benchmarks.motion_bench_maker.ours import Question, judge_all, runs_of, usual_tip
 from benchmarks.motion_bench_maker.problem_file import InvalidFile, MotionProblem
 from benchmarks.motion_bench_maker.records import Records
 from benchmarks.motion_bench_maker.table import by_kind, printed, rows
@@ -18,8 +18,6 @@ from tpbso_casadi.campaign import parse_solvers
 from tpbso_casadi.campaign.run import Outcome
 from tpbso_casadi.campaign.runner import run_campaign
 from tpbso_casadi.cli.campaign import executors_of, exit_code_of, stored
-
-TIPS = ("panda_link8", "tool0")  # where the chains of the problems end
 
 
 def parser() -> argparse.ArgumentParser:
@@ -54,7 +52,7 @@ def main() -> int:
     except InvalidFile as error:
         print(f"benchmarks.motion_bench_maker: {error}", file=sys.stderr)
         return 2
-    tip = options.tip or next((link for link in TIPS if link in setting.kinematics.bodies), None)
+    tip = options.tip or usual_tip(setting)
     question = Question(setting, tip, options.goal == "pose")
     return exit_code_of(lambda: run(options, question, problems))
 

@@ -10,8 +10,6 @@ from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
-from ruckig import InputParameter, Result, Ruckig
-from ruckig import Trajectory as RuckigTrajectory
 
 from benchmarks.motion_bench_maker.collision import Checker
 from benchmarks.motion_bench_maker.kinematics import Kinematics, Spheres, read_kinematics, read_spheres
@@ -57,9 +55,12 @@ class Setting:
         return limits_of(self.kinematics, self.acceleration, self.jerk)
 
     @cached_property
-    def digest(self) -> str:
-        """Of the files and the limits."""
-        content = [self.urdf.read_text(), self.spheres_file.read_text(), asdict(self.limits)]
+    def _content(self) -> list[object]:
+        return [self.urdf.read_text(), self.spheres_file.read_text(), asdict(self.limits)]
+
+    def digest(self, problem: MotionProblem) -> str:
+        """Of the files, the limits and a problem."""
+        content = [*self._content, asdict(problem)]
         return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
     def checker(self, problem: MotionProblem) -> Checker:
@@ -68,6 +69,9 @@ class Setting:
 
     def bound(self, problem: MotionProblem) -> float:
         """Least time in s between the ends of a problem where nothing is in the way: Ruckig's."""
+        from ruckig import InputParameter, Result, Ruckig  # noqa: PLC0415 (an extra)
+        from ruckig import Trajectory as RuckigTrajectory  # noqa: PLC0415
+
         given = InputParameter(len(self.limits.speed))
         given.current_position, given.target_position = list(problem.start), list(problem.goal)
         given.max_velocity, given.max_acceleration = list(self.limits.speed), list(self.limits.acceleration)

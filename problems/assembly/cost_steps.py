@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from problems.assembly.problem import Problem
+from problems.assembly.repeated_loop import REPEATED
 from problems.assembly.sample_loop import Instant, SampleLoop, cost_loop
 from problems.base.arguments import Arguments
 from problems.base.matrix import Matrix
@@ -37,6 +38,8 @@ class CostSteps(ABC, Generic[P]):
         self.encoding: Encoding[P] = self.arguments.twin(problem.encoding)
         self.motion: Motion[P] = self.arguments.twin(problem.motion)
         self.limits: tuple[Limit, ...] = self.arguments.twin(problem.limits)
+        each = zip(problem.limits, self.limits, strict=True)
+        self._repetitions = {id(twin): limit.repetitions(twin) for limit, twin in each}
         self.weights: CostWeights = self.arguments.twin(problem.weights)
         self.duration_bounds = self.arguments.twin(problem.task.duration_bounds)
         self.objective = problem.objective
@@ -55,10 +58,12 @@ class CostSteps(ABC, Generic[P]):
     def program(self) -> Program:
         """The program of all steps."""
         penalised, penalty = self.encoding.penalised(self.limits), self.encoding.penalty
-        loop = cost_loop(self.motion, penalised, self.objective, penalty, self.least_orders, self.p)
+        written_out = [limit for limit in penalised if not self._repetitions.get(id(limit))]
+        repeated = [each for limit in penalised for each in self._repetitions.get(id(limit), ())]
+        loop = cost_loop(self.motion, written_out, self.objective, penalty, self.least_orders, self.p, repeated)
         orders = tuple(sorted({*(loop.orders if loop else ()), *self.least_orders}))
         front = self.front(orders, loop.starting_values if loop else {})
-        steps = [*front, *([loop.step] if loop else []), *self.further_steps(orders), self._finish(loop)]
+        steps = [*front, *([loop.step, *loop.further] if loop else []), *self.further_steps(orders), self._finish(loop)]
         return Program(steps=tuple(steps), parameters=self.arguments.values)
 
     @abstractmethod
@@ -110,7 +115,7 @@ class CostSteps(ABC, Generic[P]):
         """The last step: the cost from the accumulated sums."""
         inputs: dict[str, ca.SX] = {"p": self.p, "durations": ca.SX.sym("durations", self.motion.duration_count)}
         if loop is not None:
-            inputs["sums"] = ca.SX.sym("sums", loop.starting_values["sums"])
+            inputs |= {n: ca.SX.sym(n, size) for n, size in loop.starting_values.items() if n in {"sums", REPEATED}}
         if self.reach_size:
             inputs["reach"] = ca.SX.sym("reach", self.reach_size)
         for name in self.further_penalties:
@@ -120,7 +125,8 @@ class CostSteps(ABC, Generic[P]):
         objective = self.objective.terminal(self.motion.duration(inputs["durations"]))
         for accumulated in sums[count:]:
             objective = objective + accumulated
-        penalties = [*sums[:count], *(inputs[name] for name in self.further_penalties)]
+        repeated = ca.vertsplit(inputs[REPEATED]) if REPEATED in inputs else []
+        penalties = [*sums[:count], *repeated, *(inputs[name] for name in self.further_penalties)]
         if self.duration_bounds is not None and self.encoding.scales_time:  # else the search box keeps them
             durations = self.duration_bounds.at(inputs["durations"].T, SAMPLING_MARGIN)
             penalties.append(self.encoding.penalty(durations))

@@ -10,10 +10,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from problems.assembly.repeated_loop import PLACES, REPEATED, RepeatedLoop
 from problems.base.matrix import Matrix, total
 from problems.evaluation import Loop, Step
 from problems.limits.constraint import Constraint
-from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.limit import SAMPLING_MARGIN, Limit, Repetition
 from problems.motions.motion import Motion, SampleGrid
 from problems.motions.samples import Samples
 from problems.objectives.objective import Objective
@@ -71,12 +72,14 @@ class SampleLoop:
         orders: of the derivatives that the blocks have to hold.
         starting_values: vectors that an earlier step has to set to zero, with their sizes.
         penalties: how many of the sums are penalties; one more is the objective's, where there is one.
+        further: steps that go on with what this one leaves of each sample.
     """
 
     step: Step
     orders: tuple[int, ...]
     starting_values: dict[str, int]
     penalties: int = 0
+    further: tuple[Step, ...] = ()
 
 
 def loop_over(motion: Motion[Any], orders: tuple[int, ...], grid: SampleGrid, blocks: str) -> Loop:
@@ -114,17 +117,29 @@ def cost_loop(
     penalty: Callable[[Constraint], Matrix],
     least_orders: tuple[int, ...],
     p: ca.SX,
+    repetitions: Sequence[Repetition] = (),
 ) -> SampleLoop | None:
     """Accumulates what limits and objective make of each sample, in ``sums``: penalties first, then the objective.
 
     None where neither makes anything of single samples.
+
+    Args:
+        motion: the symbolic twin of the motion.
+        limits: that are penalised, written out.
+        objective: of the motion.
+        penalty: of the rows of a constraint.
+        least_orders: of derivatives that the blocks hold in any case.
+        p: the numbers of the statement.
+        repetitions: of further limits, whose penalties are accumulated in ``repeated``.
     """
     instant = Instant(motion)
     before, _ = instant.before(instant.probe)
     contributions, _ = _contributions(limits, objective, penalty, before, instant.probe, ca.SX(1))
-    if contributions.numel() == 0:
+    repeated = RepeatedLoop(motion.robot, repetitions)
+    if contributions.numel() == 0 and not repetitions:
         return None
-    orders = tuple(sorted({*instant.needed_orders([contributions]), *least_orders}))
+    needed = [contributions, *([repeated.places(instant.probe)] if repetitions else [])]
+    orders = tuple(sorted({*instant.needed_orders(needed), *least_orders}))
     window, row = symbols_of(motion, orders, motion.grid)
     durations = ca.SX.sym("durations", motion.duration_count)
     now = motion.at(window, row[:-1], durations, orders)
@@ -133,14 +148,24 @@ def cost_loop(
     carried = [pair for pair in passed_on if any(ca.which_depends(contributions, ca.vec(pair[0]), 1, False))]
     sums = ca.SX.sym("sums", contributions.numel())
     inputs = {"p": p, "durations": durations, "window": window, "row": row, "sums": sums}
-    outputs = {"sums": sums + contributions}
+    outputs: dict[str, Matrix] = {"sums": sums + contributions}
     starting_values = {"sums": contributions.numel()}
     if carried:
         symbols, values = (ca.vertcat(*(ca.vec(part) for part in side)) for side in zip(*carried, strict=True))
         inputs["before"], outputs["before"] = symbols, values
         starting_values["before"] = symbols.numel()
-    step = Step.of("sample", inputs, outputs, loop_over(motion, orders, motion.grid, "blocks"))
-    return SampleLoop(step=step, orders=orders, starting_values=starting_values, penalties=count)
+    further: list[Step] = []
+    if repetitions:
+        outputs[PLACES], starting_values[REPEATED] = repeated.places(now), len(repetitions)
+        further = repeated.steps(p, len(motion.grid.rows), penalty)
+    loop, stacked = loop_over(motion, orders, motion.grid, "blocks"), (PLACES,) if repetitions else ()
+    return SampleLoop(
+        step=Step.of("sample", inputs, outputs, loop, stacked),
+        orders=orders,
+        starting_values=starting_values,
+        penalties=count,
+        further=tuple(further),
+    )
 
 
 def _contributions(

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import casadi as ca
+import numpy as np
 
-from problems.base.arguments import is_zero
+from problems.base.arguments import Arguments, is_zero
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
+from problems.limits.ball_cluster import LEAST_PAIRS, Cluster, clusters_of
 from problems.limits.constraint import Constraint
-from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.limit import SAMPLING_MARGIN, Limit, Repetition
 from problems.limits.proximity import Pair, Proximity
 from problems.motions.samples import Samples
 from problems.robots.robot import Body, Robot
@@ -99,18 +101,45 @@ class CollisionPair(Pair):
         return self.obstacle.smooth(clearance + self.body.radius)
 
 
+def moving_bodies(robot: Robot) -> list[Body]:
+    """Those that a joint moves."""
+    return [body for body, levers in zip(robot.bodies, robot.levers, strict=True) if levers.any()]
+
+
 def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 0.0) -> tuple[CollisionPair, ...]:
     """All pairs of body and obstacle except those that can never come within the margin, and ``spare`` m more.
 
     Bodies that no joint moves, as the foot of a robot on a table, are none of them: no motion could avoid anything.
     """
-    bodies = [body for body, levers in zip(robot.bodies, robot.levers, strict=True) if levers.any()]
+    bodies = moving_bodies(robot)
     pairs = (
         CollisionPair(body, number, obstacle, measured=not (is_zero(body.radius) and is_zero(robot.margin)))
         for number, obstacle in enumerate(obstacles, start=1)
         for body in bodies
     )
     return tuple(pair for pair in pairs if pair.can_touch(robot, spare))
+
+
+def _make(obstacle: Obstacle) -> Hashable:
+    """What obstacles with the same formula have in common: their class, and which of their numbers are symbols."""
+    arguments = Arguments()
+    return type(obstacle), str(arguments.twin(obstacle))
+
+
+def _repetition(robot: Robot, clusters: Sequence[Cluster], pairs: Sequence[CollisionPair]) -> Repetition:
+    """Clusters of balls of a robot, and the obstacles of pairs, all of one make."""
+    arguments = [Arguments() for _ in pairs]
+    twins = [own.twin(pair.obstacle) for own, pair in zip(arguments, pairs, strict=True)]
+    one, limits = replace(pairs[0], number=1, obstacle=twins[0]), []
+    for cluster in clusters:
+        each = tuple(replace(one, body=body) for body in cluster.bodies)
+        limits.append(Clearance(robot, each, (each[0], cluster.radius) if len(each) >= LEAST_PAIRS else None))
+    return Repetition(
+        limits=tuple(limits),
+        symbols=arguments[0].symbols,
+        numbers=np.array([own.values for own in arguments]),
+        frames=tuple(body.start for cluster in clusters for body in cluster.bodies),
+    )
 
 
 @dataclass(frozen=True)
@@ -140,6 +169,19 @@ class Clearance(Proximity):
         """The bodies at each sample, kept clear by a share ``margin`` of the reach on top of the robot's margin."""
         formula = "clearance(link i at t_j, obstacle) >= margin: the link's point nearest to the obstacle"
         return [self.constraint(self.name, "", self.clearances(samples), margin, formula, EQUATION)]
+
+    def repetitions(self, twin: Clearance) -> list[Repetition]:
+        """Among balls, one for each make of obstacle: all balls that move, from one of them.
+
+        Those that cannot touch it are among them, so that where obstacles are changes no code.
+        """
+        if not all(pair.body.is_ball for pair in self.pairs):
+            return []
+        makes: dict[Hashable, dict[int, CollisionPair]] = {}
+        for pair in self.pairs:
+            makes.setdefault((_make(pair.obstacle), pair.measured), {})[pair.number] = pair
+        clusters = clusters_of(self.robot, moving_bodies(self.robot))
+        return [_repetition(twin.robot, clusters, list(pairs.values())) for pairs in makes.values()]
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """Clearance of the lines from each joint's position at one sample to that at the next; none of balls."""

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import ClassVar, Self
 
+import casadi as ca
+
 from problems.base.arguments import Statement
-from problems.base.matrix import Matrix
+from problems.base.matrix import FloatArray, Matrix
 from problems.limits.constraint import Constraint
 from problems.motions.samples import Samples
 from problems.robots.robot import Robot
@@ -54,6 +57,18 @@ class Limit(Statement, ABC):
         steps = self.between(*samples.steps, margin) if samples.count > 1 else []
         return [*self.at(samples, margin), *steps]
 
+    def repetitions(self, twin: Self) -> list[Repetition]:
+        """The limit as a few that are each repeated with other numbers; none by default: it is evaluated as it is.
+
+        Args:
+            twin: the same limit with symbols for its numbers.
+        """
+        return []
+
+    def may_break(self, samples: Samples, margin: float = 0.0) -> Matrix | None:
+        """Whether it can be broken at one sample, for little work; None where nothing is known for less than all."""
+        return None
+
     @property
     def robot_or_none(self) -> Robot | None:
         """The robot, for a limit that needs more than joint angles; else None."""
@@ -78,3 +93,20 @@ class Limit(Statement, ABC):
             A scalar; below 1 where time can be saved.
         """
         raise NotImplementedError
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Repetition:
+    """What a limit says of many things in the same words: written once, evaluated for each with its own numbers.
+
+    Attributes:
+        limits: about one of them, on positions of the robot's frames alone.
+        symbols: the numbers of that one, (r, 1).
+        numbers: of all of them, (things, r).
+        frames: of which positions it needs.
+    """
+
+    limits: tuple[Limit, ...]
+    symbols: ca.SX
+    numbers: FloatArray
+    frames: tuple[int, ...]

@@ -102,10 +102,13 @@ class Proximity(Limit):
     Args:
         robot: whose bodies.
         pairs: that could come too near.
+        around: a pair and a length, m: no pair is nearer than the distance between the middle lines of this one, less
+            the length; None where no such pair is known.
     """
 
     robot: Robot
     pairs: tuple[Pair, ...]
+    around: tuple[Pair, float] | None = None
 
     def kept(self, share: float) -> Operand:
         """The clearance that is kept, m: the robot's margin, and a share of its reach."""
@@ -137,6 +140,13 @@ class Proximity(Limit):
             transform=self._smooth,
             formula=formula,
         )
+
+    def may_break(self, samples: Samples, margin: float = 0.0) -> Matrix | None:
+        """Whether the pair around all others is near enough."""
+        if self.around is None:
+            return None
+        pair, length = self.around
+        return pair.between(*pair.ends(samples.positions)) < self.kept(margin) + length
 
     def clearances(self, samples: Samples) -> Matrix:
         """Of all pairs at each sample, (n, pairs), m."""

@@ -7,9 +7,12 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import casadi as ca
+import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix, Operand
+from problems.limits.ball_cluster import LEAST_PAIRS, clusters_of
 from problems.limits.constraint import Constraint
+from problems.limits.limit import Repetition
 from problems.limits.proximity import Pair, Proximity
 from problems.motions.samples import Samples
 from problems.robots.robot import Body, Robot
@@ -79,6 +82,24 @@ class SelfClearance(Proximity):
         """The limit, where it is asked for and there are bodies that could touch."""
         pairs = tuple(BodyPair(*pair) for pair in robot.own_pairs) if robot.self_collision else ()
         return cls(robot, pairs) if pairs else None
+
+    def repetitions(self, twin: SelfClearance) -> list[Repetition]:
+        """Among balls, pairs of the same two clusters together; nothing is repeated."""
+        bodies = dict.fromkeys(body for pair in self.pairs for body in (pair.first, pair.second))
+        if not all(body.is_ball for body in bodies):
+            return []
+        clusters = clusters_of(self.robot, list(bodies))
+        number = {body: k for k, cluster in enumerate(clusters) for body in cluster.bodies}
+        groups: dict[tuple[int, int], list[BodyPair]] = {}
+        for pair, own in zip(self.pairs, twin.pairs, strict=True):
+            groups.setdefault((number[pair.first], number[pair.second]), []).append(own)
+        limits = []
+        for (one, two), pairs in groups.items():
+            first, second = clusters[one], clusters[two]
+            around = BodyPair(first.bodies[0], second.bodies[0]), first.radius + second.radius
+            limits.append(SelfClearance(twin.robot, tuple(pairs), around if len(pairs) >= LEAST_PAIRS else None))
+        frames = tuple(body.start for body in bodies)
+        return [Repetition(limits=tuple(limits), symbols=ca.SX(0, 1), numbers=np.empty((1, 0)), frames=frames)]
 
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The bodies at each sample, kept apart by a share ``margin`` of the reach on top of the robot's margin."""

@@ -170,6 +170,10 @@ class Robot(Statement, ABC):
         """The bodies that must not touch anything; by default every segment between consecutive frames."""
         return tuple(Body(f"link {link}", link - 1, link) for link in range(1, self.dof + 1))
 
+    def moved_by(self, body: Body) -> int:
+        """The number of the last joint that moves a body: bodies with the same number are fixed to each other."""
+        return body.end
+
     @abstractmethod
     def reach(self, links: int | None = None) -> tuple[float, float]:
         """The smallest and largest distance in m from the base at which the end of so many links can be."""

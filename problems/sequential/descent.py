@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from problems.base.matrix import FloatArray
 from problems.robots.robot import JointLimits
 from problems.sequential.freedom import Freedom
 from problems.sequential.limit_rows import limit_rows
@@ -14,13 +15,15 @@ from problems.sequential.linear_step import ClearanceRows, best_step, paced
 from problems.sequential.nearness import Nearness, NearPairs
 from problems.sequential.path_speed import Grid, MotionSpace, PathSpeed
 
-DENSE, EVERY = 16, 4  # samples in each piece of the speed; rows at every so many, and where something is extreme
+LIMIT_SAMPLES, LIMIT_ROWS = 16, 4  # in each piece of the speed, a sample and, of every so many, rows of a program
+CLEARANCE_SAMPLES, CLEARANCE_ROWS = 8, 2  # likewise; rows are also where something is extreme
 ITERATIONS = 40
-FIRST_TRUST, LEAST_TRUST, LARGEST_TRUST = 0.06, 2e-3, 0.15  # rad, how far a control point may move
+FIRST_TRUST, LEAST_TRUST, LARGEST_TRUST = 0.1, 2e-3, 0.25  # rad, how far a control point may move
 GROWS, SHRINKS, FAILS = 1.6, 0.5, 0.3  # the trust region
 GOOD, POOR = 0.5, 0.1  # shares of the promised gain
 LEAST_GAIN, PATIENCE = 2e-4, 3  # of the duration; and how many iterations may gain less
-LOOKED_AT = 2.0  # m/rad: pairs are looked at that come no farther than that beyond what is kept, of the trust region
+ENOUGH, AT_ENDS = 0.5, 0.8  # of the spare clearance, and of that of the ends
+LOOKED_AT = 1.0  # m/rad: pairs are looked at that come no farther than that beyond what is kept, of the trust region
 
 
 @dataclass(frozen=True)
@@ -30,11 +33,13 @@ class Reached:
     Attributes:
         motion: as fast as it may be.
         near: its pairs.
-        missing: the largest clearance that is missing to the one that is kept, m; 0 where none is.
+        spares: what each of all pairs has to keep at samples on top of the margin, m.
+        missing: the sum of the clearances that are missing to the one that is kept, m; 0 where none is.
     """
 
     motion: PathSpeed
     near: NearPairs
+    spares: FloatArray
     missing: float
 
     def better_than(self, other: Reached) -> bool:
@@ -52,7 +57,7 @@ class Descent:
         freedom: of the ends.
         nearness: of what has to keep a distance.
         kept: that distance, m.
-        spare: to keep on top of it at samples, m; half of it is enough.
+        spare: to keep on top of it at samples, m, where the ends keep more; half of it is enough.
     """
 
     space: MotionSpace
@@ -64,7 +69,11 @@ class Descent:
 
     @cached_property
     def _grid(self) -> Grid:
-        return self.space.grid(self.space.even(DENSE))
+        return self.space.grid(self.space.even(LIMIT_SAMPLES))
+
+    @cached_property
+    def _clearance_basis(self) -> FloatArray:
+        return self.space.path.matrix(self.space.even(CLEARANCE_SAMPLES))
 
     def __call__(self, start: PathSpeed) -> Reached:
         """The best motion that steps from a start lead to."""
@@ -72,7 +81,7 @@ class Descent:
         best = self._reached(replace(start, controls=self.freedom.placed(start.controls)), trust)
         for _ in range(ITERATIONS):
             moves = self.freedom.moves(best.motion.controls)
-            linear = limit_rows(best.motion, self._grid, EVERY, self.limits)
+            linear = limit_rows(best.motion, self._grid, LIMIT_ROWS, self.limits)
             step = best_step(best.motion, self.limits, linear, self._clearances(best, trust), moves, trust)
             if step is None:
                 break
@@ -91,15 +100,23 @@ class Descent:
 
     def _reached(self, motion: PathSpeed, trust: float) -> Reached:
         """A motion as fast as it may be, and the pairs that may matter in a trust region around it."""
-        fast = paced(motion, self.limits, limit_rows(motion, self._grid, EVERY, self.limits), self._grid)
-        near = self.nearness.near(fast.theta(self._grid), self.kept + self.spare + LOOKED_AT * trust)
-        smallest = float(near.clearances.min(initial=np.inf))
-        return Reached(fast, near, max(0.0, self.kept + self.spare / 2.0 - smallest))
+        fast = paced(motion, self.limits, limit_rows(motion, self._grid, LIMIT_ROWS, self.limits), self._grid)
+        near = self.nearness.near(self._clearance_basis @ fast.controls, self.kept + self.spare + LOOKED_AT * trust)
+        spares = self._spares(near)
+        missing = np.maximum(self.kept + ENOUGH * spares[near.pairs] - near.clearances, 0.0)
+        return Reached(fast, near, spares, float(missing.sum()))
+
+    def _spares(self, near: NearPairs) -> FloatArray:
+        """The spare clearance of each pair, (pairs,): no more than most of what it has at the ends, which are given."""
+        spares = np.full(len(self.nearness.pairs), self.spare)
+        ends = (near.samples == 0) | (near.samples == len(self._clearance_basis) - 1)
+        np.minimum.at(spares, near.pairs[ends], np.maximum(AT_ENDS * (near.clearances[ends] - self.kept), 0.0))
+        return spares
 
     def _clearances(self, around: Reached, trust: float) -> ClearanceRows:
         """Those that may become too small in a step: at the samples of rows, and where a pair is nearest."""
-        near = around.near.thinned(EVERY)
-        gradients = self.nearness.gradients(around.motion.theta(self._grid), near)
-        room = near.clearances - self.kept - self.spare
+        near = around.near.thinned(CLEARANCE_ROWS)
+        gradients = self.nearness.gradients(self._clearance_basis @ around.motion.controls, near)
+        room = near.clearances - self.kept - around.spares[near.pairs]
         some = room < np.abs(gradients).sum(axis=1) * trust
-        return ClearanceRows(room[some], gradients[some], self._grid.path[0][near.samples[some]])
+        return ClearanceRows(room[some], gradients[some], self._clearance_basis[near.samples[some]])

@@ -74,26 +74,34 @@ def best_step(
     lower, upper = _box(motion, limits, moves.shape[1], trust)
     free, width = moves.shape[1], np.maximum(-lower, upper)
     rows, bounds = useful_rows(linear.values, linear.slopes(moves), width)
-    costs = np.concatenate([np.zeros(free), motion.duration_slopes, [TOUCHING]])
-    box = np.stack([np.append(lower, 0.0), np.append(upper, np.inf)], axis=1)
+    costs = np.concatenate([np.zeros(free), motion.duration_slopes])
+    box = np.stack([lower, upper], axis=1)
     active = clear.room < FIRST_SHARE * trust * np.abs(clear.gradients).sum(axis=1)
     found, change = None, np.zeros_like(motion.controls)
     for _ in range(MOST_PROGRAMS):
         chosen = np.flatnonzero(active)
-        slopes = -clear.slopes(chosen, moves)
-        touching = np.concatenate([slopes, np.zeros((chosen.size, motion.speeds.size)), -np.ones((chosen.size, 1))], 1)
-        matrix = np.concatenate([np.pad(rows, ((0, 0), (0, 1))), touching])
-        solution = minimizer(costs, csr_array(matrix), np.concatenate([bounds, clear.room[chosen]]), box)
+        own = np.cumsum(clear.room[chosen] < 0.0) * (clear.room[chosen] < 0.0)  # 0 is what all others share
+        slack = np.zeros((chosen.size, own.max(initial=0) + 1))
+        slack[np.arange(chosen.size), own] = -1.0
+        touching = [-clear.slopes(chosen, moves), np.zeros((chosen.size, motion.speeds.size)), slack]
+        matrix = np.concatenate([np.pad(rows, ((0, 0), (0, slack.shape[1]))), np.concatenate(touching, axis=1)])
+        paid = np.full(slack.shape[1], TOUCHING)
+        solution = minimizer(
+            np.append(costs, paid),
+            csr_array(matrix),
+            np.concatenate([bounds, clear.room[chosen]]),
+            np.concatenate([box, np.stack([0.0 * paid, np.inf * paid], axis=1)]),
+        )
         if solution is None:
             break
         found, change = solution, (moves @ solution[:free]).reshape(motion.controls.shape)
-        broken = ~active & (clear.left(change) < -solution[-1] - NEWLY_BROKEN)
+        broken = ~active & (clear.left(change) < -solution[costs.size] - NEWLY_BROKEN)
         if not broken.any():
             break
         active |= broken
     if found is None:
         return None
-    speeds = found[free:-1]
+    speeds = found[free : costs.size]
     moved = PathSpeed(motion.space, motion.controls + change, motion.speeds + speeds)
     return Step(moved, float(-motion.duration_slopes @ speeds))
 

@@ -14,7 +14,7 @@ from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.limits.proximity import Pair, Proximity
 from problems.robots.robot import Robot
 
-COARSE = 8  # grid points from one at which all pairs are computed to the next
+COARSE = 4  # grid points from one at which all pairs are computed to the next
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,8 @@ class Nearness:
 
     @cached_property
     def pairs(self) -> list[Pair]:
-        """Those that can touch."""
-        return [pair for limit in self.limits for pair in limit.pairs if pair.can_touch(self.robot)]
+        """Of all limits."""
+        return [pair for limit in self.limits for pair in limit.pairs]
 
     @cached_property
     def _thickness(self) -> FloatArray:
@@ -159,6 +159,8 @@ class Nearness:
 
     def gradients(self, theta: FloatArray, near: NearPairs) -> FloatArray:
         """How clearances change with the joints, (m, k), m/rad."""
+        if not near.samples.size:
+            return np.empty((0, self.robot.dof))
         used, places = np.unique(near.samples, return_inverse=True)
         k, dim = self.robot.dof, self.robot.dim
         jacobians = as_array(self._jacobian(theta[used].T)).T.reshape(used.size, len(self._frames), dim, k)

@@ -66,6 +66,8 @@ def on_postures(task: Move, postures: Mapping[str, FloatArray]) -> Move:
     Raises:
         InvalidProblem: one is not at its place, or breaks a limit of the joints.
     """
+    for name, theta in postures.items():
+        check_posture_values(task.robot, name, theta)
     names = ["start", *(f"via_{number}" for number in range(1, len(task.vias) + 1)), "goal"]
     goal = task.reached_goal(postures["goal"]) if "goal" in postures else task.goals[0]
     places = [
@@ -76,7 +78,6 @@ def on_postures(task: Move, postures: Mapping[str, FloatArray]) -> Move:
 
 
 def _on_posture(robot: Robot, name: str, place: Place, theta: FloatArray) -> Place:
-    check_posture_values(robot, name, theta)
     missed = np.abs(as_array(place.miss(robot, ca.DM(theta).T))).max()
     if not missed <= place.tolerance(robot):
         raise InvalidProblem(name, f"the branch's posture misses it by {missed:.2g} {place.unit}")

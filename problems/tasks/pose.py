@@ -65,7 +65,7 @@ class Pose(Place):
         if self.quaternion is not None:
             check_length_one(field, self.quaternion, name)
         distance, farthest = float(np.linalg.norm(np.subtract(self.point, arm.base))), arm.reach()[1]
-        if not distance <= farthest:
+        if not distance <= (1.0 + ANGLE_TOLERANCE) * farthest:
             reason = f"{self.point} is {distance:.6g} m from the base, out of reach: {farthest:.6g} m at the most"
             raise InvalidProblem(field, f"{name}{reason}")
         if self.branch and len(self.branch) != arm.dof:

@@ -6,7 +6,8 @@ import casadi as ca
 
 from problems.base.matrix import Matrix, Operand, columns
 
-TINY = 1e-15  # keeps a root's derivative finite
+ASIDE = 1e-9  # rad, added to a turn whose axis is not known
+TINY = 1e-60  # keeps a root's derivative finite
 
 
 def rotation_rows(quaternion: tuple[Operand, ...]) -> Matrix:
@@ -31,8 +32,8 @@ def turn_between(wanted: Matrix, rotation: Matrix) -> Matrix:
     crossed = [_dot(z, v) - _dot(y, w), _dot(x, w) - _dot(z, u), _dot(y, u) - _dot(x, v)]
     sine = ca.horzcat(*crossed) / 2.0
     within_quarter = _dot(x, u) + _dot(y, v) + _dot(z, w) >= 1.0
-    aside = ca.horzcat(sine[:, 0] + TINY, sine[:, 1:])  # for half a turn any axis will do
-    size = ca.sqrt(ca.sum2(aside**2) + TINY**2)
+    aside = ca.horzcat(sine[:, 0] + ASIDE, sine[:, 1:])  # for half a turn any axis will do
+    size = ca.sqrt(ca.sum2(aside**2) + TINY)
     factor = ca.repmat((2.0 - size) / size, 1, 3)
     return ca.if_else(ca.repmat(within_quarter, 1, 3), sine, factor * aside)
 

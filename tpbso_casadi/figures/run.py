@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from problems.base.matrix import FloatArray, as_array
+from tpbso_casadi.figures.colours import colour_of
 from tpbso_casadi.figures.limits import limits_figure
 from tpbso_casadi.figures.measures import curve_figures, progress_figures
 from tpbso_casadi.figures.paths import path_figure
@@ -22,7 +23,6 @@ from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.storage.files import write_with
 
 DPI = 150
-JOINT_COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#e377c2", "#17becf")
 
 
 def draw_figures(folder: Path, plan: PlannedMotion) -> list[Path]:
@@ -80,16 +80,17 @@ def joints_figure(plan: PlannedMotion) -> Figure:
     """(c) Angle, speed and acceleration of every joint over time, and the jerk where it is limited; with the limits."""
     samples = plan.trajectory.samples(plan.times)
     limits_of_joints = plan.criteria.robot.limits
+    unit = " or ".join(sorted(set(plan.criteria.robot.joint_units), reverse=True))
     ranges = None if limits_of_joints.position is None else np.array(limits_of_joints.position).T
     speed, acceleration = np.array(limits_of_joints.speed), np.array(limits_of_joints.acceleration)
     rows = [
-        ("angle [rad]", samples.theta, ranges),
-        ("speed [rad/s]", samples.speed, np.array([-speed, speed])),
-        ("acceleration [rad/s²]", samples.acceleration, np.array([-acceleration, acceleration])),
+        (f"{'angle' if unit == 'rad' else 'position'} [{unit}]", samples.theta, ranges),
+        (f"speed [{unit}/s]", samples.speed, np.array([-speed, speed])),
+        (f"acceleration [{unit}/s²]", samples.acceleration, np.array([-acceleration, acceleration])),
     ]
     if limits_of_joints.jerk is not None:
         jerk = np.array(limits_of_joints.jerk)
-        rows.append(("jerk [rad/s³]", samples.derivative(3), np.array([-jerk, jerk])))
+        rows.append((f"jerk [{unit}/s³]", samples.derivative(3), np.array([-jerk, jerk])))
     figure = Figure(figsize=(7.2, 0.5 + 2.5 * len(rows)), layout="constrained")
     panels = figure.subplots(len(rows), 1, sharex=True)
     for axes, (label, values, limits) in zip(panels, rows, strict=True):
@@ -116,11 +117,6 @@ def draw_limits(axes: Axes, limits: FloatArray) -> None:
             colour = "0.25" if shared else colour_of(joint)
             axes.axhline(limit, color=colour, linestyle="--", linewidth=1.0)
     axes.plot([], [], color="0.25", linestyle="--", linewidth=1.0, label="limit")
-
-
-def colour_of(joint: int) -> str:
-    """The colour of a joint (0-based) in every figure."""
-    return JOINT_COLOURS[joint % len(JOINT_COLOURS)]
 
 
 FIGURES = {

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import os
-import re
 import stat
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from problems.base.toml import toml_tables
 from tpbso_casadi.scenario.section import ScenarioError
 
 LARGEST_FILE = 10_000_000  # bytes
 LARGEST_TOML = 1_000_000  # bytes, which take a second to parse
-DOTTED_KEY = re.compile(  # of 50 parts or more: nothing needs it, and the parser's time grows with the square of them
-    r"""(?<![\w"'-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){50}"""
-)
 
 
 @dataclass(frozen=True)
@@ -73,19 +69,10 @@ def read_toml(path: Path) -> dict[str, Any]:
         ScenarioError: it cannot be read, or is not TOML.
     """
     text = read_text(path, LARGEST_TOML)
-    if DOTTED_KEY.search(text):
-        raise ScenarioError(f"{path}: a key of more than 50 parts")
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: not TOML: {error}") from error
-    except (ValueError, RecursionError) as error:
-        raise ScenarioError(f"{path}: {too_much(error)}") from error
-
-
-def too_much(error: Exception) -> str:
-    """Which of Python's own limits the content of a file exceeds."""
-    return "nested too deeply" if isinstance(error, RecursionError) else "a whole number of thousands of digits"
+        return toml_tables(text)
+    except ValueError as error:
+        raise ScenarioError(f"{path}: {error}") from error
 
 
 def _content(path: Path, largest: int) -> bytes:

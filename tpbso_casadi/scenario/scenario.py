@@ -14,6 +14,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from problems import InvalidProblem, Problem, Robot
 from problems.assembly.criteria import Criteria
+from problems.base.toml import too_much
 from problems.scene.obstacle import Obstacle
 from solvers import AnySolver, Budget
 from tpbso_casadi.plugins import failure, is_raised_in
@@ -24,7 +25,7 @@ from tpbso_casadi.scenario.catalogues import (
     SOLVER_CATALOGUE,
     find_solver,
 )
-from tpbso_casadi.scenario.input_files import InputFolder, read_toml, too_much
+from tpbso_casadi.scenario.input_files import InputFolder, read_toml
 from tpbso_casadi.scenario.motions import with_motion
 from tpbso_casadi.scenario.section import (
     LARGEST_SEED,

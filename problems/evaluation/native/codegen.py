@@ -12,18 +12,18 @@ from itertools import accumulate
 from pathlib import Path
 
 from problems.evaluation.kernel import Kernel
-from problems.evaluation.native.statements import Kind, Statement, Value, Writer
+from problems.evaluation.native.regions import Block, blocks_of
+from problems.evaluation.native.statements import Kind, Value, Writer
 from problems.evaluation.step import CANDIDATE, COST, PARAMETERS, ROW, WINDOW
 from problems.evaluation.tape import interpret
 
-BLOCK_STATEMENTS = 1000  # in one C++ function: the time to compile grows faster than their number
+MOST_ON_STACK = 16_384  # lanes, of 64 bytes: one MiB of the eight that a thread usually has
 ARGUMENTS = "lanes *w, const double *p, const double *row, const lanes *window, long long i"
 EVALUATE = """
 extern "C" void evaluate(
     const double *points, double *costs, long long count, const double *numbers, const long long *indices
 ) {{
-    lanes w[{size}];
-{data}    for (long long start = 0; start < count; start += LANES) {{
+{memory}{data}    for (long long start = 0; start < count; start += LANES) {{
         const long long rest = count - start < LANES ? count - start : LANES;
         for (int lane = 0; lane < LANES; lane++) {{
             const double *point = points + (start + (lane < rest ? lane : 0)) * {dimension};
@@ -31,7 +31,7 @@ extern "C" void evaluate(
         }}
 {loops}        for (int lane = 0; lane < rest; lane++) costs[start + lane] = w[{cost}][lane];
     }}
-}}
+{release}}}
 """
 DATA = """    const double *const p_{step} = numbers, *const rows_{step} = numbers + {parameters};
     const long long n_{step} = *indices, *const starts_{step} = indices + 1;
@@ -42,6 +42,11 @@ LOOP = """        for (long long i = 0; i < n_{step}; i++) {{
             const double *const row = rows_{step} + i * {row};
             const lanes *const window = w + {window} + starts_{step}[i];
 {calls}        }}
+"""
+SKIP = """    if (!any({condition})) {{
+        w[{result}] = (lanes){{}};
+        return;
+    }}
 """
 
 
@@ -54,11 +59,13 @@ class Store:
         first: slot that is free, and all after it.
     """
 
-    def __init__(self, blocks: Sequence[Sequence[Statement]], results: Sequence[Value], first: int) -> None:
+    def __init__(self, blocks: Sequence[Block], results: Sequence[Value], first: int) -> None:
         self.size = first
         self._slots: dict[Value, int] = {}
         self._free: list[int] = []
-        self._last_use = {a: number for number, block in enumerate(blocks) for s in block for a in s.operands}
+        self._last_use = {
+            a: number for number, block in enumerate(blocks) for s in block.statements for a in s.operands
+        }
         self._last_use |= dict.fromkeys(results, len(blocks) - 1)
 
     def loads(self, values: Sequence[Value]) -> Iterator[str]:
@@ -73,13 +80,22 @@ class Store:
         for value in [value for value in self._slots if self._last_use[value] == block]:
             self._free.append(self._slots.pop(value))
 
-    def saves(self, block: Sequence[Statement], number: int) -> Iterator[str]:
+    def saves(self, block: Block, number: int) -> Iterator[str]:
         """Keep what later blocks need of this one."""
-        for value in (statement.value for statement in block):
+        for value in (statement.value for statement in block.statements):
             if self._last_use.get(value, number) > number:
                 self._slots[value] = self._free.pop() if self._free else self._grown()
                 saved = f"bits({value.text})" if value.kind is Kind.TRUTH else value.text
                 yield f"    w[{self._slots[value]}] = {saved};\n"
+
+    def skip(self, block: Block) -> str:
+        """Leave a block whose condition holds in no lane, with zero as its result; after the block is saved."""
+        if block.condition is None:
+            return ""
+        result = self._slots[block.statements[-1].value]
+        return (
+            f"    if (!any({block.condition.text})) {{\n        w[{result}] = (lanes){{}};\n        return;\n    }}\n"
+        )
 
     def _grown(self) -> int:
         self.size += 1
@@ -108,8 +124,18 @@ def cpp(kernels: Sequence[Kernel], sizes: dict[str, int]) -> str:
         window = offsets[kernel.window] if kernel.window else 0
         loops += LOOP.format(step=step, row=row, window=window, calls=calls)
     simd = Path(__file__).with_name("simd.hpp").read_text()
-    frame = EVALUATE.format(size=size, data=data, dimension=sizes[CANDIDATE], loops=loops, cost=offsets[COST])
+    memory, release = _memory(size)
+    frame = EVALUATE.format(
+        memory=memory, data=data, dimension=sizes[CANDIDATE], loops=loops, cost=offsets[COST], release=release
+    )
     return simd + functions + frame
+
+
+def _memory(size: int) -> tuple[str, str]:
+    """How ``w`` gets its memory and gives it back: the stack of a thread holds only so much."""
+    if size <= MOST_ON_STACK:
+        return f"    lanes w[{size}];\n", ""
+    return f"    lanes *const w = new lanes[{size}];\n", "    delete[] w;\n"
 
 
 def _offsets(sizes: dict[str, int]) -> tuple[dict[str, int], int]:
@@ -130,20 +156,26 @@ def _blocks(kernel: Kernel, offsets: dict[str, int], end: int) -> tuple[list[str
     function, writer = kernel.function, Writer()
     arguments = [[_argument(name, k, offsets) for k in range(function.size1_in(name))] for name in function.name_in()]
     results = [[writer.result(a) for a in result] for result in interpret(function, arguments, writer)]
-    statements = writer.statements
-    chunks = [statements[k : k + BLOCK_STATEMENTS] for k in range(0, len(statements), BLOCK_STATEMENTS)]
     values = [value for result in results for value in result]
-    store, blocks = Store(chunks, values, end), []
-    for number, chunk in enumerate(chunks):
-        used = [operand for statement in chunk for operand in statement.operands]
-        lines = [*store.loads(used + values if number == len(chunks) - 1 else used)]
-        lines += [_assignment(statement.value, statement.text) for statement in chunk]
-        store.release(number)
-        blocks.append("".join([*lines, *store.saves(chunk, number)]))
+    parts = blocks_of(writer.statements, values)
+    store, blocks = Store(parts, values, end), []
+    for number, part in enumerate(parts):
+        blocks.append(_lines(part, number, store, values if number == len(parts) - 1 else []))
     for name, result in zip(function.name_out(), results, strict=True):
         place = f"{offsets[name]} + i * {len(result)}" if name in kernel.stacked else f"{offsets[name]}"
         blocks[-1] += "".join(f"    w[{place} + {k}] = {value.text};\n" for k, value in enumerate(result))
     return blocks, store.size
+
+
+def _lines(block: Block, number: int, store: Store, results: Sequence[Value]) -> str:
+    """The lines of one block, which has to have the results at hand at its end."""
+    condition = [] if block.condition is None else [block.condition]
+    used = [operand for statement in block.statements for operand in statement.operands if operand not in condition]
+    first, loads = [*store.loads(condition)], [*store.loads([*used, *results])]
+    assignments = [_assignment(statement.value, statement.text) for statement in block.statements]
+    store.release(number)
+    saves = [*store.saves(block, number)]
+    return "".join([*first, store.skip(block), *loads, *assignments, *saves])
 
 
 def _argument(name: str, entry: int, offsets: dict[str, int]) -> Value:

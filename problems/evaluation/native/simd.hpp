@@ -23,6 +23,12 @@ typedef long long mask __attribute__((vector_size(LANES * sizeof(long long))));
 #define truth(a) ((a) != 0.0)
 #define where(m, a) bits((m) & whole(a))
 
+static inline bool any(mask m) {
+    long long together = 0;
+    for (int i = 0; i < LANES; i++) together |= m[i];
+    return together != 0;
+}
+
 #define fabs_(a) bits(whole(a) & ~SIGN)
 #define copysign_(a, s) bits((whole(a) & ~SIGN) | (whole(s) & SIGN))
 #define sign_(a) ((a) < 0.0 ? all(-1.0) : (a) > 0.0 ? all(1.0) : (a))

@@ -41,11 +41,19 @@ class Value:
 
 @dataclass(frozen=True)
 class Statement:
-    """One variable: how it is computed, and from what."""
+    """One variable: how it is computed, and from what.
+
+    Attributes:
+        value: itself.
+        text: of the expression.
+        operands: in it.
+        condition: that of them without which it is zero in a lane; None where there is none.
+    """
 
     value: Value
     text: str
     operands: tuple[Value, ...]
+    condition: Value | None = None
 
 
 class Writer:
@@ -69,7 +77,8 @@ class Writer:
     def binary(self, name: str, a: Value, b: Value) -> Value:
         """The statement of one operation."""
         if name == "if_else_zero":
-            return self._state(Kind.NUMBER, "where({}, {})", self._truth(a), self._number(b))
+            condition = self._truth(a)
+            return self._state(Kind.NUMBER, "where({}, {})", condition, self._number(b), condition=condition)
         if name in LOGIC:
             return self._state(Kind.TRUTH, f"{{}} {LOGIC[name]} {{}}", self._truth(a), self._truth(b))
         if name in ARITHMETIC:
@@ -96,8 +105,10 @@ class Writer:
     def _truth(self, a: Value) -> Value:
         return a if a.kind is Kind.TRUTH else self._state(Kind.TRUTH, "truth({})", self._number(a))
 
-    def _state(self, kind: Kind, text: str, *operands: Value) -> Value:
+    def _state(self, kind: Kind, text: str, *operands: Value, condition: Value | None = None) -> Value:
         place = len(self.statements)
         value = Value(f"v{place}", kind, place)
-        self.statements.append(Statement(value, text.format(*(operand.text for operand in operands)), operands))
+        self.statements.append(
+            Statement(value, text.format(*(operand.text for operand in operands)), operands, condition)
+        )
         return value

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import pi
 from typing import TypeAlias
 
 from problems.base.errors import InvalidProblem
 from problems.base.ranges import ANGLES
 from problems.robots.spatial.chain import UNTURNED, Chain, ChainJoint, JointKind, Matrix3, Point3
+from problems.robots.spatial.collision.self_pairs import LinkPairs, self_collision_pairs
 from problems.robots.spatial.collision.sphere import Sphere
 from problems.robots.spatial.pose import numbers_of
 from problems.robots.spatial.spatial_arm import SpatialArm
@@ -128,6 +130,30 @@ class RobotDescription:
             margin=margin,
             self_collision=self_collision,
         )
+
+    def self_pairs(
+        self, arm: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = ()
+    ) -> tuple[tuple[int, int], ...]:
+        """Numbers of an arm's spheres that have to keep apart: see :func:`self_collision_pairs`.
+
+        Raises:
+            InvalidProblem: ``self_collision`` names a link without spheres.
+        """
+        links = {sphere.name for sphere in arm.spheres}
+        known = [pair for pair in self.disabled if links.issuperset(pair)]
+        return self_collision_pairs(arm, (*known, *disabled), kept)
+
+    @property
+    def drawn(self) -> SpatialArm:
+        """The robot where its geometry alone matters; ranges that are not known are half a turn each way, or 1 m."""
+        unknown = {True: (-pi, pi), False: (-1.0, 1.0)}
+        ranges = [joint.position or unknown[joint.turns] for joint in self.chain.joints]
+        return self.arm(max_speed=1.0, max_acceleration=1.0, max_jerk=1.0, position_limits=ranges)
+
+    @property
+    def reach(self) -> float:
+        """No less than the distance that the tip can have from the base, m."""
+        return self.drawn.reach()[1]
 
     def _each(self, field: str, given: PerJoint | None, known: Sequence[float | None] | None) -> tuple[float, ...]:
         joints = self.chain.joints

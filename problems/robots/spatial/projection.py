@@ -12,6 +12,7 @@ but a = 0, while the cross products of the axes, 2 sin(a), vanish for a tool ups
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TypeAlias
 
 import casadi as ca
@@ -42,22 +43,37 @@ def project(
             posture is in the way: whoever needs to know looks where the tool is.
         kept: share of each joint's range that stays free at both ends.
     """
-    low, high = _joint_limits(robot, kept)
+    limits = _joint_limits(robot, kept)
+    step = _step(_geometry(robot), rotation is not None, bool(limits))
+    wanted = (position,) if rotation is None else (position, rotation)
     for _ in range(steps):
-        pose, jacobian = tool_jacobian(robot, theta, turning=rotation is not None)
-        error = pose_error(pose, position, rotation)
-        step = _damped_step(jacobian, error)
-        if low is not None and high is not None:
-            leaves = ca.logic_or(ca.logic_and(theta >= high, step > 0.0), ca.logic_and(theta <= low, step < 0.0))
-            free = ca.horzsplit(1.0 - leaves)
-            step = _damped_step(
-                [[part * f for part in column] for column, f in zip(jacobian, free, strict=True)], error
-            )
-        step = step * (LONGEST_STEP / ca.fmax(LONGEST_STEP, largest(ca.fabs(step))))
-        theta = theta + step
-        if low is not None and high is not None:
-            theta = ca.fmin(high, ca.fmax(low, theta))
+        theta = step(theta, *wanted, *limits)
     return theta
+
+
+def _geometry(robot: SpatialArm) -> SpatialArm:
+    """What of a robot decides where its tool is: plain numbers, the same in its symbolic twin."""
+    ones = (1.0,) * robot.dof
+    base, tool = (robot.base_translation, robot.base_rotation), (robot.tool_translation, robot.tool_rotation)
+    return SpatialArm(robot.chain, ones, ones, None, None, (), *base, *tool)
+
+
+@lru_cache(maxsize=16)
+def _step(robot: SpatialArm, turning: bool, limited: bool) -> ca.Function:
+    """From a posture (1, dof), position (3, 1), [rotation (3, 3),] [limits (1, dof)] to the posture after a step."""
+    theta, position, rotation = ca.SX.sym("theta", 1, robot.dof), ca.SX.sym("position", 3), ca.SX.sym("rotation", 3, 3)
+    low, high = ca.SX.sym("low", 1, robot.dof), ca.SX.sym("high", 1, robot.dof)
+    pose, jacobian = tool_jacobian(robot, theta, turning)
+    error = pose_error(pose, position, rotation if turning else None)
+    step = _damped_step(jacobian, error)
+    if limited:
+        leaves = ca.logic_or(ca.logic_and(theta >= high, step > 0.0), ca.logic_and(theta <= low, step < 0.0))
+        moves = ca.horzsplit(1.0 - leaves)
+        step = _damped_step([[part * own for part in c] for c, own in zip(jacobian, moves, strict=True)], error)
+    moved = theta + step * (LONGEST_STEP / ca.fmax(LONGEST_STEP, largest(ca.fabs(step))))
+    if limited:
+        moved = ca.fmin(high, ca.fmax(low, moved))
+    return ca.Function("step", [theta, position, *[rotation] * turning, *[low, high] * limited], [moved])
 
 
 def pose_error(pose: Transform, position: Matrix, rotation: Matrix | None) -> list[Operand]:
@@ -95,10 +111,11 @@ def _turn_missing(current: Rotation, wanted: Matrix) -> list[Operand]:
     return [part * factor for part in sine]
 
 
-def _joint_limits(robot: SpatialArm, kept: float) -> tuple[Matrix | None, Matrix | None]:
+def _joint_limits(robot: SpatialArm, kept: float) -> tuple[Matrix, ...]:
+    """Lowest and highest, (1, dof), of what stays free; none where there are no limits."""
     limits = robot.limits.position
     if limits is None:
-        return None, None
+        return ()
     low, high = (ca.horzcat(*ends) for ends in zip(*limits, strict=True))
     return low + kept * (high - low), high - kept * (high - low)
 

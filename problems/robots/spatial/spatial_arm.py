@@ -172,6 +172,10 @@ class SpatialArm(Robot):
             for number, sphere in enumerate(self.spheres)
         )
 
+    def moved_by(self, body: Body) -> int:
+        """The number of the last joint that moves a sphere."""
+        return self.spheres[body.start - self.dof - 1].link
+
     def reach(self, links: int | None = None) -> tuple[float, float]:
         """0, and no less than the distance in m from the base at which a frame, in the order of positions, can be."""
         return 0.0, float(self._farthest[-1 if links is None else links])
@@ -218,7 +222,7 @@ class SpatialArm(Robot):
 
     def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
         """Only the joints between the two bodies move them as seen from each other."""
-        one, two = (self.spheres[body.start - self.dof - 1].link for body in (first, second))
+        one, two = (self.moved_by(body) for body in (first, second))
         between = slice(one, two)
         return self.turns[between], self.levers[self.bodies.index(second)][between]
 

@@ -18,7 +18,7 @@ from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions, InvalidProgram, Loop, PopulationFunction, Program, Step
 from problems.evaluation import virtual_machine as virtual_machine_module
 from problems.evaluation.kernel import kernels
-from problems.evaluation.native import codegen as codegen_module
+from problems.evaluation.native import regions as regions_module
 from problems.evaluation.native.codegen import cpp
 from problems.evaluation.native.compiler import Compiler
 from problems.evaluation.virtual_machine import BATCH_AFTER_CANDIDATES, BATCH_SIZE
@@ -65,7 +65,8 @@ def test_virtual_machine_against_plain_calls(name: str, limit: int, monkeypatch:
 @pytest.mark.parametrize("name", PROGRAMS)
 @pytest.mark.parametrize("block", [5, 1000])
 def test_native_gives_the_bits_of_the_virtual_machine(name: str, block: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(codegen_module, "BLOCK_STATEMENTS", block)
+    monkeypatch.setattr(regions_module, "BLOCK_STATEMENTS", block)
+    monkeypatch.setattr(regions_module, "LEAST_STATEMENTS", 1 if block < 1000 else 48)
     program = PROGRAMS[name]()
     candidates = points(2000, program.dimension)
     costs = PopulationFunction(program, EvaluationOptions("native", threads=3))(candidates)

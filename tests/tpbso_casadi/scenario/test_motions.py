@@ -94,7 +94,7 @@ def test_what_does_not_belong_to_the_motion_is_one_line(
 @pytest.mark.parametrize(
     ("key", "value", "expected"),
     [
-        ("start", "home", "task.start: [x, y], { joints = [...] } or { position = [x, y] } is needed, not 'home'"),
+        ("start", "home", "task.start: [x, y], { joints = [...] } or { position = [...] } is needed, not 'home'"),
         ("start", {}, "task.start: [x, y], { joints"),
         ("start", {"joint": [1.0]}, "task.start: [x, y], { joints"),
         ("start", {"joints": [0.0], "position": [1.0, 0.0]}, "task.start: [x, y], { joints"),

@@ -11,23 +11,24 @@ import numpy as np
 from problems.base.matrix import FloatArray
 from tpbso_casadi.animation.closest import Closest, closest_of
 from tpbso_casadi.animation.frames import Frames
+from tpbso_casadi.figures.colours import JOINT_COLOURS
 from tpbso_casadi.figures.space.polyhedron import Polyhedron
-from tpbso_casadi.figures.space.view import ELEVATION, EYE
+from tpbso_casadi.figures.space.scene import ground
 
 DIGITS = 4  # of metres
 FINE = 6  # of seconds, joints, and directions
+ROUND = 24  # faces: what has more is round
+AXES = 0.15  # length of the axes at the base, of the picture's
 QUANTITIES = {"speed": 1, "acceleration": 2, "jerk": 3}  # of joints, with limits: orders of derivatives
 LIGHT = np.array([-0.35, -0.45, 0.82])
-COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#e377c2", "#17becf")  # of joints
-GRID = 0.25  # m: of the ground
-MOST_LINES = 40
 
 
 def content_of(frames: Frames) -> dict[str, Any]:
     """The data of a motion: lengths in m, times in s, angles in rad."""
     scene, robot = frames.scene, frames.problem.robot
     bounds = scene.bounds(frames.theta)
-    radius = float(np.linalg.norm(bounds[1] - bounds[0])) / 2.0
+    view = scene.view(frames.theta, bounds)
+    x, y, z = view.axes[2]
     closest = closest_of(frames.problem, frames.theta)
     return {
         "times": rounded(frames.times, FINE),
@@ -39,16 +40,16 @@ def content_of(frames: Frames) -> dict[str, Any]:
         "points": rounded(frames.task_points),
         "solids": [_solid(solid) for solid in scene.solids],
         "planes": [[a, b, face] for (a, b), face in scene.planes.items()],
-        "ground": list(_ground(bounds)),
-        "axes": _axes(np.array(robot.base), 0.3 * radius),
+        "ground": rounded(ground(bounds)),
+        "axes": _axes(np.array(robot.base), AXES * float(np.ptp(bounds, axis=0).max())),
         "camera": {
-            "center": rounded(bounds.mean(axis=0)),
-            "distance": EYE * radius,
-            "azimuth": float(np.radians(scene.azimuth(bounds))),
-            "elevation": float(np.radians(ELEVATION)),
+            "center": rounded(view.center),
+            "distance": view.distance,
+            "azimuth": float(np.arctan2(y, x)),
+            "elevation": float(np.arcsin(z)),
         },
         "joint_names": list(robot.joint_names),
-        "colours": COLOURS,
+        "colours": JOINT_COLOURS,
         "curves": _curves(frames),
         "closest": None if closest is None else _closest(closest),
     }
@@ -66,6 +67,8 @@ def _kinds(names: list[str]) -> Iterator[int]:
 
 
 def _solid(solid: Polyhedron) -> dict[str, Any]:
+    """Its surface; of something round, of which only the outline is drawn, the sharp edges alone."""
+    edges = [edge for edge in solid.edges if edge.sharp or len(solid.faces) <= ROUND]
     return {
         "vertices": rounded(solid.vertices, FINE),
         "faces": solid.faces,
@@ -73,19 +76,8 @@ def _solid(solid: Polyhedron) -> dict[str, Any]:
         "offsets": rounded(solid.offsets, FINE),
         "center": rounded(solid.center),
         "shades": rounded(0.75 + 0.25 * np.abs(solid.normals @ LIGHT), 2),
-        "edges": [[*edge.ends, edge.faces[0], edge.faces[-1], edge.sharp] for edge in solid.edges],
+        "edges": [[*edge.ends, edge.faces[0], edge.faces[-1], edge.sharp] for edge in edges],
     }
-
-
-def _ground(bounds: FloatArray) -> Iterator[list[Any]]:
-    """Lines of a grid below everything."""
-    low, high = bounds
-    step = GRID * max(1.0, np.ceil(float((high - low)[:2].max()) / GRID / MOST_LINES))
-    for axis in (0, 1):
-        for place in np.arange(np.ceil(low[axis] / step), np.floor(high[axis] / step) + 1) * step:
-            ends = bounds.copy()
-            ends[:, axis], ends[:, 2] = place, low[2]
-            yield rounded(ends)
 
 
 def _axes(base: FloatArray, length: float) -> list[Any]:

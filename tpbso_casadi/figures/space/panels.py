@@ -17,14 +17,12 @@ from matplotlib.lines import Line2D
 from problems.base.matrix import FloatArray
 from problems.tasks.drawing import MarkerKind
 from tpbso_casadi.figures.scene import MARKER_STYLES
-from tpbso_casadi.figures.space.painter import OBSTACLE, paint, solid
-from tpbso_casadi.figures.space.scene import Scene
-from tpbso_casadi.figures.space.view import FRONT, SIDE, TOP, View, perspective
+from tpbso_casadi.figures.space.painter import OBSTACLE, Painting, solid
+from tpbso_casadi.figures.space.scene import Scene, ground
+from tpbso_casadi.figures.space.view import FRONT, SIDE, TOP, View
 
 SIZE = 8.6  # inches: the longer side of all panels together
-GRID = 0.25  # m: of the ground in the picture
 OPACITY = 0.55  # of obstacles in views that nothing covers anything in
-MOST_LINES = 40  # of the grid
 FRAME_COLOURS = ("#d62728", "#2ca02c", "#1f77b4")  # of the axes x, y, z
 VIEWS = {"top": (TOP, "x [m]", "y [m]"), "front": (FRONT, "x [m]", "z [m]"), "side": (SIDE, "y [m]", "z [m]")}
 
@@ -86,7 +84,9 @@ def space_figure(
         axes.set_title(name, loc="left", fontsize="medium")
         axes.grid(alpha=0.3)
     picture = figure.add_subplot(grid[0, 1])
-    draw_way(picture, draw_picture(picture, scene, postures[-1], bounds).view, way, passed)
+    view = scene.view(shown, bounds)
+    draw_picture(picture, view, scene, postures[-1], bounds)
+    draw_way(picture, view, way, passed)
     figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
     return figure
 
@@ -117,28 +117,33 @@ def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Pos
             ),
             autolim=False,
         )  # fmt: skip
-        joints = view.project(skeleton).T
-        axes.plot(*joints, "-o", color=posture.colour, label=posture.label, markersize=5, mfc="white", lw=1.8, zorder=4)
+        axes.plot(
+            *view.project(skeleton).T, "-o", color=posture.colour, label=literal(posture.label), markersize=5,
+            markerfacecolor="white", linewidth=1.8, zorder=4,
+        )  # fmt: skip
     for marker in scene.markers:
         style = MARKER_STYLES[marker.kind]
         axes.plot(*view.project(marker.points).T, linestyle="none", color="#2ca02c", label=marker.label, **style)
 
 
+def literal(label: str) -> str:
+    """A label that is shown as it is, not as a formula, whatever it is."""
+    return label.replace("$", r"\$")
+
+
 @dataclass(frozen=True)
 class Picture:
-    """A view in perspective, and what changes in it with the posture: painted balls and solids, and a line."""
+    """What changes with the posture in a view in perspective: painted balls and solids, and a line."""
 
-    view: View
-    painting: PolyCollection
+    painting: Painting
     arm: Line2D
 
 
-def draw_picture(axes: Axes, scene: Scene, posture: Posture, bounds: FloatArray) -> Picture:
+def draw_picture(axes: Axes, view: View, scene: Scene, posture: Posture, bounds: FloatArray) -> Picture:
     """A posture in perspective, over the ground."""
-    radius = float(np.linalg.norm(bounds[1] - bounds[0])) / 2.0
-    view = perspective(bounds.mean(axis=0), radius, scene.azimuth(bounds))
     draw_ground(axes, view, scene, bounds)
-    painting = paint(axes, view, scene, scene.centers(posture.theta[None])[0], posture.colour)
+    painting = Painting(axes, view, scene, posture.colour)
+    painting.show(scene.centers(posture.theta[None])[0])
     skeleton = scene.robot.skeleton(posture.theta[None])[0]
     arm = axes.plot(*view.project(skeleton).T, "-", color=posture.colour, linewidth=1.6, alpha=0.8, zorder=4)[0]
     for marker in scene.markers:
@@ -150,20 +155,15 @@ def draw_picture(axes: Axes, scene: Scene, posture: Posture, bounds: FloatArray)
     (left, bottom), (right, top) = seen.min(axis=0), seen.max(axis=0)
     axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top))
     axes.set_axis_off()
-    return Picture(view, painting, arm)
+    return Picture(painting, arm)
 
 
 def draw_ground(axes: Axes, view: View, scene: Scene, bounds: FloatArray) -> None:
     """Lines on the ground below everything, and the axes x, y, z at the base."""
-    low, high = bounds
-    step = GRID * max(1.0, np.ceil(float((high - low)[:2].max()) / GRID / MOST_LINES))
-    for axis in (0, 1):
-        for place in np.arange(np.ceil(low[axis] / step), np.floor(high[axis] / step) + 1) * step:
-            ends = np.array([low, high])
-            ends[:, axis], ends[:, 2] = place, low[2]
-            axes.plot(*view.project(ends).T, color="0.85", linewidth=0.6, zorder=0)
+    for line in ground(bounds):
+        axes.plot(*view.project(line).T, color="0.85", linewidth=0.6, zorder=0)
     base = np.array(scene.robot.base)
     for axis, colour in enumerate(FRAME_COLOURS):
-        tip = base + 0.15 * float((high - low).max()) * np.eye(3)[axis]
+        tip = base + 0.15 * float(np.ptp(bounds, axis=0).max()) * np.eye(3)[axis]
         axes.plot(*view.project(np.array([base, tip])).T, color=colour, linewidth=1.5, zorder=1)
         axes.annotate("xyz"[axis], tuple(view.project(tip)), color=colour, ha="center", va="center", zorder=1)

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
-from pydantic import Field, PlainValidator, TypeAdapter, ValidationError, model_validator
+from pydantic import (
+    Field,
+    PlainValidator,
+    SerializerFunctionWrapHandler,
+    TypeAdapter,
+    ValidationError,
+    model_serializer,
+)
 
 from problems.tasks.place import Joints, Place, Position
 from problems.tasks.pose import Pose
@@ -20,7 +27,7 @@ from tpbso_casadi.scenario.section import (
 from tpbso_casadi.scenario.validation import NestedError, as_text, describe, shown
 
 MOST_PLACES = 100  # goals, or vias
-FORMS = "[x, y], { joints = [...] } or { position = [x, y] }; in space { position = [x, y, z], quaternion = [...] }"
+FORMS = "[x, y], { joints = [...] } or { position = [...] }"
 POINT: TypeAdapter[PlanarPoint] = TypeAdapter(PlanarPoint)
 
 
@@ -35,24 +42,34 @@ class JointsTable(Section):
 
 
 class PositionTable(Section):
-    """The tool at a point, m; in space, if it matters, turned by a quaternion (x, y, z, w)."""
+    """The tool at a point in the plane, m."""
 
-    position: PlanarPoint | SpacePoint
-    quaternion: Quaternion | None = None
-
-    @model_validator(mode="after")
-    def _turned_in_space(self) -> Self:
-        if self.quaternion is not None and len(self.position) == 2:
-            raise ValueError("quaternion: a position in space is needed with it, [x, y, z]")
-        return self
+    position: PlanarPoint
 
     def build(self) -> Place:
         """The place itself."""
-        return Position(self.position) if len(self.position) == 2 else Pose(self.position, self.quaternion)
+        return Position(self.position)
 
 
-PLACE_TABLES: dict[str, type[JointsTable | PositionTable]] = {"joints": JointsTable, "position": PositionTable}
-PlaceValue: TypeAlias = PlanarPoint | JointsTable | PositionTable
+class PoseTable(Section):
+    """The tool at a point in space, m, and, if it matters, turned by a quaternion (x, y, z, w)."""
+
+    position: SpacePoint
+    quaternion: Quaternion | None = None
+
+    @model_serializer(mode="wrap")
+    def _as_stated(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content: dict[str, Any] = serialize(self)
+        return content if self.quaternion is not None else {"position": content["position"]}
+
+    def build(self) -> Place:
+        """The place itself."""
+        return Pose(self.position, self.quaternion)
+
+
+PlaceTable: TypeAlias = JointsTable | PositionTable | PoseTable
+PLACE_TABLES: dict[str, type[PlaceTable]] = {"joints": JointsTable, "position": PositionTable}
+PlaceValue: TypeAlias = PlanarPoint | PlaceTable
 
 
 def read_place(value: Any) -> PlaceValue:
@@ -61,9 +78,11 @@ def read_place(value: Any) -> PlaceValue:
     Raises:
         ValueError: it is neither.
     """
-    if isinstance(value, (JointsTable, PositionTable)):
+    if isinstance(value, (JointsTable, PositionTable, PoseTable)):
         return value
     kinds = [kind for key, kind in PLACE_TABLES.items() if isinstance(value, dict) and key in value]
+    if kinds == [PositionTable] and _in_space(value):
+        kinds = [PoseTable]
     if not isinstance(value, (list, tuple)) and len(kinds) != 1:
         raise ValueError(f"{FORMS} is needed, not {shown(value)}")
     try:
@@ -71,6 +90,11 @@ def read_place(value: Any) -> PlaceValue:
     except ValidationError as error:
         reason = describe(error, kinds[0] if kinds else Section, value)
         raise (NestedError if error.errors()[0]["loc"] else ValueError)(reason) from error
+
+
+def _in_space(table: dict[str, Any]) -> bool:
+    position = table["position"]
+    return "quaternion" in table or (isinstance(position, (list, tuple)) and len(position) > 2)
 
 
 def _point(value: Any) -> PlanarPoint:

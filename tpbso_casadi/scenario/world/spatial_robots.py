@@ -10,7 +10,6 @@ from typing import Annotated, ClassVar, Self
 from pydantic import Field, model_validator
 
 from problems.base.errors import InvalidProblem
-from problems.robots.spatial.collision.self_pairs import self_collision_pairs
 from problems.robots.spatial.collision.spheres_file import read_spheres
 from problems.robots.spatial.description import RobotDescription
 from problems.robots.spatial.models import built_in
@@ -142,8 +141,8 @@ class SpatialRobotSection(Section):
                 base=self.base.build(),
                 tool=self.tool.build(),
             )
-            disabled = (*description.disabled, *(self.disabled_pairs or ()))
-            return replace(arm, kept_pairs=self_collision_pairs(arm, disabled, self.kept_pairs or ()))
+            pairs = description.self_pairs(arm, self.disabled_pairs or (), self.kept_pairs or ())
+            return replace(arm, kept_pairs=pairs)
 
     def description(self) -> RobotDescription:
         """What the model or the URDF says.
@@ -152,7 +151,9 @@ class SpatialRobotSection(Section):
             InvalidProblem: it is none.
         """
         if self.model is not None:
-            return built_in(self.model, self.base_link, self.tip_link)
+            if self.base_link is not None:
+                raise InvalidProblem("base_link", "a robot that is built in has its own")
+            return built_in(self.model, self.tip_link)
         if self.urdf_text is None:
             raise InvalidProblem("urdf", f"{self.urdf!r} has not been read; only a scenario file can name one")
         return read_urdf(self.urdf_text, self.base_link, self.tip_link)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from typing import Any
 
 from problems.base.errors import InvalidProblem
 from problems.base.ranges import shown
+from problems.base.toml import toml_tables
 from problems.robots.spatial.chain import Point3
 from problems.robots.spatial.collision.covering import Ball, covered_capsule
 from problems.robots.spatial.collision.sphere import Sphere
 from problems.robots.spatial.description import LinkFrame
 
-MOST_CHARACTERS = 2_000_000
+MOST_CHARACTERS = 1_000_000
 MOST_SPHERES = 1_000
 FARTHEST = 1e4  # m
 KEYS = {"spheres": {"link", "center", "radius"}, "capsules": {"link", "start", "end", "radius"}}
@@ -55,9 +55,9 @@ def _tables(text: str) -> dict[str, Any]:
     if len(text) > MOST_CHARACTERS:
         raise _wrong(f"{len(text)} characters, of at most {MOST_CHARACTERS}")
     try:
-        tables = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise _wrong(f"no TOML: {' '.join(str(error).split())}") from error
+        tables = toml_tables(text)
+    except ValueError as error:
+        raise _wrong(str(error)) from error
     unknown = next((key for key in tables if key not in KEYS), None)
     if unknown is not None:
         raise _wrong(f"unknown key {unknown!r}; there are {', '.join(KEYS)}")

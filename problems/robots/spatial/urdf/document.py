@@ -38,11 +38,7 @@ def document(text: str) -> ET.Element:
         raise refused(f"{len(text)} characters, of at most {MOST_CHARACTERS}")
     try:
         robot = ET.fromstring(text, ET.XMLParser(target=WithoutDoctype()))
-    except ET.ParseError as error:
-        raise refused(f"no XML: {error}") from error
-    except (ValueError, LookupError) as error:
-        if isinstance(error, InvalidProblem):
-            raise
+    except (ET.ParseError, UnicodeError) as error:
         raise refused(f"no XML: {' '.join(str(error).split())}") from error
     if robot.tag != "robot":
         raise refused(f"its root is <{robot.tag}>, not <robot>")

@@ -56,7 +56,7 @@ def read_urdf(text: str, base_link: str | None = None, tip_link: str | None = No
         for ball in (ball.seen_from(frame.pose) for ball in tree.links[frame.name].balls)
     )
     notes += [note for body in bodies for note in body.notes]
-    notes += _gaps(moving) + _without(tree, bodies)
+    notes += _gaps(moving) + _massless(bodies)
     return RobotDescription(chain=chain, links=tuple(frames.values()), spheres=spheres, notes=tuple(notes))
 
 
@@ -135,9 +135,6 @@ def _gaps(moving: list[UrdfJoint]) -> list[str]:
     return [f"no {what} stated for {', '.join(names)}" for what, names in missing.items() if names]
 
 
-def _without(tree: Tree, bodies: list[_Body]) -> list[str]:
+def _massless(bodies: list[_Body]) -> list[str]:
     massless = [body.frames[0].name for body in bodies[1:] if not sum(inertia.mass for inertia in body.inertias)]
-    notes = [f"no masses stated for {', '.join(massless)}: torques are unknown"] if massless else []
-    if not any(tree.links[frame.name].balls for body in bodies for frame in body.frames):
-        notes.append("no collision shapes that can be read: nothing is kept clear without spheres")
-    return notes
+    return [f"no masses stated for {', '.join(massless)}: torques are unknown"] if massless else []

@@ -1,0 +1,40 @@
+"""A motion in space for tests of what is drawn and written: nothing is searched for, and so limits may be broken."""
+
+from functools import cache
+
+import numpy as np
+from helpers.space import small_arm
+
+from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
+from problems.assembly.move import move
+from problems.robots.spatial.spatial_arm import Sphere
+from problems.tasks.move import Move
+from problems.tasks.place import Joints
+from tpbso_casadi.planning.motion import motion_of
+from tpbso_casadi.planning.planned_motion import PlannedMotion
+
+SOLIDS = (
+    Box(center=(0.6, 0.1, 0.3), size=(0.1, 0.2, 0.6)),
+    Ball(center=(0.0, 0.6, 0.8), radius=0.1),
+    Capsule(center=(-0.6, 0.0, 0.5), radius=0.06, length=0.3, quaternion=(0.5, 0.5, 0.5, 0.5)),
+    Cylinder(center=(0.0, -0.7, 0.3), radius=0.1, length=0.6),
+    HalfSpace(center=(0.0, 0.0, -0.2)),
+    Ellipsoid(center=(0.5, 0.5, 0.75), semi_axes=(0.1, 0.15, 0.2)),
+)
+SPHERES = (
+    Sphere(0, (0.0, 0.0, 0.05), 0.08, "foot"),
+    Sphere(1, (0.0, 0.0, 0.1), 0.07, "link_1"),
+    Sphere(3, (0.0, 0.0, 0.1), 0.06, "link_3"),
+    Sphere(4, (0.0, 0.0, 0.15), 0.05, "link_4"),
+)
+
+
+@cache
+def space_plan(obstacles: bool = True, spheres: bool = True) -> PlannedMotion:
+    """A small arm turns and bends between solids of every kind."""
+    balls = {"spheres": SPHERES, "kept_pairs": ((0, 3),), "self_collision": True} if spheres else {}
+    robot = small_arm(4, max_jerk=(100.0,) * 4, **balls)
+    start, goal = (0.0, 0.3, 0.2, 0.8), (1.2, 0.9, -0.4, 1.1)
+    task = Move(robot, Joints(start), (Joints(goal),), obstacles=SOLIDS if obstacles else ())
+    problem = move(task, "time", samples=20, pieces=3)
+    return PlannedMotion(scenario=None, motion=motion_of(problem, np.zeros(len(problem.variables))))  # type: ignore[arg-type]

@@ -1,0 +1,105 @@
+"""``python -m tpbso_casadi.robots``: lists the robots that are built in, shows one of them or that of a URDF."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from problems import InvalidProblem
+from problems.robots.spatial.collision.spheres_file import read_spheres
+from problems.robots.spatial.description import RobotDescription
+from problems.robots.spatial.models import BUILT_IN, built_in
+from problems.robots.spatial.urdf import read_urdf
+from tpbso_casadi.cli.common import Exit, OneLineParser, path, print_error
+from tpbso_casadi.cli.display.console import OutputConsole
+from tpbso_casadi.cli.display.robot_tables import print_list, print_robot
+from tpbso_casadi.scenario.input_files import read_text
+from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.storage.files import OutputError, check_file, check_writable, writing
+
+FORMATS = (".png", ".svg", ".pdf")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    options = parser().parse_args(arguments)
+    try:
+        if options.command == "show":
+            return show(options)
+        print_list([(name, built_in(name)) for name in BUILT_IN], OutputConsole())
+        return Exit.FEASIBLE
+    except (ScenarioError, OutputError) as error:
+        print_error(str(error))
+        return Exit.BAD_INPUT
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line's options."""
+    command_line = OneLineParser(
+        "python -m tpbso_casadi.robots", description="Lists the robots that are built in, or shows a robot."
+    )
+    commands = command_line.add_subparsers(dest="command", metavar="COMMAND", parser_class=OneLineParser)
+    commands.add_parser("list", help="the robots that are built in; the default")
+    shown = commands.add_parser("show", help="joints, limits, masses, reach and spheres of a robot")
+    shown.add_argument("robot", metavar="NAME|FILE.urdf", help=f"{', '.join(BUILT_IN)}, or a file")
+    shown.add_argument("--base-link", metavar="LINK", help="what stands still; the root by default")
+    shown.add_argument("--tip-link", metavar="LINK", help="the end of the chain; a robot's usual one by default")
+    shown.add_argument("--spheres", type=path, metavar="FILE.toml", help="collision spheres instead of its own")
+    shown.add_argument(
+        "--figure", type=path, metavar="FILE.png", help="draw it there, in three views and in perspective"
+    )
+    return command_line
+
+
+def show(options: argparse.Namespace) -> int:
+    """Print a robot, and draw it if that is wished; returns the exit status."""
+    if options.figure is not None:
+        check_figure(options.figure)
+    try:
+        description = described(options)
+        print_robot(description, OutputConsole())
+    except InvalidProblem as error:
+        raise ScenarioError(f"{options.robot}: {error}") from error
+    if options.figure is not None:
+        if not description.spheres and description.reach == 0.0:
+            raise ScenarioError(f"{options.robot}: there is nothing to draw: all of it is in one point")
+        from tpbso_casadi.figures.space.robot import draw_robot  # noqa: PLC0415 (matplotlib is slow to load)
+
+        with writing(options.figure.parent):
+            draw_robot(options.figure, description)
+    return Exit.FEASIBLE
+
+
+def check_figure(file: Path) -> None:
+    """A figure can be written there.
+
+    Raises:
+        OutputError: it cannot.
+    """
+    if file.suffix not in FORMATS:
+        raise OutputError(f"{file}: the name of a figure ends with {', '.join(FORMATS)}")
+    check_file(file)
+    check_writable(file.parent)
+
+
+def described(options: argparse.Namespace) -> RobotDescription:
+    """The robot of the options.
+
+    Raises:
+        InvalidProblem: it cannot be.
+        ScenarioError: a file cannot be read.
+    """
+    if options.robot in BUILT_IN:
+        if options.base_link is not None:
+            raise InvalidProblem("base_link", "a robot that is built in has its own")
+        description = built_in(options.robot, options.tip_link)
+    else:
+        description = read_urdf(read_text(Path(options.robot)), options.base_link, options.tip_link)
+    if options.spheres is None:
+        return description
+    try:
+        return replace(description, spheres=read_spheres(read_text(options.spheres), description.links))
+    except InvalidProblem as error:
+        raise ScenarioError(f"{options.spheres}: {error}") from error
