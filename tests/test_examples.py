@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from scipy.interpolate import PPoly
 
+from tpbso_casadi import parse_scenario
 from tpbso_casadi.cli import audit, retime, solve
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-LONG = {"crowded", "jerk-limited", "letter", "list-of-goals"}  # tens of seconds with the audit
+LONG = {"circle-in-space", "crowded", "jerk-limited", "letter", "list-of-goals", "panda-cage"}  # tens of seconds
 SCENARIOS = [
     pytest.param(path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
     for path in sorted(EXAMPLES.glob("*.toml"))
@@ -38,11 +39,11 @@ def motion_in(folder: Path) -> tuple[PPoly, dict[str, object]]:
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_an_example_is_planned_and_audited(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     theta, result = planned(name, tmp_path / name)
-    arm = result["scenario"]["arm"]  # type: ignore[index]
+    limits = parse_scenario(result["scenario"]).criteria().robot.limits  # type: ignore[arg-type]
     times = np.linspace(*theta.x[[0, -1]], TIMES)
-    for order, key in enumerate(("max_speed", "max_acceleration", "max_jerk"), start=1):
-        if arm[key] is not None:
-            assert (np.abs(theta(times, order)) <= np.array(arm[key]) * (1.0 + 1e-9)).all()
+    for order, bounds in enumerate((limits.speed, limits.acceleration, limits.jerk), start=1):
+        if bounds is not None:
+            assert (np.abs(theta(times, order)) <= np.array(bounds) * (1.0 + 1e-9)).all()
     assert np.abs(theta(theta.x[[0, -1]], 1)).max() < 1e-8
     assert audit.main([str(tmp_path / name)]) == 0
     assert "certified" in capsys.readouterr().out

@@ -9,17 +9,16 @@ from pathlib import Path
 
 import benchmarks.motion_bench_maker
 from benchmarks.motion_bench_maker.options import add_problem_options, problems_of, setting_of
-from benchmarks.motion_bench_maker.ours import Question, judge_all, runs_of
+from benchmarks.motion_bench_maker.ours import Question, judge_all, runs_of, usual_tip
 from benchmarks.motion_bench_maker.problem_file import InvalidFile, MotionProblem
 from benchmarks.motion_bench_maker.records import Records
+from benchmarks.motion_bench_maker.run_limit import limited
 from benchmarks.motion_bench_maker.table import by_kind, printed, rows
 from problems.evaluation import BACKENDS
 from tpbso_casadi.campaign import parse_solvers
 from tpbso_casadi.campaign.run import Outcome
 from tpbso_casadi.campaign.runner import run_campaign
 from tpbso_casadi.cli.campaign import executors_of, exit_code_of, stored
-
-TIPS = ("panda_link8", "tool0")  # where the chains of the problems end
 
 
 def parser() -> argparse.ArgumentParser:
@@ -36,6 +35,9 @@ def parser() -> argparse.ArgumentParser:
     command_line.add_argument("--solvers", default="lshade", metavar="A,B", help="as in tpbso_casadi.compare")
     command_line.add_argument("--evaluations", type=int, default=20_000, metavar="N", help="of each search")
     command_line.add_argument("--seeds", type=int, default=1, metavar="N", help="of each solver on each problem")
+    command_line.add_argument(
+        "--run-limit", type=float, default=600.0, metavar="S", help="ends a run of this machine; 600 s by default"
+    )
     executors = command_line.add_mutually_exclusive_group()
     executors.add_argument("--workers", type=int, default=1, metavar="N", help="processes; 1 by default")
     executors.add_argument("--dask", metavar="ADDRESS", help="the workers of a Dask scheduler")
@@ -54,7 +56,7 @@ def main() -> int:
     except InvalidFile as error:
         print(f"benchmarks.motion_bench_maker: {error}", file=sys.stderr)
         return 2
-    tip = options.tip or next((link for link in TIPS if link in setting.kinematics.bodies), None)
+    tip = options.tip or usual_tip(setting)
     question = Question(setting, tip, options.goal == "pose")
     return exit_code_of(lambda: run(options, question, problems))
 
@@ -70,7 +72,8 @@ def run(options: argparse.Namespace, question: Question, problems: list[MotionPr
             print(f"{len(pending)} of {len(runs)} runs", file=sys.stderr, flush=True)
             options.quiet = True
             with executors_of(options, len(pending)) as executors:
-                run_campaign(pending, store, executors, options.retry_failed, tell)
+                own = executors if options.dask else limited(executors, options.run_limit)
+                run_campaign(pending, store, own, options.retry_failed, tell)
         records = list(judge_all(question.setting, runs, store, Records(options.out / "records.jsonl")))
     print(printed(by_kind(records) if options.classes else rows(records)))
     return 0

@@ -18,6 +18,8 @@ from tpbso_casadi.campaign.run import Run
 from tpbso_casadi.campaign.store import Store
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 
+TIPS = ("panda_link8", "tool0")  # where the chains of the problems end
+
 
 @dataclass(frozen=True)
 class Question:
@@ -64,6 +66,11 @@ class Question:
             "disabled_pairs": may_touch(setting.checker(problem)),
             **({} if self.tip is None else {"tip_link": self.tip}),
         }
+
+
+def usual_tip(setting: Setting) -> str | None:
+    """Where the chain of a robot of the problems ends; None of another."""
+    return next((link for link in TIPS if link in setting.kinematics.bodies), None)
 
 
 def may_touch(checker: Checker) -> list[tuple[str, str]]:

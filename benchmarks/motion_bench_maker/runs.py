@@ -37,7 +37,7 @@ class Run:
     @property
     def key(self) -> tuple[str, str, int, str]:
         """Of its record."""
-        return self.problem.name, self.planner, self.seed, self.setting.digest
+        return self.problem.name, self.planner, self.seed, self.setting.digest(self.problem)
 
     def record(self) -> Record:
         """What the planner answers within twice its time; whatever goes wrong is an error in the record."""

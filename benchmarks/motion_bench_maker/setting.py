@@ -55,9 +55,12 @@ class Setting:
         return limits_of(self.kinematics, self.acceleration, self.jerk)
 
     @cached_property
-    def digest(self) -> str:
-        """Of the files and the limits."""
-        content = [self.urdf.read_text(), self.spheres_file.read_text(), asdict(self.limits)]
+    def _content(self) -> list[object]:
+        return [self.urdf.read_text(), self.spheres_file.read_text(), asdict(self.limits)]
+
+    def digest(self, problem: MotionProblem) -> str:
+        """Of the files, the limits and a problem."""
+        content = [*self._content, asdict(problem)]
         return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
     def checker(self, problem: MotionProblem) -> Checker:

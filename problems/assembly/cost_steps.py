@@ -58,8 +58,8 @@ class CostSteps(ABC, Generic[P]):
     def program(self) -> Program:
         """The program of all steps."""
         penalised, penalty = self.encoding.penalised(self.limits), self.encoding.penalty
-        written_out = [limit for limit in penalised if not self._repetitions[id(limit)]]
-        repeated = [each for limit in penalised for each in self._repetitions[id(limit)]]
+        written_out = [limit for limit in penalised if not self._repetitions.get(id(limit))]
+        repeated = [each for limit in penalised for each in self._repetitions.get(id(limit), ())]
         loop = cost_loop(self.motion, written_out, self.objective, penalty, self.least_orders, self.p, repeated)
         orders = tuple(sorted({*(loop.orders if loop else ()), *self.least_orders}))
         front = self.front(orders, loop.starting_values if loop else {})

@@ -11,6 +11,7 @@ between them counts, as seen from the first: psi_j - psi_i in the place of psi_j
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,11 +22,11 @@ from numpy.typing import NDArray
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.certify.travel import halves
 from problems.certify.verdict import CertificateStatus
-from problems.limits.proximity import Pair, Proximity, clearances
+from problems.limits.proximity import Pair, Proximity
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 
-INITIAL_CELLS = 400
+INITIAL_CELLS = {2: 400, 3: 100}  # in the plane, and in space, where there are many pairs and most are far apart
 RELATIVE_PROOF_GAP = 0.1  # of the smallest clearance seen beyond the margin: what is proven is lower by this
 MAX_CELLS = 200_000
 BLOCK = 1_000_000  # cells times pairs that are computed at once
@@ -36,8 +37,8 @@ class ClearanceProof:
     """Bounds of the clearance of a whole motion.
 
     Attributes:
-        proven: the clearance is at least this for all t, m; -inf when it is below the margin somewhere, or when
-            ``MAX_CELLS`` cells were not enough.
+        proven: the clearance of all pairs that could meet is at least this for all t, m; -inf when it is below the
+            margin somewhere, or when ``MAX_CELLS`` cells were not enough.
         smallest: the smallest clearance at any time that was evaluated, m.
         time: of that, s.
         where: the pair of that.
@@ -65,17 +66,20 @@ def prove_clearance(limit: Proximity, trajectory: Trajectory) -> ClearanceProof 
     if not pairs:
         return None
     motion = _MovingPairs(robot, pairs, trajectory)
-    edges = trajectory.times(INITIAL_CELLS)
+    edges = trajectory.times(INITIAL_CELLS[robot.dim])
     cells = np.column_stack([edges[:-1], edges[1:]])
+    unsettled = np.ones((len(cells), len(pairs)), dtype=bool)
     minima: list[tuple[float, float, int]] = []
     cell_count = 0
     while True:
-        nearest, column, low = motion.around_middles(cells)
+        nearest, column, low = motion.around_middles(cells, unsettled)
         cell = int(np.argmin(nearest))
         minima.append((float(nearest[cell]), float(cells[cell].mean()), int(column[cell])))
         (smallest, time, number), cell_count = min(minima), cell_count + len(cells)
         proven = margin + (smallest - margin) * (1.0 - RELATIVE_PROOF_GAP)
-        cells = halves(cells[low < proven])
+        unsettled = low < proven
+        left = np.asarray(unsettled.any(axis=1))
+        cells, unsettled = halves(cells[left]), np.tile(unsettled[left] if robot.dim > 2 else left[left, None], (2, 1))
         if not len(cells) and smallest >= margin:
             return ClearanceProof(proven, smallest, time, str(pairs[number]), broken=False)
         if smallest < margin or cell_count + len(cells) > MAX_CELLS:
@@ -121,17 +125,51 @@ class _MovingPairs:
         """Where the robot's frames are at times (n,) in s."""
         return self.robot.positions(ca.DM(self.trajectory.at(times)))
 
-    def around_middles(self, cells: FloatArray) -> tuple[FloatArray, NDArray[np.intp], FloatArray]:
-        """Of cells (n, 2): the smallest clearance in the middle, its pair, a lower bound all through; (n,), m."""
+    @cached_property
+    def _groups(self) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+        """Pairs that are computed together: their numbers (members,), and those of their frames, (members, ends)."""
+        groups: dict[Hashable, list[int]] = {}
+        for number, pair in enumerate(self.pairs):
+            groups.setdefault(pair.group, []).append(number)
+        return [(np.array(group), np.array([self.pairs[k].frames for k in group])) for group in groups.values()]
+
+    @cached_property
+    def _thickness(self) -> FloatArray:
+        return np.array([float(pair.thickness) for pair in self.pairs])
+
+    def around_middles(
+        self, cells: FloatArray, chosen: NDArray[np.bool_]
+    ) -> tuple[FloatArray, NDArray[np.intp], FloatArray]:
+        """What pairs keep around the middles of cells.
+
+        Args:
+            cells: start and end of each, (n, 2), s.
+            chosen: which pairs are looked at in each, (n, pairs), or (n, 1) for all or none.
+
+        Returns:
+            The smallest clearance in the middle and its pair, both (n,); a lower bound of the clearance of each pair
+            all through, (n, pairs), infinite of those that are not looked at; m.
+        """
         size = max(1, BLOCK // len(self.pairs))
-        blocks = [self._block(cells[first : first + size]) for first in range(0, len(cells), size)]
+        blocks = [self._block(cells[k : k + size], chosen[k : k + size]) for k in range(0, len(cells), size)]
         nearest, column, low = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
         return nearest, column, low
 
-    def _block(self, cells: FloatArray) -> tuple[FloatArray, NDArray[np.intp], FloatArray]:
+    def _block(self, cells: FloatArray, chosen: NDArray[np.bool_]) -> tuple[FloatArray, NDArray[np.intp], FloatArray]:
         middles, h = cells.mean(axis=1), np.diff(cells, axis=1)
-        positions = self.positions(middles)
         speeds = np.abs(self.turning.at(middles, 1))
         moves = (speeds * h / 2.0 + self.sharpest * h**2 / 8.0) @ self._rates[1].T
-        clearance = as_array(clearances(self.pairs, positions))
-        return clearance.min(axis=1), clearance.argmin(axis=1), (clearance - moves).min(axis=1)
+        clearance = self._clearances(middles, np.broadcast_to(chosen, moves.shape))
+        return clearance.min(axis=1), clearance.argmin(axis=1), clearance - moves
+
+    def _clearances(self, times: FloatArray, chosen: NDArray[np.bool_]) -> FloatArray:
+        """Of the pairs that are looked at, (n, pairs), m; infinite of the others."""
+        places = np.stack([as_array(place) for place in self.positions(times)])
+        found = np.full(chosen.shape, np.inf)
+        for members, frames in self._groups:
+            rows, which = np.nonzero(chosen[:, members])
+            if rows.size:
+                ends = [ca.DM(places[numbers, rows]) for numbers in frames[which].T]
+                distances = as_array(self.pairs[members[0]].between(*ends)).ravel()
+                found[rows, members[which]] = distances - self._thickness[members[which]]
+        return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import ClassVar, Self
 
 import casadi as ca
@@ -11,7 +12,7 @@ import numpy as np
 
 from problems.base.arguments import Arguments, is_zero
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
-from problems.limits.ball_cluster import LEAST_PAIRS, clusters_of
+from problems.limits.ball_cluster import LEAST_PAIRS, Cluster, clusters_of
 from problems.limits.constraint import Constraint
 from problems.limits.limit import SAMPLING_MARGIN, Limit, Repetition
 from problems.limits.proximity import Pair, Proximity
@@ -63,10 +64,10 @@ class CollisionPair(Pair):
         """The body's."""
         return (self.body.radius,)
 
-    def ends(self, positions: Sequence[Matrix]) -> tuple[Matrix, ...]:
+    @property
+    def frames(self) -> tuple[int, ...]:
         """Those of the body."""
-        frames = {self.body.start: None, self.body.end: None}
-        return tuple(positions[frame] for frame in frames)
+        return self.body.frames
 
     def between(self, *ends: Matrix) -> Matrix:
         """From the obstacle to the lines between the ends, or to the one point that they are."""
@@ -88,17 +89,28 @@ class CollisionPair(Pair):
 
     def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
         """The obstacle stands still."""
-        return robot.turns, robot.levers[robot.bodies.index(self.body)]
+        return robot.turns, robot.levers[robot.number_of(self.body)]
 
     def can_touch(self, robot: Robot, spare: float = 0.0) -> bool:
         """Whether the body reaches as near as the margin, and ``spare`` m farther."""
         reach = max(robot.reach(frame)[1] for frame in (self.body.start, self.body.end) if frame > 0)
         kept = float(self.body.radius) + robot.margin + spare
-        return reach >= self.obstacle.distance_to(robot.base) - kept
+        return reach >= _distance(self.obstacle, robot.base) - kept
 
     def smooth(self, clearance: Matrix) -> Matrix:
         """The obstacle's own, of the distance from the body's middle line."""
         return self.obstacle.smooth(clearance + self.body.radius)
+
+
+@lru_cache
+def _distance(obstacle: Obstacle, point: tuple[float, ...]) -> float:
+    """A lower bound in m of the distance of an obstacle from a point; the same for all bodies of a robot."""
+    return obstacle.distance_to(point)
+
+
+def moving_bodies(robot: Robot) -> list[Body]:
+    """Those that a joint moves."""
+    return [body for body, levers in zip(robot.bodies, robot.levers, strict=True) if levers.any()]
 
 
 def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 0.0) -> tuple[CollisionPair, ...]:
@@ -106,7 +118,7 @@ def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 
 
     Bodies that no joint moves, as the foot of a robot on a table, are none of them: no motion could avoid anything.
     """
-    bodies = [body for body, levers in zip(robot.bodies, robot.levers, strict=True) if levers.any()]
+    bodies = moving_bodies(robot)
     pairs = (
         CollisionPair(body, number, obstacle, measured=not (is_zero(body.radius) and is_zero(robot.margin)))
         for number, obstacle in enumerate(obstacles, start=1)
@@ -119,6 +131,22 @@ def _make(obstacle: Obstacle) -> Hashable:
     """What obstacles with the same formula have in common: their class, and which of their numbers are symbols."""
     arguments = Arguments()
     return type(obstacle), str(arguments.twin(obstacle))
+
+
+def _repetition(robot: Robot, clusters: Sequence[Cluster], pairs: Sequence[CollisionPair]) -> Repetition:
+    """Clusters of balls of a robot, and the obstacles of pairs, all of one make."""
+    arguments = [Arguments() for _ in pairs]
+    twins = [own.twin(pair.obstacle) for own, pair in zip(arguments, pairs, strict=True)]
+    one, limits = replace(pairs[0], number=1, obstacle=twins[0]), []
+    for cluster in clusters:
+        each = tuple(replace(one, body=body) for body in cluster.bodies)
+        limits.append(Clearance(robot, each, (each[0], cluster.radius) if len(each) >= LEAST_PAIRS else None))
+    return Repetition(
+        limits=tuple(limits),
+        symbols=arguments[0].symbols,
+        numbers=np.array([own.values for own in arguments]),
+        frames=tuple(body.start for cluster in clusters for body in cluster.bodies),
+    )
 
 
 @dataclass(frozen=True)
@@ -150,30 +178,17 @@ class Clearance(Proximity):
         return [self.constraint(self.name, "", self.clearances(samples), margin, formula, EQUATION)]
 
     def repetitions(self, twin: Clearance) -> list[Repetition]:
-        """Among balls, one for each make of obstacle: all bodies that may touch any of these, from one of them."""
+        """Among balls, one for each make of obstacle: all balls that move, from one of them.
+
+        Those that cannot touch it are among them, so that where obstacles are changes no code.
+        """
         if not all(pair.body.is_ball for pair in self.pairs):
             return []
-        makes: dict[Hashable, list[int]] = {}
-        for number, pair in enumerate(self.pairs):
-            makes.setdefault((_make(pair.obstacle), pair.measured), []).append(number)
-        return [self._repetition(twin, numbers) for numbers in makes.values()]
-
-    def _repetition(self, twin: Clearance, numbers: Sequence[int]) -> Repetition:
-        bodies = {self.pairs[number].body: twin.pairs[number] for number in numbers}
-        obstacles = {self.pairs[number].number: self.pairs[number].obstacle for number in numbers}
-        each = [Arguments() for _ in obstacles]
-        twins = [own.twin(obstacle) for own, obstacle in zip(each, obstacles.values(), strict=True)]
-        limits = []
-        for cluster in clusters_of(self.robot, list(bodies)):
-            pairs = tuple(replace(bodies[body], number=1, obstacle=twins[0]) for body in cluster.bodies)
-            around = (pairs[0], cluster.radius) if len(pairs) >= LEAST_PAIRS else None
-            limits.append(Clearance(twin.robot, pairs, around))
-        return Repetition(
-            limits=tuple(limits),
-            symbols=each[0].symbols,
-            numbers=np.array([own.values for own in each]),
-            frames=tuple(body.start for body in bodies),
-        )
+        makes: dict[Hashable, dict[int, CollisionPair]] = {}
+        for pair in self.pairs:
+            makes.setdefault((_make(pair.obstacle), pair.measured), {})[pair.number] = pair
+        clusters = clusters_of(self.robot, moving_bodies(self.robot))
+        return [_repetition(twin.robot, clusters, list(pairs.values())) for pairs in makes.values()]
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """Clearance of the lines from each joint's position at one sample to that at the next; none of balls."""

@@ -39,9 +39,14 @@ class Pair(Statement, ABC):
     def radii(self) -> tuple[Operand, ...]:
         """Of the bodies that move, m, in the order of their ends."""
 
+    @property
     @abstractmethod
+    def frames(self) -> tuple[int, ...]:
+        """Numbers of the frames in which their middle lines end, as far as these move."""
+
     def ends(self, positions: Sequence[Matrix]) -> tuple[Matrix, ...]:
         """The points of their middle lines that move, each (n, dim), m; positions of the frames, each (n, dim)."""
+        return tuple(positions[frame] for frame in self.frames)
 
     @abstractmethod
     def between(self, *ends: Matrix) -> Matrix:

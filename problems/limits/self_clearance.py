@@ -47,10 +47,10 @@ class BodyPair(Pair):
         """Those of both bodies."""
         return self.first.radius, self.second.radius
 
-    def ends(self, positions: Sequence[Matrix]) -> tuple[Matrix, ...]:
+    @property
+    def frames(self) -> tuple[int, ...]:
         """Those of both bodies."""
-        frames = [frame for body in (self.first, self.second) for frame in {body.start: None, body.end: None}]
-        return tuple(positions[frame] for frame in frames)
+        return *self.first.frames, *self.second.frames
 
     def between(self, *ends: Matrix) -> Matrix:
         """Between two lines in the plane, exact, or between two points."""

@@ -57,6 +57,11 @@ class Body(Statement):
         """Whether its middle line is a point."""
         return self.start == self.end
 
+    @property
+    def frames(self) -> tuple[int, ...]:
+        """Where it begins and ends; of a ball that is one frame."""
+        return (self.start,) if self.is_ball else (self.start, self.end)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Robot(Statement, ABC):
@@ -169,6 +174,10 @@ class Robot(Statement, ABC):
     def bodies(self) -> tuple[Body, ...]:
         """The bodies that must not touch anything; by default every segment between consecutive frames."""
         return tuple(Body(f"link {link}", link - 1, link) for link in range(1, self.dof + 1))
+
+    def number_of(self, body: Body) -> int:
+        """Which of its bodies that is, from 0 on."""
+        return self.bodies.index(body)
 
     def moved_by(self, body: Body) -> int:
         """The number of the last joint that moves a body: bodies with the same number are fixed to each other."""

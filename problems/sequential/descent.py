@@ -22,6 +22,7 @@ FIRST_TRUST, LEAST_TRUST, LARGEST_TRUST = 0.1, 2e-3, 0.25  # rad, how far a cont
 GROWS, SHRINKS, FAILS = 1.6, 0.5, 0.3  # the trust region
 GOOD, POOR = 0.5, 0.1  # shares of the promised gain
 LEAST_GAIN, PATIENCE = 2e-4, 3  # of the duration; and how many iterations may gain less
+ENOUGH, AT_ENDS = 0.5, 0.8  # of the spare clearance, and of that of the ends
 LOOKED_AT = 1.0  # m/rad: pairs are looked at that come no farther than that beyond what is kept, of the trust region
 
 
@@ -32,11 +33,13 @@ class Reached:
     Attributes:
         motion: as fast as it may be.
         near: its pairs.
+        spares: what each of all pairs has to keep at samples on top of the margin, m.
         missing: the sum of the clearances that are missing to the one that is kept, m; 0 where none is.
     """
 
     motion: PathSpeed
     near: NearPairs
+    spares: FloatArray
     missing: float
 
     def better_than(self, other: Reached) -> bool:
@@ -54,7 +57,7 @@ class Descent:
         freedom: of the ends.
         nearness: of what has to keep a distance.
         kept: that distance, m.
-        spare: to keep on top of it at samples, m; half of it is enough.
+        spare: to keep on top of it at samples, m, where the ends keep more; half of it is enough.
     """
 
     space: MotionSpace
@@ -99,13 +102,21 @@ class Descent:
         """A motion as fast as it may be, and the pairs that may matter in a trust region around it."""
         fast = paced(motion, self.limits, limit_rows(motion, self._grid, LIMIT_ROWS, self.limits), self._grid)
         near = self.nearness.near(self._clearance_basis @ fast.controls, self.kept + self.spare + LOOKED_AT * trust)
-        missing = np.maximum(self.kept + self.spare / 2.0 - near.clearances, 0.0)
-        return Reached(fast, near, float(missing.sum()))
+        spares = self._spares(near)
+        missing = np.maximum(self.kept + ENOUGH * spares[near.pairs] - near.clearances, 0.0)
+        return Reached(fast, near, spares, float(missing.sum()))
+
+    def _spares(self, near: NearPairs) -> FloatArray:
+        """The spare clearance of each pair, (pairs,): no more than most of what it has at the ends, which are given."""
+        spares = np.full(len(self.nearness.pairs), self.spare)
+        ends = (near.samples == 0) | (near.samples == len(self._clearance_basis) - 1)
+        np.minimum.at(spares, near.pairs[ends], np.maximum(AT_ENDS * (near.clearances[ends] - self.kept), 0.0))
+        return spares
 
     def _clearances(self, around: Reached, trust: float) -> ClearanceRows:
         """Those that may become too small in a step: at the samples of rows, and where a pair is nearest."""
         near = around.near.thinned(CLEARANCE_ROWS)
         gradients = self.nearness.gradients(self._clearance_basis @ around.motion.controls, near)
-        room = near.clearances - self.kept - self.spare
+        room = near.clearances - self.kept - around.spares[near.pairs]
         some = room < np.abs(gradients).sum(axis=1) * trust
         return ClearanceRows(room[some], gradients[some], self._clearance_basis[near.samples[some]])

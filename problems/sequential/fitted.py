@@ -1,9 +1,12 @@
-"""A first path and speed: those of a motion that is there already."""
+"""A first path and speed: those of a motion that is there already, or of a line that is bent."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from problems.base.matrix import FloatArray
 from problems.motions.trajectory import Trajectory
 from problems.sequential.path_speed import RESTING, MotionSpace, PathSpeed
 
@@ -22,3 +25,11 @@ def fitted(trajectory: Trajectory, space: MotionSpace) -> PathSpeed:
     fixed[inner] = 0.0
     controls[inner] = np.linalg.lstsq(basis[:, inner], theta - basis @ fixed, rcond=None)[0]
     return PathSpeed(space, controls, np.full(space.speed.size, 1.0 / trajectory.duration))
+
+
+def bent(motion: PathSpeed, bend: FloatArray) -> PathSpeed:
+    """The same motion with its path moved sideways, by ``bend`` (k,) rad in the middle and not at the ends."""
+    share = np.linspace(0.0, 1.0, len(motion.controls) - 2 * RESTING + 2)[1:-1, None]
+    controls = motion.controls.copy()
+    controls[RESTING:-RESTING] += 4.0 * share * (1.0 - share) * bend
+    return replace(motion, controls=controls)

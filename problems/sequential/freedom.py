@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -40,11 +41,16 @@ class Freedom:
         ends[-RESTING * k :, first.shape[1] :] = last
         return np.concatenate([inner, ends], axis=1)
 
+    @cached_property
+    def _jacobians(self) -> dict[Place, ca.Function]:
+        """Of what is missed at each end."""
+        theta = ca.SX.sym("theta", 1, self.robot.dof)
+        misses = {place: place.miss(self.robot, theta) for place in (self.start, self.goal)}
+        return {place: ca.Function("jacobian", [theta], [ca.jacobian(miss, theta)]) for place, miss in misses.items()}
+
     def _free_at(self, place: Place, theta: FloatArray) -> FloatArray:
         """Directions (k, m) in which a posture stays at its place."""
-        symbol = ca.SX.sym("theta", 1, theta.size)
-        jacobian = ca.Function("jacobian", [symbol], [ca.jacobian(place.miss(self.robot, symbol), symbol)])
-        _, sizes, directions = np.linalg.svd(as_array(jacobian(theta)))
+        _, sizes, directions = np.linalg.svd(as_array(self._jacobians[place](theta)))
         return np.asarray(directions[int((sizes > RANK * sizes.max()).sum()) :].T)
 
     def placed(self, controls: FloatArray) -> FloatArray:

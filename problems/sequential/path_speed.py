@@ -13,7 +13,7 @@ from problems.robots.robot import JointLimits
 
 PATH_DEGREE, SPEED_DEGREE = 5, 3
 RESTING = 3  # control points at each end that are one posture: q' and q'' are zero there
-GAUSS = 5  # nodes in each piece of the speed, to integrate 1 / w
+GAUSS = 8  # nodes in each piece of the speed, to integrate 1 / w
 
 
 @dataclass(frozen=True)

@@ -6,19 +6,25 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from problems.limits.limit import Limit
 from problems.limits.proximity import Proximity
 from problems.motions.trajectory import Trajectory
-from problems.sequential.descent import Descent
-from problems.sequential.fitted import fitted
+from problems.sequential.descent import Descent, Reached
+from problems.sequential.fitted import bent, fitted
 from problems.sequential.freedom import Freedom
 from problems.sequential.nearness import Nearness
-from problems.sequential.path_speed import MotionSpace
+from problems.sequential.path_speed import MotionSpace, PathSpeed
 from problems.sequential.timed import timed
 from problems.tasks.move import Move
+from problems.timing.rest_to_rest import rest_to_rest
 
 SPACE = MotionSpace(path_pieces=12, speed_pieces=24)
 SPARES = (6e-3, 1.2e-2, 2.4e-2)  # m, kept at samples on top of the margin: one after the other where proofs fail
+NEAR_BOUND = 1.02  # of the duration in free space: what is as fast needs no other start
+USUAL_STARTS = 3  # where one of them leads to a clear motion
+BENT, BEND = 8, 0.7  # lines, where none does; rad, the standard deviation of how far they are bent
 JOINT_ORDERS = range(4)  # derivatives of the joint angles whose limits are kept
 
 
@@ -39,14 +45,50 @@ class Polish:
         return Nearness(self.task.robot, tuple(limit for limit in self.limits if isinstance(limit, Proximity)))
 
     def __call__(self, start: Trajectory) -> Iterator[Trajectory]:
-        """Motions, each with more clearance at its samples than the last, from one that may break limits."""
-        robot = self.task.robot
-        goal = self.task.reached_goal(start.at(start.breakpoints[-1:])[0])
-        motion, freedom = fitted(start, SPACE), Freedom(robot, self.task.start, goal)
+        """Clear motions made of one that may break limits, each with more clearance at its samples than the last.
+
+        Where what comes of it is not clear or much slower than without obstacles, others between the same ends are
+        tried too: a line, and lines that are bent at random.
+        """
+        best = self._best(start)
         for spare in SPARES:
-            reached = Descent(SPACE, robot.limits, freedom, self._nearness, robot.margin, spare)(motion)
-            yield timed(reached.motion)
-            motion = reached.motion
+            if spare != SPARES[0]:
+                best = self._descent(best.motion, spare)(best.motion)
+            if best.missing > 0.0:
+                return
+            yield timed(best.motion)
+
+    def _best(self, start: Trajectory) -> Reached:
+        """The best that a few starts lead to."""
+        best: Reached | None = None
+        bound = self._free(start).duration
+        for number, motion in enumerate(self._starts(start), start=1):
+            reached = self._descent(motion, SPARES[0])(motion)
+            best = reached if best is None or reached.better_than(best) else best
+            near_bound = best.motion.duration <= NEAR_BOUND * bound
+            if best.missing == 0.0 and (near_bound or number >= USUAL_STARTS):
+                break
+        assert best is not None
+        return best
+
+    def _free(self, start: Trajectory) -> Trajectory:
+        """The fastest motion between its ends, were there no obstacles."""
+        first, last = start.at(start.breakpoints[[0, -1]])
+        return rest_to_rest(first, last, self.task.robot.limits)
+
+    def _descent(self, motion: PathSpeed, spare: float) -> Descent:
+        robot = self.task.robot
+        freedom = Freedom(robot, self.task.start, self.task.reached_goal(motion.controls[-1]))
+        return Descent(SPACE, robot.limits, freedom, self._nearness, robot.margin, spare)
+
+    def _starts(self, start: Trajectory) -> Iterator[PathSpeed]:
+        """The motion itself, the free one between its ends, and that bent at random; the same ones every time."""
+        yield fitted(start, SPACE)
+        free = fitted(self._free(start), SPACE)
+        yield free
+        rng = np.random.default_rng(0)
+        for _ in range(BENT):
+            yield bent(free, rng.normal(0.0, BEND, self.task.robot.dof))
 
 
 def can_be_polished(task: Move, limits: Sequence[Limit]) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 
 from problems.base.matrix import FloatArray
 from problems.motions.trajectory import Trajectory
-from problems.sequential.path_speed import PathSpeed
+from problems.sequential.path_speed import GAUSS, PathSpeed
 
 IN_PIECE = 8  # pieces in time for each of the speed
 
@@ -29,7 +29,7 @@ def timed(motion: PathSpeed, in_piece: int = IN_PIECE) -> Trajectory:
 
 def _durations(motion: PathSpeed, u: FloatArray) -> FloatArray:
     """How long the motion takes from each parameter to the next, (n - 1,), s."""
-    nodes, weights = np.polynomial.legendre.leggauss(8)
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
     lengths = np.diff(u)[:, None]
     at = u[:-1, None] + lengths * (nodes + 1.0) / 2.0
     w = motion.space.speed.matrix(at.ravel()) @ motion.speeds

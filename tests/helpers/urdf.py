@@ -28,7 +28,9 @@ ARM = """<?xml version="1.0"?>
     <limit lower="0.1" upper="0.8" velocity="0.5" effort="300"/>
   </joint>
   <joint name="screws" type="fixed"><parent link="jib"/><child link="plate"/><origin xyz="0 0 0.2"/></joint>
-  <joint name="flange" type="fixed"><parent link="plate"/><child link="tool0"/><origin rpy="3.141592653589793 0 0"/></joint>
+  <joint name="flange" type="fixed">
+    <parent link="plate"/><child link="tool0"/><origin rpy="3.141592653589793 0 0"/>
+  </joint>
   <joint name="grip" type="revolute">
     <parent link="plate"/><child link="finger"/><origin xyz="0 0 0.1"/><axis xyz="0 1 0"/>
     <limit lower="-1" upper="1" velocity="1" effort="1"/>

@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 
 from tpbso_casadi.animation.frames import Frames
 from tpbso_casadi.figures.scene import capsule, draw_bodies, draw_scene, wide_bodies
-from tpbso_casadi.figures.space.painter import repaint
 from tpbso_casadi.figures.space.panels import Posture, draw_picture
 
 ARM, WAY = "#1b2733", "#1f4fd8"
@@ -40,13 +39,15 @@ def plane(axes: Axes, frames: Frames) -> Callable[[int], None]:
 def space(axes: Axes, frames: Frames) -> Callable[[int], None]:
     """A robot in space, in perspective."""
     scene, centers = frames.scene, frames.scene.centers(frames.theta)
-    picture = draw_picture(axes, scene, Posture("", ARM, frames.theta[0]), scene.bounds(frames.theta))
+    bounds = scene.bounds(frames.theta)
+    view = scene.view(frames.theta, bounds)
+    picture = draw_picture(axes, view, scene, Posture("", ARM, frames.theta[0]), bounds)
     tip_path = axes.plot([], [], color=WAY, linewidth=2.0, zorder=3)[0]
 
     def show(index: int) -> None:
-        tip_path.set_data(*picture.view.project(frames.joints[: index + 1, -1]).T)
-        picture.arm.set_data(*picture.view.project(frames.joints[index]).T)
-        repaint(picture.painting, picture.view, scene, centers[index], ARM)
+        tip_path.set_data(*view.project(frames.joints[: index + 1, -1]).T)
+        picture.arm.set_data(*view.project(frames.joints[index]).T)
+        picture.painting.show(centers[index])
 
     return show
 

@@ -63,6 +63,8 @@ def show(options: argparse.Namespace) -> int:
     except InvalidProblem as error:
         raise ScenarioError(f"{options.robot}: {error}") from error
     if options.figure is not None:
+        if not description.spheres and description.reach == 0.0:
+            raise ScenarioError(f"{options.robot}: there is nothing to draw: all of it is in one point")
         from tpbso_casadi.figures.space.robot import draw_robot  # noqa: PLC0415 (matplotlib is slow to load)
 
         with writing(options.figure.parent):
@@ -90,7 +92,9 @@ def described(options: argparse.Namespace) -> RobotDescription:
         ScenarioError: a file cannot be read.
     """
     if options.robot in BUILT_IN:
-        description = built_in(options.robot, options.base_link, options.tip_link)
+        if options.base_link is not None:
+            raise InvalidProblem("base_link", "a robot that is built in has its own")
+        description = built_in(options.robot, options.tip_link)
     else:
         description = read_urdf(read_text(Path(options.robot)), options.base_link, options.tip_link)
     if options.spheres is None:

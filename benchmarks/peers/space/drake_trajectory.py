@@ -113,14 +113,14 @@ def _scene(setting: Setting, problem: MotionProblem, checker: Checker) -> tuple[
     plant, graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     Parser(plant).AddModelsFromString(_locked(setting), "urdf")
     root = next(link for link, (body, _) in setting.kinematics.bodies.items() if body == 0)
-    base = plant.GetBodyByName(root)
-    plant.WeldFrames(plant.world_frame(), base.body_frame())
+    if root != "world":
+        plant.WeldFrames(plant.world_frame(), plant.GetBodyByName(root).body_frame())
     spheres = []
     links = {body: link for link, (body, place) in setting.kinematics.bodies.items() if np.allclose(place, np.eye(4))}
     for number, (body, center, radius) in enumerate(
         zip(setting.spheres.bodies, setting.spheres.centers, setting.spheres.radii, strict=True)
     ):
-        frame = plant.GetBodyByName(links[int(body)])
+        frame = plant.GetBodyByName(links[int(body)]) if body else plant.world_body()
         spheres.append(
             plant.RegisterCollisionGeometry(frame, RigidTransform(center), Sphere(radius), f"sphere{number}", FRICTION)
         )

@@ -9,12 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.motion_bench_maker.ours import Question, usual_tip
 from benchmarks.motion_bench_maker.planner_collision import PlannerCollision
 from benchmarks.motion_bench_maker.problem_file import MotionProblem
 from benchmarks.motion_bench_maker.records import Record
 from benchmarks.motion_bench_maker.setting import Setting
 from problems import Trajectory
+from problems.assembly.criteria import Criteria
 
+UNPROVEN = {"speed", "acceleration", "jerk"}  # of these the excess is recorded: TOPP-RA's accelerations jump
 PADDING = 0.002  # m that paths leave around obstacles, so that splines along them have room
 
 
@@ -73,17 +76,23 @@ def record(planner: str, setting: Setting, problem: MotionProblem, seed: int, se
 
 
 def judged(planner: str, setting: Setting, problem: MotionProblem, seed: int, answer: Answer) -> Record:
-    """The record of an answer."""
-    given = problem.name, planner, seed, setting.digest, setting.bound(problem)
+    """The record of an answer; certified is that obstacles, the robot itself and joint ranges are kept for all t."""
+    given = problem.name, planner, seed, setting.digest(problem), setting.bound(problem)
     trajectory = answer.trajectory
     if trajectory is None:
         return Record(*given, seconds=answer.seconds, error=answer.error)
-    excess = setting.excess(trajectory.at, trajectory.duration)
+    broken = [verdict.name for verdict in criteria(setting, problem).verify(trajectory) if not verdict.satisfied]
     return Record(
         *given,
         duration=trajectory.duration,
         seconds=answer.seconds,
         clearance=setting.clearance(problem, trajectory.at, trajectory.duration),
-        excess=excess,
-        details=answer.details,
+        excess=setting.excess(trajectory.at, trajectory.duration),
+        certified=not set(broken) - UNPROVEN,
+        details=answer.details | {"broken": broken},
     )
+
+
+def criteria(setting: Setting, problem: MotionProblem) -> Criteria:
+    """What our own planner would be held to, for its certificates."""
+    return Question(setting, usual_tip(setting), to_pose=False).scenario(problem).problem().at_free_times()

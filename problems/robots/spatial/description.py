@@ -10,6 +10,7 @@ from typing import TypeAlias
 from problems.base.errors import InvalidProblem
 from problems.base.ranges import ANGLES
 from problems.robots.spatial.chain import UNTURNED, Chain, ChainJoint, JointKind, Matrix3, Point3
+from problems.robots.spatial.collision.self_pairs import LinkPairs, self_collision_pairs
 from problems.robots.spatial.collision.sphere import Sphere
 from problems.robots.spatial.pose import numbers_of
 from problems.robots.spatial.spatial_arm import SpatialArm
@@ -129,6 +130,22 @@ class RobotDescription:
             margin=margin,
             self_collision=self_collision,
         )
+
+    def with_disabled(self, pairs: LinkPairs) -> RobotDescription:
+        """The same with more links that may touch."""
+        return replace(self, disabled=(*self.disabled, *pairs))
+
+    def self_pairs(
+        self, arm: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = ()
+    ) -> tuple[tuple[int, int], ...]:
+        """Numbers of an arm's spheres that have to keep apart: see :func:`self_collision_pairs`.
+
+        Raises:
+            InvalidProblem: ``self_collision`` names a link without spheres.
+        """
+        links = {sphere.name for sphere in arm.spheres}
+        known = [pair for pair in self.disabled if links.issuperset(pair)]
+        return self_collision_pairs(arm, (*known, *disabled), kept)
 
     @property
     def drawn(self) -> SpatialArm:

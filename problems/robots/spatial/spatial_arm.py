@@ -172,9 +172,13 @@ class SpatialArm(Robot):
             for number, sphere in enumerate(self.spheres)
         )
 
+    def number_of(self, body: Body) -> int:
+        """Which of the spheres that is, from 0 on."""
+        return body.start - self.dof - 1
+
     def moved_by(self, body: Body) -> int:
         """The number of the last joint that moves a sphere."""
-        return self.spheres[body.start - self.dof - 1].link
+        return self.spheres[self.number_of(body)].link
 
     def reach(self, links: int | None = None) -> tuple[float, float]:
         """0, and no less than the distance in m from the base at which a frame, in the order of positions, can be."""
@@ -224,7 +228,7 @@ class SpatialArm(Robot):
         """Only the joints between the two bodies move them as seen from each other."""
         one, two = (self.moved_by(body) for body in (first, second))
         between = slice(one, two)
-        return self.turns[between], self.levers[self.bodies.index(second)][between]
+        return self.turns[between], self.levers[self.number_of(second)][between]
 
     @property
     def own_pairs(self) -> tuple[tuple[Body, Body], ...]:

@@ -66,8 +66,11 @@ class Solid(Obstacle):
 
     def local(self, points: Matrix) -> list[Matrix]:
         """Points (n, 3) in its own axes, from its centre: x, y and z, each (n, 1), m."""
-        away = points - ca.repmat(ca.horzcat(*self.center), points.shape[0], 1)
-        return columns(away if self.quaternion is None else ca.mtimes(away, self.rotation))
+        away = [column - part for column, part in zip(columns(points), self.center, strict=True)]
+        if self.quaternion is None:
+            return away
+        turned, (x, y, z) = self.rotation, away
+        return [x * turned[0, axis] + y * turned[1, axis] + z * turned[2, axis] for axis in range(3)]
 
     @abstractmethod
     def point_clearance(self, points: Matrix) -> Matrix:

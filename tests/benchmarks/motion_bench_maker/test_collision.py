@@ -86,7 +86,7 @@ def test_the_least_clearance_of_a_motion_is_that_of_all_pairs_at_all_times(setti
 
 
 def test_frames_and_distances_are_the_models(setting: Setting, folder: Path) -> None:
-    description = read_urdf((folder / "small.urdf").read_text(), None, "hand")
+    description = read_urdf((folder / "small.urdf").read_text(), None, "tool0")
     spheres = read_spheres((folder / "small.toml").read_text(), description.links)
     arm = description.arm(max_acceleration=5.0, spheres=spheres)
     theta = np.random.default_rng(1).uniform(-2.0, 2.0, (20, 3))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +87,7 @@ def test_frames_are_those_computed_by_hand(setting: Setting) -> None:
     kinematics = setting.kinematics
     assert kinematics.names == ("turn", "lift", "roll")
     assert kinematics.bodies["finger"][0] == 3
-    upright = kinematics.pose(np.array([0.0, np.pi / 2.0, 0.0]), "hand")
+    upright = kinematics.pose(np.array([0.0, np.pi / 2.0, 0.0]), "tool0")
     assert upright[:3, 3] == pytest.approx([1.0, 0.0, 2.0])
     aside = kinematics.pose(np.array([np.pi / 2.0, 0.0, np.pi / 2.0]), "finger")
     assert aside[:3, 3] == pytest.approx([0.1, 2.5, 0.5])
@@ -109,3 +110,12 @@ def test_limits_are_given_once_for_each_joint_or_for_all(setting: Setting) -> No
     for wrong in ((1.0, 2.0), (1.0, 2.0, 0.0)):
         with pytest.raises(InvalidFile, match="--max-jerk"):
             limits_of(setting.kinematics, None, wrong)
+
+
+def test_a_digest_is_of_robot_limits_and_problem(folder: Path, setting: Setting) -> None:
+    (problem,) = read_problems(folder / "small.jsonl")
+    digest = setting.digest(problem)
+    assert Setting(setting.urdf, setting.spheres_file, (5.0,), (50.0,)).digest(problem) == digest
+    slower = Setting(setting.urdf, setting.spheres_file, (4.0,), (50.0,))
+    others = slower.digest(problem), setting.digest(replace(problem, goal=(0.5, 0.5, 0.0)))
+    assert len({digest, *others}) == 3

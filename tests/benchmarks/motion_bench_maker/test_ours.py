@@ -23,7 +23,7 @@ from tpbso_casadi.campaign.store import Store
 
 def test_a_scenario_is_the_problem(setting: Setting, folder: Path) -> None:
     (problem,) = read_problems(folder / "small.jsonl")
-    stated = Question(setting, "hand", to_pose=False).scenario(problem).problem()
+    stated = Question(setting, "tool0", to_pose=False).scenario(problem).problem()
     robot = stated.robot
     assert robot.limits.speed == (2.0, 3.0, 3.0)
     assert (robot.limits.acceleration, robot.limits.jerk) == ((5.0,) * 3, (50.0,) * 3)
@@ -37,23 +37,23 @@ def test_a_scenario_is_the_problem(setting: Setting, folder: Path) -> None:
 
 def test_links_that_are_near_or_meet_at_an_end_may_touch(setting: Setting, folder: Path) -> None:
     (problem,) = read_problems(folder / "small.jsonl")
-    assert may_touch(setting.checker(problem)) == [("finger", "hand")]
+    assert may_touch(setting.checker(problem)) == [("finger", "tool0")]
     (folder / "small.toml").write_text((folder / "small.toml").read_text().replace("radius = 0.05", "radius = 2.5"))
     wide = Setting(setting.urdf, setting.spheres_file, (5.0,), (50.0,))
-    assert may_touch(wide.checker(problem)) == [("finger", "hand"), ("foot", "hand")]
+    assert may_touch(wide.checker(problem)) == [("finger", "tool0"), ("foot", "tool0")]
 
 
 def test_the_goal_may_be_the_pose_at_its_joints(setting: Setting, folder: Path) -> None:
     (problem,) = read_problems(folder / "small.jsonl")
-    goal = Question(setting, "hand", to_pose=True).scenario(problem).model_dump(mode="json")["task"]["goal"]
-    pose = setting.kinematics.pose(np.array(problem.goal), "hand")
+    goal = Question(setting, "tool0", to_pose=True).scenario(problem).model_dump(mode="json")["task"]["goal"]
+    pose = setting.kinematics.pose(np.array(problem.goal), "tool0")
     assert goal["position"] == pytest.approx(pose[:3, 3].tolist())
     assert Rotation.from_quat(goal["quaternion"]).as_matrix() == pytest.approx(pose[:3, :3])
 
 
 def test_a_run_that_failed_is_a_record(setting: Setting, folder: Path) -> None:
     pytest.importorskip("ruckig")
-    question = Question(setting, "hand", to_pose=False)
+    question = Question(setting, "tool0", to_pose=False)
     runs = runs_of(question, read_problems(folder / "small.jsonl"), parse_solvers("lshade,pso"), [1])
     records = Records(folder / "records.jsonl")
     with Store(folder / "runs.sqlite") as store:
@@ -70,7 +70,7 @@ def test_a_file_is_planned_proven_and_not_planned_again(
 ) -> None:
     pytest.importorskip("ruckig")
     arguments = [str(folder / "small.jsonl"), "--robot-urdf", str(folder / "small.urdf"), "--spheres"]
-    arguments += [str(folder / "small.toml"), "--max-acceleration", "5", "--max-jerk", "50", "--tip", "hand"]
+    arguments += [str(folder / "small.toml"), "--max-acceleration", "5", "--max-jerk", "50", "--tip", "tool0"]
     arguments += ["--evaluations", "3000", "--out", str(folder / "out")]
     monkeypatch.setattr(sys, "argv", ["motion_bench_maker", *arguments])
     assert main() == 0

@@ -67,7 +67,7 @@ def answered(planner: str, setting: Setting, problem: MotionProblem, seed: int, 
     assert planner == "planner"
     if seed == 2:
         raise ValueError("seed 2")
-    return Record(problem.name, planner, seed, setting.digest, 1.0, duration=seconds)
+    return Record(problem.name, planner, seed, setting.digest(problem), 1.0, duration=seconds)
 
 
 def test_only_what_is_missing_is_done(setting: Setting, folder: Path) -> None:

@@ -57,7 +57,7 @@ def test_the_player_runs_in_a_browser(tmp_path: Path) -> None:
     path.write_text(page("panda", frames_of(space_plan().motion)), encoding="utf-8")
     document = opened(path, tmp_path / "profile")
     assert re.search(r">\d\.\d{3} s</output>", document)
-    assert "Closest: link_4, obstacle 1, " in document
+    assert re.search(r"Closest: \w+, [\w ]+, -?\d+\.\d mm<", document)
     assert document.count("<li>") == 4 and "joint_3" in document
     assert re.search(r"<output>-?\d\.\d{3} rad</output>", document)
 

@@ -148,6 +148,24 @@ def test_any_name_may_be_a_label() -> None:
 def test_the_eye_has_the_robot_before_the_obstacles() -> None:
     robot = space_plan().criteria.robot
     scene = Scene(robot, [Box(center=(0.8, 0.0, 0.3), size=(0.1, 1.0, 1.0))])
-    bounds = scene.bounds(np.zeros((1, 4)))
-    view = perspective(bounds.mean(axis=0), 1.0, scene.azimuth(bounds))
+    theta = np.zeros((1, 4))
+    view = scene.view(theta, scene.bounds(theta))
     assert view.depth(np.array([0.0, 0.0, 0.3])) > view.depth(np.array([0.8, 0.0, 0.3]))
+
+
+def test_what_a_box_hides() -> None:
+    box = polyhedron_of(Box(center=(0.0, 0.0, 0.0), size=(2.0, 2.0, 2.0)))
+    points = np.array([[-3.0, 0.0, 0.0], [-3.0, 5.0, 0.0], [2.0, 0.0, 0.0], [-1.5, 3.0, 0.0], [-1.5, 0.9, 0.0]])
+    assert box.hides(points, np.array([4.0, 0.0, 0.0])).tolist() == [True, False, False, False, True]
+
+
+def test_the_picture_is_taken_where_obstacles_hide_least() -> None:
+    robot = space_plan().criteria.robot
+    walls = [
+        Box(center=(x, y, 0.5), size=size)
+        for x, y, size in ((0.9, 0.0, (0.1, 2.0, 4.0)), (-0.9, 0.0, (0.1, 2.0, 4.0)), (0.0, 0.9, (2.0, 0.1, 4.0)))
+    ]
+    theta = np.zeros((1, 4))
+    view = Scene(robot, walls).view(theta, np.array([[-1.0, -1.0, -0.2], [1.0, 1.0, 1.2]]))
+    assert not any(polyhedron_of(wall).hides(robot.skeleton(theta)[0], view.eye).any() for wall in walls)
+    assert view.eye[1] < -1.0  # through the open side

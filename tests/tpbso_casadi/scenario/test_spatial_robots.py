@@ -90,6 +90,15 @@ def test_self_collision_is_looked_after_unless_the_scenario_says_otherwise(folde
     assert not parse_scenario(off, folder).problem().robot.self_collision
 
 
+def test_links_may_touch_that_a_file_beside_the_scenario_names(folder: InputFolder) -> None:
+    touching = SPHERES.replace("radius = 0.05", "radius = 0.3")
+    (folder.path / "balls.toml").write_text(touching)
+    assert built(folder, joint_limits=[[-2.0, 2.0], [-1.0, 1.0]]).kept_pairs == ((0, 1),)
+    pairs = '<disable_collisions link1="foot" link2="hand" reason="Never"/><disable_collisions link1="a" link2="b"/>'
+    (folder.path / "short.srdf").write_text(f'<robot name="short">{pairs}</robot>')
+    assert built(folder, srdf="short.srdf").kept_pairs == ()
+
+
 CASES: list[tuple[dict[str, Any], str]] = [
     ({"urdf": ...}, "robot.model: one of model and urdf is needed"),
     ({"model": "panda"}, "robot.model: one of model and urdf is needed, not both"),
@@ -97,6 +106,8 @@ CASES: list[tuple[dict[str, Any], str]] = [
     ({"urdf": "balls.toml"}, "robot.urdf: "),
     ({"urdf": 3}, "robot.urdf: a word is needed, not 3"),
     ({"spheres": "short.urdf"}, "robot.spheres: "),
+    ({"srdf": "short.urdf"}, "robot.srdf: no <disable_collisions>"),
+    ({"srdf": "balls.toml"}, "robot.srdf: no XML: "),
     ({"tip_link": "elbow"}, "robot.tip_link: "),
     ({"base_link": "elbow"}, "robot.base_link: "),
     ({"max_acceleration": ...}, "robot.max_acceleration: missing: none is known for joint 'turn'"),

@@ -14,10 +14,11 @@ from tpbso_casadi.animation.frames import Frames
 from tpbso_casadi.figures.colours import JOINT_COLOURS
 from tpbso_casadi.figures.space.polyhedron import Polyhedron
 from tpbso_casadi.figures.space.scene import ground
-from tpbso_casadi.figures.space.view import ELEVATION, EYE
 
 DIGITS = 4  # of metres
 FINE = 6  # of seconds, joints, and directions
+ROUND = 24  # faces: what has more is round
+AXES = 0.15  # length of the axes at the base, of the picture's
 QUANTITIES = {"speed": 1, "acceleration": 2, "jerk": 3}  # of joints, with limits: orders of derivatives
 LIGHT = np.array([-0.35, -0.45, 0.82])
 
@@ -26,7 +27,8 @@ def content_of(frames: Frames) -> dict[str, Any]:
     """The data of a motion: lengths in m, times in s, angles in rad."""
     scene, robot = frames.scene, frames.problem.robot
     bounds = scene.bounds(frames.theta)
-    radius = float(np.linalg.norm(bounds[1] - bounds[0])) / 2.0
+    view = scene.view(frames.theta, bounds)
+    x, y, z = view.axes[2]
     closest = closest_of(frames.problem, frames.theta)
     return {
         "times": rounded(frames.times, FINE),
@@ -39,12 +41,12 @@ def content_of(frames: Frames) -> dict[str, Any]:
         "solids": [_solid(solid) for solid in scene.solids],
         "planes": [[a, b, face] for (a, b), face in scene.planes.items()],
         "ground": rounded(ground(bounds)),
-        "axes": _axes(np.array(robot.base), 0.3 * radius),
+        "axes": _axes(np.array(robot.base), AXES * float(np.ptp(bounds, axis=0).max())),
         "camera": {
-            "center": rounded(bounds.mean(axis=0)),
-            "distance": EYE * radius,
-            "azimuth": float(np.radians(scene.azimuth(bounds))),
-            "elevation": float(np.radians(ELEVATION)),
+            "center": rounded(view.center),
+            "distance": view.distance,
+            "azimuth": float(np.arctan2(y, x)),
+            "elevation": float(np.arcsin(z)),
         },
         "joint_names": list(robot.joint_names),
         "colours": JOINT_COLOURS,
@@ -65,6 +67,8 @@ def _kinds(names: list[str]) -> Iterator[int]:
 
 
 def _solid(solid: Polyhedron) -> dict[str, Any]:
+    """Its surface; of something round, of which only the outline is drawn, the sharp edges alone."""
+    edges = [edge for edge in solid.edges if edge.sharp or len(solid.faces) <= ROUND]
     return {
         "vertices": rounded(solid.vertices, FINE),
         "faces": solid.faces,
@@ -72,7 +76,7 @@ def _solid(solid: Polyhedron) -> dict[str, Any]:
         "offsets": rounded(solid.offsets, FINE),
         "center": rounded(solid.center),
         "shades": rounded(0.75 + 0.25 * np.abs(solid.normals @ LIGHT), 2),
-        "edges": [[*edge.ends, edge.faces[0], edge.faces[-1], edge.sharp] for edge in solid.edges],
+        "edges": [[*edge.ends, edge.faces[0], edge.faces[-1], edge.sharp] for edge in edges],
     }
 
 

@@ -1,7 +1,19 @@
 // Pictures of a scene: ground, obstacles, balls of the robot, its joints, the way of the tool, the closest two.
-const SPRITE = 128;
+const SPRITE = 128, ROUND = 24;
 
 const inMillimetres = (metres) => `${(1000 * metres).toFixed(1)} mm`;
+
+// The convex hull of points in the picture.
+function hullOf(points) {
+  const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+  const left = (a, b, c) => (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0;
+  const half = (chain, point) => {
+    while (chain.length > 1 && !left(chain[chain.length - 2], chain[chain.length - 1], point)) chain.pop();
+    chain.push(point);
+    return chain;
+  };
+  return [...sorted.reduce(half, []).slice(0, -1), ...sorted.reverse().reduce(half, []).slice(0, -1)];
+}
 
 function spriteOf(colour) {
   const canvas = document.createElement("canvas"), pen = canvas.getContext("2d"), r = SPRITE / 2;
@@ -47,24 +59,37 @@ function painterOf(motion, pen, colours) {
     pen.fillText(text, spot[0], spot[1]);
   }
 
+  function fill(corners, alpha) {
+    pen.beginPath();
+    corners.forEach(([x, y], index) => pen[index ? "lineTo" : "moveTo"](x, y));
+    pen.globalAlpha = alpha;
+    pen.fillStyle = colours.obstacle;
+    pen.fill();
+    pen.globalAlpha = 1;
+  }
+  function paintEdges(view, solid, seen, front) {
+    for (const [one, two, f, g, sharp] of solid.edges)
+      if ((seen[f] || seen[g]) === front && (sharp || seen[f] !== seen[g]))
+        stroke(view.line([solid.vertices[one], solid.vertices[two]]), pen.scale, colours.edge, front ? 0.8 : 0.3);
+  }
+  // Of something round the outline alone is filled: it has hundreds of faces.
+  function paintRound(view, solid, seen, spots) {
+    const outline = hullOf(spots);
+    paintEdges(view, solid, seen, false);
+    fill(outline, 0.38);
+    stroke([...outline, outline[0]], pen.scale, colours.edge, 0.8);
+    paintEdges(view, solid, seen, true);
+  }
   function paintSolid(view, solid, seen) {
+    const spots = solid.faces.length > ROUND ? solid.vertices.map(view.point) : [null];
+    if (spots.every(Boolean)) return paintRound(view, solid, seen, spots);
     const faces = solid.faces.map((face) => face.map((corner) => solid.vertices[corner]));
     for (const front of [false, true]) {
-      pen.fillStyle = colours.obstacle;
       faces.forEach((corners, f) => {
-        if (seen[f] !== front) return;
-        pen.globalAlpha = (front ? 0.3 : 0.14) * solid.shades[f];
-        pen.beginPath();
-        view.polygon(corners).forEach(([x, y], index) => pen[index ? "lineTo" : "moveTo"](x, y));
-        pen.fill();
+        if (seen[f] === front) fill(view.polygon(corners), (front ? 0.3 : 0.14) * solid.shades[f]);
       });
-      for (const [one, two, f, g, sharp] of solid.edges) {
-        const shown = seen[f] || seen[g];
-        if (shown === front && (sharp || seen[f] !== seen[g]))
-          stroke(view.line([solid.vertices[one], solid.vertices[two]]), pen.scale, colours.edge, front ? 0.8 : 0.3);
-      }
+      paintEdges(view, solid, seen, front);
     }
-    pen.globalAlpha = 1;
   }
   function paintThings(view, centers) {
     const seen = solids.map((solid) => solid.normals.map((normal, f) => dot(normal, view.eye) > solid.offsets[f]));

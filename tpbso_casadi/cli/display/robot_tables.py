@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from problems.robots.spatial.chain import ChainJoint
-from problems.robots.spatial.collision.self_pairs import self_collision_pairs
 from problems.robots.spatial.collision.sphere import Sphere
 from problems.robots.spatial.description import RobotDescription
 from tpbso_casadi.cli.display.console import OutputConsole, number, table_of, word
@@ -37,7 +36,7 @@ def print_robot(robot: RobotDescription, console: OutputConsole) -> None:
     if robot.spheres:
         console.say("")
         console.print_table("collision spheres, m", _spheres(robot.spheres))
-        pairs = self_collision_pairs(robot.drawn, robot.disabled)
+        pairs = robot.self_pairs(robot.drawn)
         links = {tuple(sorted((robot.spheres[one].name, robot.spheres[two].name))) for one, two in pairs}
         console.say(f"self-collision: {len(pairs)} pairs of spheres, on {len(links)} pairs of links, can touch")
     else:

@@ -27,27 +27,35 @@ FACE_ALPHA, BACK_ALPHA, EDGE_ALPHA = 0.30, 0.12, 0.55
 Painted = tuple[FloatArray, tuple[float, ...], tuple[float, ...]]  # corners (n, 2), colours of face and edge with alpha
 
 
-def paint(axes: Axes, view: View, scene: Scene, centers: FloatArray, colour: str) -> PolyCollection:
-    """Paint a posture's balls (balls, 3), m, and the obstacles."""
-    collection = PolyCollection([], linewidths=0.7, zorder=2)
-    axes.add_collection(collection, autolim=False)
-    repaint(collection, view, scene, centers, colour)
-    return collection
+class Painting:
+    """Balls and solids in a picture.
 
+    Args:
+        axes: of the picture.
+        view: from where.
+        scene: robot and obstacles.
+        colour: of the balls.
+    """
 
-def repaint(collection: PolyCollection, view: View, scene: Scene, centers: FloatArray, colour: str) -> None:
-    """Show another posture in the same place."""
-    order = painting_order(view, centers, scene.radii, scene.solids, scene.planes)
-    painted: list[Painted] = []
-    for number in order:
-        if number < len(centers):
-            painted += ball(view, centers[number], float(scene.radii[number]), colour)
-        else:
-            painted += solid(view, scene.solids[number - len(centers)])
-    polygons, faces, edges = zip(*painted, strict=True) if painted else ((), (), ())
-    collection.set_verts(polygons)
-    collection.set_facecolor(list(faces))
-    collection.set_edgecolor(list(edges))
+    def __init__(self, axes: Axes, view: View, scene: Scene, colour: str) -> None:
+        self._view, self._scene, self._colour = view, scene, colour
+        self._solids = [list(solid(view, polyhedron)) for polyhedron in scene.solids]
+        self._collection = PolyCollection([], linewidths=0.7, zorder=2)
+        axes.add_collection(self._collection, autolim=False)
+
+    def show(self, centers: FloatArray) -> None:
+        """Show a posture by its balls' centres (balls, 3), m."""
+        radii, scene = self._scene.radii, self._scene
+        painted: list[Painted] = []
+        for number in painting_order(self._view, centers, radii, scene.solids, scene.planes):
+            if number < len(centers):
+                painted += ball(self._view, centers[number], float(radii[number]), self._colour)
+            else:
+                painted += self._solids[number - len(centers)]
+        polygons, faces, edges = zip(*painted, strict=True) if painted else ((), (), ())
+        self._collection.set_verts(polygons)
+        self._collection.set_facecolor(list(faces))
+        self._collection.set_edgecolor(list(edges))
 
 
 def ball(view: View, center: FloatArray, radius: float, colour: str) -> Iterator[Painted]:

@@ -17,9 +17,9 @@ from matplotlib.lines import Line2D
 from problems.base.matrix import FloatArray
 from problems.tasks.drawing import MarkerKind
 from tpbso_casadi.figures.scene import MARKER_STYLES
-from tpbso_casadi.figures.space.painter import OBSTACLE, paint, solid
+from tpbso_casadi.figures.space.painter import OBSTACLE, Painting, solid
 from tpbso_casadi.figures.space.scene import Scene, ground
-from tpbso_casadi.figures.space.view import FRONT, SIDE, TOP, View, perspective
+from tpbso_casadi.figures.space.view import FRONT, SIDE, TOP, View
 
 SIZE = 8.6  # inches: the longer side of all panels together
 OPACITY = 0.55  # of obstacles in views that nothing covers anything in
@@ -84,7 +84,9 @@ def space_figure(
         axes.set_title(name, loc="left", fontsize="medium")
         axes.grid(alpha=0.3)
     picture = figure.add_subplot(grid[0, 1])
-    draw_way(picture, draw_picture(picture, scene, postures[-1], bounds).view, way, passed)
+    view = scene.view(shown, bounds)
+    draw_picture(picture, view, scene, postures[-1], bounds)
+    draw_way(picture, view, way, passed)
     figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
     return figure
 
@@ -131,19 +133,17 @@ def literal(label: str) -> str:
 
 @dataclass(frozen=True)
 class Picture:
-    """A view in perspective, and what changes in it with the posture: painted balls and solids, and a line."""
+    """What changes with the posture in a view in perspective: painted balls and solids, and a line."""
 
-    view: View
-    painting: PolyCollection
+    painting: Painting
     arm: Line2D
 
 
-def draw_picture(axes: Axes, scene: Scene, posture: Posture, bounds: FloatArray) -> Picture:
+def draw_picture(axes: Axes, view: View, scene: Scene, posture: Posture, bounds: FloatArray) -> Picture:
     """A posture in perspective, over the ground."""
-    radius = float(np.linalg.norm(bounds[1] - bounds[0])) / 2.0
-    view = perspective(bounds.mean(axis=0), radius, scene.azimuth(bounds))
     draw_ground(axes, view, scene, bounds)
-    painting = paint(axes, view, scene, scene.centers(posture.theta[None])[0], posture.colour)
+    painting = Painting(axes, view, scene, posture.colour)
+    painting.show(scene.centers(posture.theta[None])[0])
     skeleton = scene.robot.skeleton(posture.theta[None])[0]
     arm = axes.plot(*view.project(skeleton).T, "-", color=posture.colour, linewidth=1.6, alpha=0.8, zorder=4)[0]
     for marker in scene.markers:
@@ -155,7 +155,7 @@ def draw_picture(axes: Axes, scene: Scene, posture: Posture, bounds: FloatArray)
     (left, bottom), (right, top) = seen.min(axis=0), seen.max(axis=0)
     axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top))
     axes.set_axis_off()
-    return Picture(view, painting, arm)
+    return Picture(painting, arm)
 
 
 def draw_ground(axes: Axes, view: View, scene: Scene, bounds: FloatArray) -> None:

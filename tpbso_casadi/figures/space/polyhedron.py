@@ -65,6 +65,15 @@ class Polyhedron:
         """How far points (..., 3) are outside of each face, (..., faces), m."""
         return np.asarray(points @ self.normals.T - self.offsets)
 
+    def hides(self, points: FloatArray, eye: FloatArray) -> np.ndarray:
+        """Whether it is between points (n, 3) and an eye (3,): (n,)."""
+        near, far = self.beyond(points), self.beyond(eye)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossing = near / (near - far)  # of the way to the eye
+        enters = np.where(near > 0.0, np.where(far > 0.0, np.inf, crossing), 0.0).max(axis=1)
+        leaves = np.where((near <= 0.0) & (far > 0.0), crossing, 1.0).min(axis=1)
+        return np.asarray(enters < leaves)
+
     @cached_property
     def edges(self) -> tuple[Edge, ...]:
         """Each once."""

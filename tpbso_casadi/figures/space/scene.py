@@ -15,12 +15,14 @@ from problems.robots.robot import Body
 from problems.scene.obstacle import Obstacle
 from problems.tasks.drawing import Marker
 from tpbso_casadi.figures.space.polyhedron import Polyhedron, polyhedron_of, separating_planes
-from tpbso_casadi.figures.space.view import AZIMUTH
+from tpbso_casadi.figures.space.view import AZIMUTH, View, perspective
 
 PADDING = 0.05  # around everything that moves, of its largest side
 SURROUNDINGS = 0.35  # beyond what moves, of its largest side: what obstacles are shown of
 GRID = 0.25  # m: of the ground
 MOST_LINES = 40  # of the grid
+TURN = 15.0  # degrees between views to choose from
+POSTURES = 9  # that have to be seen
 BESIDE = 60.0  # degrees by which the eye is beside the line from the obstacles to the robot
 
 
@@ -79,8 +81,23 @@ class Scene:
         padding = PADDING * float((upper - lower).max())
         return np.array([lower - padding, upper + padding])
 
-    def azimuth(self, bounds: FloatArray) -> float:
-        """Degrees at which an eye has the robot before the obstacles within bounds (2, 3), m, and sees both."""
+    def view(self, theta: FloatArray, bounds: FloatArray) -> View:
+        """The view in perspective that obstacles hide least in of postures (n, dof), rad, within bounds (2, 3), m.
+
+        Of several as good it is the one nearest to that from behind the robot, a little beside it.
+        """
+        center, radius = bounds.mean(axis=0), float(np.linalg.norm(bounds[1] - bounds[0])) / 2.0
+        shown = theta[np.linspace(0, len(theta) - 1, min(len(theta), POSTURES)).astype(int)]
+        points = self.robot.skeleton(shown).reshape(-1, 3)
+
+        def hidden(view: View) -> int:
+            return sum(int(solid.hides(points, view.eye).sum()) for solid in self.solids)
+
+        turns = sorted(np.arange(-180.0, 180.0, TURN), key=abs)
+        return min((perspective(center, radius, self._behind(bounds) + turn) for turn in turns), key=hidden)
+
+    def _behind(self, bounds: FloatArray) -> float:
+        """Degrees at which an eye has the robot before the obstacles, and sees both."""
         if not self.solids:
             return AZIMUTH
         middles = [np.clip(solid.vertices, *bounds).mean(axis=0) for solid in self.solids]

@@ -46,7 +46,12 @@ class View:
         """Whether the eye is outside of planes: normals (n, 3), offsets (n,) in m."""
         if self.distance is None:
             return np.asarray(normals @ self.axes[2] > 0.0)
-        return np.asarray(normals @ (self.center + self.distance * self.axes[2]) > offsets)
+        return np.asarray(normals @ self.eye > offsets)
+
+    @property
+    def eye(self) -> FloatArray:
+        """Where the eye of a view in perspective is, (3,), m."""
+        return np.asarray(self.center + (self.distance or 0.0) * self.axes[2])
 
 
 def orthogonal(right: int, up: int, toward: tuple[float, float, float]) -> View:

@@ -10,14 +10,13 @@ from typing import Annotated, ClassVar, Self
 from pydantic import Field, model_validator
 
 from problems.base.errors import InvalidProblem
-from problems.robots.spatial.collision.self_pairs import self_collision_pairs
 from problems.robots.spatial.collision.spheres_file import read_spheres
 from problems.robots.spatial.description import RobotDescription
 from problems.robots.spatial.models import built_in
 from problems.robots.spatial.rotations import matrix_of
 from problems.robots.spatial.spatial_arm import SpatialArm
 from problems.robots.spatial.transform import Transform
-from problems.robots.spatial.urdf.reader import read_urdf
+from problems.robots.spatial.urdf import read_srdf, read_urdf
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import (
     ANGULAR,
@@ -32,7 +31,7 @@ from tpbso_casadi.scenario.section import (
 )
 
 LARGEST_TEXT = 2_000_000  # characters of a file that a result holds
-FILES = ("urdf", "spheres")  # keys that name files; their texts are in keys of the same names with TEXT
+FILES = ("urdf", "spheres", "srdf")  # keys that name files; their texts are in keys of the same names with TEXT
 TEXT = "_text"
 MOST_JOINTS = 20  # of a robot in space
 KEYS = {"position_limits": "joint_limits", "self_collision": "disabled_pairs"}  # by the fields of the robot
@@ -60,8 +59,8 @@ class PoseTable(Section):
 class SpatialRobotSection(Section):
     """[robot] in space: a built-in model or a URDF, and what is to be different; m, rad, s.
 
-    ``urdf`` and ``spheres`` name files beside the scenario. Once they are read, their texts stand beside the names, so
-    that a result is complete without them.
+    ``urdf``, ``spheres`` and ``srdf`` name files beside the scenario. Once they are read, their texts stand beside the
+    names, so that a result is complete without them.
     """
 
     prefix: ClassVar[str] = "robot."
@@ -75,6 +74,8 @@ class SpatialRobotSection(Section):
     tip_link: Word | None = None
     spheres: FileName | None = None
     spheres_text: FileText | None = None
+    srdf: FileName | None = None
+    srdf_text: FileText | None = None
     disabled_pairs: LinkPairs | None = None
     kept_pairs: LinkPairs | None = None
     max_speed: Annotated[PerJoint | None, ANGULAR] = None
@@ -142,8 +143,10 @@ class SpatialRobotSection(Section):
                 base=self.base.build(),
                 tool=self.tool.build(),
             )
-            disabled = (*description.disabled, *(self.disabled_pairs or ()))
-            return replace(arm, kept_pairs=self_collision_pairs(arm, disabled, self.kept_pairs or ()))
+            if self.srdf_text is not None:
+                description = description.with_disabled(read_srdf(self.srdf_text))
+            pairs = description.self_pairs(arm, self.disabled_pairs or (), self.kept_pairs or ())
+            return replace(arm, kept_pairs=pairs)
 
     def description(self) -> RobotDescription:
         """What the model or the URDF says.
@@ -152,7 +155,9 @@ class SpatialRobotSection(Section):
             InvalidProblem: it is none.
         """
         if self.model is not None:
-            return built_in(self.model, self.base_link, self.tip_link)
+            if self.base_link is not None:
+                raise InvalidProblem("base_link", "a robot that is built in has its own")
+            return built_in(self.model, self.tip_link)
         if self.urdf_text is None:
             raise InvalidProblem("urdf", f"{self.urdf!r} has not been read; only a scenario file can name one")
         return read_urdf(self.urdf_text, self.base_link, self.tip_link)

@@ -37,7 +37,7 @@ def check_search(result: RunResult, problem: Problem[Any], found: Motion, motion
     same("solver.name", result.solver.name, solver.name)
     same("solver.settings", result.solver.settings, settings_of(solver.build()))
     _check_history(result, result.history)
-    _check_whether_polished(result)
+    _check_whether_polished(result, problem)
     _check_whether_retimed(result)
     vector = result.solution.vector
     if vector is not None:
@@ -65,12 +65,13 @@ def _check_history(result: RunResult, history: HistoryResult) -> None:
         raise Contradiction("stop_reason: missing")
 
 
-def _check_whether_polished(result: RunResult) -> None:
-    """There is a polish where the scenario asks for one, and no other; more than one round only within a time."""
+def _check_whether_polished(result: RunResult, problem: Problem[Any]) -> None:
+    """There is a polish where one is asked for and possible, and no other; more than one round only within a time."""
     solver, polish = result.scenario.solver, result.polish
     if polish is not None and not solver.polish_starts and solver.within is None:
         raise Contradiction("polish: the scenario asks for none")
-    if polish is None and solver.polish_starts and solver.within is None and not result.interrupted:
+    due = problem.has_program and solver.polish_starts and solver.within is None and not result.interrupted
+    if polish is None and due:
         raise Contradiction("polish: missing key")
     if result.rounds > 1 and solver.within is None and result.solution.branches is None:
         raise Contradiction("rounds: one is all that the scenario asks for")

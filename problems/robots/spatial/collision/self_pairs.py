@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
@@ -28,6 +28,7 @@ TURN = np.pi  # rad, largest angle tried of a joint that can turn farther
 CHUNK = 200  # postures whose distances are held at once
 
 LinkPairs = Collection[tuple[str, str]]
+Named = frozenset[frozenset[str]]
 
 
 def self_collision_pairs(
@@ -44,6 +45,11 @@ def self_collision_pairs(
         InvalidProblem: ``self_collision`` names a link without spheres.
     """
     _check(robot, (*disabled, *kept))
+    return _chosen(robot, frozenset(map(frozenset, disabled)), frozenset(map(frozenset, kept)))
+
+
+@lru_cache(maxsize=16)
+def _chosen(robot: SpatialArm, disabled: Named, kept: Named) -> tuple[tuple[int, int], ...]:
     pairs = np.array(robot.link_pairs, dtype=int).reshape(-1, 2)
     may_touch, must_not = (_named(robot, pairs, names) for names in (disabled, kept))
     pairs, must_not = pairs[~may_touch], must_not[~may_touch]
@@ -61,11 +67,10 @@ def _check(robot: SpatialArm, names: Sequence[tuple[str, str]]) -> None:
             raise InvalidProblem("self_collision", f"no spheres on link {link!r}; there are {', '.join(sorted(known))}")
 
 
-def _named(robot: SpatialArm, pairs: NDArray[np.int64], names: LinkPairs) -> NDArray[np.bool_]:
+def _named(robot: SpatialArm, pairs: NDArray[np.int64], names: Named) -> NDArray[np.bool_]:
     """Which pairs are of spheres on two links that are named together."""
-    wanted = {frozenset(pair) for pair in names}
     links = [sphere.name for sphere in robot.spheres]
-    return np.array([frozenset((links[one], links[two])) in wanted for one, two in pairs], dtype=bool)
+    return np.array([frozenset((links[one], links[two])) in names for one, two in pairs], dtype=bool)
 
 
 @dataclass

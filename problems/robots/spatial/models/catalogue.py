@@ -16,12 +16,11 @@ from problems.robots.spatial.urdf import read_urdf
 BUILT_IN: Collection[str] = ("panda", "ur5e", "iiwa14")
 
 
-def built_in(name: str, base_link: str | None = None, tip_link: str | None = None) -> RobotDescription:
+def built_in(name: str, tip_link: str | None = None) -> RobotDescription:
     """A robot that is built in, with its limits and spheres.
 
     Args:
         name: one of ``BUILT_IN``.
-        base_link: what stands still; the root by default.
         tip_link: the end of the chain; the robot's usual tool frame by default.
 
     Raises:
@@ -30,7 +29,7 @@ def built_in(name: str, base_link: str | None = None, tip_link: str | None = Non
     if name not in BUILT_IN:
         raise InvalidProblem("model", f"{name!r} is not built in; there are {', '.join(BUILT_IN)}")
     known = tomllib.loads(_text(f"{name}.toml"))
-    description = read_urdf(_text(f"{name}.urdf"), base_link, tip_link or known["tip_link"])
+    description = read_urdf(_text(f"{name}.urdf"), tip_link=tip_link or known["tip_link"])
     return replace(
         description,
         title=known["title"],

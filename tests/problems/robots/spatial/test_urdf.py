@@ -5,8 +5,8 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
-
 from helpers.urdf import ARM
+
 from problems import InvalidProblem
 from problems.robots.spatial.chain import JointKind
 from problems.robots.spatial.description import RobotDescription
@@ -214,7 +214,7 @@ def test_what_cannot_be_is_named(old: str, new: str, message: str) -> None:
     ],
 )
 def test_other_texts_are_refused(text: str, message: str) -> None:
-    with pytest.raises(InvalidProblem, match="^urdf: ") as error:
+    with pytest.raises(InvalidProblem, match=r"^urdf: ") as error:
         read_urdf(text)
     assert message in error.value.reason
 
@@ -259,7 +259,8 @@ def test_two_roots_need_a_base() -> None:
 
 def test_a_fork_at_the_base_needs_a_tip() -> None:
     arms = "".join(
-        f'<link name="{side}"/><joint name="{side}" type="continuous"><parent link="torso"/><child link="{side}"/></joint>'
+        f'<link name="{side}"/>'
+        f'<joint name="{side}" type="continuous"><parent link="torso"/><child link="{side}"/></joint>'
         for side in ("left", "right")
     )
     with pytest.raises(

@@ -11,15 +11,15 @@ import pytest
 from benchmarks.motion_bench_maker.setting import Setting
 
 URDF = """<robot name="small">
-<link name="foot"/><link name="upper"/><link name="lower"/><link name="wrist"/><link name="hand"/><link name="finger"/>
+<link name="foot"/><link name="upper"/><link name="lower"/><link name="wrist"/><link name="tool0"/><link name="finger"/>
 <joint name="turn" type="revolute"><parent link="foot"/><child link="upper"/><origin xyz="0 0 0.5"/>
  <axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="2" effort="10"/></joint>
 <joint name="lift" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="1 0 0" rpy="1.5707963267948966 0 0"/>
  <axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="3" effort="10"/></joint>
 <joint name="roll" type="revolute"><parent link="lower"/><child link="wrist"/><origin xyz="1 0 0"/>
  <axis xyz="1 0 0"/><limit lower="-2" upper="2" velocity="3" effort="10"/></joint>
-<joint name="grip" type="fixed"><parent link="wrist"/><child link="hand"/><origin xyz="0.5 0 0"/></joint>
-<joint name="close" type="prismatic"><parent link="hand"/><child link="finger"/><origin xyz="0 0.1 0"/>
+<joint name="grip" type="fixed"><parent link="wrist"/><child link="tool0"/><origin xyz="0.5 0 0"/></joint>
+<joint name="close" type="prismatic"><parent link="tool0"/><child link="finger"/><origin xyz="0 0.1 0"/>
  <axis xyz="0 1 0"/><limit lower="0" upper="0.1" velocity="1" effort="1"/></joint>
 </robot>
 """  # noqa: E501
@@ -28,7 +28,7 @@ link = "foot"
 center = [0.0, 0.0, 0.1]
 radius = 0.4
 [[spheres]]
-link = "hand"
+link = "tool0"
 center = [0.0, 0.0, 0.0]
 radius = 0.05
 [[spheres]]

@@ -1,0 +1,92 @@
+"""Distances and gradients of many pairs along a path, against all of them computed one by one."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from problems.base.matrix import as_array
+from problems.limits.clearance import Clearance
+from problems.limits.proximity import clearances
+from problems.limits.self_clearance import SelfClearance
+from problems.robots.planar import PlanarArm
+from problems.robots.robot import Robot
+from problems.robots.spatial.spatial_arm import Sphere
+from problems.scene.ellipse import Ellipse
+from problems.scene.obstacle import Obstacle
+from problems.scene.solids.box import Box
+from problems.sequential.nearness import Nearness, NearPairs
+from tests.helpers.space import small_arm
+
+SPHERES = tuple(Sphere(i, (0.02, 0.0, 0.1), 0.06, f"ball {i}") for i in range(2, 8))
+ROOM: tuple[Obstacle, ...] = (
+    Box(center=(0.5, 0.1, 0.6), size=(0.2, 0.3, 0.4), quaternion=(0.0, 0.0, 0.3826834, 0.9238795)),
+    Box(center=(-0.4, 0.3, 0.3), size=(0.3, 0.1, 0.2)),
+)
+
+
+def space() -> tuple[Robot, Nearness]:
+    robot = small_arm(spheres=SPHERES, kept_pairs=((0, 4), (1, 5)), self_collision=True)
+    limits = [Clearance.holding(robot, ROOM), SelfClearance.holding(robot, ROOM)]
+    return robot, Nearness(robot, tuple(limit for limit in limits if limit is not None))
+
+
+def plane() -> tuple[Robot, Nearness]:
+    robot = PlanarArm(
+        link_lengths=(0.6, 0.5, 0.4), max_speed=(4.0,) * 3, max_acceleration=(20.0,) * 3, link_radius=(0.02,) * 3
+    )
+    limit = Clearance.holding(robot, (Ellipse(center=(0.9, 0.8), semi_axes=(0.2, 0.1)),))
+    assert limit is not None
+    return robot, Nearness(robot, (limit,))
+
+
+@pytest.fixture(params=[space, plane], ids=["space", "plane"])
+def case(request: pytest.FixtureRequest) -> tuple[Robot, Nearness]:
+    made: tuple[Robot, Nearness] = request.param()
+    return made
+
+
+def path(robot: Robot) -> np.ndarray:
+    first, last = np.random.default_rng(2).uniform(-0.5, 1.2, (2, robot.dof))
+    return first + np.linspace(0.0, 1.0, 101)[:, None] ** 2 * (last - first)
+
+
+def all_clearances(robot: Robot, near: Nearness, theta: np.ndarray) -> np.ndarray:
+    return as_array(clearances(near.pairs, robot.positions(ca.DM(theta))))
+
+
+@pytest.mark.parametrize("cutoff", [0.05, 0.2, 10.0])
+def test_all_pairs_nearer_than_the_cutoff_are_found(case: tuple[Robot, Nearness], cutoff: float) -> None:
+    robot, nearness = case
+    theta = path(robot)
+    expected = all_clearances(robot, nearness, theta)
+    near = nearness.near(theta, cutoff)
+    found = np.full_like(expected, np.inf)
+    found[near.samples, near.pairs] = near.clearances
+    assert (np.isfinite(found) == (expected < cutoff)).all()
+    assert near.clearances == pytest.approx(expected[near.samples, near.pairs], abs=1e-12)
+
+
+def test_gradients_are_finite_differences(case: tuple[Robot, Nearness]) -> None:
+    robot, nearness = case
+    theta = path(robot)
+    near = nearness.near(theta, 1.0)
+    assert near.samples.size > 20
+    gradients, h = nearness.gradients(theta, near), 1e-6
+    for joint in range(robot.dof):
+        moved = [all_clearances(robot, nearness, theta + s * h * np.eye(robot.dof)[joint]) for s in (1.0, -1.0)]
+        expected = ((moved[0] - moved[1]) / (2.0 * h))[near.samples, near.pairs]
+        assert np.abs(gradients[:, joint] - expected).max() < 1e-5
+
+
+def test_nothing_to_keep_clear_of_is_no_pair() -> None:
+    robot = small_arm()
+    nearness = Nearness(robot, ())
+    assert nearness.near(path(robot), 1.0).samples.size == 0
+
+
+def test_thinned_pairs_are_those_at_few_samples_and_all_minima() -> None:
+    values = np.array([5.0, 4.0, 3.0, 4.0, 5.0, 4.5, 6.0, 1.0, 2.0])
+    near = NearPairs(np.array([0, 1, 2, 3, 4, 5, 6, 9, 10]), np.zeros(9, dtype=np.intp), values)
+    thinned = near.thinned(4)
+    assert thinned.samples.tolist() == [0, 2, 4, 5, 9]
+    assert thinned.clearances.tolist() == [5.0, 3.0, 5.0, 4.5, 1.0]

@@ -1,0 +1,114 @@
+"""``python -m tpbso_casadi.robots``: lists, shows and draws; one line for what is wrong."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from helpers.urdf import ARM
+
+from problems.robots.spatial.models import BUILT_IN
+from tpbso_casadi.cli.robots import main
+
+SPHERES = '[[spheres]]\nlink = "mast"\ncenter = [0.1, 0, 0.2]\nradius = 0.05\n'
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("arm.urdf").write_text(ARM)
+    Path("spheres.toml").write_text(SPHERES)
+
+
+def run(*arguments: str) -> int:
+    try:
+        return int(main(arguments))
+    except SystemExit as end:
+        return int(end.code or 0)
+
+
+@pytest.mark.parametrize("arguments", [[], ["list"]])
+def test_the_list(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*arguments) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[3:]] == list(BUILT_IN)
+    assert "Franka Emika Panda with its hand" in lines[3]
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_built_in_robot_fits_80_columns(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("show", name) == 0
+    tables = [line for line in capsys.readouterr().out.splitlines() if not line.startswith("note: ")]
+    assert all(len(line) <= 110 for line in tables[:1])
+    assert all(len(line) <= 80 for line in tables[1:])
+
+
+def test_a_urdf(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("show", "arm.urdf", "--tip-link", "tool0") == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["turn", "revolute", "-2", "2.5", "1.5", "-", "-", "40"] in lines
+    assert ["slide", "prismatic", "0.1", "0.8", "0.5", "-", "-", "300"] in lines
+    assert ["mast", "3", "0.16667", "0", "0.16667"] in lines
+    assert ["all", "3.5"] in lines
+    assert ["jib", "1", "0.06", "0.06"] in lines
+    assert lines[-1][:3] == ["note:", "joint", "'grip'"]
+
+
+def test_what_nothing_is_known_of_is_shown_all_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    joint = '<joint name="j" type="revolute"><parent link="a"/><child link="b"/>{origin}</joint>'
+    text = f'<robot><link name="a"/><link name="b"/>{joint}</robot>'
+    Path("bare.urdf").write_text(text.replace("{origin}", '<origin xyz="0 0 1"/>'))
+    assert run("show", "bare.urdf", "--tip-link", "b", "--figure", "bare.png") == 0
+    out = capsys.readouterr().out
+    assert "no collision spheres: nothing is kept clear" in out
+    assert "note: no position limits stated for j" in out
+    assert "note: no masses stated for b: torques are unknown" in out
+    assert Path("bare.png").stat().st_size > 1_000
+    Path("bare.urdf").write_text(text.replace("{origin}", ""))
+    assert run("show", "bare.urdf", "--figure", "bare.png") == 2
+    assert "nothing to draw" in capsys.readouterr().err
+
+
+def test_spheres_of_another_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("show", "arm.urdf", "--tip-link", "tool0", "--spheres", "spheres.toml") == 0
+    assert ["mast", "1", "0.05", "0.05"] in [line.split() for line in capsys.readouterr().out.splitlines()]
+
+
+def test_a_figure(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("show", "panda", "--figure", "figures/panda.png") == 0
+    assert Path("figures/panda.png").read_bytes().startswith(b"\x89PNG")
+    assert Path("figures/panda.png").stat().st_size > 20_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["show", "puma.urdf"], "puma.urdf: cannot be read: No such file or directory"),
+        (["show", "."], ".: cannot be read: it is a folder"),
+        (["show", "spheres.toml"], "spheres.toml: urdf: no XML: syntax error: line 1, column 0"),
+        (["show", "arm.urdf", "--tip-link", "hook"], "arm.urdf: tip_link: no link 'hook' in the URDF; there are world"),
+        (["show", "panda", "--base-link", "panda_link1"], "panda: base_link: a robot that is built in has its own"),
+        (
+            ["show", "panda", "--spheres", "spheres.toml"],
+            "spheres.toml: spheres: sphere 1: no link 'mast' in the chain",
+        ),
+        (["show", "panda", "--spheres", "none.toml"], "none.toml: cannot be read: No such file or directory"),
+        (["show", "panda", "--figure", "panda.txt"], "panda.txt: the name of a figure ends with .png, .svg, .pdf"),
+        (["show", "panda", "--figure", "arm.urdf/panda.png"], "arm.urdf/panda.png: cannot be written"),
+        (["show"], "the following arguments are required: NAME|FILE.urdf"),
+        (["draw"], "argument COMMAND: invalid choice: 'draw'"),
+    ],
+)
+def test_one_line_for_what_is_wrong(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith(f"error: {message}")
+    assert captured.err.count("\n") == 1
+
+
+def test_it_is_a_command_of_its_own() -> None:
+    command, root = [sys.executable, "-m", "tpbso_casadi.robots"], Path(__file__).parents[3]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=root, check=True)
+    assert "KUKA LBR iiwa 14 R820" in done.stdout

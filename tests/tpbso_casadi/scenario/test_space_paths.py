@@ -1,0 +1,172 @@
+"""Paths in space in scenario files: points and poses, in lists and in CSV files; what is wrong; a plan of one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from problems.tasks.paths.space_tracing import SpaceTracing
+from tests.oracles.space import away_from_path, tool_poses
+from tpbso_casadi import ScenarioError, parse_scenario
+from tpbso_casadi.cli import audit, solve
+from tpbso_casadi.scenario.scenario import read_scenario
+
+LINK = '<link name="link_{0}"/>'
+JOINT = (
+    '<joint name="joint_{0}" type="revolute"><parent link="link_{0}"/><child link="link_{1}"/>'
+    '<origin xyz="0 0 {2}"/><axis xyz="{3}"/><limit lower="-2.8" upper="2.8" velocity="2" effort="10"/></joint>'
+)
+LENGTHS = (0.3, 0.0, 0.4, 0.0, 0.35, 0.0, 0.0)
+AXES = ("0 0 1", "0 1 0")
+URDF = (
+    '<robot name="small arm">'
+    + "".join(LINK.format(i) for i in range(9))
+    + "".join(JOINT.format(i, i + 1, length, AXES[i % 2]) for i, length in enumerate(LENGTHS))
+    + '<joint name="flange" type="fixed"><parent link="link_7"/><child link="link_8"/><origin xyz="0 0 0.15"/></joint>'
+    "</robot>"
+)
+FILE = """
+[robot]
+urdf = "small.urdf"
+max_acceleration = 10.0
+[model]
+self_collision = false
+[task]
+kind = "path"
+points = "way.csv"
+accuracy = 0.005
+"""
+LINE = [[0.4, 0.0, 0.5], [0.4, 0.1, 0.5], [0.4, 0.1, 0.6]]
+DOWN = [1.0, 0.0, 0.0, 0.0]
+POSES = [point + DOWN for point in LINE]
+
+
+def content(**task: Any) -> dict[str, Any]:
+    stated = {"kind": "path", "points": LINE, "accuracy": 0.005} | task
+    robot = {"urdf": "small.urdf", "urdf_text": URDF, "max_acceleration": 10.0}
+    return {"robot": robot, "model": {"self_collision": False}, "task": stated}
+
+
+def task_of(content: dict[str, Any]) -> SpaceTracing:
+    task = parse_scenario(content).problem().task
+    assert isinstance(task, SpaceTracing)
+    return task
+
+
+def test_points_and_poses_of_a_list() -> None:
+    assert task_of(content()).path.orientations is None
+    task = task_of(content(points=POSES, angular_accuracy=0.02, closed=True, count=9))
+    assert task.angular_accuracy == 0.02
+    assert len(task.path.points) == len(task.path.quaternions) == 9
+    assert task.path.points[0] == task.path.points[-1] == (0.4, 0.0, 0.5)
+
+
+def test_angular_accuracy_in_degrees() -> None:
+    stated = content(points=POSES, angular_accuracy=1.0) | {"unit": "deg"}
+    assert task_of(stated).angular_accuracy == pytest.approx(np.radians(1.0))
+
+
+@pytest.mark.parametrize("heading", ["", "x,y,z,qx,qy,qz,qw\n", "X, Y, Z, QX, QY, QZ, QW\n\n"])
+def test_poses_are_read_from_beside_the_scenario(tmp_path: Path, heading: str) -> None:
+    (tmp_path / "small.urdf").write_text(URDF)
+    (tmp_path / "mine.toml").write_text(FILE + "angular_accuracy = 0.01")
+    (tmp_path / "way.csv").write_text(heading + "\n".join(",".join(map(str, pose)) for pose in POSES))
+    scenario = read_scenario(tmp_path / "mine.toml")
+    assert scenario.task.points == [tuple(pose) for pose in POSES]
+    assert parse_scenario(scenario.model_dump(mode="json")) == scenario
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("x,y,z\n0.4,0,0.5\n0.4,0.1\n", "way.csv line 3: three numbers x,y,z are needed"),
+        ("0.4,0,0.5,1\n", "way.csv line 1: two numbers x,y are needed, three in space, seven of a pose"),
+        ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,one\n", "way.csv line 2: seven numbers x,y,z,qx,qy,qz,qw are needed"),
+        ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,0.5\n", "task.points: points[1]: its quaternion"),
+        ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,0,1,0,0\n", "task.points: points[0] and points[1]: the tool turns by"),
+        ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,0\n", "task.angular_accuracy: missing: the path gives poses"),
+        ("0.4,0\n0.4,0.1\n", "task.points: points[0] has 2 coordinates; the robot is in 3 dimensions"),
+        ("0.4,0,0.5\n0.4,0,9\n", "task.points: points[1] = (0.4, 0.0, 9.0) is 9.00888 m from the base, out of reach"),
+    ],
+)
+def test_what_is_wrong_with_a_file_of_poses(tmp_path: Path, text: str, expected: str) -> None:
+    (tmp_path / "small.urdf").write_text(URDF)
+    (tmp_path / "mine.toml").write_text(FILE)
+    (tmp_path / "way.csv").write_text(text)
+    with pytest.raises(ScenarioError) as caught:
+        read_scenario(tmp_path / "mine.toml").problem()
+    assert expected in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"points": [[0.4, 0.0, 0.5], [0.4, 0.1]]}, "task.points: points[1] has 2 numbers, points[0] has 3"),
+        ({"points": [[0.4, 0.0, 0.5, 1.0]]}, "task.points.0: two numbers x,y are needed, three in space"),
+        ({"points": [[0.4, "x", 0.5]]}, "task.points.0.1: a number is needed, not 'x'"),
+        ({"points": 5}, "task.points: a list is needed, not 5"),
+        ({"angular_accuracy": 0.1}, "task.angular_accuracy: the path gives no orientations"),
+        ({"elbow": "up"}, "task.elbow: of an arm in space the search chooses among all postures"),
+        ({"points": [[1.0, 0.0, 0.0], [0.5, 0.0, 0.0]]}, "task.points: points[0]: inverse kinematics finds no posture"),
+    ],
+)
+def test_what_is_wrong_with_a_task_in_space(changes: dict[str, Any], expected: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario(content(**changes)).problem()
+    assert expected in str(caught.value)
+
+
+def test_equal_intervals_of_time_and_planar_arms_are_refused() -> None:
+    stated = content()
+    stated["model"]["motion"] = "paper"
+    with pytest.raises(ScenarioError, match=r'model.motion: a path in space is traced, with motion = "spline"'):
+        parse_scenario(stated).problem()
+    planar = {"link_lengths": [1.0, 1.0, 1.0], "max_speed": 4.0, "max_acceleration": 20.0}
+    for motion in ("paper", "spline"):
+        task = content(angular_accuracy=0.1, points=[[1.0, 0.0], [1.0, 0.5]])["task"]
+        with pytest.raises(ScenarioError, match=r"task\.angular_accuracy: this robot's tool has no orientation"):
+            parse_scenario({"arm": planar, "task": task, "model": {"motion": motion}}).problem()
+
+
+def test_a_plan_is_written_audited_and_near_the_path(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "small.urdf").write_text(URDF)
+    (tmp_path / "mine.toml").write_text(FILE + "angular_accuracy = 0.05")
+    (tmp_path / "way.csv").write_text("\n".join(",".join(map(str, pose)) for pose in POSES))
+    search = ["--solver", "pso", "--evaluations", "300", "--polish", "--backend", "vm"]
+    out = tmp_path / "run"
+    assert solve.main([str(tmp_path / "mine.toml"), *search, "--no-plots", "--out", str(out)]) == 0
+    assert "not polished: this task has no nonlinear program" in capsys.readouterr().out
+    rows = np.loadtxt(out / "trajectory.csv", delimiter=",", skiprows=1)
+    distance, angle = away_from_path(tool_poses(rows[:, 1:8]), np.array(LINE), np.array([DOWN] * 3))
+    assert distance.max() <= 0.005
+    assert angle.max() <= 0.05
+    assert json.loads((out / "result.json").read_text()).get("polish") is None
+    assert audit.main([str(out)]) == 0
+    assert "there is no nonlinear program to judge by" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("options", [["--solver", "ipopt"], ["--within", "2"]])
+def test_what_needs_a_nonlinear_program_is_refused_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str]
+) -> None:
+    (tmp_path / "small.urdf").write_text(URDF)
+    (tmp_path / "mine.toml").write_text(FILE)
+    (tmp_path / "way.csv").write_text("\n".join(",".join(map(str, point)) for point in LINE))
+    arguments = [str(tmp_path / "mine.toml"), *options, "--no-plots", "--out", str(tmp_path / "run")]
+    assert solve.main(arguments) == 2
+    error = capsys.readouterr().err.strip()
+    assert error.endswith("this task has no nonlinear program to descend")
+    assert len(error.splitlines()) == 1
+
+
+@pytest.mark.slow
+def test_a_scenario_without_a_program_is_audited(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "small.urdf").write_text(URDF)
+    (tmp_path / "mine.toml").write_text(FILE)
+    (tmp_path / "way.csv").write_text("0.4,0,0.5\n0.4,0.02,0.5")
+    assert audit.main([str(tmp_path / "mine.toml")]) == 0
+    assert "there is no nonlinear program of this task" in capsys.readouterr().out
