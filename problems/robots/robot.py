@@ -210,6 +210,11 @@ class Robot(Statement, ABC):
         """
         return ()
 
+    @property
+    def says_what_could_touch(self) -> bool:
+        """Whether ``own_pairs`` are all that there are; if not, self-collision cannot be looked after."""
+        return bool(self.own_pairs) or self.dof <= 2
+
     def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
         """How fast the bodies of a pair can move as seen from each other.
 

@@ -231,6 +231,11 @@ class SpatialArm(Robot):
         return self.turns[between], self.levers[self.number_of(second)][between]
 
     @property
+    def says_what_could_touch(self) -> bool:
+        """Always: what has no spheres touches nothing."""
+        return True
+
+    @property
     def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
         """Those of ``kept_pairs``, the one nearer the base first."""
         pairs = (sorted(pair, key=lambda number: self.spheres[number].link) for pair in self.kept_pairs)

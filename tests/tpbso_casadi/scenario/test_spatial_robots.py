@@ -99,6 +99,12 @@ def test_links_may_touch_that_a_file_beside_the_scenario_names(folder: InputFold
     assert built(folder, srdf="short.srdf").kept_pairs == ()
 
 
+def test_a_robot_without_spheres_touches_nothing(folder: InputFolder) -> None:
+    robot = built(folder, spheres=...)
+    assert robot.self_collision
+    assert robot.bodies == ()
+
+
 CASES: list[tuple[dict[str, Any], str]] = [
     ({"urdf": ...}, "robot.model: one of model and urdf is needed"),
     ({"model": "panda"}, "robot.model: one of model and urdf is needed, not both"),
