@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from benchmarks.motion_bench_maker.problem_file import MotionProblem, chosen, read_problems
+from benchmarks.motion_bench_maker.problem_file import InvalidFile, MotionProblem, chosen, read_problems
 from benchmarks.motion_bench_maker.records import Record
 from benchmarks.motion_bench_maker.setting import Setting
 
