@@ -30,7 +30,12 @@ def parser() -> argparse.ArgumentParser:
     )
     command_line.add_argument("problems", type=Path, metavar="FILE", help="of problems, one JSON object a line")
     add_problem_options(command_line, Path("runs/motion-bench-maker"))
-    command_line.add_argument("--goal", choices=("joints", "pose"), default="joints", help="what of the goal is given")
+    command_line.add_argument(
+        "--goal",
+        choices=("joints", "pose"),
+        default="joints",
+        help="what of the goal is given; a motion to the pose may take another posture, and less than the bound",
+    )
     command_line.add_argument("--tip", help="link whose pose is the goal")
     command_line.add_argument("--solvers", default="lshade", metavar="A,B", help="as in tpbso_casadi.compare")
     command_line.add_argument("--evaluations", type=int, default=20_000, metavar="N", help="of each search")

@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from benchmarks.motion_bench_maker.problem_file import MotionProblem, chosen, read_problems
+from benchmarks.motion_bench_maker.problem_file import InvalidFile, MotionProblem, chosen, read_problems
 from benchmarks.motion_bench_maker.records import Record
 from benchmarks.motion_bench_maker.setting import Setting
 
@@ -31,6 +31,9 @@ def setting_of(options: argparse.Namespace) -> Setting:
     Raises:
         InvalidFile: a file or a limit that cannot be used.
     """
+    for option, file in (("--robot-urdf", options.robot_urdf), ("--spheres", options.spheres)):
+        if file is None:
+            raise InvalidFile(f"{option}: is needed")
     setting = Setting(options.robot_urdf, options.spheres, options.max_acceleration, options.max_jerk)
     _ = setting.spheres, setting.limits
     return setting

@@ -1,8 +1,10 @@
 """Against what users have today: Ruckig and TOPP-RA, under the same limits, in one run.
 
 Each table is a module with a function that takes a ``Size`` and returns a ``Report``; ``__main__`` prints them all.
+With ``--space`` one table instead: OMPL with TOPP-RA, and Drake, on problems of MotionBenchMaker.
 Needs the extra ``peers``.
 
     python -m benchmarks.peers --workers 2
     python -m benchmarks.peers --quick
+    python -m benchmarks.peers --space panda.jsonl --robot-urdf panda.urdf --spheres panda-spheres.toml
 """

@@ -76,11 +76,6 @@ class SplineProblem(Problem[TimedPath]):
         """The least time without a jerk limit, found much sooner: where a descent may begin."""
         return self._timed(x, replace(self.robot.limits, jerk=None))
 
-    @property
-    def is_polished(self) -> bool:
-        """Whether :meth:`polished` goes on from a motion, so that any timing of its path will do before."""
-        return False
-
     def _timed(self, x: FloatArray, limits: JointLimits, refined: bool = True) -> Trajectory:
         points, *rates = (as_array(part) for part in self._path(x))
         start, goal = (float(rate[0, 0]) for rate in rates)

@@ -153,7 +153,7 @@ def searched(
 ) -> Plan:
     """A plan by a metaheuristic, polished if the scenario says so."""
     settings, box = scenario.solver, Box(*problem.bounds)
-    archive = Archive(box) if settings.polish_starts and problem.has_program else None
+    archive = Archive(box) if settings.polish_starts and problem.is_descended else None
     evaluate = interruption.breakable(partial(problem.evaluator, evaluation))
     progress.phase("searching")
     search = minimize(evaluate, box, solver, settings.budget(), settings.seed, progress.status, archive)

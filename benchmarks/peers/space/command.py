@@ -28,12 +28,16 @@ def add_space_options(parser: argparse.ArgumentParser) -> None:
 def compare_in_space(options: argparse.Namespace) -> int:
     """Run what is missing and print the table; the exit status."""
     try:
+        planners = options.planners.split(",")
+        unknown = next((name for name in planners if name not in PLANNERS), None)
+        if unknown is not None:
+            raise InvalidFile(f"--planners: {unknown!r} is not one of {', '.join(PLANNERS)}")
         setting, problems = setting_of(options), problems_of(options, options.space)
         options.out.mkdir(parents=True, exist_ok=True)
         records = Records(options.out / "records.jsonl")
         runs = [
             Run(planner, seed, setting, problem, SECONDS[planner], record)
-            for planner in options.planners.split(",")
+            for planner in planners
             for seed in range(1, SEEDS[planner] + 1)
             for problem in problems
         ]

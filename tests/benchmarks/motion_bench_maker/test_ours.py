@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from benchmarks.motion_bench_maker.ours import Question, judge_all, may_touch, r
 from benchmarks.motion_bench_maker.problem_file import read_problems
 from benchmarks.motion_bench_maker.records import Records
 from benchmarks.motion_bench_maker.setting import Setting
+from benchmarks.peers.space.command import compare_in_space
 from problems.scene.solids.box import Box
 from problems.scene.solids.cylinder import Cylinder
 from tpbso_casadi.campaign import parse_solvers
@@ -88,3 +90,14 @@ def test_a_file_that_is_missing_is_one_line(
     monkeypatch.setattr(sys, "argv", ["motion_bench_maker", *arguments])
     assert main() == 2
     assert capsys.readouterr().err.startswith("benchmarks.motion_bench_maker: x.jsonl: cannot be read: ")
+
+
+def test_what_is_needed_or_unknown_is_said(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["motion_bench_maker", str(folder / "small.jsonl")])
+    assert main() == 2
+    assert capsys.readouterr().err == "benchmarks.motion_bench_maker: --robot-urdf: is needed\n"
+    options = argparse.Namespace(planners="ompl,moveit")
+    assert compare_in_space(options) == 2
+    assert capsys.readouterr().err == "benchmarks.peers: --planners: 'moveit' is not one of ompl, drake\n"

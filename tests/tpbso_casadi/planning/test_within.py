@@ -7,8 +7,10 @@ from itertools import count, islice
 
 import numpy as np
 import pytest
+from helpers.space_scenarios import space_scenario
 
 from tpbso_casadi import builtin, parse_scenario, plan
+from tpbso_casadi.planning.plan import Plan
 from tpbso_casadi.planning.within import STRUCTURED, by_turns
 
 
@@ -58,3 +60,14 @@ def test_seconds_are_kept() -> None:
     assert found.feasible
     assert found.polish is not None
     assert found.objective <= found.polish.before.objective
+
+
+@pytest.mark.parametrize("asked", [{"within": 0.5}, {"polish_starts": 2}])
+def test_in_space_sequential_programs_refine_and_no_descent(asked: dict[str, float]) -> None:
+    goal = {"goal": {"joints": [1.2, 0.3, 1.0]}}
+    found = plan(parse_scenario(space_scenario(task=goal, solver={"evaluations": 600} | asked)))
+    assert isinstance(found, Plan)
+    assert found.feasible
+    assert found.polish is None
+    assert found.retiming is not None
+    assert found.objective <= found.retiming.before.merit

@@ -70,7 +70,7 @@ def _check_whether_polished(result: RunResult, problem: Problem[Any]) -> None:
     solver, polish = result.scenario.solver, result.polish
     if polish is not None and not solver.polish_starts and solver.within is None:
         raise Contradiction("polish: the scenario asks for none")
-    due = problem.has_program and solver.polish_starts and solver.within is None and not result.interrupted
+    due = problem.is_descended and solver.polish_starts and solver.within is None and not result.interrupted
     if polish is None and due:
         raise Contradiction("polish: missing key")
     if result.rounds > 1 and solver.within is None and result.solution.branches is None:
