@@ -14,7 +14,7 @@ from problems.evaluation import EvaluationOptions
 from solvers import IPOPT, AnySolver, Archive, Box, Result, Solver, minimize
 from solvers.driver.interruption import Interruption, deferred_interrupt
 from tpbso_casadi.planning.branches import best_of_branches
-from tpbso_casadi.planning.finishing import retimed
+from tpbso_casadi.planning.finishing import is_better, retimed
 from tpbso_casadi.planning.given_path import timed
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, motion_of
 from tpbso_casadi.planning.planned_motion import PlannedMotion
@@ -25,6 +25,7 @@ from tpbso_casadi.scenario.scenario import Scenario, SolverSection
 from tpbso_casadi.scenario.section import ScenarioError
 
 SILENT = Progress()
+RESTARTS = 2  # of a search in space without a certified plan
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,15 +78,30 @@ def plan(
         problem = interruption.breakable(scenario.problem) if problem is None else problem
         solver = scenario.solver.build()
 
-        def planned(branch: Problem[Any], settings: SolverSection) -> Plan:
+        def once(branch: Problem[Any], settings: SolverSection) -> Plan:
             stated = scenario.model_copy(update={"solver": settings})
             found = untimed(stated, branch, solver, evaluation, progress, interruption)
             found = finished(found, progress, interruption) if scenario.model.retime else found
             return replace(found, scenario=scenario)
 
+        def planned(branch: Problem[Any], settings: SolverSection) -> Plan:
+            found = once(branch, settings)
+            for number in range(1, RESTARTS + 1 if may_start_again(scenario, branch) else 1):
+                if found.feasible or interruption.requested:
+                    break
+                other = once(branch, settings.model_copy(update={"seed": settings.seed + number}))
+                found = replace(other if is_better(other.motion, found.motion) else found, rounds=number + 1)
+            return found
+
         if not problem.branches or solver.solves_program:
             return planned(problem, scenario.solver)
         return best_of_branches(problem, solver, scenario.solver, evaluation, progress, interruption, planned)
+
+
+def may_start_again(scenario: Scenario, problem: Problem[Any]) -> bool:
+    """Whether searches with other seeds follow one that led to no certified plan: the way out of narrow passages."""
+    timed = scenario.solver.within is not None or scenario.solver.time_limit is not None
+    return problem.is_polished and scenario.model.retime and not timed
 
 
 def untimed(

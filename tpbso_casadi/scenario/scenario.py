@@ -161,9 +161,10 @@ class Scenario(FileSection):
     def _complete(self) -> Self:
         if not self.task.is_searched and self.solver != SolverSection():
             raise ValueError(f"solver: {self.task.kind!r} is timed; there is nothing to search for, leave it out")
-        model = with_motion(self.model, self.task)
-        if "self_collision" not in model.model_fields_set:
-            model = model.model_copy(update={"self_collision": self.robot_table.avoids_itself})
+        table, model = self.robot_table, with_motion(self.model, self.task)
+        usual = {"self_collision": table.avoids_itself, "samples": table.usual_samples}
+        left_out = {key: value for key, value in usual.items() if key not in model.model_fields_set}
+        model = ModelSection.model_construct(model.model_fields_set, **{**dict(model), **left_out})
         object.__setattr__(self, "model", model)  # frozen from now on
         return self
 

@@ -39,6 +39,7 @@ class ArmSection(Section):
 
     prefix: ClassVar[str] = "arm."
     avoids_itself: ClassVar[bool] = False
+    usual_samples: ClassVar[int] = 50
     usual_descents: ClassVar[int] = 1
 
     link_lengths: list[Positive] = Field(min_length=2, max_length=MOST_LINKS)
@@ -91,11 +92,13 @@ class RobotSection(Section):
     Attributes:
         prefix: of the fields of the robot, in messages.
         avoids_itself: whether self-collision is looked after unless the scenario says otherwise.
+        usual_samples: of a motion, unless the scenario says otherwise; in space a finger must not slip past a board.
         usual_descents: candidates that IPOPT refines where a scenario names no solver.
     """
 
     prefix: ClassVar[str] = "robot.settings."
     avoids_itself: ClassVar[bool] = False
+    usual_samples: ClassVar[int] = 50
     usual_descents: ClassVar[int] = 1
 
     model: Word

@@ -65,6 +65,7 @@ class SpatialRobotSection(Section):
 
     prefix: ClassVar[str] = "robot."
     avoids_itself: ClassVar[bool] = True
+    usual_samples: ClassVar[int] = 100
     usual_descents: ClassVar[int] = 0
 
     model: Word | None = None

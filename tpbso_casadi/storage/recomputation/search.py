@@ -73,7 +73,8 @@ def _check_whether_polished(result: RunResult, problem: Problem[Any]) -> None:
     due = problem.is_descended and solver.polish_starts and solver.within is None and not result.interrupted
     if polish is None and due:
         raise Contradiction("polish: missing key")
-    if result.rounds > 1 and solver.within is None and result.solution.branches is None:
+    several = solver.within is not None or result.solution.branches is not None or problem.is_polished
+    if result.rounds > 1 and not several:
         raise Contradiction("rounds: one is all that the scenario asks for")
     if polish is not None and solver.within is None and polish.starts > solver.polish_starts:
         raise Contradiction(f"polish.starts: {polish.starts} where the scenario asks for {solver.polish_starts}")
