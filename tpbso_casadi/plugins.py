@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import sys
 import traceback
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from functools import reduce
@@ -38,6 +38,7 @@ class Catalogue(Generic[T]):
         requirement: the same in words: "a subclass of solvers.Solver".
         extras: by name, the extra of this distribution that installs the package of the same name; for those that need
             one.
+        elsewhere: names that a user can give in the same place and that are not looked up here.
     """
 
     kind: str
@@ -46,6 +47,7 @@ class Catalogue(Generic[T]):
     accepts: Callable[[object], TypeGuard[T]]
     requirement: str
     extras: Mapping[str, str] = field(default_factory=dict)
+    elsewhere: Collection[str] = ()
 
     def find(self, name: str) -> T:
         """The thing of that name.
@@ -62,7 +64,7 @@ class Catalogue(Generic[T]):
             return self._checked(name, self._load(name, name))
         entries = self._entries(name)
         if not entries:
-            raise PluginError(f"no {self.kind} {name!r}; {_hint(name, self.names())}")
+            raise PluginError(f"no {self.kind} {name!r}; {_hint(name, [*self.names(), *self.elsewhere])}")
         if len({entry.value for entry in entries}) > 1:
             offers = " and ".join(sorted({entry.value for entry in entries}))
             raise PluginError(f"{self.kind} {name!r} is ambiguous: say {offers.replace(' and ', ' or ')}")

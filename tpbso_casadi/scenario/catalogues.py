@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from problems import LIMITS, OBJECTIVES, ROBOTS, Limit, Objective, Robot
+from problems.robots.spatial.models import BUILT_IN
 from solvers import EXTERNAL, GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
 from tpbso_casadi.plugins import Catalogue, subclass_of
 
@@ -12,6 +13,7 @@ ROBOT_CATALOGUE: Catalogue[type[Robot]] = Catalogue(
     registry=ROBOTS,
     accepts=subclass_of(Robot),
     requirement="a subclass of problems.Robot",
+    elsewhere=BUILT_IN,
 )
 LIMIT_CATALOGUE: Catalogue[type[Limit]] = Catalogue(
     kind="limit",

@@ -141,7 +141,7 @@ class RobotDescription:
         """Numbers of an arm's spheres that have to keep apart: see :func:`self_collision_pairs`.
 
         Raises:
-            InvalidProblem: ``self_collision`` names a link without spheres.
+            InvalidProblem: as there.
         """
         links = {sphere.name for sphere in arm.spheres}
         known = [pair for pair in self.disabled if links.issuperset(pair)]

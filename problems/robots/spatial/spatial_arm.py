@@ -12,7 +12,7 @@ import numpy as np
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
-from problems.base.ranges import ANGLES, LENGTHS, RATES, check_within
+from problems.base.ranges import ANGLES, COORDINATES, LENGTHS, RATES, check_within
 from problems.robots.robot import Body, JointLimits, Robot
 from problems.robots.spatial.chain import UNTURNED, Chain, Matrix3, Point3
 from problems.robots.spatial.collision.sphere import Sphere
@@ -73,6 +73,8 @@ class SpatialArm(Robot):
                 check_within("position_limits", (low, high), ANGLES, "rad")
                 if not low < high:
                     raise InvalidProblem("position_limits", f"joint {number}: {low:g} is not below {high:g}")
+        check_within("base", self.base_translation, COORDINATES, "m")
+        check_within("tool", self.tool_translation, COORDINATES, "m")
         check_within("spheres", (sphere.radius for sphere in self.spheres), LENGTHS, "m")
 
     def _check_length(self, field: str, values: tuple[object, ...]) -> None:

@@ -84,6 +84,19 @@ def test_degrees_are_those_of_the_table_not_of_the_urdf(folder: InputFolder) -> 
     assert built(folder, "deg", max_acceleration=180.0).max_speed == (1.5, 2.5)
 
 
+def test_degrees_of_a_joint_that_slides_are_refused(folder: InputFolder) -> None:
+    sliding = URDF.replace('name="lift" type="revolute"', 'name="lift" type="prismatic"')
+    (folder.path / "short.urdf").write_text(sliding)
+    assert built(folder, joint_limits=[[-2.0, 2.0], [-0.6, 0.6]]).joint_units == ("rad", "m")
+    with pytest.raises(ScenarioError, match=r"^unit: 'deg' does not apply, joint 'lift' slides: state rad and m$"):
+        built(folder, "deg", joint_limits=[[-90.0, 90.0], [-0.3, 0.3]])
+
+
+def test_a_start_of_three_numbers_is_told_how_to_write_it(folder: InputFolder) -> None:
+    with pytest.raises(ScenarioError, match=r"^task.start: a point in space is \{ position = \[x, y, z\] \}, not"):
+        parse_scenario({"robot": table(), "task": TASK | {"start": [0.4, 0.0, 0.4]}}, folder)
+
+
 def test_self_collision_is_looked_after_unless_the_scenario_says_otherwise(folder: InputFolder) -> None:
     assert built(folder).self_collision
     off = {"robot": table(), "task": TASK, "model": {"self_collision": False}}
@@ -121,9 +134,17 @@ CASES: list[tuple[dict[str, Any], str]] = [
     ({"max_speed": -1.0}, "robot.max_speed: input should be greater than 0, not -1.0"),
     ({"joint_limits": [[0.0, 1.0]]}, "robot.joint_limits: 1 ranges for 2 joints"),
     ({"joint_limits": [[1.0, 0.0], [0.0, 1.0]]}, "robot.joint_limits: "),
-    ({"base": {"quaternion": [0.0, 0.0, 0.0, 0.5]}}, "robot.quaternion: [0.0, 0.0, 0.0, 0.5] is not of length 1"),
+    ({"base": {"quaternion": [0.0, 0.0, 0.0, 0.5]}}, "robot.base.quaternion: [0.0, 0.0, 0.0, 0.5] is not of length 1"),
     ({"base": [0.0, 0.0, 0.0]}, "robot.base: a table is needed"),
     ({"tool": {"positon": [0.0, 0.0, 0.0]}}, "robot.tool.positon: unknown key"),
+    ({"base": {"position": [1e9, 0.0, 0.0]}}, "robot.base: 1e+09 is not within -1e+08 and 1e+08 m"),
+    ({"tool": {"quaternion": [0.0, 0.0, 0.0, 0.5]}}, "robot.tool.quaternion: [0.0, 0.0, 0.0, 0.5] is not of length 1"),
+    (
+        {"urdf": ..., "model": "pandda", "spheres": ..., "max_acceleration": ...},
+        "robot.model: no robot 'pandda'; did you mean panda?",
+    ),
+    ({"kept_pairs": [["foot", "head"]]}, "robot.kept_pairs: no spheres on link 'head'"),
+    ({"kept_pairs": [["foot", "foot"]]}, "robot.kept_pairs: 'foot' and 'foot' are one body, or a joint connects them"),
     ({"disabled_pairs": [["foot", "head"]]}, "robot.disabled_pairs: no spheres on link 'head'"),
     ({"settings": {}}, "robot.settings: unknown key"),
     ({"urdf": "../short.urdf"}, "robot.urdf: "),

@@ -98,6 +98,8 @@ def _in_space(table: dict[str, Any]) -> bool:
 
 
 def _point(value: Any) -> PlanarPoint:
+    if len(value) == 3:
+        raise ValueError(f"a point in space is {{ position = [x, y, z] }}, not {shown(value)}")
     return POINT.validate_json(as_text(value), strict=True)
 
 

@@ -34,7 +34,7 @@ LARGEST_TEXT = 2_000_000  # characters of a file that a result holds
 FILES = ("urdf", "spheres", "srdf")  # keys that name files; their texts are in keys of the same names with TEXT
 TEXT = "_text"
 MOST_JOINTS = 20  # of a robot in space
-KEYS = {"position_limits": "joint_limits", "self_collision": "disabled_pairs"}  # by the fields of the robot
+KEYS = {"position_limits": "joint_limits"}  # by the fields of the robot
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]
 FileText = Annotated[str, Field(max_length=LARGEST_TEXT)]
 LinkPairs = Annotated[list[tuple[Word, Word]], Field(max_length=10_000)]
@@ -140,13 +140,35 @@ class SpatialRobotSection(Section):
                 max_jerk=self.max_jerk,
                 position_limits=self.joint_limits,
                 spheres=spheres,
-                base=self.base.build(),
-                tool=self.tool.build(),
+                base=self._pose("base"),
+                tool=self._pose("tool"),
             )
             if self.srdf_text is not None:
                 description = description.with_disabled(read_srdf(self.srdf_text))
             pairs = description.self_pairs(arm, self.disabled_pairs or (), self.kept_pairs or ())
             return replace(arm, kept_pairs=pairs)
+
+    def in_radians(self) -> Self:
+        """The same, read as a table in degrees.
+
+        Raises:
+            ScenarioError: a joint slides, so that which numbers are angles depends on the joint.
+        """
+        try:
+            joints = self.description().chain.joints
+        except InvalidProblem:  # said when it is built
+            return super().in_radians()
+        sliding = [joint.name for joint in joints if not joint.turns]
+        if sliding:
+            raise ScenarioError(f"unit: 'deg' does not apply, joint {sliding[0]!r} slides: state rad and m")
+        return super().in_radians()
+
+    def _pose(self, key: str) -> Transform:
+        table: PoseTable = getattr(self, key)
+        try:
+            return table.build()
+        except InvalidProblem as error:
+            raise InvalidProblem(f"{key}.{error.field}", error.reason) from error
 
     def description(self) -> RobotDescription:
         """What the model or the URDF says.

@@ -7,7 +7,7 @@ nothing: of pairs that are left out, no certificate speaks.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -25,7 +25,8 @@ SPREAD = 0.1  # of those, as a part of the joints' ranges
 ALWAYS = 0.95  # of the postures: spheres that touch at so many belong together
 SLACK = 0.01  # m: spheres that come no nearer never touch
 TURN = np.pi  # rad, largest angle tried of a joint that can turn farther
-CHUNK = 200  # postures whose distances are held at once
+HELD = 1_000_000  # distances that are held at once
+MOST_PAIRS = 20_000  # of spheres
 
 LinkPairs = Collection[tuple[str, str]]
 Named = frozenset[frozenset[str]]
@@ -42,9 +43,10 @@ def self_collision_pairs(
         kept: names of links that must not, whatever the random postures say.
 
     Raises:
-        InvalidProblem: ``self_collision`` names a link without spheres.
+        InvalidProblem: ``disabled_pairs`` or ``kept_pairs`` names a link without spheres, ``kept_pairs`` links that one
+            body or neighbours carry, or ``spheres`` are too many.
     """
-    _check(robot, (*disabled, *kept))
+    _check(robot, disabled, kept)
     return _chosen(robot, frozenset(map(frozenset, disabled)), frozenset(map(frozenset, kept)))
 
 
@@ -55,16 +57,24 @@ def _chosen(robot: SpatialArm, disabled: Named, kept: Named) -> tuple[tuple[int,
     pairs, must_not = pairs[~may_touch], must_not[~may_touch]
     if not len(pairs):
         return ()
+    if len(pairs) > MOST_PAIRS:
+        raise InvalidProblem("spheres", f"{len(robot.spheres)} make {len(pairs)} pairs, of at most {MOST_PAIRS}")
     least, touching = _Sampled(robot, pairs).result
     counted = must_not | ((least < max(SLACK, robot.margin)) & (touching < ALWAYS))
     return tuple((int(one), int(two)) for one, two in pairs[counted])
 
 
-def _check(robot: SpatialArm, names: Sequence[tuple[str, str]]) -> None:
-    known = {sphere.name for sphere in robot.spheres}
-    for link in (link for pair in names for link in pair):
-        if link not in known:
-            raise InvalidProblem("self_collision", f"no spheres on link {link!r}; there are {', '.join(sorted(known))}")
+def _check(robot: SpatialArm, disabled: LinkPairs, kept: LinkPairs) -> None:
+    bodies: dict[str, set[int]] = {}
+    for sphere in robot.spheres:
+        bodies.setdefault(sphere.name, set()).add(sphere.link)
+    for field, names in (("disabled_pairs", disabled), ("kept_pairs", kept)):
+        for link in (link for pair in names for link in pair):
+            if link not in bodies:
+                raise InvalidProblem(field, f"no spheres on link {link!r}; there are {', '.join(sorted(bodies))}")
+    for one, two in kept:
+        if not any(abs(first - second) > 1 for first in bodies[one] for second in bodies[two]):
+            raise InvalidProblem("kept_pairs", f"{one!r} and {two!r} are one body, or a joint connects them")
 
 
 def _named(robot: SpatialArm, pairs: NDArray[np.int64], names: Named) -> NDArray[np.bool_]:
@@ -119,9 +129,11 @@ class _Sampled:
         one, two = self.pairs.T
         least, nearest = np.full(len(one), np.inf), np.zeros(len(one), dtype=np.int64)
         touching = np.zeros(len(one))
-        for start in range(0, len(theta), CHUNK):
-            part = centers[start : start + CHUNK]
-            gaps = np.linalg.norm(part[:, one] - part[:, two], axis=2) - (radii[one] + radii[two])
+        chunk = max(1, HELD // len(one))
+        for start in range(0, len(theta), chunk):
+            x, y, z = np.moveaxis(centers[start : start + chunk], 2, 0)
+            squares = (x[:, one] - x[:, two]) ** 2 + (y[:, one] - y[:, two]) ** 2 + (z[:, one] - z[:, two]) ** 2
+            gaps = np.sqrt(squares) - (radii[one] + radii[two])
             lowest = np.min(gaps, axis=0)
             nearest = np.where(lowest < least, start + np.argmin(gaps, axis=0), nearest)
             least = np.minimum(least, lowest)

@@ -144,12 +144,19 @@ def read_joint(element: ET.Element) -> UrdfJoint:
         origin=origin(element, owner),
         axis=_axis(element, owner),
         position=_position(limit, kind, owner),
-        speed=number(limit, "velocity", owner) or None,
-        effort=number(limit, "effort", owner) or None,
+        speed=_largest(limit, "velocity", owner),
+        effort=_largest(limit, "effort", owner),
         damping=number(dynamics, "damping", owner) or 0.0,
         friction=number(dynamics, "friction", owner) or 0.0,
         mimic=None if mimic is None else mimic.get("joint", "?"),
     )
+
+
+def _largest(limit: ET.Element | None, key: str, owner: str) -> float | None:
+    value = number(limit, key, owner) or None  # exporters write 0 for what they do not know
+    if value is not None and value < 0.0:
+        raise refused(f"{owner}: {key} of <limit> is {value:g}, below 0")
+    return value
 
 
 def _link(element: ET.Element, tag: str, owner: str) -> str:

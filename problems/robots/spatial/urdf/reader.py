@@ -16,6 +16,7 @@ from problems.robots.spatial.urdf.masses import joined, moved_inertia
 from problems.robots.spatial.urdf.tree import Tree
 
 MOST_JOINTS = 50
+MOST_SPHERES = 1_000
 
 
 def read_urdf(text: str, base_link: str | None = None, tip_link: str | None = None) -> RobotDescription:
@@ -55,6 +56,8 @@ def read_urdf(text: str, base_link: str | None = None, tip_link: str | None = No
         for frame in body.frames
         for ball in (ball.seen_from(frame.pose) for ball in tree.links[frame.name].balls)
     )
+    if len(spheres) > MOST_SPHERES:
+        raise refused(f"{len(spheres)} spheres cover its collision shapes, of at most {MOST_SPHERES}: give spheres")
     notes += [note for body in bodies for note in body.notes]
     notes += _gaps(moving) + _massless(bodies)
     return RobotDescription(chain=chain, links=tuple(frames.values()), spheres=spheres, notes=tuple(notes))

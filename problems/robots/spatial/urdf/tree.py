@@ -111,16 +111,14 @@ class Tree:
     def _base(self, base_link: str | None) -> str:
         if base_link is None:
             if len(self.roots) > 1:
-                raise InvalidProblem("base_link", f"must be stated: {', '.join(self.roots)} hang on nothing")
+                raise InvalidProblem("base_link", f"must be stated: {_some(self.roots)} hang on nothing")
             return self.roots[0]
         if base_link not in self.links:
             raise InvalidProblem("base_link", self._unknown(base_link))
         return base_link
 
     def _unknown(self, link: str) -> str:
-        names = list(self.links)
-        shown = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
-        return f"no link {link!r} in the URDF; there are {shown}"
+        return f"no link {link!r} in the URDF; there are {_some(list(self.links))}"
 
     def _moves(self, joint: UrdfJoint) -> bool:
         return joint.kind != "fixed" or any(other.kind != "fixed" for other in self.below(joint.child))
@@ -135,9 +133,7 @@ class Tree:
             body = moving[0].child
         if body == base and moving:
             ends = [joint.child for joint in self.below(base) if not self.children[joint.child]]
-            raise InvalidProblem(
-                "tip_link", f"must be stated, the chain forks at {body!r}; it can be {', '.join(ends)}"
-            )
+            raise InvalidProblem("tip_link", f"must be stated, the chain forks at {body!r}; it can be {_some(ends)}")
         tip = self._farthest_frame(body)
         return tip, [f"tip_link is not stated: {tip!r} is taken"]
 
@@ -148,3 +144,7 @@ class Tree:
             if joint.kind == "fixed" and joint.parent in depths:
                 depths[joint.child] = depths[joint.parent] + 1
         return USUAL_TIP if USUAL_TIP in depths else max(depths, key=lambda link: depths[link])
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")

@@ -181,6 +181,13 @@ JOINTS = [
 NUMBERS = [
     ('velocity="1.5"', 'velocity="fast"', "joint 'turn': velocity of <limit> is 'fast', which are no numbers"),
     ('velocity="1.5"', 'velocity="nan"', "joint 'turn': velocity of <limit> is nan, out of range"),
+    ('velocity="1.5"', 'velocity="-1.5"', "joint 'turn': velocity of <limit> is -1.5, below 0"),
+    ('effort="40"', 'effort="-40"', "joint 'turn': effort of <limit> is -40, below 0"),
+    (
+        '<geometry><sphere radius="0.06"/></geometry>',
+        '<geometry><sphere radius="1"/>' + '<sphere radius="1"/>' * 1_000 + "</geometry>",
+        "spheres cover its collision shapes, of at most 1000: give spheres",
+    ),
     ('<axis xyz="1 0 0"/>', '<axis xyz="1 0"/>', "joint 'slide': xyz of <axis> has 2 numbers, not 3"),
     ('<origin xyz="0.3 0 0"/>', '<origin xyz="1e300 0 0"/>', "joint 'bolts': xyz of <origin> is 1e+300, out of range"),
     ('<mass value="2"/>', '<mass value="-2"/>', "link 'mast': a mass of -2 kg"),

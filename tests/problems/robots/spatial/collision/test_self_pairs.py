@@ -64,8 +64,20 @@ def test_links_are_named_to_override() -> None:
     assert self_collision_pairs(robot, disabled=[("l0", "l3"), ("l1", "l3")]) == ()
 
 
+def test_what_a_joint_connects_cannot_be_kept_apart() -> None:
+    with pytest.raises(InvalidProblem, match="kept_pairs: 'l1' and 'l0' are one body, or a joint connects them"):
+        self_collision_pairs(arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9)), kept=[("l0", "l3"), ("l1", "l0")])
+
+
+def test_spheres_that_would_take_minutes_are_refused() -> None:
+    row = [ball(link, 0.001 * place) for link in (0, 3) for place in range(150)]
+    with pytest.raises(InvalidProblem, match="spheres: 300 make 22500 pairs, of at most 20000"):
+        self_collision_pairs(arm(*row))
+    assert self_collision_pairs(arm(*row), disabled=[("l0", "l3")]) == ()
+
+
 def test_links_without_spheres_are_named() -> None:
-    with pytest.raises(InvalidProblem, match="self_collision: no spheres on link 'l7'; there are l0, l1"):
+    with pytest.raises(InvalidProblem, match="disabled_pairs: no spheres on link 'l7'; there are l0, l1"):
         self_collision_pairs(arm(ball(0, 0.5), ball(1, 0.5)), disabled=[("l0", "l7")])
 
 
