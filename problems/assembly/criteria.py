@@ -63,6 +63,11 @@ class Criteria:
         """
         raise NotImplementedError
 
+    @property
+    def ends_may_move(self) -> bool:
+        """Whether :meth:`polished` may also change the postures at the ends."""
+        return False
+
     def polished(self, start: Trajectory) -> Iterator[Trajectory]:
         """Faster motions made of one that may break limits, each kept farther from them than the last; none here."""
         return iter(())

@@ -192,6 +192,12 @@ class MoveProblem(SplineProblem):
         known = can_be_polished(self.task, self.limits) and objective.timed and objective.sooner_is_better
         return known and self.robot.dim == 3
 
+    @property
+    def ends_may_move(self) -> bool:
+        """Where an end is a pose, which leaves postures to choose."""
+        ends = (self.task.start, *self.task.goals)
+        return self.is_polished and not all(place.always_reached for place in ends)
+
     def polished(self, start: Trajectory) -> Iterator[Trajectory]:
         """What sequential linear programs over path and speed make of a motion."""
         return self._polish(start) if self.is_polished else iter(())

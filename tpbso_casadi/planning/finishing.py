@@ -57,12 +57,16 @@ def is_better(motion: Motion, before: Motion) -> bool:
 
 
 def retimed(before: Motion, progress: Progress) -> Retiming:
-    """Time a finished motion anew, in all the ways there are; where free space will do, nothing is faster."""
+    """Time a finished motion anew, in all the ways there are.
+
+    Where free space will do, nothing is faster between the same postures; other postures at the ends may be.
+    """
     began = time.perf_counter()
     progress.phase("retiming")
     made: dict[str, Motion] = {}
     for name, make in CANDIDATES.items():
-        motion = None if any(m.feasible for m in made.values()) else _attempted(make, before)
+        moves_ends = name == POLISHED and before.problem.ends_may_move
+        motion = _attempted(make, before) if moves_ends or not any(m.feasible for m in made.values()) else None
         if motion is not None:
             made[name] = motion
     best = min(made, key=lambda name: (made[name].merit, made[name].trajectory.duration), default="")

@@ -48,8 +48,8 @@ def postures(
         rotation: its rotation matrix, (3, 3) or row by row; None leaves it free.
         rng: draws the starts: the same state, the same postures.
         starts: how many.
-        near: a posture (dof,): joints that can turn more than once are taken in the turn nearest to it, rad;
-            the middle of their limits by default.
+        near: a posture (dof,) from which it begins too, and what the joints reach from there comes first; joints that
+            can turn more than once are taken in the turn nearest to it, rad; the middle of their limits by default.
 
     Returns:
         Postures (m, dof), rad or m, that differ by more than 0.001 in some joint; m = 0 where none is found. The tool
@@ -57,7 +57,10 @@ def postures(
     """
     search = _Search(robot, np.asarray(position, dtype=float), _turned(rotation))
     middle = search.middle if near is None else np.asarray(near, dtype=float)
-    theta = search.solved(search.starts(rng, starts))
+    begun = search.starts(rng, starts)
+    if near is not None:  # what is nearest, of a redundant arm, no random start may lead to
+        begun = np.vstack([search.within(middle), begun])
+    theta = search.solved(begun)
     theta = search.wrapped(theta[search.arrived(theta)], middle)
     # wrapping rounds an angle of several turns; what is returned has been checked as it is
     return search.distinct(theta[search.arrived(theta)])
@@ -103,6 +106,10 @@ class _Search:
         high = np.where(self.winding, self.middle + np.pi, self.high)
         return rng.uniform(low, high, (count, self.robot.dof))
 
+    def within(self, theta: FloatArray) -> FloatArray:
+        """The posture (dof,) within the limits that is nearest to another one."""
+        return np.asarray(np.where(self.winding, theta, np.clip(theta, self.low, self.high)))
+
     def solved(self, theta: FloatArray) -> FloatArray:
         """Where damped Newton steps from each posture lead."""
         theta = theta.copy()
@@ -130,7 +137,7 @@ class _Search:
             step = _damped(np.where(stuck[:, None, :], 0.0, jacobian), error)
         step *= np.minimum(1.0, LARGEST_STEP / np.maximum(np.max(np.abs(step), axis=1, keepdims=True), 1e-300))
         moved = theta + step
-        return np.where(self.winding, moved, np.clip(moved, self.low, self.high))
+        return self.within(moved)
 
     def _leaves(self, theta: FloatArray, step: FloatArray) -> FloatArray:
         outwards = ((theta >= self.high) & (step > 0.0)) | ((theta <= self.low) & (step < 0.0))

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.space_scenarios import GOAL, URDF, space_scenario
 
+from problems.timing.rest_to_rest import rest_to_rest
 from solvers.driver.interruption import Interruption
 from tpbso_casadi import builtin, parse_scenario, plan
-from tpbso_casadi.planning.finishing import SAME_PATH, Retiming, is_better, retimed
+from tpbso_casadi.planning.finishing import POLISHED, SAME_PATH, Retiming, is_better, retimed
 from tpbso_casadi.planning.plan import Plan, finished
 from tpbso_casadi.planning.progress import Progress
 
@@ -45,6 +47,26 @@ def test_from_rest_to_rest_through_nothing_the_closed_form_is_fastest() -> None:
     way = np.abs(theta[1] - theta[0])
     alone = np.where(way > 0.8, way / 4.0 + 0.2, 2.0 * np.sqrt(way / 20.0))  # 4 rad/s, 20 rad/s^2
     assert retiming.chosen.objective == pytest.approx(alone.max(), rel=1e-9)
+
+
+def test_where_a_pose_leaves_the_posture_open_free_space_is_not_the_fastest() -> None:
+    wrist = """<link name="wrist"/><joint name="nod" type="revolute"><parent link="lower"/><child link="wrist"/>
+     <origin xyz="0 0 0.3"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" velocity="2" effort="10"/></joint>
+     <joint name="grip" type="fixed"><parent link="wrist"/><child link="hand"/><origin xyz="0 0 0.1"/></joint>"""
+    robot = {"urdf_text": URDF[: URDF.index('<joint name="grip"')] + wrist + "</robot>"}
+    task = {"start": {"joints": [0.98, 0.8, 0.6, 0.2]}}
+    scenario = space_scenario(
+        robot=robot, task=task, obstacles=[], solver={"evaluations": 100}, model={"retime": False}
+    )
+    before = plan(parse_scenario(scenario)).motion
+    retiming = retimed(before, SILENT)
+    first, last = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
+    assert retiming.candidate == POLISHED
+    assert retiming.chosen.feasible
+    trajectory = retiming.chosen.trajectory
+    assert trajectory.duration < rest_to_rest(first, last, before.problem.robot.limits).duration
+    tool = retiming.chosen.joint_positions(trajectory.breakpoints[-1:])[0, -1]
+    assert tool == pytest.approx(GOAL["position"], abs=1e-8)
 
 
 def test_what_is_bound_on_its_way_keeps_its_path() -> None:

@@ -67,6 +67,14 @@ def test_a_redundant_arm_has_families_of_postures(name: str) -> None:
     assert len(found) > 20
 
 
+@pytest.mark.parametrize("name", ["panda", "iiwa14"])
+def test_where_a_redundant_arm_is_counts_too(name: str) -> None:
+    robot = built_in(name).arm()
+    theta = inside(robot, 6)
+    found = postures(robot, *pose(robot, theta), rng=np.random.default_rng(3), starts=5, near=theta)
+    assert np.abs(found[0] - theta).max() < 1e-9
+
+
 def test_a_position_alone_leaves_the_rotation_free() -> None:
     robot = built_in("panda").arm()
     position, rotation = pose(robot, inside(robot, 6))
