@@ -120,7 +120,11 @@ def parser() -> argparse.ArgumentParser:
         "--within", type=positive_float, metavar="S", help="the best plan in S seconds: search and polish repeatedly"
     )
     search.add_argument("--seed", type=natural, help="same seed, same result")
-    search.add_argument("--polish", action="store_true", help="refine the best candidate with IPOPT")
+    search.add_argument(
+        "--polish",
+        action="store_true",
+        help="refine the best candidate with IPOPT; in space sequential programs always do",
+    )
     search.add_argument(
         "--polish-starts",
         type=whole_number(1, MOST_POLISH_STARTS),
