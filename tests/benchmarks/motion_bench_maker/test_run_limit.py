@@ -11,6 +11,7 @@ from benchmarks.motion_bench_maker.run_limit import limited
 from tpbso_casadi.campaign.executors import processes
 
 
+@pytest.mark.slow
 def test_a_run_that_takes_too_long_is_ended() -> None:
     with limited(processes(1), 60.0).start() as executor:
         assert executor.submit(divmod, 7, 3).result() == (2, 1)

@@ -67,6 +67,7 @@ def source(problem: MoveProblem) -> str:
     return cpp(kernels(program), program.sizes)
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_the_cost_is_that_of_every_pair_written_out() -> None:
     problem = problem_of(SCENE)

@@ -104,7 +104,7 @@ EDITS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (other_branch, "cost: "),
     (lambda content: content["solution"]["branches"].update(goal=[0.0]), "1 joints for a robot of 3"),
     (lambda content: content["solution"]["branches"].update(start=[0.0] * 3), "postures at goal are needed"),
-    (lambda content: content["solution"].pop("branches"), "rounds: one is all that the scenario asks for"),
+    (lambda content: content["solution"].pop("branches"), "rounds: 3 are all that the scenario asks for"),
 ]
 
 
