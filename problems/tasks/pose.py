@@ -118,7 +118,8 @@ class Pose(Place):
 
     def _onto(self, robot: Robot, theta: Matrix) -> Matrix:
         rotation = None if self.quaternion is None else ca.reshape(rotation_rows(self.quaternion), 3, 3).T
-        return project(_in_space(robot), theta, ca.vertcat(*self.point), rotation, STEPS, KEPT)
+        known = ca.horzcat(*self.branch) if self.branch else None
+        return project(_in_space(robot), theta, ca.vertcat(*self.point), rotation, STEPS, KEPT, known)
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
         """From the point to the tool, m, and its turn about the axes outside, rad where it is small; (n, 3 or 6).

@@ -30,7 +30,13 @@ Columns: TypeAlias = list[list[Operand]]
 
 
 def project(
-    robot: SpatialArm, theta: Matrix, position: Matrix, rotation: Matrix | None, steps: int, kept: float = 0.0
+    robot: SpatialArm,
+    theta: Matrix,
+    position: Matrix,
+    rotation: Matrix | None,
+    steps: int,
+    kept: float = 0.0,
+    known: Matrix | None = None,
 ) -> Matrix:
     """The posture near ``theta`` with the tool at a position, and turned as told if a rotation is given.
 
@@ -42,8 +48,9 @@ def project(
         steps: of Newton's method; 5 reach 1e-9 m and rad from 0.1 m and 0.2 rad away, unless a limit or a singular
             posture is in the way: whoever needs to know looks where the tool is.
         kept: share of each joint's range that stays free at both ends.
+        known: a posture there, (1, dof): what stays free is less where this is nearer to a limit.
     """
-    limits = _joint_limits(robot, kept)
+    limits = _joint_limits(robot, kept, known)
     step = _step(_geometry(robot), rotation is not None, bool(limits))
     wanted = (position,) if rotation is None else (position, rotation)
     for _ in range(steps):
@@ -111,13 +118,16 @@ def _turn_missing(current: Rotation, wanted: Matrix) -> list[Operand]:
     return [part * factor for part in sine]
 
 
-def _joint_limits(robot: SpatialArm, kept: float) -> tuple[Matrix, ...]:
+def _joint_limits(robot: SpatialArm, kept: float, known: Matrix | None) -> tuple[Matrix, ...]:
     """Lowest and highest, (1, dof), of what stays free; none where there are no limits."""
     limits = robot.limits.position
     if limits is None:
         return ()
     low, high = (ca.horzcat(*ends) for ends in zip(*limits, strict=True))
-    return low + kept * (high - low), high - kept * (high - low)
+    least, most = low + kept * (high - low), high - kept * (high - low)
+    if known is None:
+        return least, most
+    return ca.fmin(least, ca.fmax(low, known)), ca.fmax(most, ca.fmin(high, known))
 
 
 def _damped_step(jacobian: Columns, error: Sequence[Operand]) -> Matrix:

@@ -94,3 +94,19 @@ def test_small_systems_are_solved() -> None:
         matrix, right = half @ half.T + np.eye(count), rng.normal(size=count)
         lower = [[matrix[i, j] for j in range(i + 1)] for i in range(count)]
         assert solve_positive_definite(lower, right) == pytest.approx(np.linalg.solve(matrix, right))
+
+
+def test_a_posture_at_a_limit_can_be_reached_where_it_is_known() -> None:
+    robot = small_arm(6)
+    known = np.array([0.3, 0.8, 2.8, -0.9, 0.4, 0.7])  # the third joint at its limit
+    position, rotation = pose_of(robot, known)
+    start = ca.DM(known + 0.05 * np.array([1.0, -1.0, -1.0, 1.0, -1.0, 1.0])).T
+
+    def missed(with_known: bool) -> float:
+        given = ca.DM(known).T if with_known else None
+        found = project(robot, start, ca.DM(position), ca.DM(rotation), 10, 0.01, given).full().ravel()
+        assert np.all(np.abs(found) <= 2.8)
+        return float(np.abs(pose_of(robot, found)[0] - position).max())
+
+    assert missed(with_known=True) < 1e-9
+    assert missed(with_known=False) > 1e-4
