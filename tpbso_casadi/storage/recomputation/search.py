@@ -76,7 +76,7 @@ def _check_whether_polished(result: RunResult, problem: Problem[Any]) -> None:
         raise Contradiction("polish: missing key")
     most = 1 + (RESTARTS if may_start_again(result.scenario, problem) else 0)
     if result.rounds > most and solver.within is None and result.solution.branches is None:
-        raise Contradiction(f"rounds: {most} {'is' if most == 1 else 'are'} all that the scenario asks for")
+        raise Contradiction(f"rounds: {'one is' if most == 1 else f'{most} are'} all that the scenario asks for")
     if polish is not None and solver.within is None and polish.starts > solver.polish_starts:
         raise Contradiction(f"polish.starts: {polish.starts} where the scenario asks for {solver.polish_starts}")
     if polish is not None and polish.accepted:
