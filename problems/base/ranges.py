@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+
+import numpy as np
 
 from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray
 
 LENGTHS = (1e-12, 1e8)  # m, of links and obstacles
 COORDINATES = (-1e8, 1e8)  # m
 ANGLES = (-1e6, 1e6)  # rad
 RATES = (1e-9, 1e12)  # rad/s, rad/s^2: limits of joints
 TIMES = (1e-9, 1e9)  # s
+
+
+UNIT_TOLERANCE = 1e-3  # by which the length of a stated quaternion may differ from 1
+
+
+def is_of_length_one(quaternion: Sequence[float] | FloatArray) -> bool:
+    """Whether a quaternion is one of a rotation, up to what digits of a file leave out."""
+    return abs(float(np.linalg.norm(quaternion)) - 1.0) <= UNIT_TOLERANCE
 
 
 def check_within(field: str, values: Iterable[float], bounds: tuple[float, float], unit: str, name: str = "") -> None:

@@ -9,12 +9,11 @@ import numpy as np
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, as_array
-from problems.base.ranges import COORDINATES, TIMES, check_within, shown
+from problems.base.ranges import COORDINATES, TIMES, check_within, is_of_length_one, shown
 from problems.limits import proximity_limits
 from problems.motions.samples import Samples
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
-from problems.scene.solids.solid import UNIT_TOLERANCE
 
 
 def check_choice(field: str, value: str, known: Collection[str]) -> None:
@@ -87,7 +86,7 @@ def _short_of(obstacle: Obstacle, point: tuple[float, ...], kept: float) -> str:
 
 def check_length_one(field: str, quaternion: tuple[float, ...], name: str = "") -> None:
     """Four numbers whose squares add up to 1, about."""
-    if len(quaternion) != 4 or not abs(np.linalg.norm(quaternion) - 1.0) <= UNIT_TOLERANCE:
+    if len(quaternion) != 4 or not is_of_length_one(quaternion):
         raise InvalidProblem(field, f"{name}{quaternion} is no quaternion x, y, z, w of length 1")
 
 

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray
+from problems.base.ranges import is_of_length_one
 
-UNIT_TOLERANCE = 1e-3  # by which the length of a stated quaternion may differ from 1
 LARGEST_TURN = 3.0  # rad from one point to the next: at pi nobody knows about which axis
 
 
@@ -68,9 +68,9 @@ def unit_quaternions(given: ArrayLike | Sequence[Sequence[float]]) -> FloatArray
     """
     quaternions = np.asarray(given, dtype=np.float64)
     lengths = np.linalg.norm(quaternions, axis=1)
-    for index, length in enumerate(lengths):
-        if not abs(length - 1.0) <= UNIT_TOLERANCE:
-            raise InvalidProblem("points", f"points[{index}]: its quaternion {quaternions[index]} is not of length 1")
+    for index, quaternion in enumerate(quaternions):
+        if not is_of_length_one(quaternion):
+            raise InvalidProblem("points", f"points[{index}]: its quaternion {quaternion} is not of length 1")
     unit = quaternions / lengths[:, None]
     for index, angle in enumerate(Orientations(unit).angles[: len(unit) - 1]):
         if angle > LARGEST_TURN:

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray
+from problems.base.ranges import is_of_length_one
 from problems.robots.spatial.chain import Matrix3
 
-UNIT_TOLERANCE = 1e-3  # by which the length of a stated quaternion may differ from 1
 SNAPPED = 1e-12  # an entry nearer than this to 0, 1 or -1 is that number, so that it costs no operation
 
 SURELY_TURNED = 1e-6  # a part of a quaternion beyond this has a sign that rounding does not decide
@@ -23,7 +23,7 @@ def matrix_of(quaternion: Sequence[float]) -> Matrix3:
     Raises:
         InvalidProblem: it is not of length 1.
     """
-    if not abs(float(np.linalg.norm(quaternion)) - 1.0) <= UNIT_TOLERANCE:
+    if not is_of_length_one(quaternion):
         raise InvalidProblem("quaternion", f"{list(quaternion)} is not of length 1")
     return snapped(Rotation.from_quat(quaternion).as_matrix())
 

@@ -11,11 +11,10 @@ import numpy as np
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array, columns
-from problems.base.ranges import COORDINATES, check_within
+from problems.base.ranges import COORDINATES, check_within, is_of_length_one
 from problems.scene.obstacle import Obstacle
 from problems.scene.solids.surface import Surface
 
-UNIT_TOLERANCE = 1e-3  # by which the length of a stated quaternion may differ from 1
 TINY_SQUARED = 1e-30  # m^2: keeps the gradient of no distance finite
 
 
@@ -38,7 +37,7 @@ class Solid(Obstacle):
 
     def __post_init__(self) -> None:
         check_within("center", self.center, COORDINATES, "m")
-        if self.quaternion is not None and not abs(np.linalg.norm(self.quaternion) - 1.0) <= UNIT_TOLERANCE:
+        if self.quaternion is not None and not is_of_length_one(self.quaternion):
             raise InvalidProblem("quaternion", f"{self.quaternion} is not of length 1")
 
     @property
