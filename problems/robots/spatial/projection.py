@@ -70,7 +70,7 @@ def _step(robot: SpatialArm, turning: bool, limited: bool) -> ca.Function:
     """From a posture (1, dof), position (3, 1), [rotation (3, 3),] [limits (1, dof)] to the posture after a step."""
     theta, position, rotation = ca.SX.sym("theta", 1, robot.dof), ca.SX.sym("position", 3), ca.SX.sym("rotation", 3, 3)
     low, high = ca.SX.sym("low", 1, robot.dof), ca.SX.sym("high", 1, robot.dof)
-    pose, jacobian = tool_jacobian(robot, theta, turning)
+    pose, jacobian = jacobian_columns(robot, theta, turning)
     error = pose_error(pose, position, rotation if turning else None)
     step = _damped_step(jacobian, error)
     if limited:
@@ -89,7 +89,7 @@ def pose_error(pose: Transform, position: Matrix, rotation: Matrix | None) -> li
     return away if rotation is None else [*away, *_turn_missing(pose.rotation, rotation)]
 
 
-def tool_jacobian(robot: SpatialArm, theta: Matrix, turning: bool) -> tuple[Transform, Columns]:
+def jacobian_columns(robot: SpatialArm, theta: Matrix, turning: bool) -> tuple[Transform, Columns]:
     """The pose of the tool in a posture (1, dof), and how each joint moves it, joint by joint.
 
     Args:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation as Turn
 
-from problems.robots.spatial.projection import pose_error, project, solve_positive_definite, tool_jacobian
+from problems.robots.spatial.projection import jacobian_columns, pose_error, project, solve_positive_definite
 from problems.robots.spatial.spatial_arm import SpatialArm
 from tests.helpers.space import sliding_arm, small_arm
 
@@ -21,7 +21,7 @@ def pose_of(robot: SpatialArm, theta: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def test_jacobian_is_the_derivative_of_the_tool_pose(robot: SpatialArm) -> None:
     theta = np.random.default_rng(1).uniform(-1.0, 1.0, robot.dof)
     h = 1e-6
-    _, columns = tool_jacobian(robot, ca.DM(theta).T, turning=True)
+    _, columns = jacobian_columns(robot, ca.DM(theta).T, turning=True)
     for joint, column in enumerate(columns):
         moved = [pose_of(robot, theta + sign * h * np.eye(robot.dof)[joint]) for sign in (1, -1)]
         velocity = (moved[0][0] - moved[1][0]) / (2 * h)
@@ -60,14 +60,14 @@ def test_step_in_a_position_is_the_shortest_one() -> None:
     robot, theta = small_arm(), np.full(7, 0.5)
     position = pose_of(robot, theta)[0] + np.array([1e-5, -2e-5, 1e-5])
     change = project(robot, ca.DM(theta).T, ca.DM(position), None, 2).full().ravel() - theta
-    jacobian = np.array([[float(part) for part in c] for c in tool_jacobian(robot, ca.DM(theta).T, False)[1]]).T
+    jacobian = np.array([[float(part) for part in c] for c in jacobian_columns(robot, ca.DM(theta).T, False)[1]]).T
     shortest = np.linalg.pinv(jacobian) @ (jacobian @ change)
     assert change == pytest.approx(shortest, abs=1e-9)
 
 
 def test_a_tool_upside_down_is_not_there() -> None:
     robot, theta = small_arm(), np.array([0.3, 0.6, -0.4, 0.9, 0.5, 0.7, 0.1])
-    pose, _ = tool_jacobian(robot, ca.DM(theta).T, turning=True)
+    pose, _ = jacobian_columns(robot, ca.DM(theta).T, turning=True)
     _, rotation = pose_of(robot, theta)
     for angle, axis in ((np.pi - 1e-3, [1.0, 0.0, 0.0]), (3.0, [0.6, 0.0, 0.8]), (0.2, [0.0, 1.0, 0.0])):
         wanted = Turn.from_rotvec(angle * np.array(axis)).as_matrix() @ rotation
