@@ -16,7 +16,8 @@ from problems import (
 )
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import BSO, GA, PSO, SOLVERS, Box, Budget, Result, Solver, StopReason, minimize
-from tpbso_casadi.planning.plan import Plan, plan
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import Plan
 from tpbso_casadi.planning.retime import retime
 from tpbso_casadi.scenario.builtin import builtin
 from tpbso_casadi.scenario.catalogues import find_solver

@@ -15,8 +15,8 @@ from matplotlib.ticker import MaxNLocator
 
 from problems.base.matrix import FloatArray
 from problems.tasks.drawing import BoundedCurve, ProgressMeasure
-from tpbso_casadi.planning.plan import Plan, convergence, step_name
-from tpbso_casadi.planning.planned_motion import PlannedMotion
+from tpbso_casadi.planning.plan import convergence, step_name
+from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
 
 
 def progress_figures(plan: Plan) -> dict[str, tuple[str, Figure]]:

@@ -18,8 +18,8 @@ from tpbso_casadi.figures.colours import colour_of
 from tpbso_casadi.figures.limits import limits_figure
 from tpbso_casadi.figures.measures import curve_figures, progress_figures
 from tpbso_casadi.figures.paths import path_figure
-from tpbso_casadi.planning.plan import Plan, convergence, first_feasible, step_name
-from tpbso_casadi.planning.planned_motion import PlannedMotion
+from tpbso_casadi.planning.plan import convergence, first_feasible, step_name
+from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
 from tpbso_casadi.storage.files import write_with
 
 DPI = 150

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import casadi as ca
 
@@ -21,11 +21,9 @@ from solvers import Box, Budget, Solver, minimize
 from solvers.driver.interruption import Interruption
 from tpbso_casadi.planning.finishing import is_better
 from tpbso_casadi.planning.motion import motion_of
+from tpbso_casadi.planning.planned_motion import Plan
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.scenario.scenario import SolverSection
-
-if TYPE_CHECKING:
-    from tpbso_casadi.planning.plan import Plan
 
 FINALISTS = 3  # the race's own pick alone is unreliable
 CLOSE = 1.15  # times the best cost of the race: what is above is not planned

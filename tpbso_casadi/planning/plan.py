@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -17,37 +17,15 @@ from tpbso_casadi.planning.branches import best_of_branches
 from tpbso_casadi.planning.finishing import is_better, retimed
 from tpbso_casadi.planning.given_path import timed
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, motion_of
-from tpbso_casadi.planning.planned_motion import PlannedMotion
+from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
 from tpbso_casadi.planning.progress import Progress
-from tpbso_casadi.planning.refinement import Polish, Refinement, polish
+from tpbso_casadi.planning.refinement import Refinement, polish
 from tpbso_casadi.planning.within import best_within
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection
 from tpbso_casadi.scenario.section import ScenarioError
 
 SILENT = Progress()
 RESTARTS = 2  # of a search in space without a certified plan
-
-
-@dataclass(frozen=True, kw_only=True)
-class Plan(PlannedMotion):
-    """A motion that was searched for, and everything needed to judge it.
-
-    Attributes:
-        problem: the scenario's model.
-        search: result and record of the search; before any polish.
-        polish: the refinement by IPOPT; None where there was none.
-        rounds: searches made; ``search`` is the one that led to the best motion.
-    """
-
-    problem: Problem[Any]
-    search: Result
-    polish: Polish | None = None
-    rounds: int = 1
-
-    @property
-    def searched(self) -> Plan:
-        """The plan itself."""
-        return self
 
 
 def plan(

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
-from problems import Trajectory, Verdict
+from problems import Problem, Trajectory, Verdict
 from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray
+from solvers import Result
 from tpbso_casadi.planning.finishing import Retiming
 from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.planning.refinement import Polish
 from tpbso_casadi.scenario.scenario import Scenario
-
-if TYPE_CHECKING:
-    from tpbso_casadi.planning.plan import Plan
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,3 +67,25 @@ class PlannedMotion:
     def times(self) -> FloatArray:
         """The times in s of the rows of ``trajectory.csv``."""
         return self.motion.times
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan(PlannedMotion):
+    """A motion that was searched for, and everything needed to judge it.
+
+    Attributes:
+        problem: the scenario's model.
+        search: result and record of the search; before any polish.
+        polish: the refinement by IPOPT; None where there was none.
+        rounds: searches made; ``search`` is the one that led to the best motion.
+    """
+
+    problem: Problem[Any]
+    search: Result
+    polish: Polish | None = None
+    rounds: int = 1
+
+    @property
+    def searched(self) -> Plan:
+        """The plan itself."""
+        return self

@@ -10,8 +10,7 @@ from problems import Problem
 from problems.base.matrix import FloatArray
 from tpbso_casadi.planning.finishing import Retiming
 from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.planning.plan import Plan
-from tpbso_casadi.planning.planned_motion import PlannedMotion
+from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
 from tpbso_casadi.planning.refinement import Polish
 from tpbso_casadi.storage.plain import settings_of
 from tpbso_casadi.storage.result import (

@@ -19,7 +19,7 @@ from tpbso_casadi import builtin, plan
 from tpbso_casadi.animation import animate, frames_of, moving_figures, page
 from tpbso_casadi.animation import write as writing
 from tpbso_casadi.cli.solve import main
-from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.planning.planned_motion import Plan
 from tpbso_casadi.scenario.scenario import parse_scenario
 from tpbso_casadi.storage import exporting
 from tpbso_casadi.storage.exporting import EXPORTS, export_motion

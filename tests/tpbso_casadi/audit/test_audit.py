@@ -25,7 +25,7 @@ from problems.nlp.optimality import optimality
 from tpbso_casadi import builtin, parse_scenario, plan, write_run
 from tpbso_casadi.audit.content import audit_scenario
 from tpbso_casadi.cli.audit import main
-from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.planning.planned_motion import Plan
 from tpbso_casadi.scenario.builtin import TITLES
 from tpbso_casadi.storage.seal import sealed
 

@@ -12,7 +12,7 @@ from tpbso_casadi import builtin, parse_scenario, plan
 from tpbso_casadi.figures.measures import curve_figures, progress_figures, progress_history
 from tpbso_casadi.figures.paths import middle_time, path_figure
 from tpbso_casadi.figures.run import joints_figure
-from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.planning.planned_motion import Plan
 
 
 @cache

@@ -16,7 +16,7 @@ from problems.assembly.move import MoveProblem
 from tpbso_casadi import ScenarioError, parse_scenario, plan, write_run
 from tpbso_casadi.cli.audit import main
 from tpbso_casadi.planning.branches import FINALISTS
-from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.planning.planned_motion import Plan
 from tpbso_casadi.storage.seal import sealed
 
 

@@ -13,7 +13,8 @@ from problems.timing.rest_to_rest import rest_to_rest
 from solvers.driver.interruption import Interruption
 from tpbso_casadi import builtin, parse_scenario, plan
 from tpbso_casadi.planning.finishing import POLISHED, SAME_PATH, Retiming, is_better, retimed
-from tpbso_casadi.planning.plan import Plan, finished
+from tpbso_casadi.planning.plan import finished
+from tpbso_casadi.planning.planned_motion import Plan
 from tpbso_casadi.planning.progress import Progress
 
 SILENT = Progress()

@@ -25,7 +25,7 @@ from solvers import IPOPT, Budget, DescentResult, StopReason
 from tpbso_casadi import Scenario, builtin, parse_scenario, plan
 from tpbso_casadi.cli.solve import main
 from tpbso_casadi.planning.motion import motion_of
-from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.planning.planned_motion import Plan
 from tpbso_casadi.planning.refinement import Polish, Refinement, distinct
 from tpbso_casadi.scenario.builtin import TITLES
 from tpbso_casadi.scenario.section import ScenarioError

@@ -10,7 +10,7 @@ import pytest
 from helpers.space_scenarios import space_scenario
 
 from tpbso_casadi import builtin, parse_scenario, plan
-from tpbso_casadi.planning.plan import Plan
+from tpbso_casadi.planning.planned_motion import Plan
 from tpbso_casadi.planning.within import STRUCTURED, by_turns
 
 

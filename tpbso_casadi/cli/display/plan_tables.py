@@ -10,8 +10,7 @@ from rich.text import Text
 from problems import CertificateStatus, Verdict
 from tpbso_casadi.cli.display.console import OutputConsole, number, prose, table_of, word
 from tpbso_casadi.planning.finishing import Retiming
-from tpbso_casadi.planning.plan import Plan
-from tpbso_casadi.planning.planned_motion import PlannedMotion
+from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
 from tpbso_casadi.planning.refinement import Polish
 from tpbso_casadi.scenario.best_known import best_known
 from tpbso_casadi.scenario.builtin import DEFAULT, TITLES

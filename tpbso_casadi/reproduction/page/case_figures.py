@@ -19,7 +19,8 @@ from tpbso_casadi.animation import frames_of, player
 from tpbso_casadi.figures.measures import curve_figures, progress_figures
 from tpbso_casadi.figures.paths import path_figure
 from tpbso_casadi.figures.run import convergence_figure, joints_figure
-from tpbso_casadi.planning.plan import Plan, plan
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import Plan
 from tpbso_casadi.scenario.scenario import parse_scenario
 
 DPI = 110
