@@ -143,6 +143,7 @@ function start(figure) {
   resized.observe(find("curves"));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", restyle);
   restyle();
+  draw();  // at once: a browser that is busy may take long to give the first frame
 }
 
 document.querySelectorAll("figure.space-player").forEach(start);
