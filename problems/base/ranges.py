@@ -13,6 +13,8 @@ LENGTHS = (1e-12, 1e8)  # m, of links and obstacles
 COORDINATES = (-1e8, 1e8)  # m
 ANGLES = (-1e6, 1e6)  # rad
 RATES = (1e-9, 1e12)  # rad/s, rad/s^2: limits of joints
+TORQUES = (1e-9, 1e12)  # N m or N: limits of motors
+ACCELERATIONS = (-1e6, 1e6)  # m/s^2, of gravity
 TIMES = (1e-9, 1e9)  # s
 
 

@@ -9,10 +9,11 @@ from problems.limits.joint_range import JointRange
 from problems.limits.limit import Limit
 from problems.limits.proximity import Proximity
 from problems.limits.self_clearance import SelfClearance
+from problems.limits.torque import TorqueLimit
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 
-KINDS = (SpeedLimit, AccelerationLimit, JerkLimit, JointRange, Clearance, SelfClearance)
+KINDS = (SpeedLimit, AccelerationLimit, JerkLimit, JointRange, TorqueLimit, Clearance, SelfClearance)
 LIMITS: dict[str, type[Limit]] = {limit.name: limit for limit in KINDS}
 
 

@@ -89,6 +89,11 @@ class Samples:
             return self.known_positions
         return self.moving.positions(self.theta)
 
+    @cached_property
+    def torque(self) -> Matrix:
+        """What the joints' motors give, (n, dof), N m; only of a robot whose masses are known."""
+        return self.moving.inverse_dynamics(self.theta, self.speed, self.acceleration)
+
     @property
     def tool(self) -> Matrix:
         """Where the tool is, (n, dim), m."""

@@ -14,6 +14,7 @@ from problems.base.arguments import Statement
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.base.ranges import COORDINATES, check_within
+from problems.robots.rigid.rigid_chain import RigidChain
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,12 +26,14 @@ class JointLimits:
         acceleration: bounds of |d2q/dt2|, rad/s^2.
         position: (lowest, highest) of q, rad.
         jerk: bounds of |d3q/dt3|, rad/s^3.
+        torque: bounds of what the motors give, N m (N where a joint slides).
     """
 
     speed: tuple[float, ...]
     acceleration: tuple[float, ...]
     position: tuple[tuple[float, float], ...] | None = None
     jerk: tuple[float, ...] | None = None
+    torque: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -233,6 +236,41 @@ class Robot(Statement, ABC):
     @abstractmethod
     def levers(self) -> FloatArray:
         """No point of body b moves faster than the sum over j of levers[b, j] |u_j|; (bodies, m), m."""
+
+    @property
+    def rigid_chain(self) -> RigidChain | None:
+        """Its joints with the bodies that they move, the payload included; None where masses are not known."""
+        return None
+
+    @property
+    def torque_units(self) -> tuple[str, ...]:
+        """Of what the joints' motors give: N m, or N where one slides."""
+        return tuple("N m" if unit == "rad" else "N" for unit in self.joint_units)
+
+    def inverse_dynamics(self, theta: Matrix, speed: Matrix, acceleration: Matrix) -> Matrix:
+        """What the motors give in a motion, gravity and friction included: (n, dof), N m or N.
+
+        Args:
+            theta: joint angles, (n, dof), rad.
+            speed: (n, dof), rad/s.
+            acceleration: (n, dof), rad/s^2.
+
+        Raises:
+            InvalidProblem: masses are not known.
+        """
+        return self.massive.torques(theta, speed, acceleration)
+
+    @property
+    def massive(self) -> RigidChain:
+        """Its rigid chain.
+
+        Raises:
+            InvalidProblem: masses are not known.
+        """
+        chain = self.rigid_chain
+        if chain is None:
+            raise InvalidProblem("robot", "no masses are known, so that torques are not")
+        return chain
 
     def inverse(self, point: Matrix, redundancy: Matrix, elbow: Operand) -> tuple[Matrix, Matrix]:
         """Inverse kinematics in closed form, where the robot has it.

@@ -10,6 +10,7 @@ import numpy as np
 
 from problems.limits.limit import Limit
 from problems.limits.proximity import Proximity
+from problems.limits.torque import TorqueLimit
 from problems.motions.trajectory import Trajectory
 from problems.sequential.descent import Descent, Reached
 from problems.sequential.fitted import bent, fitted
@@ -93,5 +94,5 @@ class Polish:
 
 def can_be_polished(task: Move, limits: Sequence[Limit]) -> bool:
     """Whether sequential programs know all that a task asks for."""
-    known = all(limit.order in JOINT_ORDERS or isinstance(limit, Proximity) for limit in limits)
+    known = all(limit.order in JOINT_ORDERS or isinstance(limit, (Proximity, TorqueLimit)) for limit in limits)
     return known and task.at_rest and task.passes_nothing and task.duration_bounds is None

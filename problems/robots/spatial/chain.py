@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 
 from problems.base.arguments import Statement
 from problems.base.matrix import FloatArray, Matrix, Operand, columns
-from problems.robots.spatial.transform import Transform, about, times
-
-Point3: TypeAlias = tuple[float, float, float]
-Matrix3: TypeAlias = tuple[Point3, Point3, Point3]  # rows
+from problems.robots.rigid.inertia import Inertia, Matrix3, Point3
+from problems.robots.rigid.rigid_chain import RigidJoint
+from problems.robots.rigid.transform import Transform, moved
 
 UNTURNED: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -25,21 +23,6 @@ class JointKind(StrEnum):
     REVOLUTE = "revolute"  # turns between its limits
     CONTINUOUS = "continuous"  # turns without end
     PRISMATIC = "prismatic"  # slides
-
-
-@dataclass(frozen=True, kw_only=True)
-class Inertia(Statement):
-    """The mass of a body.
-
-    Attributes:
-        mass: kg.
-        center: of mass in the body's frame, m.
-        matrix: of inertia about the centre of mass, in the axes of the body's frame, kg m^2.
-    """
-
-    mass: float
-    center: Point3 = (0.0, 0.0, 0.0)
-    matrix: Matrix3 = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,11 +59,20 @@ class ChainJoint(Statement):
 
     def moved(self, value: Operand) -> Transform:
         """From its own frame to that of the joint before, at a value (n, 1) in rad or m."""
-        fixed = Transform(self.rotation, self.translation)
-        if self.kind is JointKind.PRISMATIC:
-            x, y, z = (times(part, value) for part in self.axis)
-            return fixed @ Transform(translation=(x, y, z))
-        return fixed @ Transform(about(self.axis, value))
+        return moved(Transform(self.rotation, self.translation), self.axis, self.turns, value)
+
+    @property
+    def rigid(self) -> RigidJoint:
+        """The joint with the mass that it moves, which has to be known."""
+        assert self.inertia is not None
+        return RigidJoint(
+            pose=Transform(self.rotation, self.translation),
+            axis=self.axis,
+            turns=self.turns,
+            moments=self.inertia.moments(),
+            damping=self.damping,
+            friction=self.friction,
+        )
 
     @property
     def turns(self) -> bool:

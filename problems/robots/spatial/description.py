@@ -9,12 +9,13 @@ from typing import TypeAlias
 
 from problems.base.errors import InvalidProblem
 from problems.base.ranges import ANGLES
-from problems.robots.spatial.chain import UNTURNED, Chain, ChainJoint, JointKind, Matrix3, Point3
+from problems.robots.rigid.inertia import Matrix3, Payload, Point3
+from problems.robots.rigid.transform import Transform
+from problems.robots.spatial.chain import UNTURNED, Chain, ChainJoint, JointKind
 from problems.robots.spatial.collision.self_pairs import LinkPairs, self_collision_pairs
 from problems.robots.spatial.collision.sphere import Sphere
 from problems.robots.spatial.pose import numbers_of
-from problems.robots.spatial.spatial_arm import SpatialArm
-from problems.robots.spatial.transform import Transform
+from problems.robots.spatial.spatial_arm import GRAVITY, SpatialArm
 
 PerJoint: TypeAlias = float | Sequence[float]  # one value for all joints, or one for each
 Ranges: TypeAlias = Sequence[tuple[float, float]]
@@ -86,6 +87,9 @@ class RobotDescription:
         max_acceleration: PerJoint | None = None,
         max_jerk: PerJoint | None = None,
         position_limits: Ranges | None = None,
+        max_torque: PerJoint | None = None,
+        payload: Payload | None = None,
+        gravity: Point3 = GRAVITY,
         spheres: Sequence[Sphere] | None = None,
         kept_pairs: Sequence[tuple[int, int]] = (),
         base: Transform | None = None,
@@ -100,6 +104,9 @@ class RobotDescription:
             max_acceleration: rad/s^2 or m/s^2.
             max_jerk: rad/s^3 or m/s^3.
             position_limits: (lowest, highest) of each joint, rad or m.
+            max_torque: N m or N; where None, what is known, if masses are too.
+            payload: what the tool carries.
+            gravity: m/s^2.
             spheres: instead of its own.
             kept_pairs: numbers of spheres that must keep apart with ``self_collision``.
             base: where it stands.
@@ -121,6 +128,9 @@ class RobotDescription:
             if max_jerk is None and self.max_jerk is None
             else self._each("max_jerk", max_jerk, self.max_jerk),
             position_limits=ranges,
+            max_torque=self._torques(max_torque),
+            payload=payload,
+            gravity=gravity,
             spheres=tuple(self.spheres if spheres is None else spheres),
             base_translation=base_translation,
             base_rotation=base_rotation,
@@ -168,6 +178,12 @@ class RobotDescription:
             if value is None:
                 raise InvalidProblem(field, f"missing: none is known for joint {joint.name!r}")
         return tuple(float(value) for value in values if value is not None)
+
+    def _torques(self, given: PerJoint | None) -> tuple[float, ...] | None:
+        """Those given; else the efforts, where they and the masses of all joints are known."""
+        efforts, joints = [joint.effort for joint in self.chain.joints], self.chain.joints
+        known = None not in efforts and all(joint.inertia is not None for joint in joints)
+        return self._each("max_torque", given, efforts) if given is not None or known else None
 
     def _ranges(self, given: Ranges | None) -> tuple[tuple[float, float], ...]:
         joints = self.chain.joints

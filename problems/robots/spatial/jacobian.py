@@ -5,9 +5,9 @@ from __future__ import annotations
 import casadi as ca
 
 from problems.base.matrix import Matrix
+from problems.robots.rigid.transform import as_rows
 from problems.robots.spatial.projection import jacobian_columns
 from problems.robots.spatial.spatial_arm import SpatialArm
-from problems.robots.spatial.transform import as_rows
 
 
 def tool_jacobian(robot: SpatialArm, theta: Matrix) -> Matrix:

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from problems.base.matrix import FloatArray
-from problems.robots.spatial.chain import Matrix3, Point3
+from problems.robots.rigid.inertia import Matrix3, Point3
+from problems.robots.rigid.transform import Transform
 from problems.robots.spatial.rotations import snapped
-from problems.robots.spatial.transform import Transform
 
 
 def numbers_of(pose: Transform) -> tuple[Point3, Matrix3]:

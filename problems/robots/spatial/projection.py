@@ -18,8 +18,8 @@ from typing import TypeAlias
 import casadi as ca
 
 from problems.base.matrix import Matrix, Operand, largest
+from problems.robots.rigid.transform import Rotation, Transform, Vector, plus, times
 from problems.robots.spatial.spatial_arm import SpatialArm
-from problems.robots.spatial.transform import Rotation, Transform, Vector, plus, times
 
 ERROR_DAMPING = 0.05  # lambda over |e|^2
 LEAST_DAMPING = 1e-9  # keeps the equations solvable at a singular posture

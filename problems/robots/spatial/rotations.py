@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray
 from problems.base.ranges import is_of_length_one
-from problems.robots.spatial.chain import Matrix3
+from problems.robots.rigid.inertia import Matrix3
 
 SNAPPED = 1e-12  # an entry nearer than this to 0, 1 or -1 is that number, so that it costs no operation
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from typing import ClassVar
@@ -12,13 +12,16 @@ import numpy as np
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
-from problems.base.ranges import ANGLES, COORDINATES, LENGTHS, RATES, check_within
+from problems.base.ranges import ACCELERATIONS, ANGLES, COORDINATES, LENGTHS, RATES, TORQUES, check_within
+from problems.robots.rigid.inertia import Matrix3, Moments, Payload, Point3
+from problems.robots.rigid.rigid_chain import RigidChain
+from problems.robots.rigid.transform import Transform, as_rows
 from problems.robots.robot import Body, JointLimits, Robot
-from problems.robots.spatial.chain import UNTURNED, Chain, Matrix3, Point3
+from problems.robots.spatial.chain import UNTURNED, Chain
 from problems.robots.spatial.collision.sphere import Sphere
 from problems.robots.spatial.rotations import quaternions_of
-from problems.robots.spatial.transform import Transform, as_rows
 
+GRAVITY: Point3 = (0.0, 0.0, -9.81)  # m/s^2
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 
@@ -38,13 +41,16 @@ class SpatialArm(Robot):
         tool_translation: of the tool in the frame of the chain's tip, m.
         tool_rotation: the same.
         kept_pairs: of numbers of spheres that must keep apart with ``self_collision``.
+        max_torque: N m or N; None where nothing limits it.
+        payload: what the tool carries; None for nothing.
+        gravity: m/s^2, as seen from outside.
 
     Raises:
         InvalidProblem: a limit is not positive or out of range, or a list is not dof long.
     """
 
     numbers: ClassVar[tuple[str, ...]] = (
-        *Robot.numbers, "max_speed", "max_acceleration", "max_jerk", "position_limits"
+        *Robot.numbers, "max_speed", "max_acceleration", "max_jerk", "position_limits", "max_torque"
     )  # fmt: skip
     angular: ClassVar[tuple[str, ...]] = ("max_speed", "max_acceleration", "max_jerk", "position_limits")
 
@@ -59,6 +65,9 @@ class SpatialArm(Robot):
     tool_translation: Point3 = (0.0, 0.0, 0.0)
     tool_rotation: Matrix3 = UNTURNED
     kept_pairs: tuple[tuple[int, int], ...] = ()
+    max_torque: tuple[float, ...] | None = None
+    payload: Payload | None = None
+    gravity: Point3 = GRAVITY
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -73,6 +82,10 @@ class SpatialArm(Robot):
                 check_within("position_limits", (low, high), ANGLES, "rad")
                 if not low < high:
                     raise InvalidProblem("position_limits", f"joint {number}: {low:g} is not below {high:g}")
+        if self.max_torque is not None:
+            self._check_length("max_torque", self.max_torque)
+            check_within("max_torque", self.max_torque, TORQUES, "N m")
+        check_within("gravity", self.gravity, ACCELERATIONS, "m/s^2")
         check_within("base", self.base_translation, COORDINATES, "m")
         check_within("tool", self.tool_translation, COORDINATES, "m")
         check_within("spheres", (sphere.radius for sphere in self.spheres), LENGTHS, "m")
@@ -100,8 +113,24 @@ class SpatialArm(Robot):
     def limits(self) -> JointLimits:
         """Limits of the joints."""
         return JointLimits(
-            speed=self.max_speed, acceleration=self.max_acceleration, position=self.position_limits, jerk=self.max_jerk
+            speed=self.max_speed,
+            acceleration=self.max_acceleration,
+            position=self.position_limits,
+            jerk=self.max_jerk,
+            torque=self.max_torque,
         )
+
+    @property
+    def rigid_chain(self) -> RigidChain | None:
+        """Joints and bodies of the chain, the payload fixed to the last; None where a joint moves no known mass."""
+        if any(joint.inertia is None for joint in self.chain.joints):
+            return None
+        joints = [joint.rigid for joint in self.chain.joints]
+        joints[0] = replace(joints[0], pose=Transform(self.base_rotation) @ joints[0].pose)
+        if self.payload is not None:
+            carried = Moments.of(self.payload, self.tool_frame)
+            joints[-1] = replace(joints[-1], moments=joints[-1].moments + carried)
+        return RigidChain(joints=tuple(joints), gravity=self.gravity)
 
     @property
     def joint_units(self) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field
 
 from problems import InvalidProblem, PlanarArm, Robot
+from problems.robots.planar_links import GRAVITY
 from tpbso_casadi.plugins import PluginError
 from tpbso_casadi.scenario.catalogues import ROBOT_CATALOGUE
 from tpbso_casadi.scenario.input_files import InputFolder
@@ -27,6 +28,7 @@ from tpbso_casadi.scenario.section import (
     in_radians,
 )
 from tpbso_casadi.scenario.validation import shown
+from tpbso_casadi.scenario.world.payloads import PlanarPayloadTable
 
 ARM_KEYS = {"base_point": "base", "base_angle": "base", "tool_offset": "tool"}  # by the fields of the arm
 
@@ -50,6 +52,14 @@ class ArmSection(Section):
     link_radius: NotNegative | list[NotNegative] = 0.0
     base: list[Number] = Field(default=[0.0, 0.0], min_length=2, max_length=3)
     tool: PlanarPoint = (0.0, 0.0)
+    max_torque: Positive | list[Positive] | None = None
+    link_masses: Positive | list[Positive] | None = None
+    link_centers: NotNegative | list[NotNegative] | None = None
+    link_inertias: NotNegative | list[NotNegative] | None = None
+    viscous_friction: NotNegative | list[NotNegative] | None = None
+    coulomb_friction: NotNegative | list[NotNegative] | None = None
+    payload: PlanarPayloadTable | None = None
+    gravity: PlanarPoint = GRAVITY
 
     def in_radians(self) -> Self:
         """The same, read as a table in degrees."""
@@ -72,14 +82,25 @@ class ArmSection(Section):
                 max_speed=self._each(self.max_speed),
                 max_acceleration=self._each(self.max_acceleration),
                 joint_limits=None if self.joint_limits is None else tuple(self.joint_limits),
-                max_jerk=None if self.max_jerk is None else self._each(self.max_jerk),
+                max_jerk=self._each_or_none(self.max_jerk),
                 link_radius=self._each(self.link_radius),
                 base_point=(self.base[0], self.base[1]),
                 base_angle=sum(self.base[2:]),
                 tool_offset=self.tool,
+                payload=None if self.payload is None else self.payload.build(),
+                gravity=self.gravity,
+                max_torque=self._each_or_none(self.max_torque),
+                link_masses=self._each_or_none(self.link_masses),
+                link_centers=self._each_or_none(self.link_centers),
+                link_inertias=self._each_or_none(self.link_inertias),
+                viscous_friction=self._each_or_none(self.viscous_friction),
+                coulomb_friction=self._each_or_none(self.coulomb_friction),
             )
         except InvalidProblem as error:
             raise InvalidProblem(ARM_KEYS.get(error.field, error.field), error.reason) from error
+
+    def _each_or_none(self, value: float | list[float] | None) -> tuple[float, ...] | None:
+        return None if value is None else self._each(value)
 
     def _each(self, value: float | list[float]) -> tuple[float, ...]:
         """One value for each joint or link."""

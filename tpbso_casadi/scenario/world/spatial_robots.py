@@ -10,12 +10,12 @@ from typing import Annotated, ClassVar, Self
 from pydantic import Field, model_validator
 
 from problems.base.errors import InvalidProblem
+from problems.robots.rigid.transform import Transform
 from problems.robots.spatial.collision.spheres_file import read_spheres
 from problems.robots.spatial.description import RobotDescription
 from problems.robots.spatial.models import built_in
 from problems.robots.spatial.rotations import matrix_of
-from problems.robots.spatial.spatial_arm import SpatialArm
-from problems.robots.spatial.transform import Transform
+from problems.robots.spatial.spatial_arm import GRAVITY, SpatialArm
 from problems.robots.spatial.urdf import read_srdf, read_urdf
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import (
@@ -29,6 +29,7 @@ from tpbso_casadi.scenario.section import (
     SpacePoint,
     Word,
 )
+from tpbso_casadi.scenario.world.payloads import PayloadTable
 
 LARGEST_TEXT = 2_000_000  # characters of a file that a result holds
 FILES = ("urdf", "spheres", "srdf")  # keys that name files; their texts are in keys of the same names with TEXT
@@ -83,6 +84,9 @@ class SpatialRobotSection(Section):
     max_acceleration: Annotated[PerJoint | None, ANGULAR] = None
     max_jerk: Annotated[PerJoint | None, ANGULAR] = None
     joint_limits: Annotated[list[Interval] | None, ANGULAR] = None
+    max_torque: PerJoint | None = None
+    payload: PayloadTable | None = None
+    gravity: SpacePoint = GRAVITY
     base: PoseTable = PoseTable()
     tool: PoseTable = PoseTable()
 
@@ -140,6 +144,9 @@ class SpatialRobotSection(Section):
                 max_acceleration=self.max_acceleration,
                 max_jerk=self.max_jerk,
                 position_limits=self.joint_limits,
+                max_torque=self.max_torque,
+                payload=None if self.payload is None else self.payload.build(),
+                gravity=self.gravity,
                 spheres=spheres,
                 base=self._pose("base"),
                 tool=self._pose("tool"),

@@ -8,9 +8,9 @@ from math import ceil, sqrt
 import numpy as np
 
 from problems.base.matrix import FloatArray
-from problems.robots.spatial.chain import Point3
+from problems.robots.rigid.inertia import Point3
+from problems.robots.rigid.transform import Transform
 from problems.robots.spatial.pose import as_point, numbers_of
-from problems.robots.spatial.transform import Transform
 
 EXCESS = 1.1  # of a ball's radius over that of the cylinder it holds a piece of
 MOST_BALLS = 64  # for one shape

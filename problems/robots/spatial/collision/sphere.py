@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from problems.base.arguments import Statement
-from problems.robots.spatial.chain import Point3
+from problems.robots.rigid.inertia import Point3
 
 
 @dataclass(frozen=True)

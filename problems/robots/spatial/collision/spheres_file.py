@@ -8,7 +8,7 @@ from typing import Any
 from problems.base.errors import InvalidProblem
 from problems.base.ranges import shown
 from problems.base.toml import toml_tables
-from problems.robots.spatial.chain import Point3
+from problems.robots.rigid.inertia import Point3
 from problems.robots.spatial.collision.covering import Ball, covered_capsule
 from problems.robots.spatial.collision.sphere import Sphere
 from problems.robots.spatial.description import LinkFrame

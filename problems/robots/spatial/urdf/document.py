@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 from problems.base.errors import InvalidProblem
 from problems.base.ranges import COORDINATES, shown
-from problems.robots.spatial.chain import Point3
+from problems.robots.rigid.inertia import Point3
+from problems.robots.rigid.transform import Transform
 from problems.robots.spatial.rotations import from_angles
-from problems.robots.spatial.transform import Transform
 
 MOST_CHARACTERS = 10_000_000
 NUMBERS = (-1e12, 1e12)  # of any attribute; masses and inertias included

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from problems.robots.spatial.chain import Inertia, Point3
+from problems.robots.rigid.inertia import Inertia, Point3
+from problems.robots.rigid.transform import Transform
 from problems.robots.spatial.collision.covering import Ball, cover_box, cover_cylinder, covered_capsule
 from problems.robots.spatial.pose import as_point
-from problems.robots.spatial.transform import Transform
 from problems.robots.spatial.urdf.document import name_of, number, numbers, origin, point, refused
 from problems.robots.spatial.urdf.masses import moved_inertia
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from problems.base.matrix import FloatArray
-from problems.robots.spatial.chain import Inertia, Matrix3
+from problems.robots.rigid.inertia import Inertia, Matrix3
+from problems.robots.rigid.transform import Transform
 from problems.robots.spatial.pose import as_point
-from problems.robots.spatial.transform import Transform
 
 
 def moved_inertia(inertia: Inertia, pose: Transform) -> Inertia:

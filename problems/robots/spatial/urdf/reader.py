@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from problems.base.errors import InvalidProblem
-from problems.robots.spatial.chain import Chain, ChainJoint, Inertia, JointKind
+from problems.robots.rigid.inertia import Inertia
+from problems.robots.rigid.transform import Transform
+from problems.robots.spatial.chain import Chain, ChainJoint, JointKind
 from problems.robots.spatial.collision.sphere import Sphere
 from problems.robots.spatial.description import LinkFrame, RobotDescription
 from problems.robots.spatial.pose import numbers_of
-from problems.robots.spatial.transform import Transform
 from problems.robots.spatial.urdf.document import document, refused
 from problems.robots.spatial.urdf.elements import MOVING, UrdfJoint
 from problems.robots.spatial.urdf.masses import joined, moved_inertia

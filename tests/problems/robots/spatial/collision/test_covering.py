@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from problems.robots.rigid.transform import Transform
 from problems.robots.spatial.collision.covering import (
     MOST_BALLS,
     Ball,
@@ -14,7 +15,6 @@ from problems.robots.spatial.collision.covering import (
     cover_cylinder,
     covered_capsule,
 )
-from problems.robots.spatial.transform import Transform
 
 SIZES = st.floats(0.001, 2.0)
 POINTS = 2_000

@@ -60,6 +60,21 @@ def about(axis: Sequence[float], angle: Operand) -> Rotation:
     return one, two, three  # type: ignore[return-value]
 
 
+def moved(pose: Transform, axis: Sequence[float], turns: bool, value: Operand) -> Transform:
+    """From the frame of a joint to that of the one before.
+
+    Args:
+        pose: where it is at zero.
+        axis: unit vector.
+        turns: whether it is revolute; else it slides.
+        value: (n, 1), rad or m.
+    """
+    if turns:
+        return pose @ Transform(about(axis, value))
+    x, y, z = (times(part, value) for part in axis)
+    return pose @ Transform(translation=(x, y, z))
+
+
 def _turning(diagonal: bool, square: float, cross: float, c: Matrix, s: Matrix) -> Operand:
     """Cos + (1 - cos) k_i k_j + sin [k]_ij, entry by entry."""
     along = square + (float(diagonal) - square) * c if square != float(diagonal) else square
@@ -98,3 +113,40 @@ def as_rows(values: Sequence[Operand], rows: int) -> Matrix:
     """Numbers and columns (rows, 1) side by side, (rows, len(values))."""
     parts = [ca.repmat(ca.DM(v), rows, 1) if isinstance(v, (int, float)) else v for v in values]
     return ca.horzcat(*(ca.repmat(part, rows, 1) if part.shape[0] != rows else part for part in parts))
+
+
+def transposed(rotation: Rotation) -> Rotation:
+    """The inverse of a rotation."""
+    one, two, three = zip(*rotation, strict=True)
+    return one, two, three
+
+
+def rotated(rotation: Rotation, vector: Vector) -> Vector:
+    """A matrix times a vector."""
+    x, y, z = (_dot(row, vector) for row in rotation)
+    return x, y, z
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """The cross product."""
+    return (
+        plus(times(a[1], b[2]), -times(a[2], b[1])),
+        plus(times(a[2], b[0]), -times(a[0], b[2])),
+        plus(times(a[0], b[1]), -times(a[1], b[0])),
+    )
+
+
+def added(*vectors: Vector) -> Vector:
+    """The sum of vectors."""
+    return reduce(_added, vectors)
+
+
+def scaled(vector: Vector, factor: Operand) -> Vector:
+    """A vector times a number."""
+    x, y, z = (times(part, factor) for part in vector)
+    return x, y, z
+
+
+def dot(a: Vector, b: Vector) -> Operand:
+    """The scalar product."""
+    return _dot(a, b)

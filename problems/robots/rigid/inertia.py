@@ -1,0 +1,90 @@
+"""Masses of rigid bodies, and of what a tool carries."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, TypeAlias
+
+from problems.base.arguments import Statement
+from problems.base.matrix import Operand
+from problems.base.ranges import COORDINATES, check_within
+from problems.robots.rigid.transform import Rotation, Transform, Vector, compose, plus, times, transposed
+
+Point3: TypeAlias = tuple[float, float, float]
+Matrix3: TypeAlias = tuple[Point3, Point3, Point3]  # rows
+MASSES = (0.0, 1e9)  # kg
+INERTIAS = (-1e12, 1e12)  # kg m^2
+
+MASSLESS: Matrix3 = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inertia(Statement):
+    """The mass of a body.
+
+    Attributes:
+        mass: kg.
+        center: of mass in the body's frame, m.
+        matrix: of inertia about the centre of mass, in the axes of the body's frame, kg m^2.
+    """
+
+    mass: float
+    center: Point3 = (0.0, 0.0, 0.0)
+    matrix: Matrix3 = MASSLESS
+
+    def moments(self) -> Moments:
+        """The same about the origin of the body's frame."""
+        return Moments.of(self, Transform())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Payload(Inertia):
+    """What the tool carries, in the tool's frame; its numbers may change without compiling anything anew.
+
+    Raises:
+        InvalidProblem: its mass is negative, or a number is out of range.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("mass", "center", "matrix")
+    zero_is_structure: ClassVar[tuple[str, ...]] = ("center", "matrix")
+
+    def __post_init__(self) -> None:
+        check_within("payload.mass", (self.mass,), MASSES, "kg")
+        check_within("payload.center", self.center, COORDINATES, "m")
+        check_within("payload.inertia", (entry for row in self.matrix for entry in row), INERTIAS, "kg m^2")
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """What forces on a body depend on, about the origin of a frame; those of bodies that are fixed together add up.
+
+    Attributes:
+        mass: kg.
+        first: mass times centre, kg m.
+        second: inertia about the origin, kg m^2.
+    """
+
+    mass: Operand
+    first: Vector
+    second: Rotation
+
+    @classmethod
+    def of(cls, inertia: Inertia, pose: Transform) -> Moments:
+        """Those of a body whose frame is posed in another, about the origin of that one."""
+        m, (x, y, z) = inertia.mass, pose.apply(inertia.center)
+        turned = compose(compose(pose.rotation, inertia.matrix), transposed(pose.rotation))
+        xx, yy, zz = (times(m, times(part, part)) for part in (x, y, z))
+        xy, xz, yz = (-times(m, times(one, two)) for one, two in ((x, y), (x, z), (y, z)))
+        steiner = ((plus(yy, zz), xy, xz), (xy, plus(xx, zz), yz), (xz, yz, plus(xx, yy)))
+        return cls(m, (times(m, x), times(m, y), times(m, z)), _sum(turned, steiner))
+
+    def __add__(self, other: Moments) -> Moments:
+        x, y, z = (plus(a, b) for a, b in zip(self.first, other.first, strict=True))
+        return Moments(plus(self.mass, other.mass), (x, y, z), _sum(self.second, other.second))
+
+
+def _sum(one: Rotation, two: Rotation) -> Rotation:
+    first, second, third = (
+        (plus(a[0], b[0]), plus(a[1], b[1]), plus(a[2], b[2])) for a, b in zip(one, two, strict=True)
+    )
+    return first, second, third

@@ -1,0 +1,44 @@
+"""What a tool carries, as a scenario file states it."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from problems.robots.rigid.inertia import MASSLESS, Payload
+from tpbso_casadi.scenario.section import NotNegative, Number, PlanarPoint, Positive, Section, SpacePoint
+
+Rows: TypeAlias = tuple[SpacePoint, SpacePoint, SpacePoint]
+
+
+class PayloadTable(Section):
+    """In space: kg, m, kg m^2, in the tool's frame; the inertia is about the centre of mass, a matrix row by row."""
+
+    mass: Positive
+    center: SpacePoint = (0.0, 0.0, 0.0)
+    inertia: Rows = MASSLESS
+
+    def build(self) -> Payload:
+        """The payload itself.
+
+        Raises:
+            InvalidProblem: a number is out of range.
+        """
+        return Payload(mass=self.mass, center=self.center, matrix=self.inertia)
+
+
+class PlanarPayloadTable(Section):
+    """In the plane: kg, m along the last link and to its left, kg m^2 about the centre of mass."""
+
+    mass: Positive
+    center: PlanarPoint = (0.0, 0.0)
+    inertia: NotNegative = 0.0
+
+    def build(self) -> Payload:
+        """The payload itself.
+
+        Raises:
+            InvalidProblem: a number is out of range.
+        """
+        zero: Number = 0.0
+        rows = ((zero, zero, zero), (zero, zero, zero), (zero, zero, self.inertia))
+        return Payload(mass=self.mass, center=(*self.center, 0.0), matrix=rows)
