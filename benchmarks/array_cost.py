@@ -14,7 +14,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from problems import Ellipse, PathFollowingProblem, PlanarArm, PointToPointProblem, Problem
-from problems.limits.clearance import reachable_pairs
+from problems.limits.distances.clearance import reachable_pairs
 from problems.limits.limit import SAMPLING_MARGIN
 from problems.motions.segments import QUARTIC, QUINTIC, sampling_matrix
 from problems.scene.obstacle import Obstacle

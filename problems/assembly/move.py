@@ -18,8 +18,8 @@ from problems.encodings.control_points import ControlPoints
 from problems.encodings.waypoints import nominal, stops
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.limits import limits_of
-from problems.limits.clearance import MAX_STEP_SHARE, StepLimit
 from problems.limits.constraint import Constraint
+from problems.limits.distances.clearance import MAX_STEP_SHARE, StepLimit
 from problems.limits.limit import Limit
 from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.trajectory import Trajectory

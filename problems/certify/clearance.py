@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.certify.travel import halves
 from problems.certify.verdict import CertificateStatus
-from problems.limits.proximity import Pair, Proximity
+from problems.limits.distances.proximity import Pair, Proximity
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 

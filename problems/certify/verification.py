@@ -14,8 +14,8 @@ import numpy as np
 from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import prove_clearance
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
+from problems.limits.distances.proximity import Proximity
 from problems.limits.limit import Limit
-from problems.limits.proximity import Proximity
 from problems.motions.trajectory import Trajectory
 
 

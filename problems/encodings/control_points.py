@@ -21,8 +21,8 @@ from problems.base.matrix import Matrix, split
 from problems.encodings.encoding import Decoded, Variable
 from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming, step_limits
 from problems.encodings.waypoints import postures, spread, stops, variables
-from problems.limits.clearance import StepLimit
 from problems.limits.constraint import Constraint
+from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
 from problems.motions.path_spline import PathSpline, Rates, TimedPath
 from problems.motions.splines.clamped import DEGREE

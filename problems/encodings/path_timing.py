@@ -11,8 +11,8 @@ import casadi as ca
 from problems.base.matrix import Matrix
 from problems.encodings.encoding import CostWeights, Encoding
 from problems.encodings.penalty import FeasibilityFirst
-from problems.limits.clearance import StepLimit
 from problems.limits.constraint import Constraint
+from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
 from problems.limits.time_scale import UNREACHED_TIME_SCALE, minimum_time_scale, scaling
 from problems.motions.path_spline import PathSpline, Rates, TimedPath

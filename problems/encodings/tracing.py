@@ -13,7 +13,7 @@ from problems.encodings.encoding import Variable
 from problems.encodings.path_encoding import PathEncoding
 from problems.encodings.path_timing import step_limits
 from problems.encodings.traced_knots import TracedKnots, longest_timing
-from problems.limits.clearance import StepLimit
+from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
 from problems.motions.path_spline import TimedPath
 from problems.motions.traced_spline import TracedSpline

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 
 from problems.base.errors import InvalidProblem
-from problems.limits.clearance import Clearance
 from problems.limits.derivative import AccelerationLimit, JerkLimit, SpeedLimit
+from problems.limits.distances.clearance import Clearance
+from problems.limits.distances.proximity import Proximity
+from problems.limits.distances.self_clearance import SelfClearance
 from problems.limits.joint_range import JointRange
 from problems.limits.limit import Limit
-from problems.limits.proximity import Proximity
-from problems.limits.self_clearance import SelfClearance
 from problems.limits.torque import TorqueLimit
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle

@@ -24,8 +24,8 @@ import numpy as np
 from problems.base.matrix import FloatArray, Matrix
 from problems.encodings import KnotsEncoding
 from problems.limits.accuracy import Accuracy
-from problems.limits.clearance import StepLimit
 from problems.limits.constraint import Constraint
+from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
 from problems.limits.time_scale import minimum_time_scale, peaks_of, safe_time_scale
 from problems.motions.knot_spline import KnotSpline, SplineShape

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray, Matrix, as_array
-from problems.limits.proximity import Pair, Proximity
+from problems.limits.distances.proximity import Pair, Proximity
 from problems.robots.robot import Robot
 
 COARSE = 4  # grid points from one at which all pairs are computed to the next

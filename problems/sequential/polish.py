@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
+from problems.limits.distances.proximity import Proximity
 from problems.limits.limit import Limit
-from problems.limits.proximity import Proximity
 from problems.limits.torque import TorqueLimit
 from problems.motions.trajectory import Trajectory
 from problems.sequential.descent import Descent, Reached

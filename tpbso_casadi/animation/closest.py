@@ -9,7 +9,7 @@ import numpy as np
 
 from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray, as_array
-from problems.limits.proximity import Pair, Proximity, clearances
+from problems.limits.distances.proximity import Pair, Proximity, clearances
 
 
 @dataclass(frozen=True)

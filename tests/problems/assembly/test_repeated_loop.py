@@ -15,10 +15,10 @@ from problems import Ball, Box, Cylinder, HalfSpace, Joints, Move, MoveProblem, 
 from problems.evaluation import EvaluationOptions
 from problems.evaluation.kernel import kernels
 from problems.evaluation.native.codegen import cpp
-from problems.limits.ball_cluster import MOST_BALLS, clusters_of
-from problems.limits.clearance import Clearance
+from problems.limits.distances.ball_cluster import MOST_BALLS, clusters_of
+from problems.limits.distances.clearance import Clearance
+from problems.limits.distances.self_clearance import SelfClearance
 from problems.limits.limit import SAMPLING_MARGIN
-from problems.limits.self_clearance import SelfClearance
 from problems.robots.spatial.spatial_arm import SpatialArm, Sphere
 
 pytestmark = pytest.mark.usefixtures("cache_folder")

@@ -15,9 +15,9 @@ from problems.base.matrix import FloatArray, as_array
 from problems.certify.verification import limit_verdicts
 from problems.limits import LIMITS, limits_of
 from problems.limits.accuracy import Accuracy
-from problems.limits.clearance import MAX_STEP_SHARE, Clearance, StepLimit, reachable_pairs
 from problems.limits.constraint import PenaltyKind
 from problems.limits.derivative import AccelerationLimit, DerivativeLimit, JerkLimit, SpeedLimit
+from problems.limits.distances.clearance import MAX_STEP_SHARE, Clearance, StepLimit, reachable_pairs
 from problems.limits.joint_range import JointRange
 from problems.limits.point_constraints import end_point, reach_limit
 from problems.limits.time_scale import exact_time_scale, minimum_time_scale, peaks_of, safe_time_scale, scaling
@@ -195,7 +195,7 @@ def test_points_by_hand() -> None:
 
 
 def test_limits_of_a_robot_among_obstacles() -> None:
-    assert list(LIMITS) == ["speed", "acceleration", "jerk", "joint range", "clearance", "self clearance"]
+    assert list(LIMITS) == ["speed", "acceleration", "jerk", "joint range", "torque", "clearance", "self clearance"]
     assert [limit.name for limit in limits_of(replace(SMOOTH, self_collision=True), [DISC])] == list(LIMITS)
     assert [limit.name for limit in limits_of(SMOOTH, [DISC])] == list(LIMITS)[:-1]
     assert [limit.name for limit in limits_of(equal_links(3), [])] == ["speed", "acceleration"]

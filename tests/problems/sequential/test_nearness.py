@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from problems.base.matrix import as_array
-from problems.limits.clearance import Clearance
-from problems.limits.proximity import clearances
-from problems.limits.self_clearance import SelfClearance
+from problems.limits.distances.clearance import Clearance
+from problems.limits.distances.proximity import clearances
+from problems.limits.distances.self_clearance import SelfClearance
 from problems.robots.planar import PlanarArm
 from problems.robots.robot import Robot
 from problems.robots.spatial.spatial_arm import Sphere

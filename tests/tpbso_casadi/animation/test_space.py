@@ -15,7 +15,7 @@ from helpers.browser import fetched, opened
 from helpers.space_plans import SOLIDS, SPHERES, space_plan
 from PIL import Image, ImageSequence
 
-from problems.limits.clearance import Clearance
+from problems.limits.distances.clearance import Clearance
 from tpbso_casadi.animation import animate, frames_of
 from tpbso_casadi.animation import write as writing
 from tpbso_casadi.animation.closest import closest_of

@@ -20,7 +20,7 @@ from helpers.waiting import PATIENCE
 from oracles.csv_checker import check_run
 
 from problems import Problem
-from problems.limits.clearance import reachable_pairs
+from problems.limits.distances.clearance import reachable_pairs
 from solvers import IPOPT, Budget, DescentResult, StopReason
 from tpbso_casadi import Scenario, builtin, parse_scenario, plan
 from tpbso_casadi.cli.solve import main

@@ -12,10 +12,10 @@ import numpy as np
 
 from problems.base.arguments import Arguments, is_zero
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
-from problems.limits.ball_cluster import LEAST_PAIRS, Cluster, clusters_of
 from problems.limits.constraint import Constraint
+from problems.limits.distances.ball_cluster import LEAST_PAIRS, Cluster, clusters_of
+from problems.limits.distances.proximity import Pair, Proximity
 from problems.limits.limit import SAMPLING_MARGIN, Limit, Repetition
-from problems.limits.proximity import Pair, Proximity
 from problems.motions.samples import Samples
 from problems.robots.robot import Body, Robot
 from problems.scene.obstacle import Obstacle

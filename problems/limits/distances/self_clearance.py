@@ -10,10 +10,10 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix, Operand
-from problems.limits.ball_cluster import LEAST_PAIRS, clusters_of
 from problems.limits.constraint import Constraint
+from problems.limits.distances.ball_cluster import LEAST_PAIRS, clusters_of
+from problems.limits.distances.proximity import Pair, Proximity
 from problems.limits.limit import Repetition
-from problems.limits.proximity import Pair, Proximity
 from problems.motions.samples import Samples
 from problems.robots.robot import Body, Robot
 from problems.scene.obstacle import Obstacle
