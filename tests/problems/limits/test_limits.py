@@ -196,8 +196,11 @@ def test_points_by_hand() -> None:
 
 def test_limits_of_a_robot_among_obstacles() -> None:
     assert list(LIMITS) == ["speed", "acceleration", "jerk", "joint range", "torque", "clearance", "self clearance"]
-    assert [limit.name for limit in limits_of(replace(SMOOTH, self_collision=True), [DISC])] == list(LIMITS)
-    assert [limit.name for limit in limits_of(SMOOTH, [DISC])] == list(LIMITS)[:-1]
+    strong = {"link_masses": (1.0,) * SMOOTH.links, "max_torque": (50.0,) * SMOOTH.links}
+    everything = replace(SMOOTH, self_collision=True, **strong)
+    assert [limit.name for limit in limits_of(everything, [DISC])] == list(LIMITS)
+    assert [limit.name for limit in limits_of(replace(SMOOTH, **strong), [DISC])] == list(LIMITS)[:-1]
+    assert "torque" not in [limit.name for limit in limits_of(SMOOTH, [DISC])]
     assert [limit.name for limit in limits_of(equal_links(3), [])] == ["speed", "acceleration"]
     far = Ellipse((9.0, 0.0), (0.1, 0.1))
     assert [limit.name for limit in limits_of(ARM, [far])] == ["speed", "acceleration", "joint range"]
