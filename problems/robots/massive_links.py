@@ -14,7 +14,7 @@ from problems.robots.planar_links import PlanarLinks
 from problems.robots.rigid.inertia import Moments
 from problems.robots.rigid.payload import Payload, planar_payload_of
 from problems.robots.rigid.rigid_chain import RigidChain, RigidJoint
-from problems.robots.rigid.transform import Transform, about, plus, times
+from problems.robots.rigid.transform import ORIGIN, Transform, about, plus, times
 from problems.robots.robot import JointLimits
 
 GRAVITY = (0.0, -9.81)  # m/s^2
@@ -112,7 +112,7 @@ class MassiveLinks(PlanarLinks):
         return RigidJoint(
             pose=Transform(translation=(self.link_lengths[link - 1] if link else 0.0, 0.0, 0.0)),
             axis=UP,
-            moments=Moments(mass, (first, 0.0, 0.0), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, about_joint))),
+            moments=Moments(mass, (first, 0.0, 0.0), ((about_joint, 0.0, 0.0), ORIGIN, ORIGIN)),
             damping=0.0 if self.viscous_friction is None else self.viscous_friction[link],
             friction=0.0 if self.coulomb_friction is None else self.coulomb_friction[link],
         )
