@@ -15,7 +15,7 @@ from problems.robots.rigid.inertia import Moments
 from problems.robots.rigid.payload import Payload, planar_payload_of
 from problems.robots.rigid.rigid_chain import RigidChain, RigidJoint
 from problems.robots.rigid.transform import ORIGIN, Transform, about, plus, times
-from problems.robots.robot import JointLimits
+from problems.robots.robot import JointLimits, are_numbers
 
 GRAVITY = (0.0, -9.81)  # m/s^2
 UP = (0.0, 0.0, 1.0)  # the axis about which every link turns
@@ -57,6 +57,9 @@ class MassiveLinks(PlanarLinks):
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Self:
         """The arm that a table of a file describes; ``payload`` is a table with mass, center (2) and inertia."""
+        gravity = settings.get("gravity", GRAVITY)
+        if not (isinstance(gravity, (list, tuple)) and len(gravity) == 2 and are_numbers(gravity)):
+            raise InvalidProblem("gravity", f"two numbers are needed, not {gravity!r}")
         carried = {"payload": planar_payload_of(settings["payload"])} if "payload" in settings else {}
         return super().from_settings({**settings, **carried})
 
