@@ -16,7 +16,7 @@ from problems.timing.speed_profile import SpeedProfile
 from problems.timing.speed_rows import Intervals, weighted
 
 AT = (1.0 - np.cos(np.pi * (np.arange(3) + 0.5) / 3.0)) / 2.0  # nodes, shares of an interval
-CHECKED = (1.0 - np.cos(np.pi * (np.arange(5) + 0.5) / 5.0)) / 2.0  # of a finished profile
+CHECKED = np.linspace(0.0, 1.0, 5)  # of a finished profile, shares of an interval
 MOST_VISCOUS = 0.5  # of what is left of a limit: what viscous friction takes of it where b is zero
 
 
@@ -29,27 +29,35 @@ def torque_rows(motors: PathTorques, intervals: Intervals, expected: FloatArray,
         expected: squares (N + 1,), around which viscous friction is linear.
         resting: whether b is zero, (N + 1,).
     """
-    lengths = intervals.lengths
-    inertia, bend, held = motors.at(intervals.nodes[:-1] + AT[:, None] * lengths)
+    u = intervals.nodes[:-1] + AT[:, None] * intervals.lengths
+    inertia, bend, held = motors.at(u)
+    viscous = motors.viscous * motors.path.at(u, 1)
     high, low = _friction(motors, intervals, resting)
-    above = np.maximum(motors.bound - held - high, LEAST_ROOM * motors.bound)
-    below = np.maximum(motors.bound + held + low, LEAST_ROOM * motors.bound)
+    above = _one_sided(motors, intervals, expected, (inertia, bend, held + high, viscous))
+    below = _one_sided(motors, intervals, expected, (-inertia, -bend, -held - low, -viscous))
+    return np.concatenate([above, below]).transpose(1, 0, 2, 3).reshape(len(intervals.lengths), -1, 2)
+
+
+def _one_sided(
+    motors: PathTorques, intervals: Intervals, expected: FloatArray, terms: tuple[FloatArray, ...]
+) -> FloatArray:
+    """Rows (n, N, k, 2) with which torques stay below their bounds; m, c, g and viscous friction at the nodes."""
+    inertia, bend, held, viscous = terms
+    least = LEAST_ROOM * motors.bound
+    room = np.maximum(motors.bound - held, least)
     if motors.viscous.any():
-        slope, taken = _viscous(motors, intervals, expected, np.minimum(above, below))
-        bend, above, below = bend + slope, above - taken, below + taken
-    room = in_bernstein_form(np.pad(_through(np.stack([above, below], axis=-1)), ((0, 1), *((0, 0),) * 3)))
-    room = np.maximum(room, LEAST_ROOM * motors.bound[:, None])
+        slope, taken = _viscous(viscous, expected, room)
+        bend, room = bend + slope, room - taken
+    room = in_bernstein_form(np.pad(_through(room), ((0, 1), (0, 0), (0, 0))))
     row = weighted(_through(bend))
-    row[:3] += _through(inertia)[..., None] * np.array([-1.0, 1.0]) / (2.0 * lengths[:, None, None])
-    row = in_bernstein_form(row)
-    rows = np.concatenate([row / room[..., :1], -row / room[..., 1:]])
-    return rows.transpose(1, 0, 2, 3).reshape(lengths.size, -1, 2)
+    row[:-1] += _through(inertia)[..., None] * np.array([-1.0, 1.0]) / (2.0 * intervals.lengths[:, None, None])
+    return np.asarray(in_bernstein_form(row) / np.maximum(room, least)[..., None])
 
 
 def profile_time_scale(motors: PathTorques, profile: SpeedProfile) -> float:
     """How many times slower a profile has to be run for its torques, at samples between its nodes."""
     lengths, squares = np.diff(profile.nodes)[:, None], profile.squares
-    u = profile.nodes[:-1, None] + CHECKED * lengths
+    u = np.minimum(profile.nodes[:-1, None] + CHECKED * lengths, np.nextafter(profile.nodes[1:, None], 0.0))
     rate = np.sqrt(squares[:-1, None] + CHECKED * np.diff(squares)[:, None])
     change = np.broadcast_to(np.diff(squares)[:, None] / (2.0 * lengths), u.shape)
     return motors.time_scale(u.ravel(), rate.ravel(), change.ravel())
@@ -64,16 +72,18 @@ def _friction(motors: PathTorques, intervals: Intervals, resting: FloatArray) ->
     return high * motors.coulomb, low * motors.coulomb
 
 
-def _viscous(
-    motors: PathTorques, intervals: Intervals, expected: FloatArray, room: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Viscous friction at the nodes, (3, N, k): how it grows with b, and what is left of it where b is zero."""
-    factor = motors.viscous * motors.path.at(intervals.nodes[:-1] + AT[:, None] * intervals.lengths, 1)
-    size = np.abs(factor)
-    b = (expected[:-1] + AT[:, None] * np.diff(expected))[..., None]
+def _viscous(factor: FloatArray, expected: FloatArray, room: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Viscous friction at the nodes, (3, N, k): how it grows with b, and what is left of it where b is zero.
+
+    A root lies below its tangents, and above its chord where b is between the two squares that are expected.
+    """
     with np.errstate(divide="ignore"):
-        root = np.minimum(np.sqrt(np.maximum(b, LEAST_ROOM * expected.max())), 2.0 * MOST_VISCOUS * room / size)
-    return factor / (2.0 * root), factor * root / 2.0
+        most = 2.0 * MOST_VISCOUS * room / np.abs(factor)
+    roots = np.sqrt(np.maximum(expected, LEAST_ROOM * expected.max()))[:, None]
+    total, middle = roots[:-1] + roots[1:], np.sqrt((roots[:-1] ** 2 + roots[1:] ** 2) / 2.0)
+    tangent = np.minimum(middle, most)
+    slope = np.where(factor > 0.0, 1.0 / (2.0 * tangent), 1.0 / total)
+    return factor * slope, factor * np.where(factor > 0.0, tangent / 2.0, roots[:-1] * roots[1:] / total)
 
 
 def _through(values: FloatArray) -> FloatArray:
