@@ -23,11 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.certify.time_scale import safe_time_scale
 from problems.encodings.waypoints import stops
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import SAMPLING_MARGIN, Limit
-from problems.limits.time_scale import safe_time_scale
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.nlp.composition import composed_hessian, stand_in

@@ -22,12 +22,13 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix
+from problems.certify.time_scale import safe_time_scale
 from problems.encodings import KnotsEncoding
 from problems.limits.accuracy import Accuracy
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
-from problems.limits.time_scale import minimum_time_scale, peaks_of, safe_time_scale
+from problems.limits.time_scale import minimum_time_scale, peaks_of
 from problems.motions.knot_spline import KnotSpline, SplineShape
 from problems.motions.samples import Samples
 from problems.motions.splines.node_form import NodeForm, knot_operators
