@@ -45,6 +45,7 @@ class Objective(ABC):
         unit: of its value.
         timed: whether it depends on how long a motion takes; if not, a nonlinear program leaves time out.
         sooner_is_better: whether less time is never worse: a finished motion is then run as fast as its limits allow.
+        is_duration: whether it is the duration itself, so that a bound of the duration is one of the objective.
         norm: how joints that turn far weigh against joints that turn little, where structured starts choose postures:
             the p of a p-norm, infinite where the farthest alone counts.
         program_steps: time steps a segment with which a nonlinear program gets by; None for those of the search.
@@ -56,6 +57,7 @@ class Objective(ABC):
     unit: ClassVar[str]
     timed: ClassVar[bool] = True
     sooner_is_better: ClassVar[bool] = False
+    is_duration: ClassVar[bool] = False
     norm: ClassVar[float] = np.inf
     program_steps: ClassVar[int | None] = None
 
