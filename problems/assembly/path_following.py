@@ -64,7 +64,7 @@ def path_following(
         task=task,
         motion=motion,
         encoding=KNOT_ENCODINGS[formulation](task, motion, redundancy_values, time_box),
-        objective=objective_named(objective),
+        objective=objective_named(objective, task.robot),
         limits=limits_of(task.robot, task.obstacles, limits),
     )
     if bounds is not None or problem.encoding.scales_time:

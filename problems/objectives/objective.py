@@ -9,12 +9,13 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
+from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, total
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 
-UNKNOWN_UPPER_BOUND = 1e12  # for objectives that state none; no motion comes near it, whatever the unit
+UNKNOWN_UPPER_BOUND = 1e12  # for objectives that state none; no motion within limits comes near it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +47,8 @@ class Objective(ABC):
         timed: whether it depends on how long a motion takes; if not, a nonlinear program leaves time out.
         sooner_is_better: whether less time is never worse: a finished motion is then run as fast as its limits allow.
         is_duration: whether it is the duration itself, so that a bound of the duration is one of the objective.
+        needs_masses: whether it is defined only for robots whose masses are known.
+        is_integral: whether it weighs samples by time, so that nonlinear programs take Gauss's points in each piece.
         norm: how joints that turn far weigh against joints that turn little, where structured starts choose postures:
             the p of a p-norm, infinite where the farthest alone counts.
         program_steps: time steps a segment with which a nonlinear program gets by; None for those of the search.
@@ -58,8 +61,19 @@ class Objective(ABC):
     timed: ClassVar[bool] = True
     sooner_is_better: ClassVar[bool] = False
     is_duration: ClassVar[bool] = False
+    needs_masses: ClassVar[bool] = False
+    is_integral: ClassVar[bool] = False
     norm: ClassVar[float] = np.inf
     program_steps: ClassVar[int | None] = None
+
+    def check(self, robot: Robot) -> None:
+        """That it is defined for a robot.
+
+        Raises:
+            InvalidProblem: it needs masses, and they are not known.
+        """
+        if self.needs_masses and robot.rigid_chain is None:
+            raise InvalidProblem("objective", f"{self.name!r} needs masses, and those of this robot are not known")
 
     def terminal(self, duration: Matrix) -> Matrix:
         """The part that depends on the duration in s alone; scalar."""
