@@ -99,6 +99,18 @@ def check_posture(
         raise InvalidProblem(field, f"{name}{reason}")
 
 
+def check_held(robot: Robot, field: str, theta: tuple[float, ...], name: str = "") -> None:
+    """The motors can hold the robot in a posture."""
+    most, chain = robot.limits.torque, robot.rigid_chain
+    if most is None or chain is None:
+        return
+    held = as_array(chain.gravitational(ca.DM([theta]))).ravel()
+    for joint, torque, bound, unit in zip(robot.joint_names, held, most, robot.torque_units, strict=True):
+        if not abs(torque) <= bound:
+            reason = f"standing still takes {abs(torque):.6g} {unit} in {joint}, which gives at most {bound:g} {unit}"
+            raise InvalidProblem(field, f"{name}{reason}")
+
+
 def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> str:
     """Which bodies of a posture (dof,) are too near to what, and how near; empty where none is."""
     samples = Samples(robot=robot, derivatives=(ca.DM(theta).T,), duration=ca.DM(1.0))

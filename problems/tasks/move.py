@@ -65,10 +65,13 @@ class Move(Task):
         if self.total_time is not None:
             check_range("total_time", self.total_time)
         check_obstacles(self.robot, self.obstacles)
-        self.start.check(self.robot, self.obstacles, "start")
-        for field, places in (("goal", self.goals), ("via", self.vias)):
+        rests = {"start": not any(self.start_velocity), "goal": not any(self.goal_velocity), "via": False}
+        for field, places in (("start", (self.start,)), ("goal", self.goals), ("via", self.vias)):
             for number, place in enumerate(places):
-                place.check(self.robot, self.obstacles, field, f"{field}[{number}]: " if len(places) > 1 else "")
+                name = f"{field}[{number}]: " if len(places) > 1 else ""
+                place.check(self.robot, self.obstacles, field, name)
+                if rests[field]:
+                    place.check_at_rest(self.robot, field, name)
         for field in ("start_velocity", "goal_velocity"):
             self._check_velocity(field, getattr(self, field))
 

@@ -16,7 +16,7 @@ from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.base.ranges import ANGLES, check_within
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
-from problems.tasks.checks import check_point, check_posture
+from problems.tasks.checks import check_held, check_point, check_posture
 
 ANGLE_TOLERANCE = 1e-9  # rad; allows for rounding only
 
@@ -63,6 +63,13 @@ class Place(Statement, ABC):
             obstacles: to keep clear of.
             field: of the task, for messages.
             name: says more than the field where it is one of several.
+
+        Raises:
+            InvalidProblem: it cannot.
+        """
+
+    def check_at_rest(self, robot: Robot, field: str, name: str = "") -> None:
+        """The robot can stand still there; not known before a posture is.
 
         Raises:
             InvalidProblem: it cannot.
@@ -155,6 +162,10 @@ class Joints(Place):
             if not low <= value <= high:
                 raise InvalidProblem(field, f"{name}joint {joint}: {value:g} is not within {low:g} and {high:g} rad")
         check_posture(robot, obstacles, field, self.values, name)
+
+    def check_at_rest(self, robot: Robot, field: str, name: str = "") -> None:
+        """The motors can hold the robot in that posture."""
+        check_held(robot, field, self.values, name)
 
     def posture(
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
