@@ -77,7 +77,7 @@ def move(
             task=stated,
             motion=spline,
             encoding=ControlPoints(stated, spline, float(segment_durations(stated).sum())),
-            objective=objective_named(objective),
+            objective=objective_named(objective, task.robot),
             limits=kept,
         )
         for stated in (several, *(tasks if len(tasks) > 1 else ()))

@@ -22,6 +22,7 @@ from problems.motions.trajectory import Trajectory
 from problems.motions.two_segments import Quantities, TwoSegments
 from problems.nlp.point_to_point import PointToPointNlp
 from problems.objectives import OBJECTIVES, Objective
+from problems.robots.robot import Robot
 from problems.tasks.checks import check_at_least, check_choice
 from problems.tasks.drawing import Milestone
 from problems.tasks.point_to_point import PointToPoint
@@ -54,21 +55,22 @@ def point_to_point(
         task=task,
         motion=motion,
         encoding=SEGMENT_ENCODINGS[formulation](task, motion),
-        objective=objective_named(objective),
+        objective=objective_named(objective, task.robot),
         limits=limits_of(task.robot, task.obstacles, limits),
     )
 
 
-def objective_named(objective: Objective | str) -> Objective:
-    """An objective, given itself or by its name.
+def objective_named(objective: Objective | str, robot: Robot) -> Objective:
+    """An objective for a robot, given itself or by its name.
 
     Raises:
-        InvalidProblem: there is none of that name.
+        InvalidProblem: there is none of that name, or it is not defined for the robot.
     """
-    if isinstance(objective, Objective):
-        return objective
-    check_choice("objective", objective, OBJECTIVES)
-    return OBJECTIVES[objective]
+    if isinstance(objective, str):
+        check_choice("objective", objective, OBJECTIVES)
+    found = OBJECTIVES[objective] if isinstance(objective, str) else objective
+    found.check(robot)
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)

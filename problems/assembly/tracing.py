@@ -50,7 +50,7 @@ def tracing(
         task=task,
         motion=motion,
         encoding=Tracing(task, motion, points, redundancy_values),
-        objective=objective_named(objective),
+        objective=objective_named(objective, task.robot),
         limits=limits_of(task.robot, task.obstacles, limits),
         knots=knots,
     )

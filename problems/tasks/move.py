@@ -65,15 +65,20 @@ class Move(Task):
         if self.total_time is not None:
             check_range("total_time", self.total_time)
         check_obstacles(self.robot, self.obstacles)
-        rests = {"start": not any(self.start_velocity), "goal": not any(self.goal_velocity), "via": False}
+        self.start.check(self.robot, self.obstacles, "start")
+        for field, places in (("goal", self.goals), ("via", self.vias)):
+            for number, place in enumerate(places):
+                place.check(self.robot, self.obstacles, field, f"{field}[{number}]: " if len(places) > 1 else "")
+        for field in ("start_velocity", "goal_velocity"):
+            self._check_velocity(field, getattr(self, field))
+        if self.at_rest:
+            self._check_held()
+
+    def _check_held(self) -> None:
         for field, places in (("start", (self.start,)), ("goal", self.goals), ("via", self.vias)):
             for number, place in enumerate(places):
                 name = f"{field}[{number}]: " if len(places) > 1 else ""
-                place.check(self.robot, self.obstacles, field, name)
-                if rests[field]:
-                    place.check_at_rest(self.robot, field, name)
-        for field in ("start_velocity", "goal_velocity"):
-            self._check_velocity(field, getattr(self, field))
+                place.check_held(self.robot, self.elbow, field, name)
 
     def _check_velocity(self, field: str, velocity: tuple[float, ...]) -> None:
         if velocity and len(velocity) != self.robot.dof:

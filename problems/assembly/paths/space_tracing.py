@@ -63,7 +63,7 @@ def space_tracing(
         task=task,
         motion=motion,
         encoding=_encoding(task, motion, knots, redundancy_values),
-        objective=objective_named(objective),
+        objective=objective_named(objective, task.robot),
         limits=limits_of(task.robot, task.obstacles, limits),
         knots=knots,
     )

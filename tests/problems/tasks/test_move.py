@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -45,19 +44,6 @@ def test_what_cannot_be_stated_is_refused_in_one_line(changes: dict[str, Any], f
     assert str(caught.value).startswith(f"{field}: ")
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_a_posture_that_the_motors_cannot_hold_is_no_place_to_stand_still() -> None:
-    """A rod of 2 kg and 1 m straight out takes 9.81 N m, in the elbow alone."""
-    weak = replace(ARM, link_masses=(2.0, 2.0), max_torque=(100.0, 9.0))
-    up, out, down = Joints((np.pi / 2.0, 0.0)), Joints((0.0, 0.0)), Joints((-np.pi / 2.0, 0.0))
-    reason = r"standing still takes 9.81 N m in joint 2, which gives at most 9 N m"
-    for field, start, goals in (("start", out, (up,)), (r"goal: goal\[1\]", up, (down, out))):
-        with pytest.raises(InvalidProblem, match=f"^{field}: {reason}$"):
-            Move(weak, start, goals)
-    assert Move(weak, out, (up,), start_velocity=(0.0, 1.0)).goals == (up,)  # it moves on
-    assert Move(weak, up, (down,), vias=(out,)).vias == (out,)
-    assert Move(replace(weak, max_torque=None), out, (up,)).start == out
 
 
 def test_velocities_left_out_are_zero() -> None:

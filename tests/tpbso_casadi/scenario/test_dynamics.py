@@ -135,7 +135,7 @@ WRONG: list[tuple[str, dict[str, Any], str]] = [
         {"payload": {"mass": 1.0, "inertia": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 3.0]]}},
         "robot.payload.inertia: principal moments 1, 1 and 3 kg m^2: the largest is above the sum of the others",
     ),
-    ("robot", {"payload": {"mass": 100.0}}, "task.start: standing still takes "),
+    ("robot", {"payload": {"mass": 100.0}}, "task.start: panda_joint6 needs "),
     ("robot", {"gravity": [0.0, -9.81]}, "robot.gravity"),
     ("robot", {"link_masses": 1.0}, "robot.link_masses: unknown key"),
 ]
