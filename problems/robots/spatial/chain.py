@@ -14,6 +14,7 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, columns
 from problems.base.ranges import FRICTIONS, check_within
 from problems.robots.rigid.inertia import Inertia, Matrix3, Point3
+from problems.robots.rigid.regrouping import regrouped
 from problems.robots.rigid.rigid_chain import RigidJoint
 from problems.robots.rigid.transform import Transform, moved
 
@@ -124,6 +125,11 @@ class Chain(Statement):
     def massless(self) -> tuple[str, ...]:
         """Links whose masses are not known."""
         return tuple(joint.link for joint in self.joints if joint.inertia is None)
+
+    @cached_property
+    def rigid(self) -> tuple[RigidJoint, ...]:
+        """The joints with masses, which have to be known, regrouped: other bodies that take the same torques."""
+        return tuple(regrouped([joint.rigid for joint in self.joints]))
 
     def check_masses(self, field: str) -> None:
         """All masses are known, so that torques are.

@@ -15,7 +15,6 @@ from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.base.ranges import ACCELERATIONS, ANGLES, COORDINATES, LENGTHS, RATES, TORQUES, check_within
 from problems.robots.rigid.inertia import Matrix3, Moments, Point3
 from problems.robots.rigid.payload import Payload
-from problems.robots.rigid.regrouping import regrouped
 from problems.robots.rigid.rigid_chain import RigidChain
 from problems.robots.rigid.transform import Transform, as_rows
 from problems.robots.robot import Body, JointLimits, Robot
@@ -141,10 +140,10 @@ class SpatialArm(Robot):
 
     @property
     def rigid_chain(self) -> RigidChain | None:
-        """Joints and bodies of the chain, the payload fixed to the last; None where a joint moves no known mass."""
+        """Joints of the chain, their masses regrouped, the payload on the last; None where a mass is not known."""
         if self.chain.massless:
             return None
-        joints = regrouped([joint.rigid for joint in self.chain.joints])
+        joints = list(self.chain.rigid)
         joints[0] = replace(joints[0], pose=Transform(self.base_rotation) @ joints[0].pose)
         if self.payload is not None:
             carried = Moments.of(self.payload, self.tool_frame)

@@ -147,6 +147,9 @@ CASES: list[tuple[dict[str, Any], str]] = [
     ({"kept_pairs": [["foot", "foot"]]}, "robot.kept_pairs: 'foot' and 'foot' are one body, or a joint connects them"),
     ({"disabled_pairs": [["foot", "head"]]}, "robot.disabled_pairs: no spheres on link 'head'"),
     ({"settings": {}}, "robot.settings: unknown key"),
+    ({"max_torque": 5.0}, "robot.max_torque: torques are not known: no masses are stated for upper, lower"),
+    ({"payload": {"mass": 1.0}}, "robot.payload: torques are not known: no masses are stated for upper, lower"),
+    ({"viscous_friction": 0.1}, "robot.viscous_friction: torques are not known: no masses are stated for upper, lower"),
     ({"urdf": "../short.urdf"}, "robot.urdf: "),
 ]
 
