@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from problems import CertificateStatus, Problem, Trajectory, Verdict
+from problems import CertificateStatus, Objective, Problem, Trajectory, Verdict
 from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
+from tpbso_casadi.planning.joint_quantities import torques_of
 
 INFEASIBLE_MERIT = 1e15  # of a motion that breaks nothing by anything; whatever the unit, no objective comes near it
 MINIMUM_ROWS = 201  # of trajectory.csv
@@ -84,6 +85,10 @@ class Motion:
         """Where base, joints and tip are at times (n,) in s: (n, frames, dim), m."""
         return self.problem.robot.skeleton(self.trajectory.at(times))
 
+    def torques(self, times: FloatArray) -> FloatArray | None:
+        """What the motors give at times (n,) in s: (n, dof), N m or N; None where masses are not known."""
+        return torques_of(self.problem.robot, self.trajectory, times)
+
     @cached_property
     def turns(self) -> FloatArray:
         """The range of each joint's angle over all t, in whole turns: (k,)."""
@@ -94,6 +99,15 @@ class Motion:
     def objective(self) -> float:
         """The objective, exact: time, rotation, and length to 1e-9; any other at the rows of ``trajectory.csv``."""
         return self.problem.objective_value(self.trajectory, self.times)
+
+    @cached_property
+    def objective_parts(self) -> list[tuple[Objective, float, float]]:
+        """What a weighted sum is made of: objectives with their weights and values; none otherwise."""
+        objective = self.problem.objective
+        if objective.terms == ((1.0, objective),):
+            return []
+        robot = self.problem.robot
+        return [(part, weight, part.of_motion(self.trajectory, robot, self.times)) for weight, part in objective.terms]
 
     @property
     def merit(self) -> float:
