@@ -28,7 +28,7 @@ from problems import CertificateStatus, PlanarArm, Trajectory
 from problems.base.matrix import FloatArray, as_array
 from problems.certify.dynamics.torque import prove_torques
 from problems.limits.torque import TorqueLimit
-from problems.robots.rigid.inertia import Payload
+from problems.robots.rigid.payload import Payload
 from problems.robots.robot import Robot
 from problems.robots.spatial.models import BUILT_IN, built_in
 

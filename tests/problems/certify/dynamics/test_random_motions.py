@@ -13,7 +13,7 @@ from problems import CertificateStatus
 from problems.certify.dynamics.slowing import torque_time_scale
 from problems.certify.dynamics.torque import prove_torques
 from problems.limits.torque import TorqueLimit
-from problems.robots.rigid.inertia import Payload
+from problems.robots.rigid.payload import Payload
 from problems.robots.spatial.models import BUILT_IN, built_in
 
 CERTIFIED, VIOLATED, UNDECIDED = CertificateStatus
