@@ -24,7 +24,6 @@ from problems import Robot
 from problems.base.matrix import FloatArray, as_array
 from problems.motions.joint_path import JointPath
 
-
 Motion = Callable[[FloatArray, int], FloatArray]  # joint angles, or derivatives of them, (n, k) at times (n,)
 
 
