@@ -22,6 +22,7 @@ from problems.encodings.encoding import CostWeights, Encoding
 from problems.evaluation import Program, Step
 from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.motions.motion import Motion
+from problems.objectives import Objective
 
 P = TypeVar("P")
 
@@ -42,7 +43,7 @@ class CostSteps(ABC, Generic[P]):
         self._repetitions = {id(twin): limit.repetitions(twin) for limit, twin in each}
         self.weights: CostWeights = self.arguments.twin(problem.weights)
         self.duration_bounds = self.arguments.twin(problem.task.duration_bounds)
-        self.objective = problem.objective
+        self.objective: Objective = self.arguments.twin(problem.objective)
         self.x = ca.SX.sym("x", len(problem.variables))
 
     @cached_property
