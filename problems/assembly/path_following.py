@@ -18,6 +18,7 @@ from problems.base.matrix import FloatArray, Matrix, as_array, largest
 from problems.encodings import KNOT_ENCODINGS, KnotsEncoding
 from problems.encodings.encoding import Decoded
 from problems.encodings.knots import DEFAULT_TIME_BOUNDS
+from problems.encodings.slowness import slowness_of
 from problems.evaluation import Loop, PopulationFunction, Program, Step
 from problems.limits import limits_of
 from problems.limits.accuracy import Accuracy
@@ -62,11 +63,13 @@ def path_following(
     check_at_least("redundancy_values", redundancy_values, 2)
     motion, bounds = motion_along(task, samples), task.duration_bounds
     time_box = DEFAULT_TIME_BOUNDS if bounds is None else bounds.search_box(SAMPLING_MARGIN)
+    minimised, kind = objective_named(objective, task.robot), KNOT_ENCODINGS[formulation]
+    slowness = slowness_of(minimised, task) if kind.scales_time else None
     problem = PathFollowingProblem(
         task=task,
         motion=motion,
-        encoding=KNOT_ENCODINGS[formulation](task, motion, redundancy_values, time_box),
-        objective=objective_named(objective, task.robot),
+        encoding=kind(task, motion, redundancy_values, time_box, slowness),
+        objective=minimised,
         limits=limits_of(task.robot, task.obstacles, limits),
     )
     if bounds is not None or problem.encoding.scales_time:
@@ -113,7 +116,7 @@ class PathFollowingProblem(Problem[SplineShape]):
         limits = self.encoding.restored(self.limits)
         spline = self.motion.spline
         if not limits:
-            return Decoded(parameters=self.encoding.timed(shape, (), ()))
+            return Decoded(parameters=self.encoding.timed(shape, (), (), x))
         each = (extreme(shape.coefficients) for extreme in (spline.extreme_speeds, spline.accelerations, spline.jerks))
         extremes = Samples(robot=self.robot, derivatives=(ca.DM(), *each), duration=shape.time)
         peaks = [largest_rows(limit.magnitudes(extremes)) for limit in self.encoding.exact_limits(limits)]
@@ -121,7 +124,7 @@ class PathFollowingProblem(Problem[SplineShape]):
         if sampled:
             samples = self.motion.samples(shape)
             peaks += [peaks_of(limit, samples) for limit in sampled]
-        return Decoded(parameters=self.encoding.timed(shape, limits, peaks))
+        return Decoded(parameters=self.encoding.timed(shape, limits, peaks, x))
 
     @property
     def accuracy(self) -> Accuracy:
@@ -244,8 +247,9 @@ class KnotSteps(CostSteps[SplineShape]):
         sizes = {"peaks": peaks_size, **{name: n for loop in further for name, n in loop.starting_values.items()}}
         found = {name: ca.SX.sym(name, size) for name, size in sizes.items()}
         rows, peaks = ca.reshape(coefficients, k, -1).T, self.peaks_of_each(ca.vertcat(*found.values()))
-        timed = self.encoding.timed(SplineShape(rows, ca.SX(1)), self.restored, peaks)
-        inputs_of_scale = {"p": self.p, "coefficients": coefficients, **found}
+        timed = self.encoding.timed(SplineShape(rows, ca.SX(1)), self.restored, peaks, self.x)
+        choice = self.choice_of_duration(self.encoding.slowness)
+        inputs_of_scale = {"p": self.p, "coefficients": coefficients, **found, **choice}
         scale = Step.of("scale", inputs_of_scale, self.motion_vectors(timed, orders, zeros))
         return [*postures, Step.of("spline", inputs, outputs), nodes, *(loop.step for loop in further), scale]
 
