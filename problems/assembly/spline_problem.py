@@ -81,7 +81,7 @@ class SplineProblem(Problem[TimedPath]):
         points, *rates = (as_array(part) for part in self._path(x))
         start, goal = (float(rate[0, 0]) for rate in rates)
         try:
-            least = retime(self.motion.path(points), limits, (start, goal), refined)
+            least = retime(self.motion.path(points), limits, (start, goal), refined, self.robot.rigid_chain)
         except InvalidProblem:
             return super().trajectory(x)
         if self.encoding.slowness is None:

@@ -95,6 +95,10 @@ class KnotsEncoding(PathEncoding[SplineShape]):
         """Speed, acceleration and jerk, whose extremes over all t are known in closed form."""
         return [limit for limit in scaling(limits) if limit.order in EXACT_ORDERS]
 
+    def sampled_limits(self, limits: Sequence[Limit]) -> list[Limit]:
+        """The others that running more slowly makes hold: at the samples."""
+        return [limit for limit in scaling(limits) if limit.order not in EXACT_ORDERS]
+
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
         """Bounds that no candidate of the search box exceeds: angles turn by at most pi per knot."""
         increments = np.diff(self.motion.spline.operator(self.motion.parameters_u), axis=0)
@@ -141,11 +145,11 @@ class ReducedKnots(FeasibilityFirst, KnotsEncoding):
     time_variables: ClassVar[int] = 0
 
     def restored(self, limits: Sequence[Limit]) -> list[Limit]:
-        """The limits whose extremes over all t have a closed form."""
-        return self.exact_limits(limits)
+        """The limits whose extremes over all t have a closed form, and then those that are sampled."""
+        return [*self.exact_limits(limits), *self.sampled_limits(limits)]
 
     def timed(self, shape: SplineShape, limits: Sequence[Limit], peaks: Sequence[Matrix], x: Matrix) -> SplineShape:
-        """The closed form of t_T: the limits then hold for all t, exactly, given their peaks over u in [0, 1]."""
+        """The closed form of t_T, given the limits' peaks over u in [0, 1], or over samples of it; or more slowly."""
         shortest = self.time_box[0]
         time = ca.fmax(shortest, minimum_time_scale(limits, peaks)) if limits else ca.vertcat(shortest)
         if self.slowness is not None:
@@ -160,5 +164,5 @@ class ReducedKnots(FeasibilityFirst, KnotsEncoding):
         jerk = largest_values(np.diff(spline.operator(spline.nodes, 2), axis=0) / np.diff(spline.nodes)[:, None]).max()
         bounds = enumerate((speed, acceleration, jerk), start=1)
         peaks = {order: ca.repmat(ca.DM(bound), 1, dof) for order, bound in bounds}
-        least = max(self.time_box[0], longest_time_scale(self.exact_limits(limits), peaks))
+        least = max(self.time_box[0], longest_time_scale(self.restored(limits), peaks))
         return least if self.slowness is None else self.slowness.longest_of(least)

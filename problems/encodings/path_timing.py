@@ -9,13 +9,13 @@ from typing import ClassVar
 import casadi as ca
 
 from problems.base.matrix import Matrix
-from problems.encodings.encoding import CostWeights, Encoding
+from problems.encodings.encoding import Encoding
 from problems.encodings.penalty import FeasibilityFirst
 from problems.encodings.slowness import Slowness
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
-from problems.limits.time_scale import UNREACHED_TIME_SCALE, minimum_time_scale, scaling
+from problems.limits.time_scale import LARGEST_SLOWDOWN, minimum_time_scale, scaling
 from problems.motions.path_spline import PathSpline, Rates, TimedPath
 from problems.objectives.objective import MotionBounds
 from problems.tasks.task import Task
@@ -85,17 +85,10 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
         least = shape.slowed(factor, 0.0 if bounds is None else bounds.shortest)
         return least if self.slowness is None else least.slowed(self.slowness.factor(x, least.duration), 0.0)
 
-    def cost(
-        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
-    ) -> Matrix:
-        """Feasibility first; what is above the bound of the objective counts as that bound."""
-        bound = weights.objective_upper_bound
-        return super().cost(ca.if_else(objective > bound, bound, objective), penalties, reach, weights)
-
     def longest(self, duration: float, limits: Sequence[Limit]) -> float:
-        """The longest duration of any candidate, s, given that of the timing alone."""
+        """The longest duration that counts of any candidate, s, given that of the timing alone."""
         if self.slowing(limits):
-            return UNREACHED_TIME_SCALE
+            duration *= LARGEST_SLOWDOWN
         bounds = self.task.duration_bounds
         least = duration if bounds is None else max(bounds.shortest, duration)
         return least if self.slowness is None else self.slowness.longest_of(least)

@@ -72,6 +72,11 @@ class Objective(ABC):
         return False
 
     @property
+    def is_duration(self) -> bool:
+        """Whether it is the duration itself, so that a bound of the duration is one of the objective."""
+        return False
+
+    @property
     def needs_masses(self) -> bool:
         """Whether it is defined only for robots whose masses are known."""
         return False

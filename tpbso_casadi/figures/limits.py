@@ -1,4 +1,4 @@
-"""The figure of limits over time: how much of its speed, acceleration and jerk each joint uses, and which limit binds.
+"""The figure of limits over time: how much of its speed, acceleration, jerk and torque each joint uses.
 
 Imported only where a figure is drawn: matplotlib is slow to load.
 """
@@ -9,26 +9,30 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from problems import Trajectory
 from problems.base.matrix import FloatArray
-from problems.robots.robot import JointLimits
+from tpbso_casadi.planning.joint_quantities import shares_of_limits
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 
-KINDS = {"speed": (1, "#0072b2", "-"), "acceleration": (2, "#d55e00", "--"), "jerk": (3, "#009e73", ":")}
+STYLES = {
+    "speed": ("#0072b2", "-"),
+    "acceleration": ("#d55e00", "--"),
+    "jerk": ("#009e73", ":"),
+    "torque": ("#cc79a7", "-."),
+}  # colour and line of each kind of limit
 TIMES = 2001  # at least, equally many in each piece
 BINDING = 0.995  # of a limit
 
 
 def limits_figure(plan: PlannedMotion) -> Figure:
     """Above, of each kind of limit, the largest share that any joint uses; below, where each joint is at one."""
-    trajectory, limits = plan.trajectory, plan.criteria.robot.limits
-    times = trajectory.times(TIMES)
-    shares = {name: shares_of(trajectory, limits, name, times) for name in KINDS if getattr(limits, name) is not None}
+    trajectory, times = plan.trajectory, plan.trajectory.times(TIMES)
+    limited = shares_of_limits(plan.criteria.robot, trajectory, times)
+    shares = {name: np.abs(shares) for name, shares in limited}
     joints = plan.criteria.robot.dof
     figure = Figure(figsize=(7.2, 3.6 + 0.32 * joints), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [3.0, 0.4 + 0.4 * joints]})
     for name, used in shares.items():
-        _, colour, style = KINDS[name]
+        colour, style = STYLES[name]
         above.plot(times, used.max(axis=1), color=colour, linestyle=style, linewidth=1.6, label=name)
     above.axhline(1.0, color="0.25", linewidth=0.8)
     above.set_ylim(0.0, 1.12)
@@ -47,7 +51,7 @@ def draw_binding(axes: Axes, times: FloatArray, shares: dict[str, FloatArray], j
     """A bar for each joint wherever it is at a limit, in the colour and the height of the kind of limit."""
     height = 0.8 / len(shares)
     for row, (name, used) in enumerate(shares.items()):
-        _, colour, _ = KINDS[name]
+        colour, _ = STYLES[name]
         for joint in range(joints):
             for start, end in spans(used[:, joint] >= BINDING):
                 bottom = joint + 1.4 - (row + 1) * height
@@ -58,11 +62,6 @@ def draw_binding(axes: Axes, times: FloatArray, shares: dict[str, FloatArray], j
     axes.set_xlabel("time [s]")
     axes.set_ylabel("at a limit")
     axes.grid(alpha=0.3, axis="x")
-
-
-def shares_of(trajectory: Trajectory, limits: JointLimits, name: str, times: FloatArray) -> FloatArray:
-    """Absolute derivatives over their limits at times (n,) in s: (n, k)."""
-    return np.asarray(np.abs(trajectory.at(times, KINDS[name][0])) / np.array(getattr(limits, name)))
 
 
 def spans(mask: np.ndarray) -> list[tuple[int, int]]:

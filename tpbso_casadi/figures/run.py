@@ -8,6 +8,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -18,6 +19,7 @@ from tpbso_casadi.figures.colours import colour_of
 from tpbso_casadi.figures.limits import limits_figure
 from tpbso_casadi.figures.measures import curve_figures, progress_figures
 from tpbso_casadi.figures.paths import path_figure
+from tpbso_casadi.planning.joint_quantities import alternatives
 from tpbso_casadi.planning.plan import convergence, first_feasible, step_name
 from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
 from tpbso_casadi.storage.files import write_with
@@ -77,10 +79,10 @@ def convergence_figure(plan: Plan) -> Figure:
 
 
 def joints_figure(plan: PlannedMotion) -> Figure:
-    """(c) Angle, speed and acceleration of every joint over time, and the jerk where it is limited; with the limits."""
+    """(c) Angle, speed and acceleration of every joint over time, jerk where it is limited, torque where known."""
     samples = plan.trajectory.samples(plan.times)
     limits_of_joints = plan.criteria.robot.limits
-    unit = " or ".join(sorted(set(plan.criteria.robot.joint_units), reverse=True))
+    unit = alternatives(plan.criteria.robot.joint_units)
     ranges = None if limits_of_joints.position is None else np.array(limits_of_joints.position).T
     speed, acceleration = np.array(limits_of_joints.speed), np.array(limits_of_joints.acceleration)
     rows = [
@@ -91,6 +93,10 @@ def joints_figure(plan: PlannedMotion) -> Figure:
     if limits_of_joints.jerk is not None:
         jerk = np.array(limits_of_joints.jerk)
         rows.append((f"jerk [{unit}/s³]", samples.derivative(3), np.array([-jerk, jerk])))
+    torques = plan.motion.torques(plan.times)
+    if torques is not None:
+        most = None if limits_of_joints.torque is None else np.outer([-1.0, 1.0], limits_of_joints.torque)
+        rows.append((f"torque [{alternatives(plan.criteria.robot.torque_units)}]", ca.DM(torques), most))
     figure = Figure(figsize=(7.2, 0.5 + 2.5 * len(rows)), layout="constrained")
     panels = figure.subplots(len(rows), 1, sharex=True)
     for axes, (label, values, limits) in zip(panels, rows, strict=True):

@@ -13,6 +13,7 @@ from problems import CertificateStatus, Objective, Problem, Trajectory, Verdict
 from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
+from tpbso_casadi.planning.joint_quantities import torques_of
 
 INFEASIBLE_MERIT = 1e15  # of a motion that breaks nothing by anything; whatever the unit, no objective comes near it
 MINIMUM_ROWS = 201  # of trajectory.csv
@@ -83,6 +84,10 @@ class Motion:
     def joint_positions(self, times: FloatArray) -> FloatArray:
         """Where base, joints and tip are at times (n,) in s: (n, frames, dim), m."""
         return self.problem.robot.skeleton(self.trajectory.at(times))
+
+    def torques(self, times: FloatArray) -> FloatArray | None:
+        """What the motors give at times (n,) in s: (n, dof), N m or N; None where masses are not known."""
+        return torques_of(self.problem.robot, self.trajectory, times)
 
     @cached_property
     def turns(self) -> FloatArray:

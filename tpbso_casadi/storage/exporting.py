@@ -74,6 +74,9 @@ def _npz(folder: Path, motion: Motion, times: FloatArray) -> Path:
         "breakpoints": motion.trajectory.breakpoints,
         "coefficients": motion.trajectory.coefficients,
     }
+    torques = motion.torques(times)
+    if torques is not None:
+        arrays["tau"] = torques
     if pose.shape[1] > robot.dim:
         arrays |= {"quaternion": pose[:, robot.dim :], "joint_names": np.array(robot.joint_identifiers)}
     return write_with(folder / "joint_trajectory.npz", lambda temporary: np.savez(temporary, **arrays))  # type: ignore[arg-type]

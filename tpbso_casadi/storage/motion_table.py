@@ -10,6 +10,8 @@ from problems.base.matrix import FloatArray, as_array
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.storage.files import write_csv
 
+TORQUE = "tau"  # of a joint: how the names of such columns begin
+
 
 def write_motion(path: Path, motion: Motion, times: FloatArray) -> Path:
     """Write the table of a motion at times (n,) in s.
@@ -24,11 +26,16 @@ def write_motion(path: Path, motion: Motion, times: FloatArray) -> Path:
 def table_of(motion: Motion, times: FloatArray) -> tuple[list[str], FloatArray]:
     """``t, q1..qk, qd1..qdk, qdd1..qddk`` and the tool's pose at times (n,) in s: the header and a row for each.
 
-    The pose is ``x, y`` in the plane, ``x, y, z, qx, qy, qz, qw`` in space; s, rad and m.
+    The pose is ``x, y`` in the plane, ``x, y, z, qx, qy, qz, qw`` in space; s, rad and m. Where masses are known,
+    torques ``tau1..tauk`` follow, N m (N where a joint slides).
     """
     robot, samples = motion.problem.robot, motion.trajectory.samples(times)
     pose = robot.pose(as_array(samples.theta))
     joints = range(1, robot.dof + 1)
     header = ["t", *(f"{symbol}{joint}" for symbol in ("q", "qd", "qdd") for joint in joints), *pose]
     parts = (as_array(matrix) for matrix in (samples.theta, samples.speed, samples.acceleration))
-    return header, np.column_stack([times, *parts, *pose.values()])
+    columns, torques = [times, *parts, *pose.values()], motion.torques(times)
+    if torques is not None:
+        header += [f"{TORQUE}{joint}" for joint in joints]
+        columns.append(torques)
+    return header, np.column_stack(columns)

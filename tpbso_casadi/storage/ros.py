@@ -14,20 +14,25 @@ VALUES = ("positions", "velocities", "accelerations", "effort")  # of a point
 
 
 def ros_message(motion: Motion, times: FloatArray) -> dict[str, Any]:
-    """The fields of the message, a point for each of the times (n,) in s; rad, rad/s, rad/s^2 (m where it slides)."""
+    """The fields of the message, a point for each of the times (n,) in s.
+
+    In rad, rad/s, rad/s^2, N m; m and N where a joint slides. There is no effort where masses are not known.
+    """
     robot, samples = motion.problem.robot, motion.trajectory.samples(times)
+    torques = motion.torques(times)
     columns = (as_array(matrix).tolist() for matrix in (samples.theta, samples.speed, samples.acceleration))
+    effort = [[]] * len(times) if torques is None else torques.tolist()
     return {
         "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": robot.base_name},
         "joint_names": list(robot.joint_identifiers),
         "points": [
             {
-                **dict(zip(VALUES, (*values, []), strict=True)),
+                **dict(zip(VALUES, values, strict=True)),
                 "time_from_start": dict(
                     zip(("sec", "nanosec"), divmod(round(time * NANOSECONDS), NANOSECONDS), strict=True)
                 ),
             }
-            for time, *values in zip(times.tolist(), *columns, strict=True)
+            for time, *values in zip(times.tolist(), *columns, effort, strict=True)
         ],
     }
 

@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.browser import fetched, opened
+from helpers.massive import lifted_motion
 from helpers.space_plans import SOLIDS, SPHERES, space_plan
 from PIL import Image, ImageSequence
 
@@ -60,6 +61,30 @@ def test_the_player_runs_in_a_browser(tmp_path: Path) -> None:
     assert re.search(r"Closest: \w+, [\w ]+, -?\d+\.\d mm<", document)
     assert document.count("<li>") == 4 and "joint_3" in document
     assert re.search(r"<output>-?\d\.\d{3} rad</output>", document)
+
+
+def test_the_player_shows_torques_as_shares_of_their_limits() -> None:
+    motion = lifted_motion()
+    frames = frames_of(motion, 21)
+    curve = data_of(page("lift", frames))["curves"][-1]
+    assert curve["label"] == "joint torque / limit" and curve["bound"] and curve["units"] == [""] * 4
+    np.testing.assert_allclose(curve["values"], motion.torques(frames.times) / [120.0, 40.0, 20.0, 10.0], atol=1e-6)
+
+
+def test_the_player_shows_torques_that_nothing_limits_in_their_units(tmp_path: Path) -> None:
+    motion = lifted_motion(limited=False)
+    text = page("lift", frames_of(motion, 21))
+    curve = data_of(text)["curves"][-1]
+    assert curve["label"] == "joint torque [N m or N]" and not curve["bound"]
+    path = tmp_path / "page.html"
+    choose = "const s = document.querySelector('.quantity'); s.value = s.options.length - 1; "
+    path.write_text(f"{text}<script>{choose}s.dispatchEvent(new Event('change'));</script>", encoding="utf-8")
+    document = opened(path, tmp_path / "profile")
+    shown = [float(value) for value in re.findall(r"<output>(-?[0-9.]+) N(?: m)?</output>", document)]
+    assert len(shown) == 4 and re.search(r"<output>-?[0-9.]+ N</output>", document)
+    values = np.array(curve["values"])  # at whatever time the page was when it was read
+    assert (shown >= values.min(axis=0) - 1e-3).all() and (shown <= values.max(axis=0) + 1e-3).all()
+    assert shown[0] > 60.0  # what it carries up
 
 
 def test_names_of_others_stay_text() -> None:

@@ -14,12 +14,12 @@ from tpbso_casadi.animation.frames import Frames
 from tpbso_casadi.figures.colours import JOINT_COLOURS
 from tpbso_casadi.figures.space.polyhedron import Polyhedron
 from tpbso_casadi.figures.space.scene import ground
+from tpbso_casadi.planning.joint_quantities import alternatives, shares_of_limits, torques_of
 
 DIGITS = 4  # of metres
 FINE = 6  # of seconds, joints, and directions
 ROUND = 24  # faces: what has more is round
 AXES = 0.15  # length of the axes at the base, of the picture's
-QUANTITIES = {"speed": 1, "acceleration": 2, "jerk": 3}  # of joints, with limits: orders of derivatives
 LIGHT = np.array([-0.35, -0.45, 0.82])
 
 
@@ -86,18 +86,20 @@ def _axes(base: FloatArray, length: float) -> list[Any]:
 
 
 def _curves(frames: Frames) -> list[dict[str, Any]]:
-    """Positions of the joints; and their derivatives as shares of the limits."""
+    """Positions of the joints; what is limited as shares of the limits; torques that nothing limits as they are."""
     robot, units = frames.problem.robot, frames.problem.robot.joint_units
-    label = f"joint position [{' or '.join(sorted(set(units), reverse=True))}]"
+    label = f"joint position [{alternatives(units)}]"
     curves: list[dict[str, Any]] = [
         {"label": label, "values": rounded(frames.theta, FINE), "units": list(units), "bound": False}
     ]
-    for name, order in QUANTITIES.items():
-        limit = getattr(robot.limits, name)
-        if limit is not None:
-            shares = frames.trajectory.at(frames.times, order) / np.array(limit)
-            label = f"joint {name} / limit"
-            curves.append({"label": label, "values": rounded(shares, FINE), "units": [""] * robot.dof, "bound": True})
+    for name, shares in shares_of_limits(robot, frames.trajectory, frames.times):
+        label = f"joint {name} / limit"
+        curves.append({"label": label, "values": rounded(shares, FINE), "units": [""] * robot.dof, "bound": True})
+    torques = torques_of(robot, frames.trajectory, frames.times) if robot.limits.torque is None else None
+    if torques is not None:
+        label = f"joint torque [{alternatives(robot.torque_units)}]"
+        values = rounded(torques, FINE)
+        curves.append({"label": label, "values": values, "units": list(robot.torque_units), "bound": False})
     return curves
 
 

@@ -11,6 +11,7 @@ from tpbso_casadi.scenario.section import MOST_LINKS, ScenarioError
 MOST_ROWS = 3_000  # of a path; its timing takes a minute
 JOINT = re.compile(r"q[1-9][0-9]*")
 HEADER = "the header q1,q2,... or t,q1,q2,... is needed"
+POSES = ("xy", "xyz", ("x", "y", "z", "qx", "qy", "qz", "qw"))  # of the tool, in a table of a run
 LARGEST_ANGLE = 1e6  # rad or degrees
 
 
@@ -54,7 +55,9 @@ def _header(place: str, line: str) -> tuple[int, bool, int]:
     joints = sum(1 for name in names if JOINT.fullmatch(name))
     expected = ["t"] * timed + [f"q{joint}" for joint in range(1, joints + 1)]
     rates = [f"{symbol}{joint}" for symbol in ("qd", "qdd") for joint in range(1, joints + 1)]
-    tables = [expected, *([*expected, *rates, *axes] for axes in ("xy", "xyz"))]
+    torques = [f"tau{joint}" for joint in range(1, joints + 1)]
+    own = [[*expected, *rates, *pose] for pose in POSES]
+    tables = [expected, *own, *([*table, *torques] for table in own)]
     if not 1 <= joints <= MOST_LINKS or names not in tables:
         raise ScenarioError(f"{place}: {HEADER}")
     return joints, timed, len(names)
