@@ -19,6 +19,7 @@ from problems.assembly.sample_loop import Instant, SampleLoop, cost_loop
 from problems.base.arguments import Arguments
 from problems.base.matrix import Matrix
 from problems.encodings.encoding import CostWeights, Encoding
+from problems.encodings.slowness import Slowness
 from problems.evaluation import Program, Step
 from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.motions.motion import Motion
@@ -50,6 +51,10 @@ class CostSteps(ABC, Generic[P]):
     def p(self) -> ca.SX:
         """All numbers of the statement, (q, 1)."""
         return self.arguments.symbols
+
+    def choice_of_duration(self, slowness: Slowness | None) -> dict[str, ca.SX]:
+        """The search vector, for the step that times a motion, where the duration is a variable."""
+        return {} if slowness is None else {"x": self.x}
 
     @property
     def restored(self) -> list[Limit]:

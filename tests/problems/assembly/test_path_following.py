@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from oracles.path import PathOracle
 
 from problems import Ellipse, InvalidProblem, PathFollowingProblem, PlanarArm, closed_curve, pentagram
+from problems.certify.time_scale import exact_time_scale
 from problems.evaluation import EvaluationOptions
-from problems.limits.time_scale import exact_time_scale
 from solvers import BSO, Box, Budget, minimize
 
 ARM = PlanarArm((1.0, 1.0, 1.0), (40.0,) * 3, (2000.0,) * 3)
