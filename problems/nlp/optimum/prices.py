@@ -53,8 +53,9 @@ class Sensitivity:
 
 
 def ranking(sensitivities: Sequence[Sensitivity]) -> list[Sensitivity]:
-    """What holds a motion back, that of which one per cent saves most first; bounds without a size are left out."""
-    return sorted((price for price in sensitivities if price.per_cent < 0.0), key=lambda price: price.per_cent)
+    """What holds a motion back, that of which one per cent saves most first; what has no size comes last."""
+    worth = (price for price in sensitivities if price.per_unit < 0.0)
+    return sorted(worth, key=lambda price: (price.per_cent, price.per_unit))
 
 
 def sensitivities(

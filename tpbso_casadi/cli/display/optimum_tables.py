@@ -31,7 +31,7 @@ def print_optimum(optimum: dict[str, Any], objective: dict[str, Any], console: O
     table = table_of(word("limit"), prose("of"), number("now"), number("1 % saves"), number("one unit saves"))
     for price in ranking[:LISTED]:
         size = f"{price['size']:.4g} {price['limit_unit']}"
-        savings = saved(-price["per_cent"], unit), of_one(price, unit)
+        savings = saved(-price["per_cent"], unit) if price["size"] else "-", of_one(price, unit)
         table.add_row(*map(Text, (price["constraint"], price["column"], size, *savings)))
     console.print_table("what holds the motion back: what each limit, one per cent looser, saves", table)
     for sentence in sentences(ranking, unit):
