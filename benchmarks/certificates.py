@@ -34,8 +34,8 @@ from problems import (
     point_to_point,
 )
 from problems.base.matrix import as_array
+from problems.certify.time_scale import exact_time_scale
 from problems.limits.distances.clearance import Clearance, reachable_pairs
-from problems.limits.time_scale import exact_time_scale
 from solvers import PSO, Box, Budget, minimize
 
 CHECK_SAMPLES = 100_000

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import benchmarks.motion_bench_maker
 from benchmarks.motion_bench_maker.options import add_problem_options, problems_of, setting_of
-from benchmarks.motion_bench_maker.ours import Question, judge_all, runs_of, usual_tip
+from benchmarks.motion_bench_maker.ours import Question, judge_all, runs_of
 from benchmarks.motion_bench_maker.problem_file import InvalidFile, MotionProblem
 from benchmarks.motion_bench_maker.records import Records
 from benchmarks.motion_bench_maker.run_limit import limited
@@ -36,7 +36,6 @@ def parser() -> argparse.ArgumentParser:
         default="joints",
         help="what of the goal is given; a motion to the pose may take another posture, and less than the bound",
     )
-    command_line.add_argument("--tip", help="link whose pose is the goal")
     command_line.add_argument("--solvers", default="lshade", metavar="A,B", help="as in tpbso_casadi.compare")
     command_line.add_argument("--evaluations", type=int, default=20_000, metavar="N", help="of each search")
     command_line.add_argument("--seeds", type=int, default=1, metavar="N", help="of each solver on each problem")
@@ -61,8 +60,7 @@ def main() -> int:
     except InvalidFile as error:
         print(f"benchmarks.motion_bench_maker: {error}", file=sys.stderr)
         return 2
-    tip = options.tip or usual_tip(setting)
-    question = Question(setting, tip, options.goal == "pose")
+    question = Question(setting, options.goal == "pose")
     return exit_code_of(lambda: run(options, question, problems))
 
 

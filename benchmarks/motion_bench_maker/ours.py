@@ -18,8 +18,6 @@ from tpbso_casadi.campaign.run import Run
 from tpbso_casadi.campaign.store import Store
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 
-TIPS = ("panda_link8", "tool0")  # where the chains of the problems end
-
 
 @dataclass(frozen=True)
 class Question:
@@ -27,12 +25,10 @@ class Question:
 
     Attributes:
         setting: robot and limits.
-        tip: link whose frame is the tool's; None for that of the URDF's own last link.
         to_pose: whether the goal is the pose of the tool at the goal joints instead of the joints.
     """
 
     setting: Setting
-    tip: str | None
     to_pose: bool
 
     def scenario(self, problem: MotionProblem) -> Scenario:
@@ -42,8 +38,8 @@ class Question:
             ScenarioError: it cannot be planned.
         """
         goal: dict[str, Any] = {"joints": list(problem.goal)}
-        if self.to_pose and self.tip is not None:
-            pose = self.setting.kinematics.pose(np.array(problem.goal), self.tip)
+        if self.to_pose and self.setting.tool is not None:
+            pose = self.setting.kinematics.pose(np.array(problem.goal), self.setting.tool)
             quaternion = Rotation.from_matrix(pose[:3, :3]).as_quat()
             goal = {"position": pose[:3, 3].tolist(), "quaternion": quaternion.tolist()}
         return parse_scenario(
@@ -58,19 +54,15 @@ class Question:
         setting, limits = self.setting, self.setting.limits
         return {
             "urdf": setting.urdf.name,
-            "urdf_text": setting.urdf.read_text(),
+            "urdf_text": setting.urdf_text,
             "spheres": setting.spheres_file.name,
             "spheres_text": setting.spheres_file.read_text(),
             "max_acceleration": list(limits.acceleration),
             "max_jerk": None if limits.jerk is None else list(limits.jerk),
             "disabled_pairs": may_touch(setting.checker(problem)),
-            **({} if self.tip is None else {"tip_link": self.tip}),
+            **({} if setting.tool is None else {"tip_link": setting.tool}),
+            **({} if setting.payload is None else {"payload": setting.payload.stated()}),
         }
-
-
-def usual_tip(setting: Setting) -> str | None:
-    """Where the chain of a robot of the problems ends; None of another."""
-    return next((link for link in TIPS if link in setting.kinematics.bodies), None)
 
 
 def may_touch(checker: Checker) -> list[tuple[str, str]]:
@@ -144,6 +136,7 @@ def _judged(setting: Setting, problem: MotionProblem, run: Run, store: Store) ->
             "search, s": result.seconds,
             "finish, s": further,
             "goal error": float(np.abs(motion.at(np.array([motion.duration]))[0] - problem.goal).max()),
+            **({} if setting.payload is None else {"payload": setting.payload.stated()}),
             "failed": [constraint.name for constraint in result.constraints if not constraint.satisfied],
         },
     )

@@ -26,7 +26,7 @@ class Record:
         seconds: CPU time of planning.
         clearance: the least distance at samples, m.
         excess: the largest shares by which speed, acceleration and jerk exceed their limits at samples,
-            and joint ranges, rad.
+            joint ranges, rad, and with a payload torques.
         certified: proven to keep all limits for all t by our certificates; None where that was not asked.
         error: why there is no motion.
         details: whatever else is worth keeping.

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from hashlib import sha256
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +16,15 @@ import numpy as np
 from benchmarks.motion_bench_maker.collision import Checker
 from benchmarks.motion_bench_maker.kinematics import Kinematics, Spheres, read_kinematics, read_spheres
 from benchmarks.motion_bench_maker.limits import limits_of
-from benchmarks.motion_bench_maker.problem_file import MotionProblem
+from benchmarks.motion_bench_maker.motors import Motors, Payload
+from benchmarks.motion_bench_maker.problem_file import InvalidFile, MotionProblem
 from problems.base.matrix import FloatArray
 from problems.robots.robot import JointLimits
 
 SAMPLES, LIMIT_SAMPLES = 20_000, 20_000  # times at which a motion is checked
+TIPS = ("panda_link8", "tool0")  # where the chains of the problems end
+
+INERTIAL = re.compile(r"<inertial>.*?</inertial>", re.DOTALL)
 
 Motion = Callable[[FloatArray, int], FloatArray]  # joint angles, or derivatives of them, (n, k) at times (n,)
 
@@ -32,12 +38,51 @@ class Setting:
         spheres_file: file of its spheres.
         acceleration: rad/s^2; None for the data sheet's.
         jerk: rad/s^3; None for the data sheet's.
+        tip: link that carries the payload, and whose pose may be the goal; the usual one of the problems' robots if
+            there is one.
+        payload: what it carries.
+        keeps_torques: whether the motors' efforts are limits, where the URDF states them and masses.
     """
 
     urdf: Path
     spheres_file: Path
     acceleration: tuple[float, ...] | None = None
     jerk: tuple[float, ...] | None = None
+    tip: str | None = None
+    payload: Payload | None = None
+    keeps_torques: bool = True
+
+    @property
+    def urdf_text(self) -> str:
+        """What the URDF states; without masses where torques are not to be kept."""
+        text = self.urdf.read_text()
+        return text if self.keeps_torques else INERTIAL.sub("", text)
+
+    @cached_property
+    def tool(self) -> str | None:
+        """The link that is the tool; None for the last of the URDF.
+
+        Raises:
+            InvalidFile: the robot has no such link.
+        """
+        if self.tip is not None and self.tip not in self.kinematics.bodies:
+            raise InvalidFile(f"--tip: {self.tip!r} is no link of {self.urdf}")
+        return self.tip or next((link for link in TIPS if link in self.kinematics.bodies), None)
+
+    @cached_property
+    def motors(self) -> Motors | None:
+        """What they have to give with a payload; None where none is stated.
+
+        Raises:
+            InvalidFile: it is unknown what carries it, or how to compute that.
+        """
+        if self.payload is None:
+            return None
+        if find_spec("pinocchio") is None:
+            raise InvalidFile("--payload: torques are checked with Pinocchio, of the extra [oracles]")
+        if self.tool is None:
+            raise InvalidFile("--payload: which link carries it has to be said by --tip")
+        return Motors(self.urdf, self.kinematics.names, self.tool, self.payload)
 
     @cached_property
     def kinematics(self) -> Kinematics:
@@ -56,7 +101,8 @@ class Setting:
 
     @cached_property
     def _content(self) -> list[object]:
-        return [self.urdf.read_text(), self.spheres_file.read_text(), asdict(self.limits)]
+        stated = [self.urdf_text, self.spheres_file.read_text(), asdict(self.limits)]
+        return [*stated, *([] if self.payload is None else [asdict(self.payload)])]
 
     def digest(self, problem: MotionProblem) -> str:
         """Of the files, the limits and a problem."""
@@ -83,7 +129,11 @@ class Setting:
         return float(trajectory.duration)
 
     def excess(self, motion: Motion, duration: float) -> list[float]:
-        """By how much of their limits speed, acceleration, jerk, rad or share, and ranges are exceeded at samples."""
+        """By how much limits are exceeded at samples.
+
+        Returns:
+            Shares of speed, acceleration and jerk; ranges, rad; with a payload a share of torques.
+        """
         times = np.linspace(0.0, duration, LIMIT_SAMPLES)
         limits, ranges = self.limits, np.array(self.limits.position)
         bounds = [limits.speed, limits.acceleration, *([] if limits.jerk is None else [limits.jerk])]
@@ -93,7 +143,8 @@ class Setting:
         ]
         angles = motion(times, 0)
         beyond = float(np.maximum(ranges[:, 0] - angles, angles - ranges[:, 1]).max())
-        return [max(share, 0.0) for share in shares] + [max(beyond, 0.0)]
+        torque = [] if self.motors is None else [self.motors.peak(*(motion(times, order) for order in range(3))) - 1.0]
+        return [max(share, 0.0) for share in [*shares, beyond, *torque]]
 
     def clearance(self, problem: MotionProblem, motion: Motion, duration: float) -> float:
         """The least distance of a motion at samples, m."""

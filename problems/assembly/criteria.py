@@ -9,10 +9,10 @@ from typing import ClassVar
 import casadi as ca
 
 from problems.base.matrix import FloatArray
+from problems.certify.time_scale import exact_time_scale, safe_time_scale
 from problems.certify.verdict import Verdict, verdict
 from problems.certify.verification import limit_verdicts
 from problems.limits.limit import Limit
-from problems.limits.time_scale import exact_time_scale, safe_time_scale
 from problems.motions.trajectory import Trajectory
 from problems.objectives import Objective
 from problems.robots.robot import Robot

@@ -13,6 +13,7 @@ from problems.assembly.sample_loop import peak_loop
 from problems.base.matrix import FloatArray, Matrix
 from problems.encodings import SEGMENT_ENCODINGS, SegmentsEncoding
 from problems.encodings.encoding import Decoded
+from problems.encodings.slowness import slowness_of
 from problems.evaluation import Program, Step
 from problems.limits import limits_of
 from problems.limits.constraint import Constraint
@@ -22,6 +23,7 @@ from problems.motions.trajectory import Trajectory
 from problems.motions.two_segments import Quantities, TwoSegments
 from problems.nlp.point_to_point import PointToPointNlp
 from problems.objectives import OBJECTIVES, Objective
+from problems.robots.robot import Robot
 from problems.tasks.checks import check_at_least, check_choice
 from problems.tasks.drawing import Milestone
 from problems.tasks.point_to_point import PointToPoint
@@ -49,26 +51,28 @@ def point_to_point(
     """
     check_choice("formulation", formulation, SEGMENT_ENCODINGS)
     check_at_least("samples", samples, 2, " time steps a segment")
-    motion = TwoSegments(task.robot, samples)
+    motion, minimised = TwoSegments(task.robot, samples), objective_named(objective, task.robot)
+    kind = SEGMENT_ENCODINGS[formulation]
     return PointToPointProblem(
         task=task,
         motion=motion,
-        encoding=SEGMENT_ENCODINGS[formulation](task, motion),
-        objective=objective_named(objective),
+        encoding=kind(task, motion, slowness_of(minimised, task) if kind.scales_time else None),
+        objective=minimised,
         limits=limits_of(task.robot, task.obstacles, limits),
     )
 
 
-def objective_named(objective: Objective | str) -> Objective:
-    """An objective, given itself or by its name.
+def objective_named(objective: Objective | str, robot: Robot) -> Objective:
+    """An objective for a robot, given itself or by its name.
 
     Raises:
-        InvalidProblem: there is none of that name.
+        InvalidProblem: there is none of that name, or it is not defined for the robot.
     """
-    if isinstance(objective, Objective):
-        return objective
-    check_choice("objective", objective, OBJECTIVES)
-    return OBJECTIVES[objective]
+    if isinstance(objective, str):
+        check_choice("objective", objective, OBJECTIVES)
+    found = OBJECTIVES[objective] if isinstance(objective, str) else objective
+    found.check(robot)
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +90,7 @@ class PointToPointProblem(Problem[Quantities]):
             return shape
         samples, limits = self.motion.samples(shape.parameters), self.encoding.restored(self.limits)
         peaks = [peaks_of(limit, samples) for limit in limits]
-        return Decoded(parameters=self.encoding.timed(shape.parameters, limits, peaks), reach=shape.reach)
+        return Decoded(parameters=self.encoding.timed(shape.parameters, limits, peaks, x), reach=shape.reach)
 
     def point_constraints(self, parameters: Quantities) -> list[Constraint]:
         """None: start and goal are met by inverse kinematics, whose condition is a constraint of its own."""
@@ -134,8 +138,9 @@ class SegmentSteps(CostSteps[Quantities]):
         }
         decode = Step.of("decode", {"x": self.x, "p": self.p}, {**reach, **outputs})
         vector, peaks = ca.SX.sym("shape", outputs["shape"].shape[0]), ca.SX.sym("peaks", outputs["peaks"].shape[0])
-        quantities = self.encoding.timed(Quantities.from_vector(vector), self.restored, self.peaks_of_each(peaks))
-        inputs = {"p": self.p, "shape": vector, "peaks": peaks}
+        shape = Quantities.from_vector(vector)
+        quantities = self.encoding.timed(shape, self.restored, self.peaks_of_each(peaks), self.x)
+        inputs = {"p": self.p, "shape": vector, "peaks": peaks, **self.choice_of_duration(self.encoding.slowness)}
         return [
             decode,
             loop.step,

@@ -14,6 +14,9 @@ COORDINATES = (-1e8, 1e8)  # m
 ANGLES = (-1e6, 1e6)  # rad
 RATES = (1e-9, 1e12)  # rad/s, rad/s^2: limits of joints
 TORQUES = (1e-9, 1e12)  # N m or N: limits of motors
+FRICTIONS = (0.0, 1e12)  # N m s or N s/m, N m or N
+MASSES = (1e-9, 1e9)  # kg
+INERTIAS = (0.0, 1e12)  # kg m^2
 ACCELERATIONS = (-1e6, 1e6)  # m/s^2, of gravity
 TIMES = (1e-9, 1e9)  # s
 

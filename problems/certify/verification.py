@@ -13,9 +13,11 @@ import numpy as np
 
 from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import prove_clearance
+from problems.certify.dynamics.torque import prove_torques
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
 from problems.limits.distances.proximity import Proximity
 from problems.limits.limit import Limit
+from problems.limits.torque import TorqueLimit
 from problems.motions.trajectory import Trajectory
 
 
@@ -64,3 +66,9 @@ def _(limit: Proximity, trajectory: Trajectory) -> list[Verdict]:
     where = f"{proof.where}, t = {proof.time:.4g} s"
     bound = limit.robot.margin
     return [Verdict(name=limit.name, worst=worst, bound=bound, unit="m", status=proof.status, where=where)]
+
+
+@prove.register
+def _(limit: TorqueLimit, trajectory: Trajectory) -> list[Verdict]:
+    """The verdict on torques, for the joint that comes nearest to what its motor gives."""
+    return [prove_torques(limit, trajectory).verdict]

@@ -7,13 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 import casadi as ca
 
 from problems.base.matrix import Matrix
-from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.limit import Limit
 from problems.motions.samples import Samples
-from problems.motions.trajectory import SAMPLED_ORDERS, Trajectory
+from problems.motions.trajectory import SAMPLED_ORDERS
 
-DENSE_SAMPLES = 401  # of a finished motion, for a limit whose peaks have no closed form
 UNREACHED_TIME_SCALE = 1e12  # a factor that no motion needs
-ROUNDING_ALLOWANCE = 1e-12  # relative: keeps a time-scaled motion under its limits in floating point
+LARGEST_SLOWDOWN = 1e3  # by limits without a bound of what they take: a search tells no longer durations apart
 
 
 def scaling(limits: Iterable[Limit]) -> list[Limit]:
@@ -47,27 +46,14 @@ def longest_time_scale(limits: Sequence[Limit], peaks: Mapping[int, Matrix]) -> 
         peaks: by order, bounds of the derivative, (1, dof).
 
     Returns:
-        The factor; 0 without limits, ``UNREACHED_TIME_SCALE`` where no bound of a limited derivative is known.
+        The factor; 0 without limits, ``LARGEST_SLOWDOWN`` times as much where no bound is known of what some take,
+        ``UNREACHED_TIME_SCALE`` where none is known of any.
     """
-    if any(limit.order not in peaks for limit in limits):
-        return UNREACHED_TIME_SCALE
-    return float(minimum_time_scale(limits, [peaks[limit.order or 0] for limit in limits])) if limits else 0.0
-
-
-def exact_time_scale(limits: Iterable[Limit], trajectory: Trajectory) -> float:
-    """The time scale for all t, of limits on derivatives, from a finished motion's exact extremes; 0 without any."""
-    chosen = scaling(limits)
-    if not chosen:
-        return 0.0
-    return float(minimum_time_scale(chosen, [_finished_peaks(limit, trajectory) for limit in chosen]))
-
-
-def _finished_peaks(limit: Limit, trajectory: Trajectory) -> Matrix:
-    """The largest magnitudes over all t: exact for a derivative; else those of many samples, and a little more."""
-    if limit.order is not None:
-        return peaks_of(limit, trajectory.samples(trajectory.extreme_times(limit.order)))
-    samples = trajectory.samples(trajectory.times(DENSE_SAMPLES), limit.robot_or_none)
-    return peaks_of(limit, samples) * (1.0 + SAMPLING_MARGIN)
+    known = [limit for limit in limits if limit.order in peaks]
+    if not known:
+        return UNREACHED_TIME_SCALE if limits else 0.0
+    scale = float(minimum_time_scale(known, [peaks[limit.order or 0] for limit in known]))
+    return scale if len(known) == len(limits) else LARGEST_SLOWDOWN * scale
 
 
 def holds_time(limits: Iterable[Limit]) -> bool:
@@ -86,8 +72,3 @@ def _depends_on_time(limit: Limit) -> bool:
     timed = (*now.derivatives[1:], now.duration, now.times, now.weights)
     symbols = ca.vertcat(*(ca.vec(matrix) for matrix in timed if matrix is not None))
     return any(ca.which_depends(ca.vertcat(*expressions), symbols, 1, False))
-
-
-def safe_time_scale(limits: Iterable[Limit], trajectory: Trajectory) -> float:
-    """:func:`exact_time_scale` and a little more, so that rounding breaks no limit."""
-    return exact_time_scale(limits, trajectory) * (1.0 + ROUNDING_ALLOWANCE)

@@ -24,11 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray, Matrix, as_array
+from problems.certify.time_scale import safe_time_scale
 from problems.encodings.waypoints import stops
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import SAMPLING_MARGIN, Limit
-from problems.limits.time_scale import safe_time_scale
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.nlp.composition import composed_hessian, stand_in
@@ -162,8 +162,8 @@ class MoveNlp(TimedProgram):
             *place_rows(self.task, pieces.theta[self.waypoints.tolist(), :], misses),
             *exact.of(self.limits),
         ]
-        for limit in self.limits:
-            if limit.order is None and (self.timed or not limit.scales_with_time):
+        for limit in self.sampled_limits:
+            if limit.order is None:
                 rows += limit.constraints(samples, margin)
         bounds = self.task.duration_bounds
         rows += [] if bounds is None else [bounds.at(samples.duration, margin)]

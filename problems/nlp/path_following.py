@@ -22,12 +22,13 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix
+from problems.certify.time_scale import safe_time_scale
 from problems.encodings import KnotsEncoding
 from problems.limits.accuracy import Accuracy
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
-from problems.limits.time_scale import minimum_time_scale, peaks_of, safe_time_scale
+from problems.limits.time_scale import minimum_time_scale, peaks_of
 from problems.motions.knot_spline import KnotSpline, SplineShape
 from problems.motions.samples import Samples
 from problems.motions.splines.node_form import NodeForm, knot_operators
@@ -150,8 +151,8 @@ class PathNlp(TimedProgram):
         rows += self._accuracy_rows()
         exact = self._exact_rows()
         rows += [row for limit in exact for row in exact[limit]] if self.timed else []
-        for limit in self.limits:
-            if limit not in exact and (self.timed or not limit.scales_with_time):
+        for limit in self.sampled_limits:
+            if limit not in exact:
                 rows += limit.constraints(self._motion, margin)
         rows += self.duration_rows(time, margin)
         step = StepLimit.holding(self.robot, self.task.obstacles)

@@ -19,11 +19,11 @@ import casadi as ca
 import numpy as np
 
 from problems.base.matrix import FloatArray, Matrix, as_array, split
+from problems.certify.time_scale import safe_time_scale
 from problems.encodings.segments import TIME_SHARES
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import SAMPLING_MARGIN, Limit
-from problems.limits.time_scale import safe_time_scale
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.motions.two_segments import Quantities, TwoSegments
@@ -132,9 +132,8 @@ class PointToPointNlp(TimedProgram):
             )
             for name, symbol, theta, point in ends
         ]
-        for limit in self.limits:
-            if self.timed or not limit.scales_with_time:
-                rows += limit.constraints(samples, margin)
+        for limit in self.sampled_limits:
+            rows += limit.constraints(samples, margin)
         rows += self.duration_rows(ca.horzcat(quantities.t1, quantities.t2), margin)
         step = StepLimit.holding(self.robot, self.task.obstacles)
         rows += [] if step is None else step.constraints(samples)

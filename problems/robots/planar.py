@@ -15,13 +15,14 @@ import numpy as np
 
 from problems.base.arguments import is_zero
 from problems.base.matrix import FloatArray, Matrix, Operand
-from problems.robots.planar_links import PlanarLinks, turned
+from problems.robots.massive_links import MassiveLinks
+from problems.robots.planar_links import turned
 from problems.robots.redundancy import angular_range, restore
 from problems.robots.turns import wrap_to
 
 
 @dataclass(frozen=True)
-class PlanarArm(PlanarLinks):
+class PlanarArm(MassiveLinks):
     """A chain of links that turn in one plane, with inverse kinematics for its tool."""
 
     @property

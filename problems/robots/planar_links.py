@@ -10,7 +10,7 @@ as long as the line from its joint to the tool, and turned by the angle between 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, ClassVar, Self
 
@@ -22,12 +22,8 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, columns
 from problems.base.ranges import ANGLES, COORDINATES, LENGTHS, RATES, check_within, shown
 from problems.robots.redundancy import annulus
-from problems.robots.rigid.inertia import Moments, Payload
-from problems.robots.rigid.rigid_chain import RigidChain, RigidJoint
-from problems.robots.rigid.transform import Transform, about, plus
 from problems.robots.robot import Body, JointLimits, Robot
 
-GRAVITY = (0.0, -9.81)  # m/s^2
 MAX_LINKS = 100  # more take minutes to build
 MIN_LENGTH_RATIO = 1e-6  # of the shortest link to the longest: below, rounding decides what is within reach
 
@@ -47,14 +43,6 @@ class PlanarLinks(Robot):
         base_point: where the base is, m.
         base_angle: the orientation of the first link where its joint angle is zero, rad.
         tool_offset: of the tool from the end of the last link, (along the link, to its left), m.
-        max_torque: optional bound of what each motor gives, N m; k values. Only with masses.
-        link_masses: optional, kg; k values.
-        link_centers: of mass, from each link's joint along it, m; k values. The middle where None.
-        link_inertias: about the centres of mass, kg m^2; k values. Those of uniform rods where None.
-        viscous_friction: of the joints, N m s; k values. None where None.
-        coulomb_friction: of the joints, N m; k values. None where None.
-        payload: what the tool carries, in the frame of the last link, its origin at the tool; None for nothing.
-        gravity: m/s^2.
 
     Raises:
         InvalidProblem: a length or limit is not positive or out of range, there are more than ``MAX_LINKS`` links, a
@@ -66,10 +54,10 @@ class PlanarLinks(Robot):
         *Robot.zero_is_structure, "link_radius", "base_point", "base_angle", "tool_offset"
     )  # fmt: skip
     numbers: ClassVar[tuple[str, ...]] = (
-        *zero_is_structure, "link_lengths", "max_speed", "max_acceleration", "joint_limits", "max_jerk",
-        "max_torque", "link_masses", "link_centers", "link_inertias", "viscous_friction", "coulomb_friction",
+        *zero_is_structure, "link_lengths", "max_speed", "max_acceleration", "joint_limits", "max_jerk"
     )  # fmt: skip
     angular: ClassVar[tuple[str, ...]] = ("max_speed", "max_acceleration", "joint_limits", "max_jerk", "base_angle")
+    per_joint: ClassVar[tuple[str, ...]] = ("max_speed", "max_acceleration", "max_jerk", "link_radius")
 
     link_lengths: tuple[float, ...]
     max_speed: tuple[float, ...]
@@ -80,25 +68,15 @@ class PlanarLinks(Robot):
     base_point: tuple[float, float] = (0.0, 0.0)
     base_angle: float = 0.0
     tool_offset: tuple[float, float] = (0.0, 0.0)
-    max_torque: tuple[float, ...] | None = None
-    link_masses: tuple[float, ...] | None = None
-    link_centers: tuple[float, ...] | None = None
-    link_inertias: tuple[float, ...] | None = None
-    viscous_friction: tuple[float, ...] | None = None
-    coulomb_friction: tuple[float, ...] | None = None
-    payload: Payload | None = None
-    gravity: tuple[float, float] = GRAVITY
 
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Self:
-        """The arm that a table of a file describes; one speed or acceleration stands for all joints."""
+        """The arm that a table of a file describes; one number stands for all joints."""
         lengths = settings.get("link_lengths")
         if not isinstance(lengths, (list, tuple)):
             raise InvalidProblem("link_lengths", "missing key" if lengths is None else "a list of numbers is needed")
         per_joint = {
-            key: [settings[key]] * len(lengths)
-            for key in ("max_speed", "max_acceleration", "max_jerk", "link_radius")
-            if isinstance(settings.get(key), (int, float))
+            key: [settings[key]] * len(lengths) for key in cls.per_joint if isinstance(settings.get(key), (int, float))
         }
         return super().from_settings({**settings, **per_joint})
 
@@ -175,38 +153,7 @@ class PlanarLinks(Robot):
             acceleration=self.max_acceleration,
             position=self.joint_limits,
             jerk=self.max_jerk,
-            torque=self.max_torque,
         )
-
-    @property
-    def rigid_chain(self) -> RigidChain | None:
-        """The links as bodies that turn about z; None without masses."""
-        if self.link_masses is None:
-            return None
-        lengths, masses, joints = self.link_lengths, self.link_masses, []
-        for link, (length, mass) in enumerate(zip(lengths, masses, strict=True)):
-            center = length / 2.0 if self.link_centers is None else self.link_centers[link]
-            rod = mass * length**2 / 12.0
-            inertia = rod if self.link_inertias is None else self.link_inertias[link]
-            about_joint = inertia + mass * center**2
-            moments = Moments(
-                mass, (mass * center, 0.0, 0.0), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, about_joint))
-            )
-            joint = RigidJoint(
-                pose=Transform(translation=(lengths[link - 1] if link else 0.0, 0.0, 0.0)),
-                axis=(0.0, 0.0, 1.0),
-                moments=moments,
-                damping=0.0 if self.viscous_friction is None else self.viscous_friction[link],
-                friction=0.0 if self.coulomb_friction is None else self.coulomb_friction[link],
-            )
-            joints.append(joint)
-        if not is_zero(self.base_angle):
-            joints[0] = replace(joints[0], pose=Transform(about((0.0, 0.0, 1.0), self.base_angle)))
-        if self.payload is not None:
-            along, left = self.tool_offset
-            tool = Transform(translation=(plus(lengths[-1], along), left, 0.0))
-            joints[-1] = replace(joints[-1], moments=joints[-1].moments + Moments.of(self.payload, tool))
-        return RigidChain(joints=tuple(joints), gravity=(*self.gravity, 0.0))
 
     @property
     def base(self) -> tuple[float, ...]:

@@ -8,9 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from problems.base.matrix import FloatArray
-from problems.robots.robot import JointLimits
 from problems.sequential.freedom import Freedom
-from problems.sequential.limit_rows import limit_rows
+from problems.sequential.kept_limits import KeptLimits
 from problems.sequential.linear_step import ClearanceRows, best_step, paced
 from problems.sequential.nearness import Nearness, NearPairs
 from problems.sequential.path_speed import Grid, MotionSpace, PathSpeed
@@ -61,7 +60,7 @@ class Descent:
     """
 
     space: MotionSpace
-    limits: JointLimits
+    limits: KeptLimits
     freedom: Freedom
     nearness: Nearness
     kept: float
@@ -81,8 +80,8 @@ class Descent:
         best = self._reached(replace(start, controls=self.freedom.placed(start.controls)), trust)
         for _ in range(ITERATIONS):
             moves = self.freedom.moves(best.motion.controls)
-            linear = limit_rows(best.motion, self._grid, LIMIT_ROWS, self.limits)
-            step = best_step(best.motion, self.limits, linear, self._clearances(best, trust), moves, trust)
+            linear = self.limits.linear(best.motion, self._grid, LIMIT_ROWS)
+            step = best_step(best.motion, self.limits.joints, linear, self._clearances(best, trust), moves, trust)
             if step is None:
                 break
             new = self._reached(replace(step.motion, controls=self.freedom.placed(step.motion.controls)), GROWS * trust)
@@ -100,7 +99,7 @@ class Descent:
 
     def _reached(self, motion: PathSpeed, trust: float) -> Reached:
         """A motion as fast as it may be, and the pairs that may matter in a trust region around it."""
-        fast = paced(motion, self.limits, limit_rows(motion, self._grid, LIMIT_ROWS, self.limits), self._grid)
+        fast = paced(motion, self.limits, self.limits.linear(motion, self._grid, LIMIT_ROWS), self._grid)
         near = self.nearness.near(self._clearance_basis @ fast.controls, self.kept + self.spare + LOOKED_AT * trust)
         spares = self._spares(near)
         missing = np.maximum(self.kept + ENOUGH * spares[near.pairs] - near.clearances, 0.0)

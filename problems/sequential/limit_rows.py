@@ -1,4 +1,4 @@
-"""What a linear program has to keep of the limits of the joints: their linearisation around a motion."""
+"""What a linear program has to keep of velocities, accelerations and jerks: their linearisation around a motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NEARLY = 0.5  # of a limit: a share that a peak between the samples of rows has 
 
 @dataclass(frozen=True)
 class LimitRows:
-    """Shares of limits at some samples, of some joints, to first order.
+    """Shares of limits at some samples, of some joints, to first order: each depends on the path of its joint alone.
 
     Attributes:
         values: (rows,).
@@ -62,9 +62,7 @@ def limit_rows(motion: PathSpeed, grid: Grid, every: int, limits: JointLimits) -
         if bound is None:
             continue
         shares = derivative / np.array(bound)
-        chosen = _peaks(np.abs(shares))
-        chosen[::every] = True
-        samples, joints = np.nonzero(chosen)
+        samples, joints = looked_at(shares, every)
         scale = np.array(bound)[joints, None]
         by_controls = sum(f[samples] * m[samples] for f, m in zip(path, grid.path[1:], strict=False)) / scale
         by_speeds = (
@@ -72,6 +70,14 @@ def limit_rows(motion: PathSpeed, grid: Grid, every: int, limits: JointLimits) -
         )
         parts.append((shares[samples, joints], by_controls, by_speeds, joints))
     return LimitRows(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def looked_at(shares: FloatArray, every: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Samples and joints of rows: every so many samples, and where a column of shares (n, k) has a peak."""
+    chosen = _peaks(np.abs(shares))
+    chosen[::every] = True
+    samples, joints = np.nonzero(chosen)
+    return samples, joints
 
 
 def _peaks(sizes: FloatArray) -> NDArray[np.bool_]:

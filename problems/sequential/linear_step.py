@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 
 from problems.base.matrix import FloatArray
 from problems.robots.robot import JointLimits
-from problems.sequential.limit_rows import LimitRows
+from problems.sequential.kept_limits import KeptLimits, LinearLimits
 from problems.sequential.path_speed import RESTING, Grid, PathSpeed
 from problems.timing.linear_program import minimizer
 
@@ -57,7 +57,7 @@ class Step:
 
 
 def best_step(
-    motion: PathSpeed, limits: JointLimits, linear: LimitRows, clear: ClearanceRows, moves: FloatArray, trust: float
+    motion: PathSpeed, limits: JointLimits, linear: LinearLimits, clear: ClearanceRows, moves: FloatArray, trust: float
 ) -> Step | None:
     """The best change within a trust region; None where no program can be solved.
 
@@ -106,16 +106,16 @@ def best_step(
     return Step(moved, float(-motion.duration_slopes @ speeds))
 
 
-def paced(motion: PathSpeed, limits: JointLimits, linear: LimitRows, grid: Grid) -> PathSpeed:
+def paced(motion: PathSpeed, limits: KeptLimits, linear: LinearLimits, grid: Grid) -> PathSpeed:
     """The same path as fast as its limits allow on a grid: evenly, or at a speed that a linear program makes of it."""
-    even = motion.slowed(motion.stretch(grid, limits))
+    even = motion.slowed(limits.stretch(motion, grid))
     width = PACING * motion.speeds
     rows, bounds = useful_rows(linear.values, linear.by_speeds, width)
     found = minimizer(motion.duration_slopes, csr_array(rows), bounds, np.stack([-width, width], axis=1))
     if found is None:
         return even
     other = replace(motion, speeds=motion.speeds + found)
-    other = other.slowed(other.stretch(grid, limits))
+    other = other.slowed(limits.stretch(other, grid))
     return min(even, other, key=lambda each: each.duration)
 
 

@@ -135,6 +135,10 @@ class PathSpeed:
         w, w1, w2 = ((matrix @ self.speeds)[:, None] for matrix in grid.speed)
         return q1 * w, q2 * w**2 + q1 * w * w1, q3 * w**3 + 3.0 * q2 * w**2 * w1 + q1 * w * (w1**2 + w * w2)
 
+    def state(self, grid: Grid) -> FloatArray:
+        """Angles, velocities and accelerations, (n, 3 k)."""
+        return np.concatenate([self.theta(grid), *self.derivatives(grid)[:2]], axis=1)
+
     def stretch(self, grid: Grid, limits: JointLimits) -> float:
         """The factor by which it has to be slowed to keep its limits on a grid; below 1 where time can be saved."""
         bounds = (limits.speed, limits.acceleration, limits.jerk)

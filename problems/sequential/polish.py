@@ -15,6 +15,8 @@ from problems.motions.trajectory import Trajectory
 from problems.sequential.descent import Descent, Reached
 from problems.sequential.fitted import bent, fitted
 from problems.sequential.freedom import Freedom
+from problems.sequential.joint_torques import JointTorques
+from problems.sequential.kept_limits import KeptLimits
 from problems.sequential.nearness import Nearness
 from problems.sequential.path_speed import MotionSpace, PathSpeed
 from problems.sequential.timed import timed
@@ -35,7 +37,7 @@ class Polish:
 
     Args:
         task: at rest at both ends, with nothing to pass on the way.
-        limits: each of a derivative of the joint angles up to the jerk, or of clearances.
+        limits: each of a derivative of the joint angles up to the jerk, of torques, or of clearances.
     """
 
     task: Move
@@ -44,6 +46,11 @@ class Polish:
     @cached_property
     def _nearness(self) -> Nearness:
         return Nearness(self.task.robot, tuple(limit for limit in self.limits if isinstance(limit, Proximity)))
+
+    @cached_property
+    def _kept(self) -> KeptLimits:
+        torque = next((limit for limit in self.limits if isinstance(limit, TorqueLimit)), None)
+        return KeptLimits(self.task.robot.limits, None if torque is None else JointTorques(torque))
 
     def __call__(self, start: Trajectory) -> Iterator[Trajectory]:
         """Clear motions made of one that may break limits, each with more clearance at its samples than the last.
@@ -80,7 +87,7 @@ class Polish:
     def _descent(self, motion: PathSpeed, spare: float) -> Descent:
         robot = self.task.robot
         freedom = Freedom(robot, self.task.start, self.task.reached_goal(motion.controls[-1]))
-        return Descent(SPACE, robot.limits, freedom, self._nearness, robot.margin, spare)
+        return Descent(SPACE, self._kept, freedom, self._nearness, robot.margin, spare)
 
     def _starts(self, start: Trajectory) -> Iterator[PathSpeed]:
         """The motion itself, the free one between its ends, and that bent at random; the same ones every time."""

@@ -23,6 +23,9 @@ URDF = """<robot name="small">
  <axis xyz="0 1 0"/><limit lower="0" upper="0.1" velocity="1" effort="1"/></joint>
 </robot>
 """  # noqa: E501
+MASS = """<inertial><origin xyz="0.5 0 0"/><mass value="{}"/>
+ <inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>"""
+MASSES = {"upper": 1.0, "lower": 1.0, "wrist": 1e-6}  # kg, halfway along the links
 SPHERES = """[[spheres]]
 link = "foot"
 center = [0.0, 0.0, 0.1]
@@ -59,6 +62,10 @@ PROBLEM: dict[str, Any] = {
 def folder(tmp_path: Path) -> Path:
     """With the robot's files and one of problems."""
     (tmp_path / "small.urdf").write_text(URDF)
+    massive = URDF
+    for link, mass in MASSES.items():
+        massive = massive.replace(f'<link name="{link}"/>', f'<link name="{link}">{MASS.format(mass)}</link>')
+    (tmp_path / "massive.urdf").write_text(massive)
     (tmp_path / "small.toml").write_text(SPHERES)
     (tmp_path / "small.jsonl").write_text(json.dumps(PROBLEM) + "\n")
     return tmp_path

@@ -16,12 +16,12 @@ import numpy as np
 from problems import OBJECTIVES, Constraint, Problem, Robot, Trajectory, Variable
 from problems.assembly.cost_steps import CostSteps
 from problems.base.matrix import FloatArray, Matrix
+from problems.certify.time_scale import safe_time_scale
 from problems.encodings.encoding import Decoded, Encoding
 from problems.encodings.penalty import FeasibilityFirst
 from problems.evaluation import Program, Step
 from problems.limits import limits_of
 from problems.limits.limit import Limit
-from problems.limits.time_scale import safe_time_scale
 from problems.motions.motion import Motion, SampleGrid
 from problems.motions.samples import Samples
 from problems.nlp.program import NonlinearProgram

@@ -14,7 +14,9 @@ from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.progress import Progress
 
 POLISHED = "sequential programs"  # the candidate that changes path and speed
+FREE_SPACE = "free space"  # the candidate that is the fastest between its ends where nothing is in the way
 SAME_PATH = "same path"  # the candidate that runs the path of the motion before
+AS_FAST = 1.0 + 1e-6  # how much slower it may be run and is still the fastest
 SAME_OBJECTIVE = 1e-9  # relative: what a path gains or loses when it is run at other times is rounding
 
 
@@ -59,31 +61,37 @@ def is_better(motion: Motion, before: Motion) -> bool:
 def retimed(before: Motion, progress: Progress) -> Retiming:
     """Time a finished motion anew, in all the ways there are.
 
-    Where free space will do, nothing is faster between the same postures; other postures at the ends may be.
+    Where free space will do, nothing is faster between the same postures, unless it had to be slowed down for limits
+    that it is not made for, as torques are; other postures at the ends may be.
     """
     began = time.perf_counter()
     progress.phase("retiming")
     made: dict[str, Motion] = {}
+    settled = False
     for name, make in CANDIDATES.items():
         moves_ends = name == POLISHED and before.problem.ends_may_move
-        motion = _attempted(make, before) if moves_ends or not any(m.feasible for m in made.values()) else None
+        if settled and not moves_ends:
+            continue
+        motion, slower = _attempted(make, before)
         if motion is not None:
             made[name] = motion
+            settled = settled or (motion.feasible and (name != FREE_SPACE or slower <= AS_FAST))
     best = min(made, key=lambda name: (made[name].merit, made[name].trajectory.duration), default="")
     return Retiming(before, made.get(best), best, time.perf_counter() - began)
 
 
-def _attempted(make: Callable[[Motion], Iterator[Trajectory]], before: Motion) -> Motion | None:
-    """The first certified motion of a candidate, or its last; None where it cannot be made."""
-    motion = None
+def _attempted(make: Callable[[Motion], Iterator[Trajectory]], before: Motion) -> tuple[Motion | None, float]:
+    """The first certified motion of a candidate, or its last, None where it cannot be made; how much it was slowed."""
+    motion, slower = None, 1.0
     try:
         for trajectory in make(before) if before.trajectory.is_finite else ():
             motion = _slowed(replace(before, trajectory=trajectory, retimed=True))
+            slower = motion.trajectory.duration / trajectory.duration
             if motion.feasible:
                 break
     except InvalidProblem:  # it stands still, for example
-        return motion
-    return motion
+        pass
+    return motion, slower
 
 
 def _slowed(motion: Motion) -> Motion:
@@ -108,7 +116,8 @@ def _same_path(before: Motion) -> Iterator[Trajectory]:
         return
     start, goal = before.problem.task.end_velocities
     rates = float(start.any()), float(goal.any())
-    yield retime(before.path, before.problem.robot.limits, rates)
+    robot = before.problem.robot
+    yield retime(before.path, robot.limits, rates, chain=robot.rigid_chain)
 
 
 def _free_space(before: Motion) -> Iterator[Trajectory]:
@@ -126,7 +135,7 @@ def _free_space(before: Motion) -> Iterator[Trajectory]:
 
 # the motion in free space first: there is no faster one between two postures
 CANDIDATES: dict[str, Callable[[Motion], Iterator[Trajectory]]] = {
-    "free space": _free_space,
+    FREE_SPACE: _free_space,
     POLISHED: _polished,
     SAME_PATH: _same_path,
 }

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.motion_bench_maker.ours import Question, usual_tip
+from benchmarks.motion_bench_maker.ours import Question
 from benchmarks.motion_bench_maker.planner_collision import PlannerCollision
 from benchmarks.motion_bench_maker.problem_file import MotionProblem
 from benchmarks.motion_bench_maker.records import Record
@@ -17,7 +17,7 @@ from benchmarks.motion_bench_maker.setting import Setting
 from problems import Trajectory
 from problems.assembly.criteria import Criteria
 
-UNPROVEN = {"speed", "acceleration", "jerk"}  # of these the excess is recorded: TOPP-RA's accelerations jump
+UNPROVEN = {"speed", "acceleration", "jerk", "torque"}  # of these the excess is recorded: TOPP-RA's accelerations jump
 PADDING = 0.002  # m that paths leave around obstacles, so that splines along them have room
 
 
@@ -95,4 +95,4 @@ def judged(planner: str, setting: Setting, problem: MotionProblem, seed: int, an
 
 def criteria(setting: Setting, problem: MotionProblem) -> Criteria:
     """What our own planner would be held to, for its certificates."""
-    return Question(setting, usual_tip(setting), to_pose=False).scenario(problem).problem().at_free_times()
+    return Question(setting, to_pose=False).scenario(problem).problem().at_free_times()

@@ -1,20 +1,30 @@
-"""Masses of rigid bodies, and of what a tool carries."""
+"""Masses of rigid bodies."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias
+
+import numpy as np
 
 from problems.base.arguments import Statement
 from problems.base.matrix import Operand
-from problems.base.ranges import COORDINATES, check_within
-from problems.robots.rigid.transform import Rotation, Transform, Vector, compose, plus, times, transposed
+from problems.robots.rigid.transform import (
+    Rotation,
+    Transform,
+    Vector,
+    added,
+    compose,
+    outer,
+    plus,
+    scaled,
+    times,
+    transposed,
+)
 
 Point3: TypeAlias = tuple[float, float, float]
 Matrix3: TypeAlias = tuple[Point3, Point3, Point3]  # rows
-MASSES = (0.0, 1e9)  # kg
-INERTIAS = (-1e12, 1e12)  # kg m^2
-
+ROUNDING = 1e-6  # of the largest principal moment: what figures with few digits may be off by
 MASSLESS: Matrix3 = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
@@ -37,31 +47,14 @@ class Inertia(Statement):
         return Moments.of(self, Transform())
 
 
-@dataclass(frozen=True, kw_only=True)
-class Payload(Inertia):
-    """What the tool carries, in the tool's frame; its numbers may change without compiling anything anew.
-
-    Raises:
-        InvalidProblem: its mass is negative, or a number is out of range.
-    """
-
-    numbers: ClassVar[tuple[str, ...]] = ("mass", "center", "matrix")
-    zero_is_structure: ClassVar[tuple[str, ...]] = ("center", "matrix")
-
-    def __post_init__(self) -> None:
-        check_within("payload.mass", (self.mass,), MASSES, "kg")
-        check_within("payload.center", self.center, COORDINATES, "m")
-        check_within("payload.inertia", (entry for row in self.matrix for entry in row), INERTIAS, "kg m^2")
-
-
 @dataclass(frozen=True, eq=False)
 class Moments:
     """What forces on a body depend on, about the origin of a frame; those of bodies that are fixed together add up.
 
     Attributes:
         mass: kg.
-        first: mass times centre, kg m.
-        second: inertia about the origin, kg m^2.
+        first: the integral of r over the masses, mass times centre, kg m.
+        second: the integral of r r^T, kg m^2; the inertia is its trace times the identity, less itself.
     """
 
     mass: Operand
@@ -71,16 +64,13 @@ class Moments:
     @classmethod
     def of(cls, inertia: Inertia, pose: Transform) -> Moments:
         """Those of a body whose frame is posed in another, about the origin of that one."""
-        m, (x, y, z) = inertia.mass, pose.apply(inertia.center)
-        turned = compose(compose(pose.rotation, inertia.matrix), transposed(pose.rotation))
-        xx, yy, zz = (times(m, times(part, part)) for part in (x, y, z))
-        xy, xz, yz = (-times(m, times(one, two)) for one, two in ((x, y), (x, z), (y, z)))
-        steiner = ((plus(yy, zz), xy, xz), (xy, plus(xx, zz), yz), (xz, yz, plus(xx, yy)))
-        return cls(m, (times(m, x), times(m, y), times(m, z)), _sum(turned, steiner))
+        center = pose.apply(inertia.center)
+        first = scaled(center, inertia.mass)
+        turned = compose(compose(pose.rotation, _second(inertia.matrix)), transposed(pose.rotation))
+        return cls(inertia.mass, first, _sum(turned, outer(first, center)))
 
     def __add__(self, other: Moments) -> Moments:
-        x, y, z = (plus(a, b) for a, b in zip(self.first, other.first, strict=True))
-        return Moments(plus(self.mass, other.mass), (x, y, z), _sum(self.second, other.second))
+        return Moments(plus(self.mass, other.mass), added(self.first, other.first), _sum(self.second, other.second))
 
 
 def _sum(one: Rotation, two: Rotation) -> Rotation:
@@ -88,3 +78,30 @@ def _sum(one: Rotation, two: Rotation) -> Rotation:
         (plus(a[0], b[0]), plus(a[1], b[1]), plus(a[2], b[2])) for a, b in zip(one, two, strict=True)
     )
     return first, second, third
+
+
+def _second(inertia: Rotation) -> Rotation:
+    """The integral of r r^T from the inertia about the same point."""
+    half = times(0.5, plus(plus(inertia[0][0], inertia[1][1]), inertia[2][2]))
+    (a, xy, xz), (yx, b, yz), (zx, zy, c) = inertia
+    return (
+        (plus(half, -a), -xy, -xz),
+        (-yx, plus(half, -b), -yz),
+        (-zx, -zy, plus(half, -c)),
+    )
+
+
+def impossible(matrix: Matrix3) -> str | None:
+    """Why no body of positive density has this inertia (kg m^2) about its centre of mass; None where one can have it.
+
+    Principal moments are sums of two of three variances each, so that none is negative or above the sum of the others.
+    """
+    inertia = np.array(matrix)
+    room = ROUNDING * float(np.abs(inertia).max())
+    if float(np.abs(inertia - inertia.T).max()) > room:
+        return "the matrix is not symmetric"
+    one, two, three = np.linalg.eigvalsh(inertia).tolist()
+    moments = f"principal moments {one:.3g}, {two:.3g} and {three:.3g} kg m^2"
+    if one < -room:
+        return f"{moments}: one is negative"
+    return f"{moments}: the largest is above the sum of the others" if three > one + two + room else None

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 
 import numpy as np
 
 from problems.base.arguments import Statement
+from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, columns
+from problems.base.ranges import FRICTIONS, check_within
 from problems.robots.rigid.inertia import Inertia, Matrix3, Point3
 from problems.robots.rigid.rigid_chain import RigidJoint
 from problems.robots.rigid.transform import Transform, moved
@@ -116,6 +119,45 @@ class Chain(Statement):
         for joint, value in zip(self.joints, columns(theta), strict=True):
             frames.append(frames[-1] @ joint.moved(value))
         return frames
+
+    @property
+    def massless(self) -> tuple[str, ...]:
+        """Links whose masses are not known."""
+        return tuple(joint.link for joint in self.joints if joint.inertia is None)
+
+    def check_masses(self, field: str) -> None:
+        """All masses are known, so that torques are.
+
+        Raises:
+            InvalidProblem: they are not, and ``field`` has no effect without them.
+        """
+        if self.massless:
+            raise InvalidProblem(field, f"torques are not known: no masses are stated for {', '.join(self.massless)}")
+
+    def with_friction(self, viscous: Sequence[float] | None, coulomb: Sequence[float] | None) -> Chain:
+        """The same with other friction, where it is given.
+
+        Args:
+            viscous: of each joint, N m s or N s/m.
+            coulomb: N m or N.
+
+        Raises:
+            InvalidProblem: ``viscous_friction`` or ``coulomb_friction`` is negative or not one for each joint, or
+                masses are not known.
+        """
+        dampings = self._frictions("viscous_friction", viscous, [joint.damping for joint in self.joints])
+        frictions = self._frictions("coulomb_friction", coulomb, [joint.friction for joint in self.joints])
+        each = zip(self.joints, dampings, frictions, strict=True)
+        return replace(self, joints=tuple(replace(joint, damping=d, friction=f) for joint, d, f in each))
+
+    def _frictions(self, field: str, given: Sequence[float] | None, known: Sequence[float]) -> Sequence[float]:
+        if given is None:
+            return known
+        if len(given) != len(self.joints):
+            raise InvalidProblem(field, f"{len(given)} values for {len(self.joints)} joints")
+        check_within(field, given, FRICTIONS, "N m s" if field == "viscous_friction" else "N m")
+        self.check_masses(field)
+        return given
 
     @cached_property
     def offsets(self) -> FloatArray:

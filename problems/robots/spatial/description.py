@@ -9,7 +9,8 @@ from typing import TypeAlias
 
 from problems.base.errors import InvalidProblem
 from problems.base.ranges import ANGLES
-from problems.robots.rigid.inertia import Matrix3, Payload, Point3
+from problems.robots.rigid.inertia import Matrix3, Point3
+from problems.robots.rigid.payload import Payload
 from problems.robots.rigid.transform import Transform
 from problems.robots.spatial.chain import UNTURNED, Chain, ChainJoint, JointKind
 from problems.robots.spatial.collision.self_pairs import LinkPairs, self_collision_pairs
@@ -88,6 +89,8 @@ class RobotDescription:
         max_jerk: PerJoint | None = None,
         position_limits: Ranges | None = None,
         max_torque: PerJoint | None = None,
+        viscous_friction: PerJoint | None = None,
+        coulomb_friction: PerJoint | None = None,
         payload: Payload | None = None,
         gravity: Point3 = GRAVITY,
         spheres: Sequence[Sphere] | None = None,
@@ -105,6 +108,8 @@ class RobotDescription:
             max_jerk: rad/s^3 or m/s^3.
             position_limits: (lowest, highest) of each joint, rad or m.
             max_torque: N m or N; where None, what is known, if masses are too.
+            viscous_friction: N m s or N s/m.
+            coulomb_friction: N m or N.
             payload: what the tool carries.
             gravity: m/s^2.
             spheres: instead of its own.
@@ -121,12 +126,13 @@ class RobotDescription:
         base_translation, base_rotation = numbers_of(base or Transform())
         tool_translation, tool_rotation = numbers_of(tool or Transform())
         return SpatialArm(
-            chain=self._limited(ranges),
+            chain=self._limited(ranges).with_friction(
+                self._each_or_none("viscous_friction", viscous_friction),
+                self._each_or_none("coulomb_friction", coulomb_friction),
+            ),
             max_speed=self._each("max_speed", max_speed, [joint.speed for joint in self.chain.joints]),
             max_acceleration=self._each("max_acceleration", max_acceleration, self.max_acceleration),
-            max_jerk=None
-            if max_jerk is None and self.max_jerk is None
-            else self._each("max_jerk", max_jerk, self.max_jerk),
+            max_jerk=self._each_or_none("max_jerk", max_jerk, self.max_jerk),
             position_limits=ranges,
             max_torque=self._torques(max_torque),
             payload=payload,
@@ -179,11 +185,16 @@ class RobotDescription:
                 raise InvalidProblem(field, f"missing: none is known for joint {joint.name!r}")
         return tuple(float(value) for value in values if value is not None)
 
+    def _each_or_none(
+        self, field: str, given: PerJoint | None, known: Sequence[float | None] | None = None
+    ) -> tuple[float, ...] | None:
+        return None if given is None and known is None else self._each(field, given, known)
+
     def _torques(self, given: PerJoint | None) -> tuple[float, ...] | None:
         """Those given; else the efforts, where they and the masses of all joints are known."""
-        efforts, joints = [joint.effort for joint in self.chain.joints], self.chain.joints
-        known = None not in efforts and all(joint.inertia is not None for joint in joints)
-        return self._each("max_torque", given, efforts) if given is not None or known else None
+        efforts = [joint.effort for joint in self.chain.joints]
+        known = None not in efforts and not self.chain.massless
+        return self._each_or_none("max_torque", given, efforts if known else None)
 
     def _ranges(self, given: Ranges | None) -> tuple[tuple[float, float], ...]:
         joints = self.chain.joints

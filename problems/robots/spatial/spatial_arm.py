@@ -13,7 +13,9 @@ import numpy as np
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.base.ranges import ACCELERATIONS, ANGLES, COORDINATES, LENGTHS, RATES, TORQUES, check_within
-from problems.robots.rigid.inertia import Matrix3, Moments, Payload, Point3
+from problems.robots.rigid.inertia import Matrix3, Moments, Point3
+from problems.robots.rigid.payload import Payload
+from problems.robots.rigid.regrouping import regrouped
 from problems.robots.rigid.rigid_chain import RigidChain
 from problems.robots.rigid.transform import Transform, as_rows
 from problems.robots.robot import Body, JointLimits, Robot
@@ -46,7 +48,8 @@ class SpatialArm(Robot):
         gravity: m/s^2, as seen from outside.
 
     Raises:
-        InvalidProblem: a limit is not positive or out of range, or a list is not dof long.
+        InvalidProblem: a limit is not positive or out of range, a list is not dof long, or something is stated that
+            only masses give an effect, which are not known.
     """
 
     numbers: ClassVar[tuple[str, ...]] = (
@@ -82,13 +85,19 @@ class SpatialArm(Robot):
                 check_within("position_limits", (low, high), ANGLES, "rad")
                 if not low < high:
                     raise InvalidProblem("position_limits", f"joint {number}: {low:g} is not below {high:g}")
-        if self.max_torque is not None:
-            self._check_length("max_torque", self.max_torque)
-            check_within("max_torque", self.max_torque, TORQUES, "N m")
-        check_within("gravity", self.gravity, ACCELERATIONS, "m/s^2")
+        self._check_dynamics()
         check_within("base", self.base_translation, COORDINATES, "m")
         check_within("tool", self.tool_translation, COORDINATES, "m")
         check_within("spheres", (sphere.radius for sphere in self.spheres), LENGTHS, "m")
+
+    def _check_dynamics(self) -> None:
+        check_within("gravity", self.gravity, ACCELERATIONS, "m/s^2")
+        if self.max_torque is not None:
+            self._check_length("max_torque", self.max_torque)
+            check_within("max_torque", self.max_torque, TORQUES, "N m")
+        for field in ("max_torque", "payload"):
+            if getattr(self, field) is not None:
+                self.chain.check_masses(field)
 
     def _check_length(self, field: str, values: tuple[object, ...]) -> None:
         if len(values) != self.dof:
@@ -123,9 +132,9 @@ class SpatialArm(Robot):
     @property
     def rigid_chain(self) -> RigidChain | None:
         """Joints and bodies of the chain, the payload fixed to the last; None where a joint moves no known mass."""
-        if any(joint.inertia is None for joint in self.chain.joints):
+        if self.chain.massless:
             return None
-        joints = [joint.rigid for joint in self.chain.joints]
+        joints = regrouped([joint.rigid for joint in self.chain.joints])
         joints[0] = replace(joints[0], pose=Transform(self.base_rotation) @ joints[0].pose)
         if self.payload is not None:
             carried = Moments.of(self.payload, self.tool_frame)

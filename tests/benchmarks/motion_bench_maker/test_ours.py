@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks.motion_bench_maker.__main__ import main
+from benchmarks.motion_bench_maker.motors import Payload
 from benchmarks.motion_bench_maker.ours import Question, judge_all, may_touch, runs_of
 from benchmarks.motion_bench_maker.problem_file import read_problems
 from benchmarks.motion_bench_maker.records import Records
@@ -25,7 +27,7 @@ from tpbso_casadi.campaign.store import Store
 
 def test_a_scenario_is_the_problem(setting: Setting, folder: Path) -> None:
     (problem,) = read_problems(folder / "small.jsonl")
-    stated = Question(setting, "tool0", to_pose=False).scenario(problem).problem()
+    stated = Question(setting, to_pose=False).scenario(problem).problem()
     robot = stated.robot
     assert robot.limits.speed == (2.0, 3.0, 3.0)
     assert (robot.limits.acceleration, robot.limits.jerk) == ((5.0,) * 3, (50.0,) * 3)
@@ -47,15 +49,78 @@ def test_links_that_are_near_or_meet_at_an_end_may_touch(setting: Setting, folde
 
 def test_the_goal_may_be_the_pose_at_its_joints(setting: Setting, folder: Path) -> None:
     (problem,) = read_problems(folder / "small.jsonl")
-    goal = Question(setting, "tool0", to_pose=True).scenario(problem).model_dump(mode="json")["task"]["goal"]
+    goal = Question(setting, to_pose=True).scenario(problem).model_dump(mode="json")["task"]["goal"]
     pose = setting.kinematics.pose(np.array(problem.goal), "tool0")
     assert goal["position"] == pytest.approx(pose[:3, 3].tolist())
     assert Rotation.from_quat(goal["quaternion"]).as_matrix() == pytest.approx(pose[:3, :3])
 
 
+def test_a_payload_is_carried_by_the_tool(setting: Setting, folder: Path) -> None:
+    (problem,) = read_problems(folder / "small.jsonl")
+    loaded = replace(setting, payload=Payload(2.0, (0.0, 0.1, 0.2)))
+    stated = Question(loaded, to_pose=False).scenario(problem).model_dump(mode="json")["robot"]
+    assert (stated["payload"]["mass"], stated["payload"]["center"]) == (2.0, [0.0, 0.1, 0.2])
+    assert stated["tip_link"] == "tool0"
+    digests = [one.digest(problem) for one in (setting, loaded, replace(setting, payload=Payload(3.0)))]
+    assert len(set(digests)) == 3
+
+
+def test_torques_are_kept_unless_that_is_not_asked_for(folder: Path) -> None:
+    (problem,) = read_problems(folder / "small.jsonl")
+    massive = Setting(folder / "massive.urdf", folder / "small.toml", (5.0,), (50.0,))
+    free = replace(massive, keeps_torques=False)
+    limits = [Question(one, to_pose=False).scenario(problem).problem().robot.limits for one in (massive, free)]
+    assert [one.torque for one in limits] == [(10.0,) * 3, None]
+
+
+def test_torques_of_a_motion_are_those_of_the_arm_and_its_payload(folder: Path) -> None:
+    pytest.importorskip("pinocchio")
+    payload = Payload(0.5, (0.1, 0.0, 0.0))
+    setting = Setting(folder / "massive.urdf", folder / "small.toml", (5.0,), (50.0,), payload=payload)
+    # stretched out and lifted at 2 rad/s^2: the lift's axis carries 1 kg at 0.5 m and 0.5 kg at 1.6 m, and nothing else
+    own, carried = 1.0 * 0.5, 0.5 * 1.6
+    torque = (own + carried) * 9.81 + (1.0 * 0.5**2 + 0.5 * 1.6**2) * 2.0
+
+    def still(times: np.ndarray, order: int) -> np.ndarray:
+        return np.tile([0.0, 2.0 if order == 2 else 0.0, 0.0], (len(times), 1))
+
+    assert setting.excess(still, 1.0)[-1] == pytest.approx(torque / 10.0 - 1.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("text", ["", "x", "0", "-1", "1,2", "1,2,3,nan", "inf"])
+def test_a_payload_that_is_none_is_one_line(
+    text: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["x.jsonl", "--robot-urdf", str(folder / "small.urdf"), "--spheres", str(folder / "small.toml")]
+    monkeypatch.setattr(sys, "argv", ["motion_bench_maker", *arguments, f"--payload={text}"])
+    assert main() == 2
+    assert capsys.readouterr().err.startswith(f"benchmarks.motion_bench_maker: --payload: {text!r} is not")
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (["--payload", "3", "--no-torque"], "--payload: means nothing where torques are not kept"),
+        (["--payload", "3", "--tip", "thumb"], "--tip: 'thumb' is no link"),
+    ],
+)
+def test_options_that_contradict_the_robot_or_each_other_are_one_line(
+    options: list[str],
+    reason: str,
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    pytest.importorskip("pinocchio")
+    arguments = ["x.jsonl", "--robot-urdf", str(folder / "small.urdf"), "--spheres", str(folder / "small.toml")]
+    monkeypatch.setattr(sys, "argv", ["motion_bench_maker", *arguments, *options])
+    assert main() == 2
+    assert capsys.readouterr().err.startswith(f"benchmarks.motion_bench_maker: {reason}")
+
+
 def test_a_run_that_failed_is_a_record(setting: Setting, folder: Path) -> None:
     pytest.importorskip("ruckig")
-    question = Question(setting, "tool0", to_pose=False)
+    question = Question(setting, to_pose=False)
     runs = runs_of(question, read_problems(folder / "small.jsonl"), parse_solvers("lshade,pso"), [1])
     records = Records(folder / "records.jsonl")
     with Store(folder / "runs.sqlite") as store:

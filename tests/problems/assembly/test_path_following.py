@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from oracles.path import PathOracle
 
 from problems import Ellipse, InvalidProblem, PathFollowingProblem, PlanarArm, closed_curve, pentagram
+from problems.certify.time_scale import exact_time_scale
 from problems.evaluation import EvaluationOptions
-from problems.limits.time_scale import exact_time_scale
 from solvers import BSO, Box, Budget, minimize
 
 ARM = PlanarArm((1.0, 1.0, 1.0), (40.0,) * 3, (2000.0,) * 3)
@@ -52,7 +52,7 @@ def candidates(problem: PathFollowingProblem, count: int, seed: int = 0) -> np.n
 
 
 def test_paper_cost_agrees_with_numpy(problem: PathFollowingProblem) -> None:
-    points = candidates(problem, 10_000)
+    points = candidates(problem, 3_000)
     for stated in (problem, changed(problem, accuracy=0.6)):
         expected = PathOracle(stated).cost(points)
         differs = np.abs(stated.cost(points) - expected) > 1e-7 * np.abs(expected)
@@ -70,7 +70,7 @@ def test_reduced_cost_agrees_with_numpy(problem: PathFollowingProblem) -> None:
 def test_infeasible_always_costs_more_than_feasible(problem: PathFollowingProblem) -> None:
     for stated in (problem, changed(problem, formulation="reduced")):
         loose = changed(stated, accuracy=0.6)
-        points = candidates(loose, 4000)
+        points = candidates(loose, 1500)
         cost = loose.cost(points)
         broken = PathOracle(loose).breaks_a_limit(points)
         assert 0 < broken.sum() < broken.size

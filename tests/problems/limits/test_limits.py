@@ -12,6 +12,7 @@ from helpers.cases import OVAL, equal_links, moving
 
 from problems import CertificateStatus, Constraint, Ellipse, InvalidProblem, Limit, PlanarArm, Trajectory
 from problems.base.matrix import FloatArray, as_array
+from problems.certify.time_scale import exact_time_scale, safe_time_scale
 from problems.certify.verification import limit_verdicts
 from problems.limits import LIMITS, limits_of
 from problems.limits.accuracy import Accuracy
@@ -20,7 +21,7 @@ from problems.limits.derivative import AccelerationLimit, DerivativeLimit, JerkL
 from problems.limits.distances.clearance import MAX_STEP_SHARE, Clearance, StepLimit, reachable_pairs
 from problems.limits.joint_range import JointRange
 from problems.limits.point_constraints import end_point, reach_limit
-from problems.limits.time_scale import exact_time_scale, minimum_time_scale, peaks_of, safe_time_scale, scaling
+from problems.limits.time_scale import minimum_time_scale, peaks_of, scaling
 from problems.motions.samples import Samples
 from problems.motions.two_segments import Quantities
 from problems.robots.robot import JointLimits

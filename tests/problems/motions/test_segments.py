@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from problems import PlanarArm, Trajectory
+from problems.certify.time_scale import exact_time_scale
 from problems.limits.derivative import AccelerationLimit, SpeedLimit
-from problems.limits.time_scale import exact_time_scale
 from problems.motions.segments import QUARTIC, QUINTIC, middle_acceleration, sampling_matrix
 from problems.motions.two_segments import Quantities
 

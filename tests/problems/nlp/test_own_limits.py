@@ -26,9 +26,10 @@ from problems import (
     point_to_point,
 )
 from problems.base.matrix import Matrix
+from problems.certify.time_scale import exact_time_scale
 from problems.limits import limits_of
 from problems.limits.derivative import SpeedLimit
-from problems.limits.time_scale import exact_time_scale, holds_time
+from problems.limits.time_scale import holds_time
 from problems.motions.samples import Samples
 from problems.robots.robot import JointLimits
 from solvers import IPOPT, Descent

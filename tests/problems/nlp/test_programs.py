@@ -14,8 +14,8 @@ from scipy.optimize import minimize as scipy_minimize
 
 from problems import Ellipse, PlanarArm, Problem, closed_curve, pentagram
 from problems.base.matrix import as_array
+from problems.certify.time_scale import exact_time_scale
 from problems.limits.limit import SAMPLING_MARGIN
-from problems.limits.time_scale import exact_time_scale
 from problems.motions.splines.node_form import NodeForm
 from problems.motions.splines.rest import RestSpline
 from solvers import IPOPT, Box, Descent, StopReason

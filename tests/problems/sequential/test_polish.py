@@ -17,6 +17,7 @@ from problems.scene.solids.box import Box
 from problems.sequential.descent import Descent
 from problems.sequential.fitted import fitted
 from problems.sequential.freedom import Freedom
+from problems.sequential.kept_limits import KeptLimits
 from problems.sequential.nearness import Nearness
 from problems.sequential.path_speed import MotionSpace
 from problems.sequential.polish import can_be_polished
@@ -120,7 +121,7 @@ def test_a_descent_never_returns_what_is_slower_or_nearer() -> None:
     robot, space = problem.robot, MotionSpace(12, 24)
     freedom = Freedom(robot, problem.task.start, problem.task.goals[0])
     nearness = Nearness(robot, tuple(limit for limit in problem.limits if limit.name == "clearance"))  # type: ignore[misc]
-    descent = Descent(space, robot.limits, freedom, nearness, 0.0, 6e-3)
+    descent = Descent(space, KeptLimits(robot.limits), freedom, nearness, 0.0, 6e-3)
     first = descent(fitted(line(problem), space))
     assert first.missing == 0.0
     second = descent(first.motion)

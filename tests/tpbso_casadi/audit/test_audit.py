@@ -376,7 +376,7 @@ def test_a_link_that_grazes_an_obstacle_is_caught(
     assert status == (0 if expected == "certified" else 1)
 
 
-@pytest.mark.parametrize("seeds", [range(12), pytest.param(range(12, 40), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [range(5), pytest.param(range(5, 40), marks=pytest.mark.slow)])
 def test_no_certificate_is_false(seeds: range) -> None:
     outcomes: Counter[tuple[CertificateStatus, bool]] = Counter()
     for seed in seeds:
@@ -384,8 +384,10 @@ def test_no_certificate_is_false(seeds: range) -> None:
         outcomes.update((status, name in checked.broken) for name, status in checked.statuses.items())
     assert outcomes[CertificateStatus.CERTIFIED, True] == 0
     assert outcomes[CertificateStatus.UNDECIDED, True] + outcomes[CertificateStatus.UNDECIDED, False] <= 1
-    assert outcomes[CertificateStatus.VIOLATED, True] >= 5  # there was something to find, and it was found
-    assert outcomes[CertificateStatus.CERTIFIED, False] >= 5
+    assert (
+        outcomes[CertificateStatus.VIOLATED, True] >= len(seeds) // 3
+    )  # there was something to find, and it was found
+    assert outcomes[CertificateStatus.CERTIFIED, False] >= len(seeds) // 3
     assert outcomes[CertificateStatus.VIOLATED, False] <= 5  # broken by less than samples show
 
 

@@ -86,6 +86,7 @@ def test_a_run_that_raises_is_kept_as_failed_and_the_rest_goes_on(tmp_path: Path
         assert len(outcomes) == len(failed)
 
 
+@pytest.mark.slow
 def test_a_run_that_kills_its_worker_is_found_and_the_rest_goes_on(tmp_path: Path) -> None:
     runs = runs_of("bso,helpers.campaign:Kills", (1, 2))
     with Store(tmp_path / "store") as store:

@@ -77,6 +77,7 @@ def test_two_workers_of_a_cluster_give_the_same_table(cluster: list[str], tmp_pa
     assert (tmp_path / "dask/summary.csv").read_bytes() == (tmp_path / "here/summary.csv").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_nothing(cluster: list[str], tmp_path: Path) -> None:
     def kill_after_the_first_run() -> None:
         wait_until(lambda: stored_rows(tmp_path / "dask/runs.sqlite") or ended.is_set())
@@ -95,6 +96,7 @@ def test_a_killed_worker_costs_nothing(cluster: list[str], tmp_path: Path) -> No
     assert (tmp_path / "dask/summary.csv").read_bytes() == (tmp_path / "here/summary.csv").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_goes_away_is_one_line_and_what_is_done_is_kept(cluster: list[str], tmp_path: Path) -> None:
     command = [sys.executable, "-m", "tpbso_casadi.compare", *CAMPAIGN, "--runs", "500"]
     command += ["--dask", cluster[0], "--out", str(tmp_path / "dask")]

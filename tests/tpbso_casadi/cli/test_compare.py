@@ -246,7 +246,9 @@ def alive(pid: int) -> bool:
         return False
 
 
-@pytest.mark.parametrize(("send", "number"), [(os.killpg, signal.SIGINT), (os.kill, signal.SIGTERM)])
+@pytest.mark.parametrize(
+    ("send", "number"), [(os.killpg, signal.SIGINT), pytest.param(os.kill, signal.SIGTERM, marks=pytest.mark.slow)]
+)
 def test_an_interruption_keeps_what_was_done(send: Callable[[int, int], None], number: int) -> None:
     arguments = ["time-2", "--solvers", "bso", "--runs", "400", "--no-plots", "--quiet", "--out", "cut"]
     process = subprocess.Popen([*COMMAND, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True)
@@ -273,6 +275,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", str(folder)], check=True)
 
 
+@pytest.mark.slow
 def test_a_full_disk_loses_nothing(small_disk: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["time-2", "--solvers", "bso", "--runs", "16", "--no-plots", "--quiet", "--out", str(small_disk)]
     assert run(*arguments) == 2

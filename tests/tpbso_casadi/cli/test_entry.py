@@ -42,7 +42,7 @@ def test_developers_see_the_traceback() -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no such device")
-@pytest.mark.parametrize("what", [["--json"], ["--out", "out"]])
+@pytest.mark.parametrize("what", [["--json"], pytest.param(["--out", "out"], marks=pytest.mark.slow)])
 def test_a_full_standard_output(what: list[str]) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run([*SOLVE, *what], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
@@ -58,7 +58,9 @@ def test_a_standard_output_that_nobody_reads() -> None:
     assert (done.returncode, done.stderr) == (2, "error: standard output: Broken pipe\n")
 
 
-@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
+@pytest.mark.parametrize(
+    "closed", [">&- 2>&-", *(pytest.param(closed, marks=pytest.mark.slow) for closed in (">&-", "2>&-"))]
+)
 def test_closed_outputs(closed: str) -> None:
     command = f"{sys.executable} -m tpbso_casadi.solve time-2 --evaluations 500 --no-plots --out out {closed}"
     done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=False)

@@ -72,9 +72,9 @@ def sigterm(process: subprocess.Popen[str]) -> None:
     [
         ("searching: ", ctrl_c),
         ("polishing", ctrl_c),
-        ("polishing: ", sigterm),
+        pytest.param("polishing: ", sigterm, marks=pytest.mark.slow),
         ("writing", ctrl_c),
-        ("filming", three_ctrl_c),
+        pytest.param("filming", three_ctrl_c, marks=pytest.mark.slow),
     ],
 )
 def test_from_the_first_candidate_on_there_is_a_plan(
@@ -94,7 +94,7 @@ def test_from_the_first_candidate_on_there_is_a_plan(
     assert {path.name for path in Path().iterdir()} <= {"out", "arm.gif"}
 
 
-@pytest.mark.parametrize("phase", ["searching: ", "polishing: "])
+@pytest.mark.parametrize("phase", ["searching: ", pytest.param("polishing: ", marks=pytest.mark.slow)])
 def test_sigterm_is_handled_where_ctrl_c_is_ignored(phase: str) -> None:
     def ignore_ctrl_c() -> None:  # as shells do with what runs in the background
         signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -150,7 +150,7 @@ def test_the_package_is_imported_in_no_time() -> None:
     assert done.stdout == "[]\n"
 
 
-@pytest.mark.parametrize("phase", ["polishing", "writing"])
+@pytest.mark.parametrize("phase", [pytest.param("polishing", marks=pytest.mark.slow), "writing"])
 def test_a_killed_command_leaves_the_old_run(phase: str, old: dict[str, bytes]) -> None:
     with started(phase) as process:
         process.kill()

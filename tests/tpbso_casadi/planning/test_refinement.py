@@ -44,7 +44,9 @@ def free(content: dict[str, Any]) -> None:
     content["task"]["elbow"] = "free"
 
 
-@pytest.mark.parametrize("case", TITLES)
+@pytest.mark.parametrize(
+    "case", [c if n % 3 == 0 else pytest.param(c, marks=pytest.mark.slow) for n, c in enumerate(TITLES)]
+)
 def test_a_polish_is_feasible_and_never_worse(case: str) -> None:
     solution = plan(scenario_with(case, evaluations=8000, polish_starts=1))
     polish = solution.polish
@@ -145,7 +147,7 @@ def clear_at_100_000_times(solution: Plan) -> bool:
 
 
 @pytest.mark.parametrize("obstacles", OBSTACLES)
-@pytest.mark.parametrize("links", [3, pytest.param(4, marks=pytest.mark.slow), 5])
+@pytest.mark.parametrize("links", [3, *(pytest.param(links, marks=pytest.mark.slow) for links in (4, 5))])
 def test_plans_around_obstacles_are_clear_for_all_t(links: int, obstacles: str) -> None:
     def stated(content: dict[str, Any]) -> None:
         content["arm"]["link_lengths"] = [2.0 / links] * links

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from problems.robots.rigid.inertia import MASSLESS, Payload
-from tpbso_casadi.scenario.section import NotNegative, Number, PlanarPoint, Positive, Section, SpacePoint
+from problems.robots.rigid.inertia import MASSLESS
+from problems.robots.rigid.payload import Payload, planar_payload
+from tpbso_casadi.scenario.section import NotNegative, PlanarPoint, Section, SpacePoint
 
 Rows: TypeAlias = tuple[SpacePoint, SpacePoint, SpacePoint]
 
@@ -13,7 +14,7 @@ Rows: TypeAlias = tuple[SpacePoint, SpacePoint, SpacePoint]
 class PayloadTable(Section):
     """In space: kg, m, kg m^2, in the tool's frame; the inertia is about the centre of mass, a matrix row by row."""
 
-    mass: Positive
+    mass: NotNegative
     center: SpacePoint = (0.0, 0.0, 0.0)
     inertia: Rows = MASSLESS
 
@@ -21,7 +22,7 @@ class PayloadTable(Section):
         """The payload itself.
 
         Raises:
-            InvalidProblem: a number is out of range.
+            InvalidProblem: a number is out of range, or no body has such an inertia.
         """
         return Payload(mass=self.mass, center=self.center, matrix=self.inertia)
 
@@ -29,7 +30,7 @@ class PayloadTable(Section):
 class PlanarPayloadTable(Section):
     """In the plane: kg, m along the last link and to its left, kg m^2 about the centre of mass."""
 
-    mass: Positive
+    mass: NotNegative
     center: PlanarPoint = (0.0, 0.0)
     inertia: NotNegative = 0.0
 
@@ -37,8 +38,6 @@ class PlanarPayloadTable(Section):
         """The payload itself.
 
         Raises:
-            InvalidProblem: a number is out of range.
+            InvalidProblem: a number is out of range, or no body has such an inertia.
         """
-        zero: Number = 0.0
-        rows = ((zero, zero, zero), (zero, zero, zero), (zero, zero, self.inertia))
-        return Payload(mass=self.mass, center=(*self.center, 0.0), matrix=rows)
+        return planar_payload(self.mass, self.center, self.inertia)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field
 
 from problems import InvalidProblem, PlanarArm, Robot
-from problems.robots.planar_links import GRAVITY
+from problems.robots.massive_links import GRAVITY
 from tpbso_casadi.plugins import PluginError
 from tpbso_casadi.scenario.catalogues import ROBOT_CATALOGUE
 from tpbso_casadi.scenario.input_files import InputFolder
@@ -54,7 +54,7 @@ class ArmSection(Section):
     tool: PlanarPoint = (0.0, 0.0)
     max_torque: Positive | list[Positive] | None = None
     link_masses: Positive | list[Positive] | None = None
-    link_centers: NotNegative | list[NotNegative] | None = None
+    link_centers: Number | list[Number] | None = None
     link_inertias: NotNegative | list[NotNegative] | None = None
     viscous_friction: NotNegative | list[NotNegative] | None = None
     coulomb_friction: NotNegative | list[NotNegative] | None = None

@@ -22,6 +22,7 @@ from tpbso_casadi.scenario.section import (
     ANGULAR,
     MOST_LINKS,
     Interval,
+    NotNegative,
     Positive,
     Quaternion,
     ScenarioError,
@@ -39,6 +40,7 @@ KEYS = {"position_limits": "joint_limits"}  # by the fields of the robot
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]
 FileText = Annotated[str, Field(max_length=LARGEST_TEXT)]
 LinkPairs = Annotated[list[tuple[Word, Word]], Field(max_length=10_000)]
+FrictionPerJoint = NotNegative | Annotated[list[NotNegative], Field(max_length=MOST_LINKS)]
 PerJoint = Positive | Annotated[list[Positive], Field(max_length=MOST_LINKS)]
 
 
@@ -85,6 +87,8 @@ class SpatialRobotSection(Section):
     max_jerk: Annotated[PerJoint | None, ANGULAR] = None
     joint_limits: Annotated[list[Interval] | None, ANGULAR] = None
     max_torque: PerJoint | None = None
+    viscous_friction: FrictionPerJoint | None = None
+    coulomb_friction: FrictionPerJoint | None = None
     payload: PayloadTable | None = None
     gravity: SpacePoint = GRAVITY
     base: PoseTable = PoseTable()
@@ -145,6 +149,8 @@ class SpatialRobotSection(Section):
                 max_jerk=self.max_jerk,
                 position_limits=self.joint_limits,
                 max_torque=self.max_torque,
+                viscous_friction=self.viscous_friction,
+                coulomb_friction=self.coulomb_friction,
                 payload=None if self.payload is None else self.payload.build(),
                 gravity=self.gravity,
                 spheres=spheres,

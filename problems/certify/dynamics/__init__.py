@@ -1,0 +1,1 @@
+"""Proofs about torques, for all t."""
