@@ -16,7 +16,7 @@ from problems.base.arguments import Arguments, Statement
 from problems.base.matrix import FloatArray, as_array
 from problems.nlp.optimum.prices import Sensitivity
 from problems.nlp.program import TimedProgram
-from problems.robots.rigid.inertia import Payload
+from problems.robots.rigid.payload import Payload
 from problems.robots.robot import Robot
 
 PAYLOAD = "payload"

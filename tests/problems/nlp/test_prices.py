@@ -18,7 +18,7 @@ from problems.limits.limit import Limit
 from problems.motions.samples import Samples
 from problems.nlp.optimum.parameters import parameter_slopes
 from problems.nlp.optimum.prices import Sensitivity, ranking, settled
-from problems.robots.rigid.inertia import Payload
+from problems.robots.rigid.payload import Payload
 from problems.scene.obstacle import Obstacle
 from problems.tasks.move import Move
 from problems.tasks.place import Joints
