@@ -21,7 +21,7 @@ class RigidJoint:
         pose: of its frame in that of the joint before (the base's, for the first), at zero.
         axis: unit vector in its own frame.
         turns: whether it is revolute; else it slides.
-        moments: of the body, about the origin of the joint's frame.
+        moments: of the body, about the origin of the joint's frame; or of another that takes the same torques.
         damping: viscous friction, N m s or N s/m.
         friction: Coulomb friction, N m or N.
     """

@@ -66,7 +66,7 @@ def spatial_potential(arm: SpatialArm) -> Heights:
     return energy
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     links=st.integers(2, 3),
     masses=st.lists(st.floats(0.5, 5.0), min_size=3, max_size=3),
