@@ -119,12 +119,15 @@ class StaticTorque(Limit):
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The limit at each sample, with so much left that the motion need not be slowed down endlessly."""
         chain = samples.moving.massive
+        held = chain.gravitational(samples.theta)
+        if chain.has_friction:
+            held = held + chain.coulomb(samples.speed)
         room = (1.0 - LEAST_ROOM) * ca.horzcat(*TorqueLimit(self.robot).bounds)
         return [
             Constraint(
                 name=self.name,
                 unit="N m",
-                expression=chain.gravitational(samples.theta) + chain.coulomb(samples.speed),
+                expression=held,
                 lower=-room,
                 upper=room,
                 symmetric=True,

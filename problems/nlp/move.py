@@ -14,9 +14,10 @@ Of several goals a descent keeps to the one that its start misses least.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -45,6 +46,7 @@ from problems.tasks.move import Move
 SAMPLED_STEPS = 36  # time steps of the whole motion at the least, where something is sampled
 PIECES_ALONE, PIECES_BETWEEN_VIAS = 12, 7
 LEAST_STEPS, DYNAMIC_STEPS = 2, 4  # of a piece; where torques count, which bend more
+NEAR_TIMES = 101  # at which it is seen how far a motion is from its limits
 SHAPE_UNIT = 0.25  # s, of time, where the shape alone is sought and takes a second
 
 
@@ -64,6 +66,8 @@ class MoveNlp(TimedProgram):
         pieces: between one waypoint and the next.
         decode: the motion of a search vector (d,).
     """
+
+    takes_any_motion: ClassVar[bool] = True
 
     task: Move
     objective: Objective
@@ -93,6 +97,16 @@ class MoveNlp(TimedProgram):
     def _is_dynamic(self) -> bool:
         """Whether torques count: what is between samples then has to be short, in every piece."""
         return self.objective.is_integral or any(map(_is_dynamic, self.limits))
+
+    @property
+    def joint_of_angle(self) -> Mapping[int, int]:
+        """The angles at the nodes, joint after joint."""
+        return {place: place // (self.variables.count + 1) for place in range(self.variables.sizes[0])}
+
+    def near(self, trajectory: Trajectory) -> MoveNlp:
+        """Without the limits, or the pairs that have to keep apart, from which a motion is far."""
+        samples = trajectory.samples(trajectory.times(NEAR_TIMES), self.robot)
+        return replace(self, limits=tuple(kept for limit in self.limits if (kept := limit.near(samples)) is not None))
 
     @property
     def waypoints(self) -> NDArray[np.intp]:

@@ -75,9 +75,16 @@ def retimed(before: Motion, progress: Progress) -> Retiming:
         motion, slower = _attempted(make, before)
         if motion is not None:
             made[name] = motion
-            settled = settled or (motion.feasible and (name != FREE_SPACE or slower <= AS_FAST))
+            settled = settled or (motion.feasible and _settles(name, motion, slower))
     best = min(made, key=lambda name: (made[name].merit, made[name].trajectory.duration), default="")
     return Retiming(before, made.get(best), best, time.perf_counter() - began)
+
+
+def _settles(name: str, motion: Motion, slower: float) -> bool:
+    """Whether nothing faster is to be expected after a certified candidate that was run so much slower than made."""
+    if name == FREE_SPACE:
+        return slower <= AS_FAST
+    return name != POLISHED or motion.problem.is_polished
 
 
 def _attempted(make: Callable[[Motion], Iterator[Trajectory]], before: Motion) -> tuple[Motion | None, float]:

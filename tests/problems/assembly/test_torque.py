@@ -21,6 +21,7 @@ VM = EvaluationOptions("vm")
 LIMITS: dict[str, Any] = {"max_speed": (4.0,) * 3, "max_acceleration": (40.0,) * 3, "link_masses": (2.0, 2.0, 1.0)}
 FRICTION = {"viscous_friction": (0.5, 0.5, 0.1), "coulomb_friction": (0.5, 0.5, 0.1)}
 ARM = PlanarArm((0.5, 0.5, 0.4), **LIMITS, **FRICTION, max_torque=(28.0, 12.0, 3.0))  # too weak when stretched out
+SMOOTH = PlanarArm((0.5, 0.5, 0.4), **LIMITS, max_torque=(24.0, 12.0, 3.0))
 CURVE = closed_curve((0.45, -0.3), 0.2, 0.0, 4, -0.35, 12)
 LINE = Path(((0.3, -0.6), (0.6, -0.3), (0.6, 0.1)))
 
@@ -59,9 +60,9 @@ def rows(problem: Problem[Any], name: str, x: FloatArray) -> FloatArray:
 
 
 @pytest.mark.parametrize("name", EVERY)
-@pytest.mark.parametrize("objective", ["time", "rotation"])
-def test_feasible_candidates_keep_the_torques_at_the_samples(name: str, objective: str) -> None:
-    problem = problems(ARM, objective)[name]
+@pytest.mark.parametrize(("robot", "objective"), [(ARM, "time"), (ARM, "rotation"), (SMOOTH, "time")])
+def test_feasible_candidates_keep_the_torques_at_the_samples(name: str, robot: PlanarArm, objective: str) -> None:
+    problem = problems(robot, objective)[name]
     x = candidates(problem)
     costs, used = problem.evaluator(VM)(x), rows(problem, "torque", x)
     feasible = costs <= problem.objective_upper_bound
