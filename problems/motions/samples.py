@@ -26,6 +26,7 @@ class Samples:
         weights: of a quadrature rule over time, (n, 1), s: an integral is the sum of weights times values.
         known_positions: those of the robot's frames where they are known already; computed where None.
         quadrature: the same motion at the points of a better rule for integrals, where there is one.
+        before_jumps: the same motion just before accelerations jump, where they may.
     """
 
     robot: Robot | None
@@ -35,6 +36,7 @@ class Samples:
     weights: Matrix | None = None
     known_positions: tuple[Matrix, ...] | None = None
     quadrature: Samples | None = None
+    before_jumps: Samples | None = None
 
     @classmethod
     def symbolic(cls, robot: Robot, orders: int) -> Samples:
@@ -116,6 +118,15 @@ class Samples:
             weights=None if self.weights is None else self.weights[chosen, :],
             known_positions=None if self.robot is None else tuple(matrix[chosen, :] for matrix in self.positions),
         )
+
+    @property
+    def both_sides(self) -> Samples:
+        """With the rows before jumps behind the others: for what depends on accelerations; (n + m, dof)."""
+        jumps = self.before_jumps
+        if jumps is None:
+            return self
+        rows = (ca.vertcat(self.derivative(n), jumps.derivative(n)) for n in range(len(self.derivatives)))
+        return Samples(robot=self.robot, derivatives=tuple(rows), duration=self.duration)
 
     @cached_property
     def steps(self) -> tuple[Samples, Samples]:

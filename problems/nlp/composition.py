@@ -58,7 +58,7 @@ def composed_hessian(x: Matrix, y: Matrix, inner: Matrix, f: Matrix, g: Matrix) 
 
 
 def stand_in(samples: Samples) -> tuple[ca.SX, Matrix, Samples]:
-    """Symbols in the place of a motion's samples, all of whose parts are known, and of those for integrals.
+    """Symbols in the place of a motion's samples, all of whose parts are known, and of those that belong to it.
 
     Returns:
         The symbols (m, 1), what they stand for (m, 1), and the samples made of them.
@@ -69,7 +69,12 @@ def stand_in(samples: Samples) -> tuple[ca.SX, Matrix, Samples]:
     *derivatives, duration, times, weights = symbols
     of_symbols = replace(samples, derivatives=tuple(derivatives), duration=duration, times=times, weights=weights)
     y, inner = ca.veccat(*symbols), ca.densify(ca.veccat(*parts))
-    if samples.quadrature is None:
-        return y, inner, of_symbols
-    further, further_inner, points = stand_in(samples.quadrature)
-    return ca.vertcat(y, further), ca.vertcat(inner, further_inner), replace(of_symbols, quadrature=points)
+    if samples.quadrature is not None:
+        own, own_inner, points = stand_in(samples.quadrature)
+        y, inner = ca.vertcat(y, own), ca.vertcat(inner, own_inner)
+        of_symbols = replace(of_symbols, quadrature=points)
+    if samples.before_jumps is not None:
+        own, own_inner, points = stand_in(samples.before_jumps)
+        y, inner = ca.vertcat(y, own), ca.vertcat(inner, own_inner)
+        of_symbols = replace(of_symbols, before_jumps=points)
+    return y, inner, of_symbols

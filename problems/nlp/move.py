@@ -45,7 +45,7 @@ from problems.tasks.move import Move
 
 SAMPLED_STEPS = 36  # time steps of the whole motion at the least, where something is sampled
 PIECES_ALONE, PIECES_BETWEEN_VIAS = 12, 7
-LEAST_STEPS = 2  # of a piece
+LEAST_STEPS, DYNAMIC_STEPS = 2, 4  # of a piece; where torques count, which bend more
 NEAR_TIMES = 101  # at which it is seen how far a motion is from its limits
 SHAPE_UNIT = 0.25  # s, of time, where the shape alone is sought and takes a second
 
@@ -94,6 +94,11 @@ class MoveNlp(TimedProgram):
         return PieceVariables(self.robot, count, smooth, self.timed, unit)
 
     @property
+    def _is_dynamic(self) -> bool:
+        """Whether torques count: what is between samples then has to be short, in every piece."""
+        return self.objective.is_integral or any(map(_is_dynamic, self.limits))
+
+    @property
     def joint_of_angle(self) -> Mapping[int, int]:
         """The angles at the nodes, joint after joint."""
         return {place: place // (self.variables.count + 1) for place in range(self.variables.sizes[0])}
@@ -111,7 +116,8 @@ class MoveNlp(TimedProgram):
     @property
     def steps(self) -> int:
         """Time steps of a piece."""
-        return max(LEAST_STEPS, -(-SAMPLED_STEPS // self.variables.count))
+        least = DYNAMIC_STEPS if self._is_dynamic else LEAST_STEPS
+        return max(least, -(-SAMPLED_STEPS // self.variables.count))
 
     @cached_property
     def _symbols(self) -> tuple[ca.SX, Pieces, ca.SX, ca.SX]:
@@ -123,10 +129,11 @@ class MoveNlp(TimedProgram):
 
     @cached_property
     def _samples(self) -> Samples:
-        samples = self.variables.samples(self._symbols[1], self.steps)
-        if not self.objective.is_integral:
-            return samples
-        return replace(samples, quadrature=self.variables.quadrature(self._symbols[1]))
+        pieces = self._symbols[1]
+        samples = self.variables.samples(pieces, self.steps)
+        if not self.variables.smooth and self._is_dynamic:
+            samples = replace(samples, before_jumps=self.variables.before_jumps(pieces))
+        return replace(samples, quadrature=self.variables.quadrature(pieces)) if self.objective.is_integral else samples
 
     @cached_property
     def x(self) -> ca.SX:
@@ -167,7 +174,8 @@ class MoveNlp(TimedProgram):
         ]
         for limit in self.sampled_limits:
             if limit.order is None:
-                rows += limit.constraints(samples, margin)
+                rows += limit.constraints(samples.both_sides if _is_dynamic(limit) else samples, margin)
+        rows += self.variables.evenness(pieces, self.pieces) if self.timed and self._is_dynamic else []
         bounds = self.task.duration_bounds
         rows += [] if bounds is None else [bounds.at(samples.duration, margin)]
         step = StepLimit.holding(self.robot, self.task.obstacles)
@@ -206,7 +214,10 @@ class MoveNlp(TimedProgram):
         return np.concatenate([x, *misses, self.objective.slack_values(as_array(self._angles(x)))])
 
     def node_times(self, motion: PassedMotion) -> FloatArray:
-        """Where to put the nodes on a motion, (N + 1,), s."""
+        """Where to put the nodes on a motion, (N + 1,), s: at equal times where torques count."""
+        if self._is_dynamic:
+            nodes = np.arange(self.variables.count + 1) / self.pieces
+            return np.interp(nodes, np.arange(motion.times.size), motion.times)
         return node_times(motion.trajectory, motion.times, self.pieces, self.robot.limits)
 
     @cached_property
@@ -243,6 +254,11 @@ class MoveNlp(TimedProgram):
         passed = motion.breakpoints[self.waypoints]
         theta = {f"theta_{stop.name}": row for stop, row in zip(stops(self.task), motion.at(passed), strict=True)}
         return {**theta, "t_stops": passed}
+
+
+def _is_dynamic(limit: Limit) -> bool:
+    """Whether it depends on accelerations as torques do, and on one sample at a time."""
+    return limit.order is None and limit.scales_with_time
 
 
 def _time_unit(robot: Robot) -> float:

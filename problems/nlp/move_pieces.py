@@ -24,6 +24,7 @@ from problems.timing.free_space.acceleration_pieces import AccelerationPieces
 
 GAUSS_SHARES, GAUSS_WEIGHTS = (values / 2.0 for values in np.polynomial.legendre.leggauss(3))
 GAUSS_SHARES = GAUSS_SHARES + 0.5  # of a piece
+SHORTEST_SHARE, LONGEST_SHARE = 0.5, 2.0  # of the mean duration of pieces, where they have to be alike
 SHORTEST = 1e-7  # of the time unit: the least duration of a piece
 
 
@@ -131,6 +132,24 @@ class PieceVariables:
             rows.append(equality("accelerations", change, "rad", names, "the same of d2theta"))
         return rows
 
+    def evenness(self, pieces: Pieces, each: int) -> list[Constraint]:
+        """That no piece is much shorter or longer than the mean of the ``each`` between two waypoints."""
+        lengths = ca.reshape(pieces.h, each, -1)
+        means = ca.repmat(ca.sum1(lengths) / each, each, 1)
+        rows = ca.horzcat(ca.vec(lengths - SHORTEST_SHARE * means), ca.vec(LONGEST_SHARE * means - lengths))
+        return [
+            Constraint(
+                name="piece durations",
+                unit="1",
+                expression=rows,
+                lower=ca.DM.zeros(1, 2),
+                upper=None,
+                columns=("shortest", "longest"),
+                for_all_t=False,
+                formula=f"{SHORTEST_SHARE:g} <= h_p / mean(h) <= {LONGEST_SHARE:g} between two waypoints",
+            )
+        ]
+
     def samples(self, pieces: Pieces, steps: int) -> Samples:
         """The motion at so many times in each piece, from its start, and at the end: (N steps + 1, k)."""
         theta, speed, _, after, _, h = pieces
@@ -158,6 +177,17 @@ class PieceVariables:
             duration=ca.sum1(h),
             times=ca.vertcat(*(ca.cumsum(h) - h + share * h for share in GAUSS_SHARES)),
             weights=ca.vertcat(*(weight * h for weight in GAUSS_WEIGHTS)),
+        )
+
+    def before_jumps(self, pieces: Pieces) -> Samples:
+        """The motion at the end of each piece but the last: (N - 1, k)."""
+        h = pieces.h * self.unit
+        return Samples(
+            robot=self.robot,
+            derivatives=tuple(part[:-1, :] / self.unit**n for n, part in enumerate(self._at(pieces, 1.0))),
+            duration=ca.sum1(h),
+            times=ca.cumsum(h)[:-1],
+            weights=ca.DM.zeros(self.count - 1, 1),
         )
 
     def _at(self, pieces: Pieces, share: float) -> tuple[Matrix, Matrix, Matrix, Matrix]:

@@ -63,8 +63,9 @@ class TorqueIntegral(Objective):
         return integral(at, trajectory.extreme_times(0), FLOOR)
 
     def size(self, robot: Robot) -> float:
-        """That of a second at a tenth of the speed and acceleration limits, with gravity."""
-        theta, limits = ca.DM(robot.middle), robot.limits
+        """That of a second at a tenth of speed and acceleration limits, in the middle of the joint ranges."""
+        limits, ranges = robot.limits, robot.limits.position or ((0.0, 0.0),) * robot.dof
+        theta = ca.DM([sum(bounds) / 2.0 for bounds in ranges]).T
         speed, acceleration = (USUAL_SHARE * ca.horzcat(*values) for values in (limits.speed, limits.acceleration))
         torque = robot.inverse_dynamics(theta, ca.DM.zeros(1, robot.dof), acceleration)
         return float(ca.sum2(self.rate(torque, speed)))

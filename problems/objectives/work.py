@@ -10,7 +10,7 @@ from problems.base.matrix import Matrix
 from problems.objectives.torque_integral import TorqueIntegral
 from problems.robots.robot import Robot
 
-SMOOTHING = 1e-3  # of the usual power of a joint: rounds the corner where it changes its sign
+SMOOTHING = 1e-2  # of the usual power of a joint: rounds the corner where it changes its sign
 
 
 class Work(TorqueIntegral):

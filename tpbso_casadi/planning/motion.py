@@ -97,7 +97,7 @@ class Motion:
 
     @cached_property
     def objective(self) -> float:
-        """The objective, exact: time, rotation, and length to 1e-9; any other at the rows of ``trajectory.csv``."""
+        """The objective, exact, integrals to 1e-9; one of a plug-in at the rows of ``trajectory.csv``."""
         return self.problem.objective_value(self.trajectory, self.times)
 
     @cached_property

@@ -13,6 +13,7 @@ from scipy.integrate import quad
 
 from problems import OBJECTIVES, InvalidProblem, PlanarArm, Trajectory
 from problems.base.matrix import FloatArray, as_array
+from problems.objectives.work import SMOOTHING
 
 LENGTH, MASS = 0.5, 2.0
 INERTIA = MASS * LENGTH**2 / 12.0  # of a uniform rod about its middle
@@ -122,5 +123,5 @@ def test_the_smooth_work_is_a_little_less() -> None:
     samples = there.samples(np.linspace(0.0, 1.0, 60), arm)
     exact = float(work.value(samples))
     smooth = float(ca.evalf(work.smooth(samples, ca.DM(0, 2))))
-    assert exact - 1e-3 * work.size(arm) <= smooth < exact
+    assert exact - SMOOTHING * work.size(arm) <= smooth < exact
     assert as_array(samples.torque).shape == (60, 2)
