@@ -9,6 +9,7 @@ COMMANDS = """\
   python -m tpbso_casadi.solve [SCENARIO] --polish                      and refine it with IPOPT
   python -m tpbso_casadi.solve [SCENARIO] --animate FILE.gif            and make a film of the motion
   python -m tpbso_casadi.compare SCENARIO... --solvers bso,pso,ipopt    many runs, and their statistics
+  python -m tpbso_casadi.pareto SCENARIO --objectives time,length       a front of plans: one objective for another
   python -m tpbso_casadi.reproduce --out DIR                            the paper's Section IV, reproduced
   python -m tpbso_casadi.retime PATH.csv --robot ARM.toml               the least time along a given path
   python -m tpbso_casadi.audit RUN_FOLDER|SCENARIO                      certificate of a run; structure of a scenario

@@ -19,9 +19,11 @@ from problems.assembly.sample_loop import Instant, SampleLoop, cost_loop
 from problems.base.arguments import Arguments
 from problems.base.matrix import Matrix
 from problems.encodings.encoding import CostWeights, Encoding
+from problems.encodings.slowness import Slowness
 from problems.evaluation import Program, Step
 from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.motions.motion import Motion
+from problems.objectives import Objective
 
 P = TypeVar("P")
 
@@ -42,13 +44,17 @@ class CostSteps(ABC, Generic[P]):
         self._repetitions = {id(twin): limit.repetitions(twin) for limit, twin in each}
         self.weights: CostWeights = self.arguments.twin(problem.weights)
         self.duration_bounds = self.arguments.twin(problem.task.duration_bounds)
-        self.objective = problem.objective
+        self.objective: Objective = self.arguments.twin(problem.objective)
         self.x = ca.SX.sym("x", len(problem.variables))
 
     @cached_property
     def p(self) -> ca.SX:
         """All numbers of the statement, (q, 1)."""
         return self.arguments.symbols
+
+    def choice_of_duration(self, slowness: Slowness | None) -> dict[str, ca.SX]:
+        """The search vector, for the step that times a motion, where the duration is a variable."""
+        return {} if slowness is None else {"x": self.x}
 
     @property
     def restored(self) -> list[Limit]:

@@ -41,6 +41,6 @@ class JointFollowingCriteria(Criteria):
         Raises:
             InvalidProblem: the path stands still or jumps, or no motion has its velocities at the ends.
         """
-        trajectory = retime(self.task.path, self.robot.limits, self.task.rates)
+        trajectory = retime(self.task.path, self.robot.limits, self.task.rates, chain=self.robot.rigid_chain)
         scale = 1.0 if self.task.end_velocities.any() else self.safe_time_scale(trajectory)
         return trajectory if scale <= 1.0 else trajectory.time_scaled(scale)

@@ -15,6 +15,7 @@ from problems.assembly.spline_problem import SplineProblem
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, as_array
 from problems.encodings.control_points import ControlPoints
+from problems.encodings.slowness import slowness_of
 from problems.encodings.waypoints import nominal, stops
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.limits import limits_of
@@ -69,15 +70,16 @@ def move(
     steps, least = max(LEAST_STEPS, round(samples / (segments * each))), max(map(least_samples, tasks))
     while steps * segments * each < least:
         steps *= 2  # and not what is just enough: another number is compiled anew
-    kept = limits_of(task.robot, task.obstacles, limits)
+    kept, minimised = limits_of(task.robot, task.obstacles, limits), objective_named(objective, task.robot)
+    slowness = slowness_of(minimised, task)
     spline = PathSpline(task.robot, usual_nodes(tasks[0], each), steps, 1.0 if task.at_rest else MOVING_SHARE)
     several = tasks[0].narrowed(tasks[0].start, tasks[0].vias, tuple(goal for one in tasks for goal in one.goals))
     problem, *branches = (
         MoveProblem(
             task=stated,
             motion=spline,
-            encoding=ControlPoints(stated, spline, float(segment_durations(stated).sum())),
-            objective=objective_named(objective, task.robot),
+            encoding=ControlPoints(stated, spline, float(segment_durations(stated).sum()), slowness),
+            objective=minimised,
             limits=kept,
         )
         for stated in (several, *(tasks if len(tasks) > 1 else ()))
@@ -151,7 +153,8 @@ class MoveProblem(SplineProblem):
         if set(branch) != set(own.branch):
             raise InvalidProblem("branches", f"postures at {', '.join(own.branch) or 'no stop'} are needed")
         task = on_postures(self.task, branch)
-        encoding = ControlPoints(task, self.motion, float(segment_durations(task).sum()))
+        duration = float(segment_durations(task).sum())
+        encoding = ControlPoints(task, self.motion, duration, self.encoding.slowness)
         found = replace(own, task=task, encoding=encoding, sibling=None)
         return replace(found, sibling=next((each for each in self.branches if each.make == found.make), None))
 

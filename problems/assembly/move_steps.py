@@ -56,7 +56,8 @@ class MoveSteps(CostSteps[TimedPath]):
         zeros = {name: ca.SX.zeros(size) for name, size in starting_values.items()}
         stacks = {"blocks": orders} if starting_values or orders else {}
         peaks = peak_loop(self.motion, self.restored, self.p) if self.restored else None
-        if peaks is None and (self.duration_bounds is None or not self.encoding.at_rest):
+        untouched = self.duration_bounds is None or not self.encoding.at_rest
+        if peaks is None and untouched and self.encoding.slowness is None:
             return self._scan(stacks, "durations", zeros)
         stacks = {f"raw_{name}": held for name, held in stacks.items()}
         if peaks is None:
@@ -164,8 +165,9 @@ class MoveSteps(CostSteps[TimedPath]):
         """Run the motion more slowly, as far as the task and further limits want it."""
         duration, peaks = ca.SX.sym("duration"), ca.SX.sym("peaks", magnitudes)
         shape = TimedPath(ca.SX(0, 0), ca.SX(1), duration, ca.SX(0))
-        slowed = self.encoding.timed(shape, self.restored, self.peaks_of_each(peaks))
-        given = {"p": self.p, "shape_durations": duration, **({"peaks": peaks} if magnitudes else {})}
+        slowed = self.encoding.timed(shape, self.restored, self.peaks_of_each(peaks), self.x)
+        given = {"p": self.p, "shape_durations": duration, **self.choice_of_duration(self.encoding.slowness)}
+        given |= {"peaks": peaks} if magnitudes else {}
         written = {"durations": slowed.duration, "slower": slowed.duration / duration}
         steps = [Step.of("slow", given, written)]
         for name, held in stacks.items():

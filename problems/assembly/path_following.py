@@ -13,15 +13,18 @@ from problems.assembly.cost_steps import CostSteps
 from problems.assembly.point_to_point import objective_named
 from problems.assembly.posture_steps import posture_steps
 from problems.assembly.problem import Problem
+from problems.assembly.sample_loop import peak_loop
 from problems.base.matrix import FloatArray, Matrix, as_array, largest
 from problems.encodings import KNOT_ENCODINGS, KnotsEncoding
 from problems.encodings.encoding import Decoded
 from problems.encodings.knots import DEFAULT_TIME_BOUNDS
+from problems.encodings.slowness import slowness_of
 from problems.evaluation import Loop, PopulationFunction, Program, Step
 from problems.limits import limits_of
 from problems.limits.accuracy import Accuracy
 from problems.limits.constraint import Constraint
 from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.time_scale import peaks_of
 from problems.motions.knot_spline import KnotSpline, SplineShape
 from problems.motions.samples import Samples
 from problems.motions.splines.rest import turning_speed
@@ -60,11 +63,13 @@ def path_following(
     check_at_least("redundancy_values", redundancy_values, 2)
     motion, bounds = motion_along(task, samples), task.duration_bounds
     time_box = DEFAULT_TIME_BOUNDS if bounds is None else bounds.search_box(SAMPLING_MARGIN)
+    minimised, kind = objective_named(objective, task.robot), KNOT_ENCODINGS[formulation]
+    slowness = slowness_of(minimised, task) if kind.scales_time else None
     problem = PathFollowingProblem(
         task=task,
         motion=motion,
-        encoding=KNOT_ENCODINGS[formulation](task, motion, redundancy_values, time_box),
-        objective=objective_named(objective, task.robot),
+        encoding=kind(task, motion, redundancy_values, time_box, slowness),
+        objective=minimised,
         limits=limits_of(task.robot, task.obstacles, limits),
     )
     if bounds is not None or problem.encoding.scales_time:
@@ -111,11 +116,15 @@ class PathFollowingProblem(Problem[SplineShape]):
         limits = self.encoding.restored(self.limits)
         spline = self.motion.spline
         if not limits:
-            return Decoded(parameters=self.encoding.timed(shape, (), ()))
+            return Decoded(parameters=self.encoding.timed(shape, (), (), x))
         each = (extreme(shape.coefficients) for extreme in (spline.extreme_speeds, spline.accelerations, spline.jerks))
         extremes = Samples(robot=self.robot, derivatives=(ca.DM(), *each), duration=shape.time)
-        peaks = [largest_rows(limit.magnitudes(extremes)) for limit in limits]
-        return Decoded(parameters=self.encoding.timed(shape, limits, peaks))
+        peaks = [largest_rows(limit.magnitudes(extremes)) for limit in self.encoding.exact_limits(limits)]
+        sampled = self.encoding.sampled_limits(limits)
+        if sampled:
+            samples = self.motion.samples(shape)
+            peaks += [peaks_of(limit, samples) for limit in sampled]
+        return Decoded(parameters=self.encoding.timed(shape, limits, peaks, x))
 
     @property
     def accuracy(self) -> Accuracy:
@@ -223,18 +232,26 @@ class KnotSteps(CostSteps[SplineShape]):
         if not self.encoding.scales_time:
             return [*postures, Step.of("spline", inputs, self.motion_vectors(shape, orders, zeros))]
         nodes, peaks_size = self._nodes()
-        outputs = {
+        outputs: dict[str, Matrix] = {
             "coefficients": ca.vec(shape.coefficients.T),
             "last": ca.SX.zeros(2 * k),
             "peaks": ca.SX.zeros(peaks_size),
         }
+        sampled = self.encoding.sampled_limits(self.limits)
+        further = [peak_loop(self.motion, sampled, self.p, "sampled_peaks")] if sampled else []
+        for loop in further:
+            outputs["shape_blocks"] = self.motion.blocks(shape, loop.orders)
+            outputs["shape_durations"] = ca.SX(shape.time)
+            outputs.update({name: ca.SX.zeros(size) for name, size in loop.starting_values.items()})
         coefficients = ca.SX.sym("coefficients", shape.coefficients.numel())
-        peaks = ca.SX.sym("peaks", peaks_size)
-        rows = ca.reshape(coefficients, k, -1).T
-        timed = self.encoding.timed(SplineShape(rows, ca.SX(1)), self.restored, self.peaks_of_each(peaks))
-        inputs_of_scale = {"p": self.p, "coefficients": coefficients, "peaks": peaks}
+        sizes = {"peaks": peaks_size, **{name: n for loop in further for name, n in loop.starting_values.items()}}
+        found = {name: ca.SX.sym(name, size) for name, size in sizes.items()}
+        rows, peaks = ca.reshape(coefficients, k, -1).T, self.peaks_of_each(ca.vertcat(*found.values()))
+        timed = self.encoding.timed(SplineShape(rows, ca.SX(1)), self.restored, peaks, self.x)
+        choice = self.choice_of_duration(self.encoding.slowness)
+        inputs_of_scale = {"p": self.p, "coefficients": coefficients, **found, **choice}
         scale = Step.of("scale", inputs_of_scale, self.motion_vectors(timed, orders, zeros))
-        return [*postures, Step.of("spline", inputs, outputs), nodes, scale]
+        return [*postures, Step.of("spline", inputs, outputs), nodes, *(loop.step for loop in further), scale]
 
     @property
     def least_orders(self) -> tuple[int, ...]:
@@ -255,7 +272,8 @@ class KnotSteps(CostSteps[SplineShape]):
             Samples(robot=self.motion.robot, derivatives=(ca.SX(), fast, acceleration, jerk), duration=ca.SX(1))
             for fast in (speed, turning)
         ]
-        magnitudes = [ca.vertcat(*(limit.magnitudes(m).T for limit in self.restored)) for m in moments]
+        exact = self.encoding.exact_limits(self.limits)
+        magnitudes = [ca.vertcat(*(limit.magnitudes(m).T for limit in exact)) for m in moments]
         peaks = ca.SX.sym("peaks", magnitudes[0].shape[0])
         outputs = {
             "peaks": ca.fmax(ca.fmax(peaks, magnitudes[0]), magnitudes[1]),

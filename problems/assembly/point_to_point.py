@@ -13,6 +13,7 @@ from problems.assembly.sample_loop import peak_loop
 from problems.base.matrix import FloatArray, Matrix
 from problems.encodings import SEGMENT_ENCODINGS, SegmentsEncoding
 from problems.encodings.encoding import Decoded
+from problems.encodings.slowness import slowness_of
 from problems.evaluation import Program, Step
 from problems.limits import limits_of
 from problems.limits.constraint import Constraint
@@ -50,12 +51,13 @@ def point_to_point(
     """
     check_choice("formulation", formulation, SEGMENT_ENCODINGS)
     check_at_least("samples", samples, 2, " time steps a segment")
-    motion = TwoSegments(task.robot, samples)
+    motion, minimised = TwoSegments(task.robot, samples), objective_named(objective, task.robot)
+    kind = SEGMENT_ENCODINGS[formulation]
     return PointToPointProblem(
         task=task,
         motion=motion,
-        encoding=SEGMENT_ENCODINGS[formulation](task, motion),
-        objective=objective_named(objective, task.robot),
+        encoding=kind(task, motion, slowness_of(minimised, task) if kind.scales_time else None),
+        objective=minimised,
         limits=limits_of(task.robot, task.obstacles, limits),
     )
 
@@ -88,7 +90,7 @@ class PointToPointProblem(Problem[Quantities]):
             return shape
         samples, limits = self.motion.samples(shape.parameters), self.encoding.restored(self.limits)
         peaks = [peaks_of(limit, samples) for limit in limits]
-        return Decoded(parameters=self.encoding.timed(shape.parameters, limits, peaks), reach=shape.reach)
+        return Decoded(parameters=self.encoding.timed(shape.parameters, limits, peaks, x), reach=shape.reach)
 
     def point_constraints(self, parameters: Quantities) -> list[Constraint]:
         """None: start and goal are met by inverse kinematics, whose condition is a constraint of its own."""
@@ -136,8 +138,9 @@ class SegmentSteps(CostSteps[Quantities]):
         }
         decode = Step.of("decode", {"x": self.x, "p": self.p}, {**reach, **outputs})
         vector, peaks = ca.SX.sym("shape", outputs["shape"].shape[0]), ca.SX.sym("peaks", outputs["peaks"].shape[0])
-        quantities = self.encoding.timed(Quantities.from_vector(vector), self.restored, self.peaks_of_each(peaks))
-        inputs = {"p": self.p, "shape": vector, "peaks": peaks}
+        shape = Quantities.from_vector(vector)
+        quantities = self.encoding.timed(shape, self.restored, self.peaks_of_each(peaks), self.x)
+        inputs = {"p": self.p, "shape": vector, "peaks": peaks, **self.choice_of_duration(self.encoding.slowness)}
         return [
             decode,
             loop.step,

@@ -95,8 +95,15 @@ def symbols_of(motion: Motion[Any], orders: tuple[int, ...], grid: SampleGrid) -
     return ca.SX.sym("window", width), ca.SX.sym("row", grid.rows.shape[1] + 1)
 
 
-def peak_loop(motion: Motion[Any], limits: Sequence[Limit], p: ca.SX) -> SampleLoop:
-    """Accumulates the largest magnitudes of limits that scale with time, in ``peaks``, over a shape's samples."""
+def peak_loop(motion: Motion[Any], limits: Sequence[Limit], p: ca.SX, name: str = "peaks") -> SampleLoop:
+    """Accumulates the largest magnitudes of limits that scale with time over a shape's samples.
+
+    Args:
+        motion: the symbolic twin of the motion.
+        limits: that scale with time.
+        p: the numbers of the statement.
+        name: of the vector in which they are accumulated.
+    """
     instant = Instant(motion)
     orders = instant.needed_orders([limit.magnitudes(instant.probe) for limit in limits])
     window, row = symbols_of(motion, orders, motion.grid)
@@ -104,10 +111,10 @@ def peak_loop(motion: Motion[Any], limits: Sequence[Limit], p: ca.SX) -> SampleL
     now = motion.at(window, row[:-1], durations, orders)
     magnitudes = ca.vertcat(*(limit.magnitudes(now).T for limit in limits))
     peaks = ca.SX.sym("peaks", magnitudes.shape[0])
-    inputs = {"p": p, "shape_durations": durations, "window": window, "row": row, "peaks": peaks}
+    inputs = {"p": p, "shape_durations": durations, "window": window, "row": row, name: peaks}
     loop = loop_over(motion, orders, motion.grid, "shape_blocks")
-    step = Step.of("peaks", inputs, {"peaks": ca.fmax(peaks, magnitudes)}, loop)
-    return SampleLoop(step=step, orders=orders, starting_values={"peaks": magnitudes.shape[0]})
+    step = Step.of(name, inputs, {name: ca.fmax(peaks, magnitudes)}, loop)
+    return SampleLoop(step=step, orders=orders, starting_values={name: magnitudes.shape[0]})
 
 
 def cost_loop(

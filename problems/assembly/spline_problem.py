@@ -36,7 +36,7 @@ class SplineProblem(Problem[TimedPath]):
         decoded, limits = self.encoding.decode(x), self.encoding.slowing(self.limits)
         samples = self.motion.samples(decoded.parameters)
         peaks = [peaks_of(limit, samples) for limit in limits]
-        return replace(decoded, parameters=self.encoding.timed(decoded.parameters, limits, peaks))
+        return replace(decoded, parameters=self.encoding.timed(decoded.parameters, limits, peaks, x))
 
     def objective_bound(self) -> float:
         """An upper bound of what the objective counts as: what is above it costs no more."""
@@ -77,12 +77,16 @@ class SplineProblem(Problem[TimedPath]):
         return self._timed(x, replace(self.robot.limits, jerk=None))
 
     def _timed(self, x: FloatArray, limits: JointLimits, refined: bool = True) -> Trajectory:
+        """In the least time, or in the search's own duration where that is a variable."""
         points, *rates = (as_array(part) for part in self._path(x))
         start, goal = (float(rate[0, 0]) for rate in rates)
         try:
-            return retime(self.motion.path(points), limits, (start, goal), refined)
+            least = retime(self.motion.path(points), limits, (start, goal), refined, self.robot.rigid_chain)
         except InvalidProblem:
             return super().trajectory(x)
+        if self.encoding.slowness is None:
+            return least
+        return least.time_scaled(max(1.0, float(self.parameters_of(x).duration) / least.duration))
 
     def exact_time_scale(self, trajectory: Trajectory) -> float:
         """How much slower, or faster, a trajectory has to be run; 1 where an end moves, whose velocity is given."""

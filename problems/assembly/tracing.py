@@ -10,6 +10,7 @@ from problems.assembly.point_to_point import objective_named
 from problems.base.matrix import FloatArray, Matrix
 from problems.certify.tracing import prove_tracing
 from problems.certify.verdict import Verdict
+from problems.encodings.slowness import slowness_of
 from problems.encodings.tracing import Tracing
 from problems.evaluation import Program
 from problems.limits import limits_of
@@ -46,11 +47,12 @@ def tracing(
     steps = grid_steps(samples, redundancy_values, knots)
     motion = TracedSpline(task.robot, tuple(knots.u.tolist()), steps, corners=knots.corners)
     points = tuple(tuple(point) for point in knots.points.tolist())
+    minimised = objective_named(objective, task.robot)
     return TracingProblem(
         task=task,
         motion=motion,
-        encoding=Tracing(task, motion, points, redundancy_values),
-        objective=objective_named(objective, task.robot),
+        encoding=Tracing(task, motion, points, redundancy_values, slowness_of(minimised, task)),
+        objective=minimised,
         limits=limits_of(task.robot, task.obstacles, limits),
         knots=knots,
     )

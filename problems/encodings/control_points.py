@@ -20,6 +20,7 @@ import numpy as np
 from problems.base.matrix import Matrix, split
 from problems.encodings.encoding import Decoded, Variable
 from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming, step_limits
+from problems.encodings.slowness import Slowness, variables_of
 from problems.encodings.waypoints import postures, spread, stops, variables
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
@@ -42,6 +43,7 @@ class ControlPoints(PathTiming):
         task: whose stops and end velocities.
         motion: that is decoded; the same number of pieces between any two stops.
         usual_duration: that a motion takes roughly, s.
+        slowness: the last variable, where the duration is one.
 
     Attributes:
         shares: how far from one stop to the next each control point lies where nothing is off.
@@ -56,6 +58,7 @@ class ControlPoints(PathTiming):
     task: Move
     motion: PathSpline
     usual_duration: float
+    slowness: Slowness | None = None
     shares: tuple[float, ...] = field(init=False)
     via_bases: tuple[tuple[float, ...], ...] = field(init=False)
     end_rates: tuple[float, float] = field(init=False)
@@ -106,13 +109,14 @@ class ControlPoints(PathTiming):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Those of the stops, bends, offsets, the pace at each moving end."""
+        """Those of the stops, bends, offsets, the pace at each moving end, [slowness]."""
         joints = range(1, self.task.robot.dof + 1)
         segments = range(1, self.segments + 1)
         offsets = [Variable(f"bend_{segment}[{joint}]", -1.0, 1.0, "1") for segment in segments for joint in joints]
         offsets += [Variable(f"offset_{i}[{joint}]", -1.0, 1.0, "1") for i in self.free for joint in joints]
         ends = [name for name, moves in zip(("start", "goal"), self.moving_ends, strict=True) if moves]
-        return (*variables(self.task), *offsets, *(Variable(f"pace_{name}", *PACES, "1") for name in ends))
+        paces = (Variable(f"pace_{name}", *PACES, "1") for name in ends)
+        return (*variables(self.task), *offsets, *paces, *variables_of(self.slowness))
 
     def decode(self, x: Matrix) -> Decoded[TimedPath]:
         """The least time along the path."""
@@ -142,7 +146,7 @@ class ControlPoints(PathTiming):
         """Control points of a spline that passes postures at the stops, and (du/dt)^2 at both ends."""
         k, of_stops = self.task.robot.dof, len(variables(self.task))
         sizes = [of_stops, k * self.segments, k * len(self.free), sum(self.moving_ends)]
-        _, bends, offsets, paces = split(x, sizes)
+        _, bends, offsets, paces = split(x[: sum(sizes)], sizes)
         bends, offsets = BEND * bends * ca.fabs(bends), OFFSET * offsets * ca.fabs(offsets)
         points: list[Matrix] = []
         for i in range(self.count):

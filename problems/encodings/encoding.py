@@ -92,12 +92,16 @@ class Encoding(Statement, ABC, Generic[P]):
         return scaling(limits) if self.scales_time else []
 
     def penalised(self, limits: Sequence[Limit]) -> list[Limit]:
-        """The limits that a decoded motion can break."""
+        """The limits that a decoded motion can break: those not restored, and what is left of those that are."""
         restored = self.restored(limits)
-        return [limit for limit in limits if limit not in restored]
+        broken = [limit for limit in limits if limit not in restored]
+        return [*broken, *(static for limit in restored for static in limit.statics)]
 
-    def timed(self, shape: P, limits: Sequence[Limit], peaks: Sequence[Matrix]) -> P:
-        """The shape run as fast as the limits allow, given their peaks; unchanged where time is not scaled."""
+    def timed(self, shape: P, limits: Sequence[Limit], peaks: Sequence[Matrix], x: Matrix) -> P:
+        """The shape run as fast as the limits allow, given their peaks, or slower where the search vector x says so.
+
+        Unchanged where time is not scaled.
+        """
         return shape
 
     @abstractmethod

@@ -20,6 +20,7 @@ from problems.encodings.encoding import CostWeights, Decoded, Variable
 from problems.encodings.knot_postures import largest_values
 from problems.encodings.path_encoding import PathEncoding
 from problems.encodings.penalty import FeasibilityFirst, limit_weight, paper_cost
+from problems.encodings.slowness import Slowness, variables_of
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.limits.time_scale import longest_time_scale, minimum_time_scale, scaling
@@ -42,6 +43,7 @@ class KnotsEncoding(PathEncoding[SplineShape]):
         motion: that is decoded.
         redundancy_values: how many values of x_phi are decided for each redundant link; 5 in the paper.
         time_box: bounds of t_T, s.
+        slowness: the last variable, where time is scaled and the duration is one.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("time_box",)
@@ -51,6 +53,7 @@ class KnotsEncoding(PathEncoding[SplineShape]):
     motion: KnotSpline
     redundancy_values: int = 5
     time_box: tuple[float, float] = DEFAULT_TIME_BOUNDS
+    slowness: Slowness | None = None
 
     @property
     def robot(self) -> Robot:
@@ -74,8 +77,9 @@ class KnotsEncoding(PathEncoding[SplineShape]):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """The paper's solution vector: x_phi of link 3, ..., of link k, [elbow,] t_T (not in the reduced form)."""
-        return (*self.posture_variables, *[Variable("t_T", *self.time_box, "s")] * self.time_variables)
+        """The paper's solution vector: x_phi of link 3, ..., of link k, [elbow,] t_T; reduced: [slowness] instead."""
+        times = [Variable("t_T", *self.time_box, "s")] * self.time_variables
+        return (*self.posture_variables, *times, *variables_of(self.slowness))
 
     def decode(self, x: Matrix) -> Decoded[SplineShape]:
         """The spline through the knots; it takes 1 s where time is scaled afterwards."""
@@ -90,6 +94,10 @@ class KnotsEncoding(PathEncoding[SplineShape]):
     def exact_limits(self, limits: Sequence[Limit]) -> list[Limit]:
         """Speed, acceleration and jerk, whose extremes over all t are known in closed form."""
         return [limit for limit in scaling(limits) if limit.order in EXACT_ORDERS]
+
+    def sampled_limits(self, limits: Sequence[Limit]) -> list[Limit]:
+        """The others that running more slowly makes hold: at the samples."""
+        return [limit for limit in scaling(limits) if limit.order not in EXACT_ORDERS]
 
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
         """Bounds that no candidate of the search box exceeds: angles turn by at most pi per knot."""
@@ -137,13 +145,15 @@ class ReducedKnots(FeasibilityFirst, KnotsEncoding):
     time_variables: ClassVar[int] = 0
 
     def restored(self, limits: Sequence[Limit]) -> list[Limit]:
-        """The limits whose extremes over all t have a closed form."""
-        return self.exact_limits(limits)
+        """The limits whose extremes over all t have a closed form, and then those that are sampled."""
+        return [*self.exact_limits(limits), *self.sampled_limits(limits)]
 
-    def timed(self, shape: SplineShape, limits: Sequence[Limit], peaks: Sequence[Matrix]) -> SplineShape:
-        """The closed form of t_T: the limits then hold for all t, exactly, given their peaks over u in [0, 1]."""
+    def timed(self, shape: SplineShape, limits: Sequence[Limit], peaks: Sequence[Matrix], x: Matrix) -> SplineShape:
+        """The closed form of t_T, given the limits' peaks over u in [0, 1], or over samples of it."""
         shortest = self.time_box[0]
         time = ca.fmax(shortest, minimum_time_scale(limits, peaks)) if limits else ca.vertcat(shortest)
+        if self.slowness is not None:
+            time = time * self.slowness.factor(x, time)
         return SplineShape(shape.coefficients, time)
 
     def _longest(self, limits: Sequence[Limit]) -> float:
@@ -154,4 +164,5 @@ class ReducedKnots(FeasibilityFirst, KnotsEncoding):
         jerk = largest_values(np.diff(spline.operator(spline.nodes, 2), axis=0) / np.diff(spline.nodes)[:, None]).max()
         bounds = enumerate((speed, acceleration, jerk), start=1)
         peaks = {order: ca.repmat(ca.DM(bound), 1, dof) for order, bound in bounds}
-        return max(self.time_box[0], longest_time_scale(self.exact_limits(limits), peaks))
+        least = max(self.time_box[0], longest_time_scale(self.restored(limits), peaks))
+        return least if self.slowness is None else self.slowness.longest_of(least)

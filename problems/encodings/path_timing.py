@@ -9,12 +9,13 @@ from typing import ClassVar
 import casadi as ca
 
 from problems.base.matrix import Matrix
-from problems.encodings.encoding import CostWeights, Encoding
+from problems.encodings.encoding import Encoding
 from problems.encodings.penalty import FeasibilityFirst
+from problems.encodings.slowness import Slowness
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
-from problems.limits.time_scale import UNREACHED_TIME_SCALE, minimum_time_scale, scaling
+from problems.limits.time_scale import LARGEST_SLOWDOWN, minimum_time_scale, scaling
 from problems.motions.path_spline import PathSpline, Rates, TimedPath
 from problems.objectives.objective import MotionBounds
 from problems.tasks.task import Task
@@ -30,6 +31,7 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
         task: what is to be done.
         moving_ends: whether start and goal are passed at a velocity that is not zero.
         step_limits: with obstacles, that none is jumped over from one sample to the next.
+        slowness: the last variable, where the duration is one.
     """
 
     name: ClassVar[str] = "reduced"
@@ -39,6 +41,7 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
     motion: PathSpline
     moving_ends: tuple[bool, bool]
     step_limits: tuple[StepLimit, ...]
+    slowness: Slowness | None
 
     @abstractmethod
     def path(self, x: Matrix) -> tuple[Matrix, Rates]:
@@ -75,25 +78,20 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
         """The limits that running more slowly than the timing says makes hold."""
         return [limit for limit in self.restored(limits) if limit.order not in KEPT_BY_TIMING]
 
-    def timed(self, shape: TimedPath, limits: Sequence[Limit], peaks: Sequence[Matrix]) -> TimedPath:
-        """The motion run more slowly where further limits, given their peaks, or the task want that."""
+    def timed(self, shape: TimedPath, limits: Sequence[Limit], peaks: Sequence[Matrix], x: Matrix) -> TimedPath:
+        """The motion run more slowly where further limits, given their peaks, the task or the search vector ask it."""
         bounds = self.task.duration_bounds if self.at_rest else None
         factor = ca.fmax(1.0, minimum_time_scale(limits, peaks)) if limits else 1.0
-        return shape.slowed(factor, 0.0 if bounds is None else bounds.shortest)
-
-    def cost(
-        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
-    ) -> Matrix:
-        """Feasibility first; what is above the bound of the objective counts as that bound."""
-        bound = weights.objective_upper_bound
-        return super().cost(ca.if_else(objective > bound, bound, objective), penalties, reach, weights)
+        least = shape.slowed(factor, 0.0 if bounds is None else bounds.shortest)
+        return least if self.slowness is None else least.slowed(self.slowness.factor(x, least.duration), 0.0)
 
     def longest(self, duration: float, limits: Sequence[Limit]) -> float:
-        """The longest duration of any candidate, s, given that of the timing alone."""
+        """The longest duration that counts of any candidate, s, given that of the timing alone."""
         if self.slowing(limits):
-            return UNREACHED_TIME_SCALE
+            duration *= LARGEST_SLOWDOWN
         bounds = self.task.duration_bounds
-        return duration if bounds is None else max(bounds.shortest, duration)
+        least = duration if bounds is None else max(bounds.shortest, duration)
+        return least if self.slowness is None else self.slowness.longest_of(least)
 
 
 def step_limits(task: Task) -> tuple[StepLimit, ...]:

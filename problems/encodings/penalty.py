@@ -77,8 +77,12 @@ class FeasibilityFirst:
     def cost(
         self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
     ) -> Matrix:
-        """Feasibility first: the objective if all constraints hold, else more than any objective."""
-        return graded_cost(objective, penalties, weights)
+        """Feasibility first: the objective if all constraints hold, else more than any objective.
+
+        What is above the bound of the objective counts as that bound.
+        """
+        bound = weights.objective_upper_bound
+        return graded_cost(ca.if_else(objective > bound, bound, objective), penalties, weights)
 
     def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
         """Only the upper bound of the objective is needed."""

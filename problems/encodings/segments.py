@@ -19,6 +19,7 @@ import numpy as np
 from problems.base.matrix import FloatArray, Matrix, split
 from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
 from problems.encodings.penalty import FeasibilityFirst, paper_cost, paper_weights
+from problems.encodings.slowness import Slowness, variables_of
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.limits.point_constraints import reach_limit
@@ -40,19 +41,21 @@ class SegmentsEncoding(Encoding[Quantities]):
     Args:
         task: whose start, goal and elbow.
         motion: that is decoded.
+        slowness: the last variable, where time is scaled and the duration is one.
     """
 
     time_variables: ClassVar[int]
 
     task: PointToPoint
     motion: TwoSegments
+    slowness: Slowness | None = None
 
     def decode(self, x: Matrix) -> Decoded[Quantities]:
         """The quantities of the motion, and k_s, k_f of (13)."""
         robot, task = self.task.robot, self.task
         k, extra, branches = robot.dof, robot.redundancy, 2 if task.elbow == "free" else 0
         sizes = [k, k, extra, extra, branches, self.time_variables]
-        theta_m, dtheta_m, phi_s, phi_f, branch, times = split(x, sizes)
+        theta_m, dtheta_m, phi_s, phi_f, branch, times = split(x[: sum(sizes)], sizes)
         elbow = elbow_signs(task.elbow, branch, ends=2)
         start, goal = ca.vertcat(*task.start), ca.vertcat(*task.goal)
         theta_s, k_s = robot.inverse(start, self.redundancy(start, phi_s), elbow[0])
@@ -81,7 +84,7 @@ class SegmentsEncoding(Encoding[Quantities]):
         ]
         if self.task.elbow == "free":
             listed += [Variable(f"elbow_{end}", -1.0, 1.0, "1") for end in "sf"]
-        return [*listed, *times]
+        return [*listed, *times, *variables_of(self.slowness)]
 
     def magnitudes(self) -> tuple[FloatArray, FloatArray]:
         """Upper bounds of speeds and accelerations over the search box, from the Bernstein form of (3) and (5).
@@ -179,7 +182,7 @@ class ReducedSegments(FeasibilityFirst, SegmentsEncoding):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Detour from the middle, dtheta_m per duration, x_phi_s, x_phi_f, [elbows,] t1/T."""
+        """Detour from the middle, dtheta_m per duration, x_phi_s, x_phi_f, [elbows,] t1/T, [slowness]."""
         joints = range(1, self.task.robot.dof + 1)
         middle = [Variable(f"detour[{i}]", -MAX_DETOUR, MAX_DETOUR, "rad") for i in joints]
         middle += [Variable(f"dtheta_m[{i}]", -MAX_SHAPE_SPEED, MAX_SHAPE_SPEED, "rad/T") for i in joints]
@@ -196,10 +199,12 @@ class ReducedSegments(FeasibilityFirst, SegmentsEncoding):
         middle = (theta_s + theta_f) / 2.0 + theta_m
         return Quantities(theta_s, middle, dtheta_m, theta_f, times[0], 1.0 - times[0])
 
-    def timed(self, shape: Quantities, limits: Sequence[Limit], peaks: Sequence[Matrix]) -> Quantities:
-        """The shape of duration 1, slowed or sped up until it just keeps its limits, and t1, t2 their minimum."""
+    def timed(self, shape: Quantities, limits: Sequence[Limit], peaks: Sequence[Matrix], x: Matrix) -> Quantities:
+        """The shape of duration 1, run so that it just keeps its limits, and t1, t2 their minimum, or more slowly."""
         shortest = self.task.least_segment_time / ca.fmin(shape.t1, shape.t2)
         scale = ca.fmax(shortest, minimum_time_scale(limits, peaks)) if limits else shortest
+        if self.slowness is not None:
+            scale = scale * self.slowness.factor(x, scale * ca.fmax(shape.t1, shape.t2))
         return shape.time_scaled(scale)
 
     @property
@@ -209,4 +214,5 @@ class ReducedSegments(FeasibilityFirst, SegmentsEncoding):
 
     def _longest(self, duration: float, limits: Sequence[Limit], fastest: FloatArray, sharpest: FloatArray) -> float:
         peaks = {1: ca.DM(fastest).T, 2: ca.DM(sharpest).T}
-        return max(longest_time_scale(scaling(limits), peaks), self.task.time_box[0] / TIME_SHARES[0])
+        least = max(longest_time_scale(scaling(limits), peaks), self.task.time_box[0] / TIME_SHARES[0])
+        return least if self.slowness is None else self.slowness.longest_of(least)

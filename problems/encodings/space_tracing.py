@@ -18,6 +18,7 @@ from scipy.interpolate import CubicSpline
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.encodings.encoding import Variable
 from problems.encodings.path_timing import step_limits
+from problems.encodings.slowness import Slowness, variables_of
 from problems.encodings.traced_knots import TracedKnots, longest_timing
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
@@ -43,6 +44,7 @@ class SpaceKnots(TracedKnots):
         starts: postures with the tool at the first knot, of which one is chosen, rad.
         joints: which joints wander off.
         offset_values: how many offsets are decided for each of them.
+        slowness: the last variable, where the duration is one.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("starts",)
@@ -53,6 +55,7 @@ class SpaceKnots(TracedKnots):
     starts: tuple[tuple[float, ...], ...]
     joints: tuple[int, ...]
     offset_values: int = 5
+    slowness: Slowness | None = None
     moving_ends: tuple[bool, bool] = field(init=False, default=(False, False))
     step_limits: tuple[StepLimit, ...] = field(init=False)
 
@@ -61,7 +64,7 @@ class SpaceKnots(TracedKnots):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Offsets of each joint that wanders off, [branch]; one that changes nothing where nothing is to choose."""
+        """Offsets of each joint that wanders off, [branch,] [slowness]; one that changes nothing if there are none."""
         listed = [
             Variable(f"offset_{joint + 1}[{i}]", -MOST_OFFSET, MOST_OFFSET, "rad" if turning else "m")
             for joint, turning in ((joint, self.task.robot.chain.joints[joint].turns) for joint in self.joints)
@@ -69,7 +72,7 @@ class SpaceKnots(TracedKnots):
         ]
         if len(self.starts) > 1:
             listed.append(Variable("branch", 0.0, float(len(self.starts)), "1"))
-        return tuple(listed) or (Variable("unused", 0.0, 1.0, "1"),)
+        return (*listed, *variables_of(self.slowness)) or (Variable("unused", 0.0, 1.0, "1"),)
 
     @cached_property
     def knot_rows(self) -> FloatArray:
@@ -97,10 +100,10 @@ class SpaceKnots(TracedKnots):
 
     def posture_before(self, x: Matrix) -> Matrix:
         """The start whose number the branch says, (1, dof)."""
-        branch, rows = x[-1], [ca.horzcat(*start) for start in self.starts]
+        branch, rows = len(self.joints) * self.offset_values, [ca.horzcat(*start) for start in self.starts]
         found: Matrix = rows[0]
         for number, posture in enumerate(rows[1:], start=1):
-            found = ca.if_else(branch >= float(number), posture, found)
+            found = ca.if_else(x[branch] >= float(number), posture, found)
         return found
 
     def posture_at(self, x: Matrix, row: Matrix, before: Matrix) -> Matrix:

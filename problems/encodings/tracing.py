@@ -12,6 +12,7 @@ from problems.base.matrix import FloatArray
 from problems.encodings.encoding import Variable
 from problems.encodings.path_encoding import PathEncoding
 from problems.encodings.path_timing import step_limits
+from problems.encodings.slowness import Slowness, variables_of
 from problems.encodings.traced_knots import TracedKnots, longest_timing
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
@@ -32,12 +33,14 @@ class Tracing(TracedKnots, PathEncoding[TimedPath]):
         motion: that is decoded; its nodes are the knots.
         points: at the knots, m.
         redundancy_values: how many values of x_phi are decided for each redundant link.
+        slowness: the last variable, where the duration is one.
     """
 
     task: PathTracing
     motion: TracedSpline
     points: tuple[tuple[float, ...], ...]
     redundancy_values: int = 5
+    slowness: Slowness | None = None
     moving_ends: tuple[bool, bool] = field(init=False, default=(False, False))
     step_limits: tuple[StepLimit, ...] = field(init=False)
 
@@ -66,8 +69,8 @@ class Tracing(TracedKnots, PathEncoding[TimedPath]):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """x_phi of each redundant link, [elbow]; one that changes nothing where there is nothing to choose."""
-        return tuple(self.posture_variables) or (Variable("unused", 0.0, 1.0, "1"),)
+        """x_phi of each redundant link, [elbow,] [slowness]; one that changes nothing where nothing is to choose."""
+        return (*self.posture_variables, *variables_of(self.slowness)) or (Variable("unused", 0.0, 1.0, "1"),)
 
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
         """Bounds of the motions of the search box: joints turn by at most pi from knot to knot."""

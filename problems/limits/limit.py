@@ -79,6 +79,11 @@ class Limit(Statement, ABC):
         """Whether every shape satisfies the limit if it is run slowly enough."""
         return False
 
+    @property
+    def statics(self) -> tuple[Limit, ...]:
+        """What is left of the limit however slowly a motion is run, as limits of their own; nothing by default."""
+        return ()
+
     def magnitudes(self, samples: Samples) -> Matrix:
         """Quantities (n, m) whose peaks determine the time scale; only where the limit scales with time."""
         raise NotImplementedError

@@ -12,6 +12,7 @@ from problems.motions.samples import Samples
 from problems.motions.trajectory import SAMPLED_ORDERS
 
 UNREACHED_TIME_SCALE = 1e12  # a factor that no motion needs
+LARGEST_SLOWDOWN = 1e3  # by limits without a bound of what they take: a search tells no longer durations apart
 
 
 def scaling(limits: Iterable[Limit]) -> list[Limit]:
@@ -45,11 +46,14 @@ def longest_time_scale(limits: Sequence[Limit], peaks: Mapping[int, Matrix]) -> 
         peaks: by order, bounds of the derivative, (1, dof).
 
     Returns:
-        The factor; 0 without limits, ``UNREACHED_TIME_SCALE`` where no bound of a limited derivative is known.
+        The factor; 0 without limits, ``LARGEST_SLOWDOWN`` times as much where no bound is known of what some take,
+        ``UNREACHED_TIME_SCALE`` where none is known of any.
     """
-    if any(limit.order not in peaks for limit in limits):
-        return UNREACHED_TIME_SCALE
-    return float(minimum_time_scale(limits, [peaks[limit.order or 0] for limit in limits])) if limits else 0.0
+    known = [limit for limit in limits if limit.order in peaks]
+    if not known:
+        return UNREACHED_TIME_SCALE if limits else 0.0
+    scale = float(minimum_time_scale(known, [peaks[limit.order or 0] for limit in known]))
+    return scale if len(known) == len(limits) else LARGEST_SLOWDOWN * scale
 
 
 def holds_time(limits: Iterable[Limit]) -> bool:

@@ -1,4 +1,9 @@
-"""The limit of what the motors give: ours, the paper has no dynamics."""
+"""The limit of what the motors give: ours, the paper has no dynamics.
+
+Running a motion more slowly takes away what inertia and viscous friction ask for, but not gravity and Coulomb friction:
+a posture in which these take more than there is cannot be passed at any speed at which inertia does not help. That is
+:class:`StaticTorque`, which stays to be kept where the rest is restored by time.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +12,18 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
 
 from problems.base.errors import InvalidProblem
-from problems.base.matrix import Matrix, largest
+from problems.base.matrix import FloatArray, Matrix, as_array, largest
 from problems.limits.constraint import Constraint, PenaltyKind
-from problems.limits.limit import Limit
+from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.motions.samples import Samples
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 
-LEAST_ROOM = 1e-6  # of a limit: what is left of it counts as at least this where gravity takes all of it
+LEAST_ROOM = SAMPLING_MARGIN  # of a limit: as much of it has to be left for a motion, and counts as left
 
 
 @dataclass(frozen=True)
@@ -73,6 +80,11 @@ class TorqueLimit(Limit):
         """Wherever the motors can hold the arm: what inertia takes falls with the square of the duration."""
         return True
 
+    @property
+    def statics(self) -> tuple[Limit, ...]:
+        """That the motors can hold the arm."""
+        return (StaticTorque(self.robot),)
+
     def magnitudes(self, samples: Samples) -> Matrix:
         """By what factor each sample has to be run more slowly for each joint, (n, dof); below 1 where faster will do.
 
@@ -90,6 +102,56 @@ class TorqueLimit(Limit):
     def time_scale(self, peaks: Matrix) -> Matrix:
         """The largest of the factors."""
         return largest(peaks)
+
+
+@dataclass(frozen=True)
+class StaticTorque(Limit):
+    """``|g_i(q) + friction_i sign(v_i)| <= (1 - share) max_torque_i``: a motion can be run slowly enough.
+
+    Args:
+        robot: whose masses are known and whose torques are limited.
+    """
+
+    name: ClassVar[str] = "static torque"
+
+    robot: Robot
+
+    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """The limit at each sample, with so much left that the motion need not be slowed down endlessly."""
+        chain = samples.moving.massive
+        held = chain.gravitational(samples.theta)
+        if chain.has_friction:
+            held = held + chain.coulomb(samples.speed)
+        room = (1.0 - LEAST_ROOM) * ca.horzcat(*TorqueLimit(self.robot).bounds)
+        return [
+            Constraint(
+                name=self.name,
+                unit="N m",
+                expression=held,
+                lower=-room,
+                upper=room,
+                symmetric=True,
+                columns=self.robot.joint_names,
+                scale=room,
+                penalty=PenaltyKind.MAGNITUDE,
+                formula="|g_i(theta(t_j)) + friction| <= max_torque_i, at every sample t_j",
+            )
+        ]
+
+
+def holding_torques(robot: Robot, theta: FloatArray) -> FloatArray | None:
+    """What holds postures (n, dof) where they are, (n, dof), N m; None for a robot without torque limits."""
+    if robot.limits.torque is None or robot.rigid_chain is None:
+        return None
+    return as_array(robot.rigid_chain.gravitational(ca.DM(theta)))
+
+
+def can_hold(robot: Robot, theta: FloatArray) -> NDArray[np.bool_]:
+    """Which postures (n, dof) the motors can hold, (n,)."""
+    torques = holding_torques(robot, theta)
+    if torques is None:
+        return np.ones(len(theta), dtype=bool)
+    return np.asarray((np.abs(torques) <= np.array(robot.limits.torque)).all(axis=1))
 
 
 def _slower(inertial: Matrix, viscous: Matrix, room: Matrix) -> Matrix:

@@ -148,8 +148,8 @@ class MoveNlp(TimedProgram):
             *place_rows(self.task, pieces.theta[self.waypoints.tolist(), :], misses),
             *exact.of(self.limits),
         ]
-        for limit in self.limits:
-            if limit.order is None and (self.timed or not limit.scales_with_time):
+        for limit in self.sampled_limits:
+            if limit.order is None:
                 rows += limit.constraints(samples, margin)
         bounds = self.task.duration_bounds
         rows += [] if bounds is None else [bounds.at(samples.duration, margin)]

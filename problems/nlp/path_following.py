@@ -145,8 +145,8 @@ class PathNlp(TimedProgram):
         rows += self._accuracy_rows()
         exact = self._exact_rows()
         rows += [row for limit in exact for row in exact[limit]] if self.timed else []
-        for limit in self.limits:
-            if limit not in exact and (self.timed or not limit.scales_with_time):
+        for limit in self.sampled_limits:
+            if limit not in exact:
                 rows += limit.constraints(self._motion, margin)
         rows += self.duration_rows(time, margin)
         step = StepLimit.holding(self.robot, self.task.obstacles)

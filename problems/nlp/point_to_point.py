@@ -126,9 +126,8 @@ class PointToPointNlp(TimedProgram):
             )
             for name, symbol, theta, point in ends
         ]
-        for limit in self.limits:
-            if self.timed or not limit.scales_with_time:
-                rows += limit.constraints(samples, margin)
+        for limit in self.sampled_limits:
+            rows += limit.constraints(samples, margin)
         rows += self.duration_rows(ca.horzcat(quantities.t1, quantities.t2), margin)
         step = StepLimit.holding(self.robot, self.task.obstacles)
         rows += [] if step is None else step.constraints(samples)

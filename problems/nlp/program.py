@@ -172,6 +172,13 @@ class TimedProgram(NonlinearProgram):
         bounds = self.task.duration_bounds
         return [] if bounds is None else [replace(bounds.at(durations, margin), lower=None)]
 
+    @property
+    def sampled_limits(self) -> list[Limit]:
+        """The limits that may become rows; where durations follow from the shape, what slowness leaves of them."""
+        if self.timed:
+            return list(self.limits)
+        return [each for limit in self.limits for each in (limit.statics if limit.scales_with_time else (limit,))]
+
     @cached_property
     def held(self) -> bool:
         """Whether a limit keeps a motion from being run faster than it was found."""

@@ -5,6 +5,7 @@ from problems.objectives.length import TipTravel
 from problems.objectives.objective import MotionBounds, Objective
 from problems.objectives.rotation import JointRotation
 from problems.objectives.time import ExecutionTime
+from problems.objectives.weighted_sum import WeightedSum
 from problems.objectives.work import Work
 
 OBJECTIVES: dict[str, Objective] = {
@@ -19,5 +20,6 @@ __all__ = [
     "MotionBounds",
     "Objective",
     "TipTravel",
+    "WeightedSum",
     "Work",
 ]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from abc import ABC
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -39,30 +38,76 @@ class Objective(ABC):
     A subclass defines at least one of the three. The value is the same whether samples are evaluated one by one, as
     compiled code does, or all at once. What a plan reports is :meth:`of_motion`.
 
-    Attributes:
-        name: as in a scenario file.
-        symbol: as in the paper.
-        equation: where the paper states it; a dash where it does not.
-        unit: of its value.
-        timed: whether it depends on how long a motion takes; if not, a nonlinear program leaves time out.
-        sooner_is_better: whether less time is never worse: a finished motion is then run as fast as its limits allow.
-        needs_masses: whether it is defined only for robots whose masses are known.
-        is_integral: whether it weighs samples by time, so that nonlinear programs take Gauss's points in each piece.
-        norm: how joints that turn far weigh against joints that turn little, where structured starts choose postures:
-            the p of a p-norm, infinite where the farthest alone counts.
-        program_steps: time steps a segment with which a nonlinear program gets by; None for those of the search.
+    What is a property here may be a plain attribute of a subclass.
     """
 
-    name: ClassVar[str]
-    symbol: ClassVar[str]
-    equation: ClassVar[str] = "-"
-    unit: ClassVar[str]
-    timed: ClassVar[bool] = True
-    sooner_is_better: ClassVar[bool] = False
-    needs_masses: ClassVar[bool] = False
-    is_integral: ClassVar[bool] = False
-    norm: ClassVar[float] = np.inf
-    program_steps: ClassVar[int | None] = None
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """As in a scenario file."""
+
+    @property
+    @abstractmethod
+    def symbol(self) -> str:
+        """As in the paper."""
+
+    @property
+    def equation(self) -> str:
+        """Where the paper states it; a dash where it does not."""
+        return "-"
+
+    @property
+    @abstractmethod
+    def unit(self) -> str:
+        """Of its value."""
+
+    @property
+    def timed(self) -> bool:
+        """Whether it depends on how long a motion takes; if not, a nonlinear program leaves time out."""
+        return True
+
+    @property
+    def sooner_is_better(self) -> bool:
+        """Whether less time is never worse: a finished motion is then run as fast as its limits allow."""
+        return False
+
+    @property
+    def is_duration(self) -> bool:
+        """Whether it is the duration itself, so that a bound of the duration is one of the objective."""
+        return False
+
+    @property
+    def needs_masses(self) -> bool:
+        """Whether it is defined only for robots whose masses are known."""
+        return False
+
+    @property
+    def is_integral(self) -> bool:
+        """Whether it weighs samples by time, so that nonlinear programs take Gauss's points in each piece."""
+        return False
+
+    @property
+    def norm(self) -> float:
+        """How joints that turn far weigh against joints that turn little, where structured starts choose postures.
+
+        The p of a p-norm, infinite where the farthest alone counts.
+        """
+        return np.inf
+
+    @property
+    def program_steps(self) -> int | None:
+        """Time steps a segment with which a nonlinear program gets by; None for those of the search."""
+        return None
+
+    @property
+    def terms(self) -> tuple[tuple[float, Objective], ...]:
+        """What it is a sum of: weights and objectives; itself alone by default."""
+        return ((1.0, self),)
+
+    @property
+    def chooses_duration(self) -> bool:
+        """Whether a motion may have to be run more slowly than it could: its duration is then one more variable."""
+        return self.timed and not self.sooner_is_better
 
     def check(self, robot: Robot) -> None:
         """That it is defined for a robot.

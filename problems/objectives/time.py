@@ -16,6 +16,7 @@ class ExecutionTime(Objective):
     equation: ClassVar[str] = "(8)"
     unit: ClassVar[str] = "s"
     sooner_is_better: ClassVar[bool] = True
+    is_duration: ClassVar[bool] = True
 
     def terminal(self, duration: Matrix) -> Matrix:
         """The duration itself."""

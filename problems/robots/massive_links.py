@@ -14,8 +14,8 @@ from problems.robots.planar_links import PlanarLinks
 from problems.robots.rigid.inertia import Moments
 from problems.robots.rigid.payload import Payload, planar_payload_of
 from problems.robots.rigid.rigid_chain import RigidChain, RigidJoint
-from problems.robots.rigid.transform import Transform, about, plus, times
-from problems.robots.robot import JointLimits
+from problems.robots.rigid.transform import ORIGIN, Transform, about, plus, times
+from problems.robots.robot import JointLimits, are_numbers
 
 GRAVITY = (0.0, -9.81)  # m/s^2
 UP = (0.0, 0.0, 1.0)  # the axis about which every link turns
@@ -57,6 +57,9 @@ class MassiveLinks(PlanarLinks):
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Self:
         """The arm that a table of a file describes; ``payload`` is a table with mass, center (2) and inertia."""
+        gravity = settings.get("gravity", GRAVITY)
+        if not (isinstance(gravity, (list, tuple)) and len(gravity) == 2 and are_numbers(gravity)):
+            raise InvalidProblem("gravity", f"two numbers are needed, not {gravity!r}")
         carried = {"payload": planar_payload_of(settings["payload"])} if "payload" in settings else {}
         return super().from_settings({**settings, **carried})
 
@@ -112,7 +115,7 @@ class MassiveLinks(PlanarLinks):
         return RigidJoint(
             pose=Transform(translation=(self.link_lengths[link - 1] if link else 0.0, 0.0, 0.0)),
             axis=UP,
-            moments=Moments(mass, (first, 0.0, 0.0), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, about_joint))),
+            moments=Moments(mass, (first, 0.0, 0.0), ((about_joint, 0.0, 0.0), ORIGIN, ORIGIN)),
             damping=0.0 if self.viscous_friction is None else self.viscous_friction[link],
             friction=0.0 if self.coulomb_friction is None else self.coulomb_friction[link],
         )

@@ -107,7 +107,7 @@ class Robot(Statement, ABC):
             if field.name not in settings and field.default is MISSING and field.default_factory is MISSING:
                 raise InvalidProblem(field.name, "missing key")
         for key in set(cls.numbers) & set(settings):
-            if not _are_numbers(settings[key]):
+            if not are_numbers(settings[key]):
                 raise InvalidProblem(key, f"numbers are needed, not {settings[key]!r}")
         return cls(**{key: _as_tuple(value) for key, value in settings.items()})
 
@@ -326,8 +326,8 @@ def _as_tuple(value: Any) -> Any:
     return tuple(_as_tuple(entry) for entry in value) if isinstance(value, (list, tuple)) else value
 
 
-def _are_numbers(value: Any) -> bool:
+def are_numbers(value: Any) -> bool:
     """A number, or a list of numbers or of such lists."""
     if isinstance(value, (list, tuple)):
-        return all(_are_numbers(entry) for entry in value)
+        return all(are_numbers(entry) for entry in value)
     return isinstance(value, (int, float)) and not isinstance(value, bool)

@@ -11,6 +11,7 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, as_array
 from problems.base.ranges import COORDINATES, TIMES, check_within, is_of_length_one, shown
 from problems.limits import proximity_limits
+from problems.limits.torque import can_hold, holding_torques
 from problems.motions.samples import Samples
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
@@ -109,6 +110,23 @@ def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> 
             clearance, pair = clearances[nearest], limit.pairs[nearest].description
             return f"{pair}: {limit.name} {clearance:.6g} m, not {robot.margin:.6g} m"
     return ""
+
+
+def check_held(robot: Robot, field: str, postures: FloatArray, name: str = "") -> None:
+    """The motors can hold at least one of all postures (n, dof) that there are."""
+    if not can_hold(robot, postures).any():
+        raise InvalidProblem(field, f"{name}{overloaded(robot, postures[0])}")
+
+
+def overloaded(robot: Robot, theta: FloatArray) -> str:
+    """Which motor a posture (dof,) asks for most more than it gives; empty where all can hold it."""
+    torques, limits = holding_torques(robot, theta[None]), robot.limits.torque
+    if torques is None or limits is None or can_hold(robot, theta[None])[0]:
+        return ""
+    joint = int(np.argmax(np.abs(torques[0]) / np.array(limits)))
+    needed, most = shown(abs(torques[0, joint])), shown(limits[joint])
+    unit = robot.torque_units[joint]
+    return f"{robot.joint_names[joint]} needs {needed} {unit} to hold the arm there, more than its {most} {unit}"
 
 
 def least_clearances(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> FloatArray:

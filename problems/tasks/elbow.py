@@ -9,8 +9,9 @@ import casadi as ca
 import numpy as np
 
 from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, Matrix, Operand
+from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.robots.robot import Robot
+from problems.tasks.checks import check_held
 
 Elbow: TypeAlias = Literal["up", "down", "free"]
 
@@ -59,6 +60,19 @@ def narrow_elbow(
     interval = half_turn(elbow, float(x[index]), (float(lower[index]), float(upper[index])), stretched)
     if interval is not None:
         lower[index], upper[index] = interval
+
+
+def check_point_held(robot: Robot, elbow: Elbow, field: str, point: tuple[float, ...], name: str = "") -> None:
+    """The motors can hold one of the arm's postures with the tool at a point; not asked where they are without number.
+
+    Raises:
+        InvalidProblem: they can hold none.
+    """
+    if robot.limits.torque is None or robot.redundancy or robot.dim != 2:
+        return
+    signs = [sign for sign, branch in ((1.0, "up"), (-1.0, "down")) if elbow in (branch, "free")]
+    found = [robot.inverse(ca.DM(point), ca.DM(0, 1), sign)[0] for sign in signs]
+    check_held(robot, field, as_array(ca.vertcat(*found)), name)
 
 
 def elbow_signs(elbow: Elbow, branch: Matrix, ends: int) -> list[Operand]:

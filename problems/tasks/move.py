@@ -71,6 +71,14 @@ class Move(Task):
                 place.check(self.robot, self.obstacles, field, f"{field}[{number}]: " if len(places) > 1 else "")
         for field in ("start_velocity", "goal_velocity"):
             self._check_velocity(field, getattr(self, field))
+        if self.at_rest:
+            self._check_held()
+
+    def _check_held(self) -> None:
+        for field, places in (("start", (self.start,)), ("goal", self.goals), ("via", self.vias)):
+            for number, place in enumerate(places):
+                name = f"{field}[{number}]: " if len(places) > 1 else ""
+                place.check_held(self.robot, self.elbow, field, name)
 
     def _check_velocity(self, field: str, velocity: tuple[float, ...]) -> None:
         if velocity and len(velocity) != self.robot.dof:

@@ -16,7 +16,8 @@ from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.base.ranges import ANGLES, check_within
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
-from problems.tasks.checks import check_point, check_posture
+from problems.tasks.checks import check_held, check_point, check_posture
+from problems.tasks.elbow import Elbow, check_point_held
 
 ANGLE_TOLERANCE = 1e-9  # rad; allows for rounding only
 
@@ -66,6 +67,19 @@ class Place(Statement, ABC):
 
         Raises:
             InvalidProblem: it cannot.
+        """
+
+    def check_held(self, robot: Robot, elbow: Elbow, field: str, name: str = "") -> None:
+        """The motors can hold the robot there, as far as that can be said of a place; nothing can by default.
+
+        Args:
+            robot: that moves.
+            elbow: the branches that there are.
+            field: of the task, for messages.
+            name: says more than the field where it is one of several.
+
+        Raises:
+            InvalidProblem: they cannot.
         """
 
     def choices(self, robot: Robot) -> tuple[Choice, ...]:
@@ -156,6 +170,10 @@ class Joints(Place):
                 raise InvalidProblem(field, f"{name}joint {joint}: {value:g} is not within {low:g} and {high:g} rad")
         check_posture(robot, obstacles, field, self.values, name)
 
+    def check_held(self, robot: Robot, elbow: Elbow, field: str, name: str = "") -> None:
+        """The motors can hold it."""
+        check_held(robot, field, np.array([self.values]), name)
+
     def posture(
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
@@ -202,6 +220,10 @@ class Position(Place):
         if len(self.point) != robot.dim:
             raise InvalidProblem(field, f"{name}{self.point} where the robot needs {robot.dim} coordinates")
         check_point(robot, obstacles, field, self.point, name)
+
+    def check_held(self, robot: Robot, elbow: Elbow, field: str, name: str = "") -> None:
+        """Where nothing is redundant: the motors can hold one of the branches of the elbow."""
+        check_point_held(robot, elbow, field, self.point, name)
 
     def choices(self, robot: Robot) -> tuple[Choice, ...]:
         """The redundancy values of the links 3..k, in [0, 1]."""

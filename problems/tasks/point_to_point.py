@@ -17,7 +17,7 @@ from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 from problems.tasks.checks import check_choice, check_obstacles, check_point, check_range
 from problems.tasks.drawing import Marker, MarkerKind
-from problems.tasks.elbow import Elbow, check_elbow
+from problems.tasks.elbow import Elbow, check_elbow, check_point_held
 from problems.tasks.task import Task
 
 SEGMENT_TIME_BOX = (0.1, 4.0)  # s, in which t1 and t2 are searched where the task does not bound them
@@ -59,6 +59,7 @@ class PointToPoint(Task):
         check_obstacles(self.robot, self.obstacles)
         for field in ("start", "goal"):
             check_point(self.robot, self.obstacles, field, getattr(self, field))
+            check_point_held(self.robot, self.elbow, field, getattr(self, field))
 
     @property
     def passes_nothing(self) -> bool:

@@ -13,12 +13,13 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.base.ranges import COORDINATES, check_within
 from problems.limits.limit import SAMPLING_MARGIN
+from problems.limits.torque import can_hold
 from problems.robots.robot import Robot
 from problems.robots.spatial.inverse_kinematics import postures
 from problems.robots.spatial.projection import project
 from problems.robots.spatial.spatial_arm import SpatialArm
 from problems.scene.obstacle import Obstacle
-from problems.tasks.checks import check_length_one, least_clearances, too_near
+from problems.tasks.checks import check_length_one, least_clearances, overloaded, too_near
 from problems.tasks.place import ANGLE_TOLERANCE, Choice, Place
 from problems.tasks.pose_error import rotation_rows, turn_between
 
@@ -80,8 +81,10 @@ class Pose(Place):
     ) -> tuple[Place, ...]:
         """The same pose with clear postures that inverse kinematics finds as branches, all apart, the nearest first.
 
+        Those that the motors cannot hold are left out.
+
         Raises:
-            InvalidProblem: it finds none, or none that is clear.
+            InvalidProblem: it finds none, or none that is clear and held.
         """
         arm = _in_space(robot, field)
         rotation = None if self.quaternion is None else as_array(rotation_rows(self.quaternion))
@@ -94,9 +97,13 @@ class Pose(Place):
         if not len(clear):
             reason = too_near(robot, obstacles, found[int(np.argmax(nearest))])
             raise InvalidProblem(field, f"none of {len(found)} postures with the tool at {what} is clear; {reason}")
+        held = clear[can_hold(robot, clear)]
+        if not len(held):
+            reason = overloaded(robot, clear[0])
+            raise InvalidProblem(field, f"none of {len(clear)} clear postures at {what} can be held; {reason}")
         apart: list[FloatArray] = []
         middle = _middle(robot) if near is None else near
-        for theta in sorted(clear, key=lambda each: float(np.abs(each - middle).max())):
+        for theta in sorted(held, key=lambda each: float(np.abs(each - middle).max())):
             if all(np.abs(theta - other).max() > APART for other in apart):
                 apart.append(theta)
         return tuple(map(self.on_branch, apart))

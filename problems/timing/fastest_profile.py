@@ -10,6 +10,8 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray
 from problems.robots.robot import JointLimits
 from problems.timing.linear_program import minimizer
+from problems.timing.motors.path_torques import PathTorques
+from problems.timing.motors.torque_rows import torque_rows
 from problems.timing.prepared import PreparedPath
 from problems.timing.speed_profile import SpeedProfile
 from problems.timing.speed_rows import Intervals, limit_rows, necessary, steady_jerk_rows
@@ -23,14 +25,22 @@ STEADY_JERK = 0.5  # of jerk limits: the share that a path may need where its sp
 UNBOUNDED = 1e4  # times the largest bound of those near it, where a square is not bounded by its own rows
 NEAR = 20  # nodes on either side: a path may be a million times slower in its parameter than elsewhere
 SAME_NODE = 1e-9  # of a piece: nodes nearer to a breakpoint are left out
+VISCOUS_ROUNDS = 3  # programs on the last grid where viscous friction makes torques curved in the squares
 GRADED = 16  # intervals at an end where q' is zero, that are replaced
 GRADING = 4  # by so many each
 
 
-def fastest_profile(prepared: PreparedPath, limits: JointLimits) -> tuple[SpeedProfile, Intervals]:
+def fastest_profile(
+    prepared: PreparedPath, limits: JointLimits, motors: PathTorques | None = None
+) -> tuple[SpeedProfile, Intervals]:
     """The fastest profile on a grid of about equal times, and the path over that grid.
 
     Of jerk limits it keeps what the path needs where its speed is steady.
+
+    Args:
+        prepared: the path.
+        limits: of its joints.
+        motors: what torques it takes; None where they do not count.
 
     Raises:
         InvalidProblem: the limits allow no motion with the velocities that the ends have to have.
@@ -39,10 +49,13 @@ def fastest_profile(prepared: PreparedPath, limits: JointLimits) -> tuple[SpeedP
     count = min(max(INTERVALS * (breakpoints.size - 1), FEWEST), MOST)
     nodes = _subdivided(breakpoints, breakpoints, int(FIRST_SHARE * count))
     intervals = Intervals.of(prepared.path, nodes)
-    profile = _solved(prepared, intervals, limits, None)
+    profile = _solved(prepared, intervals, limits, motors, None)
     nodes = _equal_times(profile, breakpoints, count, prepared.resting)
     intervals = Intervals.of(prepared.path, nodes)
-    return _solved(prepared, intervals, limits, np.interp(nodes, profile.nodes, profile.squares)), intervals
+    for _ in range(1 if motors is None or not motors.viscous.any() else VISCOUS_ROUNDS):
+        expected = np.interp(nodes, profile.nodes, profile.squares)
+        profile = _solved(prepared, intervals, limits, motors, expected)
+    return profile, intervals
 
 
 def _subdivided(breakpoints: FloatArray, measure: FloatArray, count: int) -> FloatArray:
@@ -79,13 +92,20 @@ def _graded(times: FloatArray) -> FloatArray:
 
 
 def _solved(
-    prepared: PreparedPath, intervals: Intervals, limits: JointLimits, expected: FloatArray | None
+    prepared: PreparedPath,
+    intervals: Intervals,
+    limits: JointLimits,
+    motors: PathTorques | None,
+    expected: FloatArray | None,
 ) -> SpeedProfile:
     """The profile of least time, to first order around the squares that are expected, (N + 1,); or about equal."""
     fixed = _fixed(prepared, intervals.nodes)
     every_row = limit_rows(intervals, limits)
     if limits.jerk is not None:
         every_row = np.append(every_row, steady_jerk_rows(intervals, limits.jerk, STEADY_JERK), axis=1)
+    if motors is not None:
+        around = _largest(every_row, fixed) if expected is None else expected
+        every_row = np.append(every_row, torque_rows(motors, intervals, around, fixed == 0.0), axis=1)
     scale = _largest(every_row, fixed)
     if expected is None:
         expected = np.maximum(1.0, scale / (UNBOUNDED * scale.min()))

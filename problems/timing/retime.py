@@ -7,8 +7,11 @@ import numpy as np
 from problems.base.errors import InvalidProblem
 from problems.motions.joint_path import JointPath
 from problems.motions.trajectory import Trajectory
+from problems.robots.rigid.rigid_chain import RigidChain
 from problems.robots.robot import JointLimits
 from problems.timing.fastest_profile import fastest_profile
+from problems.timing.motors.path_torques import PathTorques
+from problems.timing.motors.torque_rows import profile_time_scale
 from problems.timing.prepared import prepared
 from problems.timing.sections import timed_by_section
 from problems.timing.stretch import minimum_time_scale
@@ -17,7 +20,11 @@ END_TOLERANCE = 1e-9  # of a speed limit; allows for rounding only
 
 
 def retime(
-    path: JointPath, limits: JointLimits, rates: tuple[float, float] = (0.0, 0.0), refined: bool = True
+    path: JointPath,
+    limits: JointLimits,
+    rates: tuple[float, float] = (0.0, 0.0),
+    refined: bool = True,
+    chain: RigidChain | None = None,
 ) -> Trajectory:
     """Run a path as fast as the limits of its joints allow, between grid points as at them.
 
@@ -26,24 +33,33 @@ def retime(
     where the curvature jumps, q''. Without them the motion is the optimum, but for the grid; with them the best found
     near it.
 
+    Torque limits are kept, but for a margin of a thousandth, between samples so dense that the certificate of torques
+    has something to prove; the proof itself is the caller's.
+
     Args:
         path: of k joints.
-        limits: on speed, acceleration and, where given, jerk of the k joints.
+        limits: on speed, acceleration and, where given, jerk of the k joints; on torque where there is a chain.
         rates: du/dt at the start and at the end, not negative: joint velocities there are q'(u) du/dt, exactly. At an
             end where q' is zero the joints are at rest whatever it is.
         refined: whether, with jerk limits, the best motion is looked for; else the first that keeps them will do.
+        chain: whose torques are limited; None where they do not count.
 
     Raises:
         InvalidProblem: the path stands still or jumps, or its limits are of another number of joints, or allow no
-            motion with these velocities at the ends (with jerk limits: none was found).
+            motion with these velocities at the ends (with jerk limits: none was found); or the motors cannot hold the
+            chain somewhere on the path.
     """
     ready = prepared(path, rates)
     _check_ends(path, limits, rates)
+    motors = PathTorques.of(ready.path, limits, chain)
     if limits.jerk is not None:
-        return timed_by_section(ready, limits, refined)
-    profile, intervals = fastest_profile(ready, limits)
+        return timed_by_section(ready, limits, refined, chain)
+    profile, intervals = fastest_profile(ready, limits, motors)
     trajectory = profile.trajectory(intervals)
-    return trajectory if ready.moves_at_an_end else trajectory.time_scaled(minimum_time_scale(trajectory, limits))
+    if ready.moves_at_an_end:
+        return trajectory
+    scale = minimum_time_scale(trajectory, limits)
+    return trajectory.time_scaled(scale if motors is None else max(scale, profile_time_scale(motors, profile)))
 
 
 def _check_ends(path: JointPath, limits: JointLimits, rates: tuple[float, float]) -> None:

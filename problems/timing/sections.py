@@ -9,25 +9,48 @@ import numpy as np
 from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
 from problems.motions.trajectory import Trajectory
+from problems.robots.rigid.rigid_chain import RigidChain
 from problems.robots.robot import JointLimits
+from problems.timing.motors.path_torques import PathTorques
 from problems.timing.prepared import SAME, PreparedPath
 from problems.timing.rest_to_rest import SAME_TIME, rest_to_rest
 from problems.timing.smooth.smooth_timing import smooth_timing
 
 BISECTIONS = 60
+LINE_SAMPLES = 2_000  # of a move along a line, to judge its torques by
 
 
-def timed_by_section(prepared: PreparedPath, limits: JointLimits, refined: bool = True) -> Trajectory:
+def timed_by_section(
+    prepared: PreparedPath, limits: JointLimits, refined: bool = True, chain: RigidChain | None = None
+) -> Trajectory:
     """The motion along all sections, each as fast as was found.
+
+    Args:
+        prepared: the path.
+        limits: with a jerk.
+        refined: whether to go on from the first motion that keeps the limits.
+        chain: whose torques are limited; None where they do not count.
 
     Raises:
         InvalidProblem: as :func:`smooth_timing`.
     """
     parts = []
     for section in prepared.sections():
-        line = _is_line(section) and not section.moves_at_an_end
-        parts.append(_along_line(section.path, limits) if line else smooth_timing(section, limits, refined))
+        motors = PathTorques.of(section.path, limits, chain)
+        if _is_line(section) and not section.moves_at_an_end:
+            move = _along_line(section.path, limits)
+            if motors is None or _line_time_scale(motors, move) <= 1.0:
+                parts.append(move)
+                continue
+        parts.append(smooth_timing(section, limits, refined, motors))
     return _joined(parts)
+
+
+def _line_time_scale(motors: PathTorques, move: Trajectory) -> float:
+    """How many times slower a move along a line has to be run for its torques, at samples."""
+    (start, way), times = motors.path.coefficients[::-1, 0], move.times(LINE_SAMPLES)
+    u, rate, change = ((move.at(times, order) - (order == 0) * start) @ way / (way @ way) for order in range(3))
+    return motors.time_scale(np.clip(u, *motors.path.breakpoints[[0, -1]]), rate, change)
 
 
 def _is_line(section: PreparedPath) -> bool:

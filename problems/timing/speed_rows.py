@@ -52,8 +52,8 @@ class Intervals:
 def limit_rows(intervals: Intervals, limits: JointLimits) -> FloatArray:
     """Coefficients (N, rows, 2): for each interval and row, their product with b at its two ends must be <= 1."""
     first = derivative(intervals.local)
-    velocity = _weighted(product(first, first))
-    bend = _weighted(derivative(first))
+    velocity = weighted(product(first, first))
+    bend = weighted(derivative(first))
     change = np.zeros_like(bend)
     change[: len(first)] = 0.5 * first[..., None] * np.array([-1.0, 1.0])
     scale = intervals.lengths[:, None, None] ** 2
@@ -70,7 +70,7 @@ def steady_jerk_rows(intervals: Intervals, jerk: tuple[float, ...], share: float
     return np.asarray(most[:, None, None] * np.eye(2))
 
 
-def _weighted(ascending: FloatArray) -> FloatArray:
+def weighted(ascending: FloatArray) -> FloatArray:
     """Polynomials (n, N, k) in w times 1 - w, and times w: (n + 1, N, k, 2)."""
     padded = np.pad(ascending, ((0, 1), (0, 0), (0, 0)))
     later = np.roll(padded, 1, axis=0)

@@ -123,7 +123,8 @@ def _same_path(before: Motion) -> Iterator[Trajectory]:
         return
     start, goal = before.problem.task.end_velocities
     rates = float(start.any()), float(goal.any())
-    yield retime(before.path, before.problem.robot.limits, rates)
+    robot = before.problem.robot
+    yield retime(before.path, robot.limits, rates, chain=robot.rigid_chain)
 
 
 def _free_space(before: Motion) -> Iterator[Trajectory]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from problems import CertificateStatus, Problem, Trajectory, Verdict
+from problems import CertificateStatus, Objective, Problem, Trajectory, Verdict
 from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
@@ -99,6 +99,15 @@ class Motion:
     def objective(self) -> float:
         """The objective, exact: time, rotation, and length to 1e-9; any other at the rows of ``trajectory.csv``."""
         return self.problem.objective_value(self.trajectory, self.times)
+
+    @cached_property
+    def objective_parts(self) -> list[tuple[Objective, float, float]]:
+        """What a weighted sum is made of: objectives with their weights and values; none otherwise."""
+        objective = self.problem.objective
+        if objective.terms == ((1.0, objective),):
+            return []
+        robot = self.problem.robot
+        return [(part, weight, part.of_motion(self.trajectory, robot, self.times)) for weight, part in objective.terms]
 
     @property
     def merit(self) -> float:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from problems import Problem
+from problems import Problem, Trajectory
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import IPOPT, AnySolver, Archive, Box, Result, Solver, minimize
@@ -33,6 +34,7 @@ def plan(
     progress: Progress = SILENT,
     evaluation: EvaluationOptions | None = None,
     problem: Problem[Any] | None = None,
+    starts: Sequence[Trajectory] = (),
 ) -> PlannedMotion:
     """Plan a scenario; a :class:`Plan` where there is something to search.
 
@@ -41,6 +43,9 @@ def plan(
         progress: is told what begins, and the status after every iteration.
         evaluation: how populations are evaluated; changes the time, not the result.
         problem: that of the scenario, if it is built already.
+        starts: motions from which IPOPT descends before it does from candidates of the search; they count among the
+            starts that the scenario asks for. Not where a scenario gives a time (``within``), nor in space where
+            sequential programs refine.
 
     Returns:
         The plan. After Ctrl-C too, once there is a candidate: the best so far.
@@ -58,7 +63,7 @@ def plan(
 
         def once(branch: Problem[Any], settings: SolverSection) -> Plan:
             stated = scenario.model_copy(update={"solver": settings})
-            found = untimed(stated, branch, solver, evaluation, progress, interruption)
+            found = untimed(stated, branch, solver, evaluation, progress, interruption, starts)
             found = finished(found, progress, interruption) if scenario.model.retime else found
             return replace(found, scenario=scenario)
 
@@ -89,6 +94,7 @@ def untimed(
     evaluation: EvaluationOptions | None,
     progress: Progress,
     interruption: Interruption,
+    starts: Sequence[Trajectory] = (),
 ) -> Plan:
     """A plan as search and polish find it.
 
@@ -100,9 +106,9 @@ def untimed(
             if asked:
                 raise ScenarioError(f"solver.{key}: this task has no nonlinear program to descend")
     if solver.solves_program:
-        return descended(scenario, problem, solver, progress, interruption)
+        return descended(scenario, problem, solver, progress, interruption, starts)
     if scenario.solver.within is None:
-        return searched(scenario, problem, solver, evaluation, progress, interruption)
+        return searched(scenario, problem, solver, evaluation, progress, interruption, starts)
     best, rounds = best_within(problem, solver, scenario.solver, evaluation, progress, interruption)
     return Plan(
         scenario=scenario,
@@ -128,11 +134,12 @@ def descended(
     solver: IPOPT,
     progress: Progress,
     interruption: Interruption,
+    starts: Sequence[Trajectory] = (),
 ) -> Plan:
     """A plan by gradients alone."""
     refinement = interruption.breakable(partial(Refinement, problem, solver))
     progress.phase("searching")
-    search = refinement.multistart(scenario.solver.budget(), scenario.solver.seed, progress.status)
+    search = refinement.multistart(scenario.solver.budget(), scenario.solver.seed, progress.status, starts)
     motion = refinement.motion(search.x)
     return Plan(scenario=scenario, problem=problem, search=search, motion=motion, interrupted=interruption.requested)
 
@@ -144,6 +151,7 @@ def searched(
     evaluation: EvaluationOptions | None,
     progress: Progress,
     interruption: Interruption,
+    starts: Sequence[Trajectory] = (),
 ) -> Plan:
     """A plan by a metaheuristic, polished if the scenario says so."""
     settings, box = scenario.solver, Box(*problem.bounds)
@@ -154,7 +162,7 @@ def searched(
     motion = motion_of(problem, search.x)
     refined = None
     if archive is not None:
-        work = partial(polish, problem, motion, search.x, archive, settings.polish_starts, progress)
+        work = partial(polish, problem, motion, search.x, archive, settings.polish_starts, progress, starts)
         refined = interruption.attempt(work)
     chosen = motion if refined is None else refined.chosen
     return Plan(

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import chain, islice
 from typing import Any
 
 import numpy as np
 
-from problems import Problem
+from problems import Problem, Trajectory
 from problems.base.matrix import FloatArray, as_array
 from solvers import IPOPT, Archive, Budget, Descent, DescentResult, Solution, Status, StopReason, descend
 from tpbso_casadi.planning.motion import Motion
@@ -67,9 +67,17 @@ class Refinement:
         """From one start (n,) after the other; the best motion counts."""
         return descend(self, self.descent.stop, starts, self.merit, budget, seed, callback)
 
-    def multistart(self, budget: Budget, seed: int, callback: Callable[[Status], object] | None) -> DescentResult:
-        """From the program's own starts, again and again."""
-        return self.descend(self.program.starts(np.random.default_rng(seed)), budget, seed, callback)
+    def multistart(
+        self,
+        budget: Budget,
+        seed: int,
+        callback: Callable[[Status], object] | None,
+        first: Sequence[Trajectory] = (),
+    ) -> DescentResult:
+        """From motions that are given, then from the program's own starts, again and again."""
+        own = self.program.starts(np.random.default_rng(seed))
+        starts = chain(map(self.program.from_trajectory, first), own)
+        return self.descend(starts, budget, seed, callback)
 
 
 @dataclass(frozen=True)
@@ -102,7 +110,13 @@ class Polish:
 
 
 def polish(
-    problem: Problem[Any], before: Motion, best: FloatArray, archive: Archive, starts: int, progress: Progress
+    problem: Problem[Any],
+    before: Motion,
+    best: FloatArray,
+    archive: Archive,
+    starts: int,
+    progress: Progress,
+    first: Sequence[Trajectory] = (),
 ) -> Polish:
     """Refine the best candidate (d,) of a search, and ``starts - 1`` others that differ from it.
 
@@ -113,12 +127,14 @@ def polish(
         archive: of the search.
         starts: how many to refine.
         progress: is told the status after every start.
+        first: motions to refine before any candidate; they count among the starts.
     """
     began = time.perf_counter()
     progress.phase("polishing")
     refinement = Refinement(problem, IPOPT())
-    chosen = distinct(problem, [best, *archive.x], starts)
-    program_starts = map(refinement.program.from_search, chosen)
+    chosen = distinct(problem, [best, *archive.x], max(0, starts - len(first)))
+    given = map(refinement.program.from_trajectory, first)
+    program_starts = chain(given, map(refinement.program.from_search, chosen))
     polished = refine(before, program_starts, refinement, Budget(iterations=starts), progress)
     return replace(polished, seconds=time.perf_counter() - began)
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from problems import LIMITS, OBJECTIVES, ROBOTS, Limit, Objective, Robot
+from problems.objectives import WeightedSum
 from problems.robots.spatial.models import BUILT_IN
 from solvers import EXTERNAL, GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
 from tpbso_casadi.plugins import Catalogue, subclass_of
@@ -39,13 +42,18 @@ SOLVER_CATALOGUE: Catalogue[type[AnySolver]] = Catalogue(
 )
 
 
-def find_objective(name: str) -> Objective:
-    """The objective of a name.
+def find_objective(chosen: str | Mapping[str, float]) -> Objective:
+    """The objective of a name; of a table of weights the weighted sum, or the one that alone has weight 1.
 
     Raises:
-        PluginError: there is none, or it is of another kind.
+        PluginError: there is none of a name, or it is of another kind.
+        InvalidProblem: two names stand for the same objective.
     """
-    return OBJECTIVE_CATALOGUE.find(name)()
+    if isinstance(chosen, str):
+        return OBJECTIVE_CATALOGUE.find(chosen)()
+    found = tuple(OBJECTIVE_CATALOGUE.find(name)() for name in chosen)
+    weights = tuple(chosen.values())
+    return found[0] if weights == (1.0,) else WeightedSum(weights, found)
 
 
 def find_solver(name: str) -> type[AnySolver]:

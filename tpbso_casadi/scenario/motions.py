@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from problems import InvalidProblem
 from tpbso_casadi.plugins import PluginError
 from tpbso_casadi.scenario.catalogues import find_objective
 from tpbso_casadi.scenario.task import ModelSection, TaskSection
@@ -90,7 +91,7 @@ def _foreign(model: ModelSection, task: TaskSection, motion: str) -> Iterator[tu
 def _leaves_time_free(task: TaskSection) -> bool:
     """Whether the objective does not depend on how long a motion takes, and less time is never worse."""
     try:
-        objective = find_objective(str(getattr(task, "objective", "")))
-    except PluginError:  # there is none, or the task itself will say what is wrong
+        objective = find_objective(task.stated_objective)
+    except (PluginError, InvalidProblem):  # there is none, or the task itself will say what is wrong
         return False
     return not objective.timed and objective.sooner_is_better

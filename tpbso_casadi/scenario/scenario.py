@@ -136,7 +136,9 @@ class Scenario(FileSection):
     @property
     def plugins(self) -> list[str]:
         """What of it is not ours: names of plug-ins, which may raise anything."""
-        named = [self.task.kind, getattr(self.task, "objective", ""), *self.model.limits, self.solver.name]
+        objective = self.task.stated_objective
+        minimised = [objective] if isinstance(objective, str) else list(objective)
+        named = [self.task.kind, *minimised, *self.model.limits, self.solver.name]
         named += [] if self.robot is None else self.robot.plugins
         named += [obstacle.shape for obstacle in self.obstacles]
         named = [str(name) for name in named]

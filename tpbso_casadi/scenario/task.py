@@ -7,7 +7,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from problems import Limit, Problem, Robot
 from problems.assembly.criteria import Criteria
@@ -23,6 +23,7 @@ from tpbso_casadi.scenario.section import (
     MOST_POINTS,
     MOST_SAMPLES,
     NotNegative,
+    Positive,
     ScenarioError,
     Section,
     Word,
@@ -33,6 +34,21 @@ ObjectiveName = Annotated[Word, choice_of(OBJECTIVE_CATALOGUE.registry, OBJECTIV
 LimitName = Annotated[Word, choice_of(LIMIT_CATALOGUE.registry, LIMIT_CATALOGUE.find)]
 Formulation = Annotated[Word, choice_of(FORMULATIONS)]
 
+
+def _form_of_objective(value: object) -> str:
+    return "weights" if isinstance(value, dict) else "name"
+
+
+def _at_least_one(weights: dict[str, float]) -> dict[str, float]:
+    if not weights:
+        raise ValueError("an objective with its weight is needed, such as { time = 1.0, energy = 0.02 }")
+    return weights
+
+
+Weights = Annotated[dict[ObjectiveName, Positive], AfterValidator(_at_least_one)]
+ObjectiveChoice = Annotated[
+    Annotated[ObjectiveName, Tag("name")] | Annotated[Weights, Tag("weights")], Discriminator(_form_of_objective)
+]
 
 DEPENDENT = {"motion", "formulation", "retime"}  # keys of [model] whose defaults depend on the task
 
@@ -103,6 +119,12 @@ class TaskSection(Section):
     keys_of: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
 
     kind: Word
+
+    @property
+    def stated_objective(self) -> str | dict[str, float]:
+        """What is minimised, by name or as weights by name; no name where a kind of task states none."""
+        chosen = getattr(self, "objective", "")
+        return chosen if isinstance(chosen, dict) else str(chosen)
 
     def foreign_keys(self, motion: str) -> Iterator[str]:
         """Keys that are stated although this family of motions does not have them."""

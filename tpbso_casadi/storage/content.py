@@ -17,6 +17,7 @@ from tpbso_casadi.storage.result import (
     CertificateResult,
     ConstraintResult,
     HistoryResult,
+    ObjectivePart,
     ObjectiveResult,
     PiecesResult,
     PolishedMotion,
@@ -36,7 +37,9 @@ def result_of(plan: PlannedMotion) -> RunResult:
     objective = plan.criteria.objective
     return RunResult(
         scenario=plan.scenario,
-        objective=ObjectiveResult(name=objective.name, value=plan.objective, unit=objective.unit),
+        objective=ObjectiveResult(
+            name=objective.name, value=plan.objective, unit=objective.unit, parts=_parts(plan.motion)
+        ),
         feasible=plan.feasible,
         constraints=[ConstraintResult(**asdict(verdict), satisfied=verdict.satisfied) for verdict in plan.verdicts],
         certificate=CertificateResult(verdict=plan.motion.status),
@@ -46,6 +49,14 @@ def result_of(plan: PlannedMotion) -> RunResult:
         versions={"python": python_version(), **versions()},
         **(_of_timing(plan) if plan.searched is None else _of_search(plan.searched)),
     )
+
+
+def _parts(motion: Motion) -> list[ObjectivePart]:
+    """What a weighted sum is made of."""
+    return [
+        ObjectivePart(name=part.name, value=value, unit=part.unit, weight=weight)
+        for part, weight, value in motion.objective_parts
+    ]
 
 
 def _of_search(plan: Plan) -> dict[str, Any]:

@@ -72,12 +72,34 @@ class SolverResult(StrictModel):
     settings: Annotated[dict[str, Any], AfterValidator(_all_finite)]
 
 
-class ObjectiveResult(StrictModel):
-    """The objective of the plan, exact; one of a plug-in at the rows of ``trajectory.csv``."""
+class ObjectivePart(StrictModel):
+    """One objective of a weighted sum: its value in ``unit``, and its weight in one over ``unit``."""
 
     name: str
     value: Number
     unit: str
+    weight: float
+
+
+class ObjectiveResult(StrictModel):
+    """The objective of the plan, exact; one of a plug-in at the rows of ``trajectory.csv``.
+
+    Attributes:
+        name: of the objective, such as ``time`` or ``time + 0.02 energy``.
+        value: in ``unit``; of a weighted sum the sum of weights times values.
+        unit: of the value; 1 for a weighted sum.
+        parts: of a weighted sum; none otherwise.
+    """
+
+    name: str
+    value: Number
+    unit: str
+    parts: list[ObjectivePart] = Field(default_factory=list)
+
+    @model_serializer(mode="wrap")
+    def _without_empty(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content: dict[str, Any] = serialize(self)
+        return content if self.parts else {key: content[key] for key in ("name", "value", "unit")}
 
 
 class ConstraintResult(StrictModel):

@@ -17,6 +17,7 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.certify.space_tracing import ToolMotion, TracedTool
 from problems.certify.verdict import Verdict
+from problems.encodings.slowness import slowness_of
 from problems.encodings.space_tracing import SpaceKnots
 from problems.evaluation import Program
 from problems.limits import limits_of
@@ -59,11 +60,13 @@ def space_tracing(
     knots = knots_of(task.path, task.accuracy, task.robot.reach()[1], most_turned)
     steps = grid_steps(samples, redundancy_values, knots)
     motion = TracedSpline(task.robot, tuple(knots.u.tolist()), steps, corners=knots.corners)
+    minimised = objective_named(objective, task.robot)
+    encoding = _encoding(task, motion, knots, redundancy_values)
     return SpaceTracingProblem(
         task=task,
         motion=motion,
-        encoding=_encoding(task, motion, knots, redundancy_values),
-        objective=objective_named(objective, task.robot),
+        encoding=replace(encoding, slowness=slowness_of(minimised, task)),
+        objective=minimised,
         limits=limits_of(task.robot, task.obstacles, limits),
         knots=knots,
     )

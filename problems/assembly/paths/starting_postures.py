@@ -11,9 +11,11 @@ from scipy.linalg import qr
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, as_array
 from problems.limits import proximity_limits
+from problems.limits.torque import can_hold
 from problems.motions.samples import Samples
 from problems.robots.spatial.inverse_kinematics import postures
 from problems.robots.spatial.jacobian import tool_jacobian
+from problems.tasks.checks import overloaded
 from problems.tasks.paths.path_knots import PathKnots
 from problems.tasks.paths.space_tracing import SpaceTracing
 
@@ -27,10 +29,10 @@ Follower = Callable[[FloatArray], FloatArray]  # from postures (n, dof) to those
 
 
 def clear_postures(task: SpaceTracing, knots: PathKnots) -> FloatArray:
-    """Postures with the tool at the first knot that touch nothing, (n, dof).
+    """Postures with the tool at the first knot that touch nothing and that the motors can hold, (n, dof).
 
     Raises:
-        InvalidProblem: inverse kinematics finds none, or every one touches something.
+        InvalidProblem: inverse kinematics finds none, or every one touches something or cannot be held.
     """
     rotation = None if knots.rotations is None else knots.rotations[0]
     found = postures(task.robot, knots.points[0], rotation, np.random.default_rng(SEED))
@@ -43,7 +45,11 @@ def clear_postures(task: SpaceTracing, knots: PathKnots) -> FloatArray:
         clear &= (as_array(limit.clearances(samples)) >= task.robot.margin).all(axis=1)
     if not clear.any():
         raise InvalidProblem("points", f"points[0]: each of {len(found)} postures there touches something")
-    return spread(found[clear], MOST_FOLLOWED)
+    held = can_hold(task.robot, found) & clear
+    if not held.any():
+        reason = overloaded(task.robot, found[clear][0])
+        raise InvalidProblem("points", f"points[0]: none of {clear.sum()} clear postures there can be held; {reason}")
+    return spread(found[held], MOST_FOLLOWED)
 
 
 def spread(theta: FloatArray, most: int) -> FloatArray:

@@ -9,7 +9,18 @@ import numpy as np
 
 from problems.base.arguments import Statement
 from problems.base.matrix import Operand
-from problems.robots.rigid.transform import Rotation, Transform, Vector, compose, plus, times, transposed
+from problems.robots.rigid.transform import (
+    Rotation,
+    Transform,
+    Vector,
+    added,
+    compose,
+    outer,
+    plus,
+    scaled,
+    times,
+    transposed,
+)
 
 Point3: TypeAlias = tuple[float, float, float]
 Matrix3: TypeAlias = tuple[Point3, Point3, Point3]  # rows
@@ -42,8 +53,8 @@ class Moments:
 
     Attributes:
         mass: kg.
-        first: mass times centre, kg m.
-        second: inertia about the origin, kg m^2.
+        first: the integral of r over the masses, mass times centre, kg m.
+        second: the integral of r r^T, kg m^2; the inertia is its trace times the identity, less itself.
     """
 
     mass: Operand
@@ -53,16 +64,13 @@ class Moments:
     @classmethod
     def of(cls, inertia: Inertia, pose: Transform) -> Moments:
         """Those of a body whose frame is posed in another, about the origin of that one."""
-        m, (x, y, z) = inertia.mass, pose.apply(inertia.center)
-        turned = compose(compose(pose.rotation, inertia.matrix), transposed(pose.rotation))
-        xx, yy, zz = (times(m, times(part, part)) for part in (x, y, z))
-        xy, xz, yz = (-times(m, times(one, two)) for one, two in ((x, y), (x, z), (y, z)))
-        steiner = ((plus(yy, zz), xy, xz), (xy, plus(xx, zz), yz), (xz, yz, plus(xx, yy)))
-        return cls(m, (times(m, x), times(m, y), times(m, z)), _sum(turned, steiner))
+        center = pose.apply(inertia.center)
+        first = scaled(center, inertia.mass)
+        turned = compose(compose(pose.rotation, _second(inertia.matrix)), transposed(pose.rotation))
+        return cls(inertia.mass, first, _sum(turned, outer(first, center)))
 
     def __add__(self, other: Moments) -> Moments:
-        x, y, z = (plus(a, b) for a, b in zip(self.first, other.first, strict=True))
-        return Moments(plus(self.mass, other.mass), (x, y, z), _sum(self.second, other.second))
+        return Moments(plus(self.mass, other.mass), added(self.first, other.first), _sum(self.second, other.second))
 
 
 def _sum(one: Rotation, two: Rotation) -> Rotation:
@@ -70,6 +78,17 @@ def _sum(one: Rotation, two: Rotation) -> Rotation:
         (plus(a[0], b[0]), plus(a[1], b[1]), plus(a[2], b[2])) for a, b in zip(one, two, strict=True)
     )
     return first, second, third
+
+
+def _second(inertia: Rotation) -> Rotation:
+    """The integral of r r^T from the inertia about the same point."""
+    half = times(0.5, plus(plus(inertia[0][0], inertia[1][1]), inertia[2][2]))
+    (a, xy, xz), (yx, b, yz), (zx, zy, c) = inertia
+    return (
+        (plus(half, -a), -xy, -xz),
+        (-yx, plus(half, -b), -yz),
+        (-zx, -zy, plus(half, -c)),
+    )
 
 
 def impossible(matrix: Matrix3) -> str | None:

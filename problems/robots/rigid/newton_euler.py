@@ -11,19 +11,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 from problems.base.matrix import Operand
 from problems.robots.rigid.inertia import Moments
 from problems.robots.rigid.transform import (
     ORIGIN,
+    Rotation,
     Transform,
     Vector,
     added,
     cross,
     dot,
+    plus,
     rotated,
     scaled,
+    times,
     transposed,
 )
 
@@ -63,11 +67,23 @@ class MovedBody:
 
 @dataclass(frozen=True, eq=False)
 class _Twist:
-    """How a frame moves, in its own axes: angular velocity and acceleration, and that of its origin."""
+    """How a frame moves, in its own axes: angular velocity and acceleration, and the acceleration of its origin."""
 
     rate: Vector = ORIGIN
     spin: Vector = ORIGIN
     acceleration: Vector = ORIGIN
+
+    @cached_property
+    def field(self) -> Rotation:
+        """The matrix B of accelerations a + B r at places r, 1/s^2: [spin]x + [rate]x^2."""
+        (x, y, z), (a, b, c) = self.rate, self.spin
+        xx, yy, zz = times(x, x), times(y, y), times(z, z)
+        xy, xz, yz = times(x, y), times(x, z), times(y, z)
+        return (
+            (-plus(yy, zz), plus(xy, -c), plus(xz, b)),
+            (plus(xy, c), -plus(xx, zz), plus(yz, -a)),
+            (plus(xz, -b), plus(yz, a), -plus(xx, yy)),
+        )
 
 
 def newton_euler(bodies: Sequence[MovedBody], gravity: Vector) -> list[Operand]:
@@ -98,7 +114,7 @@ def _carried(before: _Twist, body: MovedBody) -> _Twist:
     """How the frame of a joint moves, from how the one before does."""
     back, arm = transposed(body.pose.rotation), body.pose.translation
     rate, spin = rotated(back, before.rate), rotated(back, before.spin)
-    origin = added(before.acceleration, cross(before.spin, arm), cross(before.rate, cross(before.rate, arm)))
+    origin = added(before.acceleration, rotated(before.field, arm))
     acceleration = rotated(back, origin)
     along, faster = scaled(body.joint.axis, body.speed), scaled(body.joint.axis, body.acceleration)
     if body.joint.turns:
@@ -107,13 +123,21 @@ def _carried(before: _Twist, body: MovedBody) -> _Twist:
 
 
 def _wrench(twist: _Twist, moments: Moments) -> tuple[Vector, Vector]:
-    """Force and moment about the origin of its frame that move a body so."""
-    turning = cross(twist.rate, cross(twist.rate, moments.first))
-    force = added(scaled(twist.acceleration, moments.mass), cross(twist.spin, moments.first), turning)
-    angular = rotated(moments.second, twist.rate)
-    moment = added(
-        rotated(moments.second, twist.spin),
-        cross(twist.rate, angular),
-        cross(moments.first, twist.acceleration),
-    )
-    return force, moment
+    """Force and moment about the origin of its frame that move a body so.
+
+    Over the body's masses at places r they are the integrals of a + B r and of r x (a + B r).
+    """
+    force = added(scaled(twist.acceleration, moments.mass), rotated(twist.field, moments.first))
+    return force, added(_moment(twist.field, moments.second), cross(moments.first, twist.acceleration))
+
+
+def _moment(b: Rotation, second: Rotation) -> Vector:
+    """The integral of r x B r."""
+
+    def about(i: int) -> Operand:
+        j, k = (i + 1) % 3, (i + 2) % 3
+        across = plus(times(second[j][i], b[k][i]), -times(second[k][i], b[j][i]))
+        along = plus(times(second[j][j], b[k][j]), -times(second[k][k], b[j][k]))
+        return plus(plus(across, along), times(second[j][k], plus(b[k][k], -b[j][j])))
+
+    return about(0), about(1), about(2)

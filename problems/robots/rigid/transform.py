@@ -147,6 +147,12 @@ def scaled(vector: Vector, factor: Operand) -> Vector:
     return x, y, z
 
 
+def outer(a: Vector, b: Vector) -> Rotation:
+    """The matrix a b^T."""
+    one, two, three = (scaled(b, part) for part in a)
+    return one, two, three
+
+
 def dot(a: Vector, b: Vector) -> Operand:
     """The scalar product."""
     return _dot(a, b)

@@ -15,6 +15,7 @@ from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.base.ranges import ACCELERATIONS, ANGLES, COORDINATES, LENGTHS, RATES, TORQUES, check_within
 from problems.robots.rigid.inertia import Matrix3, Moments, Point3
 from problems.robots.rigid.payload import Payload
+from problems.robots.rigid.regrouping import regrouped
 from problems.robots.rigid.rigid_chain import RigidChain
 from problems.robots.rigid.transform import Transform, as_rows
 from problems.robots.robot import Body, JointLimits, Robot
@@ -133,7 +134,7 @@ class SpatialArm(Robot):
         """Joints and bodies of the chain, the payload fixed to the last; None where a joint moves no known mass."""
         if self.chain.massless:
             return None
-        joints = [joint.rigid for joint in self.chain.joints]
+        joints = regrouped([joint.rigid for joint in self.chain.joints])
         joints[0] = replace(joints[0], pose=Transform(self.base_rotation) @ joints[0].pose)
         if self.payload is not None:
             carried = Moments.of(self.payload, self.tool_frame)

@@ -26,7 +26,7 @@ from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 from problems.tasks.checks import check_at_least, check_choice, check_obstacles, check_point, check_range
 from problems.tasks.drawing import Marker, MarkerKind
-from problems.tasks.elbow import Elbow, check_elbow
+from problems.tasks.elbow import Elbow, check_elbow, check_point_held
 from problems.tasks.passing import passing_times
 from problems.tasks.paths.path import PLANAR, Path, check_count
 from problems.tasks.place import Position
@@ -152,6 +152,8 @@ def check_path(
     check_choice("elbow", elbow, get_args(Elbow))
     check_elbow(robot, elbow)
     check_traced(robot, path, accuracy, obstacles, total_time)
+    for index, point in enumerate(path.points):
+        check_point_held(robot, elbow, "points", point, f"points[{index}] = {point}: ")
 
 
 def check_traced(

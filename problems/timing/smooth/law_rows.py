@@ -16,19 +16,31 @@ ORDERS = 3  # speed, acceleration, jerk
 
 @dataclass(frozen=True, kw_only=True)
 class LawRows:
-    """Derivatives of the joint angles as shares of their limits, one row for each order, joint and sample.
+    """What is limited as a share of its limit, one row for each order or torque, joint and sample.
 
     Attributes:
         values: (rows,), those of the order n for a duration of which they are the n-th power less.
         slopes: with respect to the control points, (rows, controls).
         orders: n, (rows,).
         samples: the index of the sample, (rows,).
+        slowing: of torques, of the order 0: how they change with a small share of the duration, (rows,); else zero.
     """
 
     values: FloatArray
     slopes: csr_array
     orders: FloatArray
     samples: FloatArray
+    slowing: FloatArray
+
+    def with_rows(self, other: LawRows) -> LawRows:
+        """These and others, of the same samples."""
+        return LawRows(
+            values=np.append(self.values, other.values),
+            slopes=csr_array(vstack([self.slopes, other.slopes])),
+            orders=np.append(self.orders, other.orders),
+            samples=np.append(self.samples, other.samples),
+            slowing=np.append(self.slowing, other.slowing),
+        )
 
 
 def law_rows(
@@ -56,7 +68,7 @@ def law_rows(
     every_limit = (limits.speed, limits.acceleration, limits.jerk)
     scales = [np.array(bound) * duration ** (n + 1) for n, bound in enumerate(every_limit)]
     slopes = [
-        _combined([part[:, joint] / scale[joint] for part in parts], basis)
+        combined([part[:, joint] / scale[joint] for part in parts], basis)
         for parts, scale in zip(partial, scales, strict=True)
         for joint in range(scale.size)
     ]
@@ -66,10 +78,11 @@ def law_rows(
         slopes=csr_array(vstack(slopes)),
         orders=np.repeat(np.arange(1.0, ORDERS + 1.0), per_order),
         samples=np.tile(np.arange(s.size), ORDERS * scales[0].size),
+        slowing=np.zeros(ORDERS * per_order),
     )
 
 
-def _combined(weights: list[FloatArray], matrices: list[csr_array]) -> csr_array:
+def combined(weights: list[FloatArray], matrices: list[csr_array]) -> csr_array:
     """The sum of as many matrices as there are weights (n,) of their rows."""
     total = csr_array(matrices[0].shape)
     for weight, matrix in zip(weights, matrices, strict=False):

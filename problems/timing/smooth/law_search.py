@@ -1,13 +1,14 @@
 """Sequential linear programs over the control points of a time law and its duration.
 
-Each program linearises speed, acceleration and jerk at samples around the last law. What it finds is judged by the
-exact peaks, between samples too: where the motion can be slowed, by the duration that all limits need; else by the
-duration and by how far a limit is broken.
+Each program linearises speed, acceleration, jerk and torques at samples around the last law. What it finds is judged by
+the exact peaks, between samples too, and by torques at denser samples: where the motion can be slowed, by the duration
+that all limits need; else by the duration and by how far a limit is broken.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array, hstack, vstack
@@ -16,12 +17,15 @@ from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
 from problems.robots.robot import JointLimits
 from problems.timing.linear_program import minimizer
+from problems.timing.motors.path_torques import PathTorques
 from problems.timing.smooth.law_ends import LawEnds
 from problems.timing.smooth.law_rows import ORDERS, LawRows, law_rows
 from problems.timing.smooth.time_law import TimeLaw, averaged_knots, operators
+from problems.timing.smooth.torque_law_rows import law_time_scale, torque_law_rows
 from problems.timing.stretch import minimum_time_scale
 
 SAMPLES = 4  # of each interval between knots
+TORQUE_SAMPLES = 8  # of each interval, to judge torques by
 BESIDE = 1e-7  # of the duration: as far before and after a change of the path's piece are samples too
 ITERATIONS = 25
 MOST_FAILURES = 5  # in a row
@@ -66,6 +70,7 @@ class LawSearch:
         ends: of the law.
         knots: of the law.
         margin: share of the limits that is kept free at the samples.
+        motors: what torques the path takes; None where they do not count.
     """
 
     path: JointPath
@@ -73,6 +78,7 @@ class LawSearch:
     ends: LawEnds
     knots: FloatArray
     margin: float = 0.0
+    motors: PathTorques | None = None
 
     def candidate(self, controls: FloatArray, duration: float) -> Candidate:
         """A law from its control points: as fast as it may be, or in the given duration where an end is moving."""
@@ -80,11 +86,18 @@ class LawSearch:
         even = controls[0] + (controls[-1] - controls[0]) * averaged_knots(self.knots)
         law = TimeLaw(self.knots, self.ends.placed(self.knots, controls + EVEN * (even - controls), duration))
         scale = minimum_time_scale(law.trajectory(self.path, duration), self.limits)
+        if self.motors is not None:
+            scale = max(scale, law_time_scale(self.motors, self._judged, law.controls, duration))
         return Candidate(law, duration, scale) if self.ends.moving else Candidate(law, duration * scale, 1.0)
+
+    @cached_property
+    def _judged(self) -> list[csr_array]:
+        """What turns control points into a law and two derivatives where its torques are judged."""
+        return operators(self.knots, _samples(self.knots, TORQUE_SAMPLES), 3)
 
     def improved(self, best: Candidate) -> Candidate:
         """The best law that a trust region around the last one leads to."""
-        tau = _samples(self.knots)
+        tau = _samples(self.knots, SAMPLES)
         basis = operators(self.knots, tau, ORDERS + 1)
         trust, failures = FIRST_TRUST, 0
         for _ in range(ITERATIONS):
@@ -118,6 +131,8 @@ class LawSearch:
         basis = [csr_array(vstack([part, extra])) for part, extra in zip(basis, near, strict=True)]
         room = 1.0 - self.margin * self._growing(np.concatenate([tau, beside]))
         rows = law_rows(self.path, self.limits, basis, controls, duration)
+        if self.motors is not None:
+            rows = rows.with_rows(torque_law_rows(self.motors, basis, controls, duration))
         free = self.ends.free(controls.size)
         padded = np.pad(controls, 2, mode="edge")
         width = trust * (padded[4:] - padded[:-4])[free] / 4.0
@@ -128,10 +143,10 @@ class LawSearch:
         return None if solution is None else (np.asarray(moves @ solution[: width.size]), float(solution[width.size]))
 
 
-def _samples(knots: FloatArray) -> FloatArray:
+def _samples(knots: FloatArray, count: int) -> FloatArray:
     """Of each interval between knots so many, the end of the last one just before it."""
     distinct = np.unique(knots)
-    inner = distinct[:-1, None] + np.diff(distinct)[:, None] * np.arange(SAMPLES) / SAMPLES
+    inner = distinct[:-1, None] + np.diff(distinct)[:, None] * np.arange(count) / count
     return np.append(inner.ravel(), np.nextafter(1.0, 0.0))
 
 
@@ -144,6 +159,9 @@ def _solution(
     """
     count = rows.values.size
     slopes = csr_array(hstack([rows.slopes @ changes, csr_array((count, 1))]))
+    if rows.slowing.any():
+        column = csr_array(rows.slowing[:, None])
+        slopes = csr_array(slopes + hstack([csr_array((count, changes.shape[1] - 1)), column, csr_array((count, 1))]))
     none = csr_array((count, changes.shape[1] - 1))
     slack = csr_array(hstack([none, csr_array(-rows.orders[:, None]), csr_array(-np.ones((count, 1)))]))
     increasing = csr_array(hstack([changes[:-1] - changes[1:], csr_array((gaps.size, 1))]))

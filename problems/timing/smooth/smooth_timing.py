@@ -13,6 +13,7 @@ from problems.base.matrix import FloatArray
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import JointLimits
 from problems.timing.fastest_profile import fastest_profile
+from problems.timing.motors.path_torques import PathTorques
 from problems.timing.prepared import PreparedPath
 from problems.timing.smooth.law_ends import LawEnds
 from problems.timing.smooth.law_knots import graded_knots
@@ -28,24 +29,26 @@ SMOOTHING_SAMPLES = 33
 MARGINS = (1e-3, 4e-3, 1.6e-2, 6.4e-2)  # at the samples, for what lies between them, where nothing can be slowed
 
 
-def smooth_timing(prepared: PreparedPath, limits: JointLimits, refined: bool = True) -> Trajectory:
+def smooth_timing(
+    prepared: PreparedPath, limits: JointLimits, refined: bool = True, motors: PathTorques | None = None
+) -> Trajectory:
     """The fastest motion found.
 
     Args:
         prepared: a path without kinks.
         limits: with a jerk.
         refined: whether to go on from the first motion that keeps the limits.
+        motors: what torques the path takes; None where they do not count.
 
     Raises:
         InvalidProblem: no motion was found that keeps the limits with the velocities of its ends.
     """
-    profile, _ = fastest_profile(prepared, limits)
+    profile, _ = fastest_profile(prepared, limits, motors)
     ends, breakpoints = LawEnds.of(prepared), prepared.path.breakpoints
     count = max(FEWEST, min(INTERVALS * (breakpoints.size - 1), MOST))
     passed = profile.times[np.searchsorted(profile.nodes, breakpoints)] / profile.times[-1]
-    coarse = LawSearch(
-        prepared.path, limits, ends, graded_knots(passed, count // COARSER, IN_PIECE / COARSER, MOST // COARSER)
-    )
+    knots = graded_knots(passed, count // COARSER, IN_PIECE / COARSER, MOST // COARSER)
+    coarse = LawSearch(prepared.path, limits, ends, knots, motors=motors)
     starts = [coarse.candidate(*start) for start in _smoothed(profile, limits, ends, coarse.knots)]
     best = min(starts, key=lambda candidate: candidate.merit)
     if best.keeps_limits and not refined:

@@ -52,6 +52,8 @@ def test_a_urdf(capsys: pytest.CaptureFixture[str]) -> None:
     assert ["slide", "prismatic", "0.1", "0.8", "0.5", "-", "-", "300"] in lines
     assert ["mast", "3", "0.16667", "0", "0.16667"] in lines
     assert ["all", "3.5"] in lines
+    assert ["turn", "40", "0", "0%", "0.7", "0.2"] in lines  # about the vertical: gravity does not matter
+    assert ["slide", "300", "0", "0%", "0", "0"] in lines
     assert ["jib", "1", "0.06", "0.06"] in lines
     assert lines[-1][:3] == ["note:", "joint", "'grip'"]
 
@@ -69,6 +71,16 @@ def test_what_nothing_is_known_of_is_shown_all_the_same(capsys: pytest.CaptureFi
     Path("bare.urdf").write_text(text.replace("{origin}", ""))
     assert run("show", "bare.urdf", "--figure", "bare.png") == 2
     assert "nothing to draw" in capsys.readouterr().err
+
+
+def test_what_the_motors_hold(capsys: pytest.CaptureFixture[str]) -> None:
+    """2 kg half a metre out, straight out at some posture, take 9.81 N m of 20."""
+    inertial = '<inertial><mass value="2"/><origin xyz="0.5 0 0"/></inertial>'
+    limit = '<axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="20"/>'
+    joint = f'<joint name="j" type="revolute"><parent link="a"/><child link="b"/>{limit}</joint>'
+    Path("rod.urdf").write_text(f'<robot><link name="a"/><link name="b">{inertial}</link>{joint}</robot>')
+    assert run("show", "rod.urdf") == 0
+    assert ["j", "20", "9.81", "49%", "0", "0"] in [line.split() for line in capsys.readouterr().out.splitlines()]
 
 
 def test_spheres_of_another_file(capsys: pytest.CaptureFixture[str]) -> None:

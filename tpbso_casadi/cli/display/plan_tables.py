@@ -25,9 +25,11 @@ FAR = 0.02  # above the best known objective, relative to it: worth a word
 
 
 def summary_of(plan: PlannedMotion) -> str:
-    """The objective and its value."""
+    """The objective and its value; of a weighted sum those of its parts, too."""
     objective = plan.criteria.objective
-    return f"{objective.name} {plan.objective:.6g} {objective.unit}"
+    parts = ", ".join(f"{part.name} {value:.6g} {part.unit}" for part, _, value in plan.motion.objective_parts)
+    unit = "" if parts else f" {objective.unit}"
+    return f"{objective.name} {plan.objective:.6g}{unit}{parts and f' ({parts})'}"
 
 
 def limit_of(bound: float, unit: str) -> str:

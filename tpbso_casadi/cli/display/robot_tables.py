@@ -9,6 +9,7 @@ from rich.table import Table
 from problems.robots.spatial.chain import ChainJoint
 from problems.robots.spatial.collision.sphere import Sphere
 from problems.robots.spatial.description import RobotDescription
+from problems.robots.spatial.holding import POSTURES, most_held
 from tpbso_casadi.cli.display.console import OutputConsole, number, table_of, word
 
 NOT_STATED = "-"
@@ -33,6 +34,9 @@ def print_robot(robot: RobotDescription, console: OutputConsole) -> None:
     console.print_table("joints; rad, rad/s, N m, of those that slide m, m/s, N", _joints(robot))
     console.say("")
     console.print_table("masses that they move", _masses(chain.joints))
+    console.say("")
+    title = f"motors, N m, N m s (N, N s/m); held: the most at {POSTURES} random postures"
+    console.print_table(title, _motors(robot))
     if robot.spheres:
         console.say("")
         console.print_table("collision spheres, m", _spheres(robot.spheres))
@@ -67,6 +71,20 @@ def _masses(joints: Sequence[ChainJoint]) -> Table:
         table.add_row(joint.link, *(_shown(value) for value in values))
     total = sum(joint.inertia.mass for joint in joints if joint.inertia is not None)
     table.add_row("all", _shown(total), "", "", "")
+    return table
+
+
+def _motors(robot: RobotDescription) -> Table:
+    table = table_of(
+        word("joint"), number("torque"), number("held"), number("of it"), number("viscous"), number("coulomb")
+    )
+    joints = robot.chain.joints
+    held = most_held(robot.drawn)
+    for place, joint in enumerate(joints):
+        most = None if held is None else float(held[place])
+        part = NOT_STATED if most is None or joint.effort is None else f"{most / joint.effort:.0%}"
+        values = (_shown(value) for value in (joint.effort, most))
+        table.add_row(joint.name, *values, part, _shown(joint.damping), _shown(joint.friction))
     return table
 
 

@@ -28,7 +28,7 @@ from tpbso_casadi.scenario.section import (
     Positive,
     ScenarioError,
 )
-from tpbso_casadi.scenario.task import ModelSection, ObjectiveName, TaskSection
+from tpbso_casadi.scenario.task import ModelSection, ObjectiveChoice, TaskSection
 from tpbso_casadi.scenario.tasks.path_points import PathPoints, read_points
 
 
@@ -40,7 +40,7 @@ class PathTask(TaskSection):
     kind: Literal["path"]
     accuracy: Positive
     angular_accuracy: Annotated[Positive | None, ANGULAR] = None
-    objective: ObjectiveName = "time"
+    objective: ObjectiveChoice = "time"
     elbow: Elbow = "free"
     total_time: tuple[Positive, Positive] | None = None
 

@@ -15,7 +15,7 @@ from problems.tasks.elbow import Elbow
 from problems.tasks.move import Move
 from tpbso_casadi.scenario.catalogues import find_objective
 from tpbso_casadi.scenario.section import ANGULAR, MOST_LINKS, Number, Positive
-from tpbso_casadi.scenario.task import ModelSection, ObjectiveName, TaskSection
+from tpbso_casadi.scenario.task import ModelSection, ObjectiveChoice, TaskSection
 from tpbso_casadi.scenario.tasks.places import AnyGoals, AnyPlace, AnyPlaces, built
 
 Velocities = Annotated[list[Number], Field(min_length=1, max_length=MOST_LINKS)]
@@ -35,7 +35,7 @@ class PointToPointTask(TaskSection):
     via: AnyPlaces | None = None
     start_velocity: Annotated[Velocities | None, ANGULAR] = None
     goal_velocity: Annotated[Velocities | None, ANGULAR] = None
-    objective: ObjectiveName = "time"
+    objective: ObjectiveChoice = "time"
     elbow: Elbow = "free"
     segment_time: tuple[Positive, Positive] | None = None
     total_time: tuple[Positive, Positive] | None = None

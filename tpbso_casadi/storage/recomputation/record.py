@@ -19,6 +19,12 @@ def check_motion(result: RunResult, motion: Motion) -> None:
     same("objective.name", result.objective.name, objective.name)
     same("objective.unit", result.objective.unit, objective.unit)
     agree("objective.value", result.objective.value, motion.objective)
+    parts, stored_parts = motion.objective_parts, result.objective.parts
+    same("objective.parts", [part.name for part in stored_parts], [part.name for part, _, _ in parts])
+    for kept, (part, weight, value) in zip(stored_parts, parts, strict=True):
+        key = f"objective.parts.{part.name}"
+        same(key, (kept.unit, kept.weight), (part.unit, weight))
+        agree(f"{key}.value", kept.value, value)
     same("constraints", [c.name for c in result.constraints], [verdict.name for verdict in motion.verdicts])
     for stored, verdict in zip(result.constraints, motion.verdicts, strict=True):
         _check_constraint(stored, verdict)

@@ -144,18 +144,18 @@ def read_joint(element: ET.Element) -> UrdfJoint:
         origin=origin(element, owner),
         axis=_axis(element, owner),
         position=_position(limit, kind, owner),
-        speed=_largest(limit, "velocity", owner),
-        effort=_largest(limit, "effort", owner),
-        damping=number(dynamics, "damping", owner) or 0.0,
-        friction=number(dynamics, "friction", owner) or 0.0,
+        speed=_not_negative(limit, "velocity", owner) or None,  # exporters write 0 for what they do not know
+        effort=_not_negative(limit, "effort", owner) or None,
+        damping=_not_negative(dynamics, "damping", owner) or 0.0,
+        friction=_not_negative(dynamics, "friction", owner) or 0.0,
         mimic=None if mimic is None else mimic.get("joint", "?"),
     )
 
 
-def _largest(limit: ET.Element | None, key: str, owner: str) -> float | None:
-    value = number(limit, key, owner) or None  # exporters write 0 for what they do not know
-    if value is not None and value < 0.0:
-        raise refused(f"{owner}: {key} of <limit> is {value:g}, below 0")
+def _not_negative(element: ET.Element | None, key: str, owner: str) -> float | None:
+    value = number(element, key, owner)
+    if element is not None and value is not None and value < 0.0:
+        raise refused(f"{owner}: {key} of <{element.tag}> is {value:g}, below 0")
     return value
 
 

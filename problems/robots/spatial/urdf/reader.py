@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from problems.base.errors import InvalidProblem
-from problems.robots.rigid.inertia import Inertia
+from problems.robots.rigid.inertia import Inertia, impossible
 from problems.robots.rigid.transform import Transform
 from problems.robots.spatial.chain import Chain, ChainJoint, JointKind
 from problems.robots.spatial.collision.sphere import Sphere
@@ -107,6 +107,8 @@ def _body(tree: Tree, number: int, link: str, along: set[str]) -> _Body:
         inertia = tree.links[name].inertia
         if inertia is not None:
             body.inertias.append(moved_inertia(inertia, pose))
+            reason = impossible(inertia.matrix)
+            body.notes += [] if reason is None else [f"link {name!r}: no body has its inertia, {reason}"]
         body.notes += [f"link {name!r}: mesh {mesh} is not read, give spheres" for mesh in tree.links[name].meshes]
     return body
 
@@ -140,5 +142,5 @@ def _gaps(moving: list[UrdfJoint]) -> list[str]:
 
 
 def _massless(bodies: list[_Body]) -> list[str]:
-    massless = [body.frames[0].name for body in bodies[1:] if not sum(inertia.mass for inertia in body.inertias)]
+    massless = [body.frames[0].name for body in bodies[1:] if not body.inertias]
     return [f"no masses stated for {', '.join(massless)}: torques are unknown"] if massless else []

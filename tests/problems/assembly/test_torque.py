@@ -1,0 +1,94 @@
+"""Torque limits in every encoding: what time cannot cure never looks feasible; costs, bits, and what is compiled."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from helpers.cases import following, moving
+
+from problems import Joints, Move, Path, PlanarArm, Problem, closed_curve, move
+from problems.assembly.tracing import tracing
+from problems.base.matrix import FloatArray, as_array
+from problems.evaluation import EvaluationOptions
+from problems.tasks.paths.path_tracing import PathTracing
+from solvers import Box
+
+VM = EvaluationOptions("vm")
+LIMITS: dict[str, Any] = {"max_speed": (4.0,) * 3, "max_acceleration": (40.0,) * 3, "link_masses": (2.0, 2.0, 1.0)}
+FRICTION = {"viscous_friction": (0.5, 0.5, 0.1), "coulomb_friction": (0.5, 0.5, 0.1)}
+ARM = PlanarArm((0.5, 0.5, 0.4), **LIMITS, **FRICTION, max_torque=(28.0, 12.0, 3.0))  # too weak when stretched out
+SMOOTH = PlanarArm((0.5, 0.5, 0.4), **LIMITS, max_torque=(24.0, 12.0, 3.0))
+CURVE = closed_curve((0.45, -0.3), 0.2, 0.0, 4, -0.35, 12)
+LINE = Path(((0.3, -0.6), (0.6, -0.3), (0.6, 0.1)))
+
+
+def problems(robot: PlanarArm = ARM, objective: str = "time") -> dict[str, Problem[Any]]:
+    task = Move(robot, Joints((-1.2, 0.4, 0.3)), (Joints((0.9, -0.9, 0.4)),))
+    return {
+        "two segments, paper": moving(robot, (0.3, -0.6), (0.3, 0.6), objective, "free", "paper", samples=15),
+        "two segments, reduced": moving(robot, (0.3, -0.6), (0.3, 0.6), objective, "free", "reduced", samples=15),
+        "path, paper": following(robot, CURVE, 0.1, objective, "free", "paper", samples=24),
+        "path, reduced": following(robot, CURVE, 0.1, objective, "free", "reduced", samples=24),
+        "move": move(task, objective, samples=24),
+        "tracing": tracing(PathTracing(robot, LINE, 0.02), objective, samples=24, redundancy_values=3),
+    }
+
+
+EVERY = problems()
+RESTORED = {"speed", "acceleration", "torque"}
+
+
+def candidates(problem: Problem[Any], count: int = 300) -> FloatArray:
+    box, rng = Box(*problem.bounds), np.random.default_rng(3)
+    near = box.clip(np.mean(problem.bounds, axis=0) + rng.normal(0.0, 0.1, (count // 3, box.dimension)))
+    return np.concatenate([box.sample(rng, count - len(near)), near])
+
+
+def rows(problem: Problem[Any], name: str, x: FloatArray) -> FloatArray:
+    """The largest of a constraint's rows over its bounds, for each candidate (m, d): (m,)."""
+    found = [constraint for constraint in problem.constraints if constraint.name == name]
+    function = ca.Function("rows", [problem.model.x], [ca.densify(c.expression) for c in found], {"cse": True})
+    shares = [
+        [np.abs(as_array(part)) / c.bounds[1] for part, c in zip(function.call([ca.DM(row)]), found, strict=True)]
+        for row in x
+    ]
+    return np.array([max(float(part.max()) for part in share) for share in shares])
+
+
+@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize(("robot", "objective"), [(ARM, "time"), (ARM, "rotation"), (SMOOTH, "time")])
+def test_feasible_candidates_keep_the_torques_at_the_samples(name: str, robot: PlanarArm, objective: str) -> None:
+    problem = problems(robot, objective)[name]
+    x = candidates(problem)
+    costs, used = problem.evaluator(VM)(x), rows(problem, "torque", x)
+    feasible = costs <= problem.objective_upper_bound
+    assert (used[feasible] <= 1.0 + 1e-9).all()
+    if problem.encoding.scales_time:
+        assert feasible.any()
+    assert (used > 1.0 + 1e-9).any()
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_arms_that_cannot_be_held_are_never_feasible_and_the_weakest_costs_most(name: str) -> None:
+    """Gravity on so weak motors cannot be overcome: the cost says by how much."""
+    costs = []
+    for share in (0.05, 0.02):
+        problem = problems(ARM)[name]
+        robot = replace(ARM, max_torque=tuple(share * torque for torque in ARM.max_torque or ()))
+        weak = problems_unchecked(name, robot)
+        costs.append(weak.evaluator(VM)(candidates(problem)))
+        assert (costs[-1] > weak.objective_upper_bound).all()
+        assert np.isfinite(costs[-1]).all()
+    if weak.encoding.scales_time:
+        assert (np.diff(costs, axis=0) > 0.0).mean() > 0.99
+
+
+def problems_unchecked(name: str, robot: PlanarArm) -> Problem[Any]:
+    """The problem for a robot with which it would be refused."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("problems.tasks.checks.can_hold", lambda robot, theta: np.ones(len(theta), dtype=bool))
+        return problems(robot)[name]

@@ -1,0 +1,135 @@
+"""Torques of robots in space against Pinocchio, at 1,000 random states of each."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from helpers.urdf import ARM
+from scipy.spatial.transform import Rotation
+
+from problems.base.arguments import Arguments
+from problems.robots.rigid.payload import Payload
+from problems.robots.rigid.transform import Transform
+from problems.robots.spatial.models import BUILT_IN, built_in
+from problems.robots.spatial.rotations import matrix_of
+from problems.robots.spatial.spatial_arm import SpatialArm
+from problems.robots.spatial.urdf import read_urdf
+
+pin = pytest.importorskip("pinocchio")
+
+STATES = 1_000
+TOLERANCE = 1e-9  # N m
+BOX = ((0.02, 0.004, -0.003), (0.004, 0.03, 0.005), (-0.003, 0.005, 0.025))
+PAYLOAD = Payload(mass=3.0, center=(0.02, -0.03, 0.05), matrix=BOX)
+OTHER = ((0.2, 0.0, 0.01), (0.0, 0.3, 0.0), (0.01, 0.0, 0.4))
+TOOL = Transform(matrix_of(Rotation.from_euler("xyz", (0.3, -0.2, 1.1)).as_quat()), (0.01, 0.02, 0.1))
+WALL = Transform(matrix_of(Rotation.from_euler("xyz", (0.0, np.pi / 2.0, 0.0)).as_quat()), (0.0, 1.0, 2.0))
+TILTED = Transform(matrix_of(Rotation.from_euler("xyz", (0.4, -0.9, 2.0)).as_quat()))
+CRANE = (
+    ARM.replace('xyz="0 0 0.5"/><axis xyz="0 0 2"/>', 'rpy="0.3 -0.7 2"/><axis xyz="1 -2 0.5"/>')
+    .replace('name="jib">', 'name="jib"><inertial><mass value="1.5"/><origin xyz="0.1 0.2 0"/></inertial>')
+    .replace('effort="300"/>', 'effort="300"/><dynamics damping="5" friction="2"/>')
+)
+GIVEN = {"max_acceleration": 10.0, "max_jerk": 100.0}
+SETTINGS: dict[str, dict[str, Any]] = {
+    "bare": {},
+    "with a payload": {"payload": PAYLOAD},
+    "with a payload on a turned tool": {"payload": PAYLOAD, "tool": TOOL},
+    "on a wall": {"base": WALL, "payload": PAYLOAD},
+    "tilted, gravity too": {"base": TILTED, "gravity": (1.0, -2.0, -3.0)},
+    "with friction": {"viscous_friction": 0.7, "coulomb_friction": 0.4},
+    "in space": {"gravity": (0.0, 0.0, 0.0)},
+}
+
+
+def arm_of(name: str, settings: dict[str, Any]) -> SpatialArm:
+    description = read_urdf(CRANE, tip_link="tool0") if name == "crane" else built_in(name)
+    return description.arm(**GIVEN, **settings)
+
+
+class Oracle:
+    """Pinocchio's model of an arm's chain on its base, with the payload as a body of its own on the tool."""
+
+    def __init__(self, arm: SpatialArm) -> None:
+        self.model, last = pin.Model(), 0
+        self.model.gravity = pin.Motion(np.array(arm.gravity), np.zeros(3))
+        place = pin.SE3(np.array(arm.base_rotation), np.array(arm.base_translation))
+        for joint in arm.chain.joints:
+            kind = pin.JointModelRevoluteUnaligned if joint.turns else pin.JointModelPrismaticUnaligned
+            at_zero = pin.SE3(np.array(joint.rotation), np.array(joint.translation))
+            last = self.model.addJoint(last, kind(np.array(joint.axis)), place * at_zero, joint.name)
+            place = pin.SE3.Identity()
+            assert joint.inertia is not None
+            self.carry(last, joint.inertia, place)
+        if arm.payload is not None:
+            tip = pin.SE3(np.array(arm.chain.tip_rotation), np.array(arm.chain.tip_translation))
+            self.carry(last, arm.payload, tip * pin.SE3(np.array(arm.tool_rotation), np.array(arm.tool_translation)))
+        self.data = self.model.createData()
+        self.damping = np.array([joint.damping for joint in arm.chain.joints])
+        self.friction = np.array([joint.friction for joint in arm.chain.joints])
+
+    def carry(self, joint: int, body: Any, place: Any) -> None:
+        inertia = pin.Inertia(body.mass, np.array(body.center), np.array(body.matrix))
+        self.model.appendBodyToJoint(joint, inertia, place)
+
+    def torques(self, theta: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+        moving = np.array(pin.rnea(self.model, self.data, theta, speed, acceleration))
+        return np.asarray(moving + self.damping * speed + self.friction * np.sign(speed))
+
+
+def states_of(arm: SpatialArm) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Postures between the limits, speeds up to those of the joints, accelerations up to 20 rad/s^2."""
+    assert arm.position_limits is not None
+    random = np.random.default_rng(7)
+    low, high = np.array(arm.position_limits).T
+    shape, speed = (STATES, arm.dof), np.array(arm.max_speed)
+    return random.uniform(low, high, shape), random.uniform(-speed, speed, shape), random.uniform(-20.0, 20.0, shape)
+
+
+@pytest.mark.parametrize("settings", SETTINGS)
+@pytest.mark.parametrize("name", [*BUILT_IN, "crane"])
+def test_torques(name: str, settings: str) -> None:
+    arm = arm_of(name, SETTINGS[settings])
+    oracle, states = Oracle(arm), states_of(arm)
+    found = np.array(arm.inverse_dynamics(*(ca.DM(part) for part in states)))
+    expected = [oracle.torques(*state) for state in zip(*states, strict=True)]
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=TOLERANCE)
+
+
+@pytest.mark.parametrize("name", [*BUILT_IN, "crane"])
+def test_parts_of_the_torques(name: str) -> None:
+    """Those of inertia alone, of gravity alone and of friction add up to all."""
+    arm = arm_of(name, {"payload": PAYLOAD, "base": TILTED})
+    theta, speed, acceleration = (ca.DM(part) for part in states_of(arm))
+    chain = arm.massive
+    inertial, held = chain.inertial(theta, speed, acceleration), chain.gravitational(theta)
+    moving = np.array(inertial + held + chain.viscous(speed) + chain.coulomb(speed))
+    np.testing.assert_allclose(moving, np.array(arm.inverse_dynamics(theta, speed, acceleration)), atol=TOLERANCE)
+    twice = chain.inertial(theta, 2.0 * speed, 4.0 * acceleration)
+    np.testing.assert_allclose(np.array(twice), 4.0 * np.array(inertial), rtol=1e-9, atol=TOLERANCE)
+    oracle = Oracle(arm)
+    expected = [pin.computeGeneralizedGravity(oracle.model, oracle.data, state) for state in np.array(theta)]
+    np.testing.assert_allclose(np.array(held), expected, atol=TOLERANCE)
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_code_for_any_payload(name: str) -> None:
+    """Compiled with symbols for a payload's numbers, it serves another payload."""
+    arm = arm_of(name, {"payload": PAYLOAD})
+    states = states_of(arm)
+    rows = [ca.SX.sym(part, 1, arm.dof) for part in ("theta", "speed", "acceleration")]
+    arguments = Arguments()
+    twin = arguments.twin(arm)
+    code = ca.Function("torques", [*rows, arguments.symbols], [twin.inverse_dynamics(*rows)])
+    heavier = replace(arm, payload=Payload(mass=5.0, center=(0.1, 0.2, 0.3), matrix=OTHER))
+    for carrying in (arm, heavier):
+        values = Arguments()
+        values.twin(carrying)
+        oracle = Oracle(carrying)
+        for state in list(zip(*states, strict=True))[:50]:
+            found = np.array(code(*state, values.values)).ravel()
+            np.testing.assert_allclose(found, oracle.torques(*state), atol=TOLERANCE)

@@ -1,0 +1,148 @@
+"""Fronts and where points are placed on them, on problems whose fronts are known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tpbso_casadi.trade_off.front import Front, hypervolume, reference_point
+from tpbso_casadi.trade_off.placement import ENDS, EpsilonConstraint, Placement, WeightedSum
+from tpbso_casadi.trade_off.point import Pair, Point, Request, Scalarisation, Standing
+
+COORDINATES = st.tuples(st.integers(0, 20), st.integers(0, 20))
+
+
+def point(number: int, values: Pair, certified: bool = True, request: Request | None = None) -> Point:
+    """A point whose first objective is its duration."""
+    return Point(
+        number=number,
+        request=request,
+        values=values,
+        duration=values[0],
+        certified=certified,
+        seed=1,
+        evaluations=100,
+        seconds=1.0,
+        folder=f"points/{number}",
+    )
+
+
+def placed(placement: Placement, solve: Callable[[Request], Pair]) -> list[Point]:
+    """All the points of a placement."""
+    points: list[Point] = []
+    while (request := placement.next(points)) is not None:
+        points.append(point(len(points) + 1, solve(request), request=request))
+        assert len(points) < 100
+    return points
+
+
+def test_what_a_point_is_beside_the_others() -> None:
+    values = [(1.0, 5.0), (2.0, 3.0), (2.0, 4.0), (1.0, 5.0), (4.0, 1.0), (0.5, 0.5)]
+    points = [point(n, v, certified=n != 6) for n, v in enumerate(values, start=1)]
+    front = Front.of(points)
+    assert [p.number for p in front.points] == [1, 2, 5]
+    expected = ["front", "front", "dominated", "repeated", "front", "not certified"]
+    assert [str(front.standings[p.number]) for p in points] == expected
+
+
+@given(st.lists(COORDINATES, max_size=30))
+def test_nothing_dominates_a_front_and_it_dominates_all_else(values: list[tuple[int, int]]) -> None:
+    points = [point(n, (float(a), float(b))) for n, (a, b) in enumerate(values, start=1)]
+    front = Front.of(points).values
+    no_worse = [(front <= p.values).all(axis=1) for p in points]
+    assert all(each.any() for each in no_worse)
+    for values_on_front in front:
+        assert (front <= values_on_front).all(axis=1).sum() == 1
+
+
+def test_hypervolume_by_hand() -> None:
+    values = np.array([[1.0, 3.0], [2.0, 1.0], [5.0, 0.0], [2.5, 2.5]])
+    assert hypervolume(values, (4.0, 4.0)) == 1.0 * 1.0 + 2.0 * 3.0  # (1..2) x (3..4), (2..4) x (1..4); 5 is outside
+    assert reference_point(np.array([[1.0, 3.0], [2.0, 1.0]])) == pytest.approx((2.1, 3.2))
+
+
+@given(st.lists(COORDINATES, min_size=1, max_size=12))
+def test_hypervolume_counts_cells(values: list[tuple[int, int]]) -> None:
+    cells = {(i, j) for a, b in values for i in range(a, 21) for j in range(b, 21)}
+    assert hypervolume(np.array(values, dtype=float), (21.0, 21.0)) == len(cells)
+
+
+def bounded(request: Request) -> Pair:
+    """A front 1 / T^3 from T = 1 to 4."""
+    asked = request.scalarisation
+    duration = 1.0 if asked.weights == ENDS[0] else asked.longest or 4.0
+    return duration, duration**-3
+
+
+def weighted(request: Request) -> Pair:
+    """The front (x, 1 / x), x from 1/4 to 4."""
+    first, second = request.scalarisation.weights
+    x = float(np.clip(np.sqrt(second / first) if first else 4.0, 0.25, 4.0))
+    return x, 1.0 / x
+
+
+@pytest.mark.parametrize(("placement", "solve"), [(EpsilonConstraint(12, 0), bounded), (WeightedSum(12), weighted)])
+def test_points_are_spread(placement: Placement, solve: Callable[[Request], Pair]) -> None:
+    points = placed(placement, solve)
+    front = Front.of(points)
+    assert len(points) == len(front.points) == 12
+    scale = np.ptp(front.values, axis=0)
+    gaps = np.hypot(*(np.diff(front.values, axis=0) / scale).T)
+    assert gaps.max() < 2.5 * gaps.mean()
+
+
+def test_a_line_has_no_point_between_its_ends_for_weighted_sums() -> None:
+    points = placed(WeightedSum(12), lambda r: (0.0, 1.0) if r.scalarisation.weights[0] else (1.0, 0.0))
+    assert [p.request.scalarisation.weights for p in points if p.request] == [*ENDS, (1.0, 1.0)]
+    assert Front.of(points).standings[3] is Standing.REPEATED
+
+
+def test_what_is_not_the_best_known_answer_is_tried_once_more_from_its_neighbours() -> None:
+    def solve(request: Request) -> Pair:
+        duration, other = bounded(request)
+        poor = request.scalarisation.longest == 2.5 and request.attempt == 0
+        return duration, other + 5.0 * poor
+
+    points = placed(EpsilonConstraint(5, 0), solve)
+    first, again = (p for p in points if p.request and p.request.scalarisation.longest == 2.5)
+    assert len(points) == 6
+    front = Front.of(points)
+    assert front.standings[first.number] is Standing.DOMINATED and front.standings[again.number] is Standing.FRONT
+    assert again.request is not None
+    kept, left = (points[number - 1].duration for number in again.request.starts)
+    assert kept <= 2.5 < left
+
+
+def test_a_failure_is_tried_once_more_and_then_left() -> None:
+    placement, points = EpsilonConstraint(3, 0), [point(1, (1.0, 1.0)), point(2, (4.0, 0.1))]
+    points = [
+        point(n, v, request=Request(scalarisation=Scalarisation(end)))
+        for n, (v, end) in enumerate(zip(((1.0, 1.0), (4.0, 0.1)), ENDS, strict=True), start=1)
+    ]
+    for attempt in range(2):
+        request = placement.next(points)
+        assert request is not None and request.attempt == attempt and request.starts == (1, 2)
+        points.append(point(3 + attempt, (9.0, 9.0), certified=False, request=request))
+    assert placement.next(points) is None
+
+
+def test_an_end_that_another_plan_equals_in_its_own_objective_is_left() -> None:
+    def solve(request: Request) -> Pair:
+        return (request.scalarisation.longest or 4.0, 2.0) if request.scalarisation.weights[1] else (1.0, 3.0)
+
+    points = placed(EpsilonConstraint(3, 0), solve)
+    assert len(points) == 3
+    assert Front.of(points).standings[2] is Standing.DOMINATED
+
+
+def test_either_objective_may_be_the_duration() -> None:
+    def solve(request: Request) -> Pair:
+        mirrored = Scalarisation(request.scalarisation.weights[::-1], request.scalarisation.longest)
+        return bounded(Request(scalarisation=mirrored))[::-1]
+
+    points, mirrored = placed(EpsilonConstraint(6, 0), bounded), placed(EpsilonConstraint(6, 1), solve)
+    assert {p.values for p in points} == {p.values[::-1] for p in mirrored}

@@ -1,0 +1,83 @@
+"""Fronts of two objectives, both to be minimised: what dominates what, gaps, hypervolume."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from problems.base.matrix import FloatArray
+from tpbso_casadi.trade_off.point import Pair, Point, Standing
+
+SAME = 1e-4  # of the front's width in an objective: two plans that differ by less are the same
+REFERENCE = 0.1  # of the front's width, by which the reference of the hypervolume is worse than the worst
+
+
+@dataclass(frozen=True)
+class Front:
+    """The certified points of one method that no other one dominates, by the first objective.
+
+    Attributes:
+        points: on the front.
+        standings: of all points, by number.
+    """
+
+    points: tuple[Point, ...]
+    standings: dict[int, Standing]
+
+    @classmethod
+    def of(cls, points: Sequence[Point]) -> Front:
+        """The front of points; of several that are the same, to rounding, the first."""
+        certified = [point for point in points if point.certified]
+        standings = {point.number: Standing.NOT_CERTIFIED for point in points}
+        same = SAME * width([point.values for point in certified])
+        kept: list[Point] = []
+        for point in sorted(certified, key=lambda each: (each.values, each.number)):
+            if kept and point.values[1] >= kept[-1].values[1]:
+                near = np.abs(np.subtract(point.values, kept[-1].values)) <= same
+                standings[point.number] = Standing.REPEATED if near.all() else Standing.DOMINATED
+                continue
+            kept.append(point)
+            standings[point.number] = Standing.FRONT
+        return cls(tuple(kept), standings)
+
+    @property
+    def values(self) -> FloatArray:
+        """Of the points, (n, 2)."""
+        return np.array([point.values for point in self.points]).reshape(-1, 2)
+
+    @property
+    def gaps(self) -> list[tuple[Point, Point]]:
+        """Neighbours, those farthest apart first; distances are shares of the front's width."""
+        scale = width([point.values for point in self.points])
+
+        def distance(gap: tuple[Point, Point]) -> float:
+            return float(np.hypot(*(np.subtract(gap[0].values, gap[1].values) / scale)))
+
+        return sorted(pairwise(self.points), key=distance, reverse=True)
+
+
+def width(values: Sequence[Pair]) -> FloatArray:
+    """From the least to the largest of each objective, (2,); 1 where there is nothing between them."""
+    if not values:
+        return np.ones(2)
+    spread = np.ptp(np.array(values), axis=0)
+    return np.where(spread > 0.0, spread, 1.0)
+
+
+def reference_point(values: FloatArray) -> Pair:
+    """A point that is worse than all values (n, 2) in both objectives, by ``REFERENCE`` of their width."""
+    first, second = values.max(axis=0) + REFERENCE * width([(a, b) for a, b in values.tolist()])
+    return float(first), float(second)
+
+
+def hypervolume(values: FloatArray, reference: Pair) -> float:
+    """The area between the values (n, 2) and a reference point that they dominate, in the product of both units."""
+    area, height = 0.0, reference[1]
+    for first, second in sorted(values.tolist()):
+        if first < reference[0] and second < height:
+            area += (reference[0] - first) * (height - second)
+            height = second
+    return area

@@ -1,0 +1,144 @@
+"""Which plan to make next: the two ends, then in the middle of the largest gap, then again what was dominated.
+
+Two ways to make one objective out of two. The *epsilon-constraint* method (Haimes, Lasdon and Wismer 1971) minimises
+one objective and bounds the other one, which has to be the duration; it finds every point of a front. *Weighted sums*
+need no bound; their weights are those for which two neighbours are equally good (Aneja and Nair 1979), so that each sum
+either finds a plan below the line between them, or shows that none is; where a front is not convex, it cannot be found.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tpbso_casadi.trade_off.front import SAME, Front, width
+from tpbso_casadi.trade_off.point import Pair, Point, Request, Scalarisation
+
+ENDS: tuple[Pair, Pair] = ((1.0, 0.0), (0.0, 1.0))
+ATTEMPTS = 2  # at a plan that comes out dominated, or not certified
+SAME_REQUEST = 1e-3  # of the front's width, or rad between two weightings
+DIGITS = 9  # of a bound, or of a weight
+
+
+@dataclass(frozen=True)
+class Placement(ABC):
+    """A way to place points on a front.
+
+    Args:
+        count: of the points to place.
+    """
+
+    count: int
+
+    @abstractmethod
+    def between(self, before: Point, after: Point) -> Scalarisation:
+        """What is asked for in a gap; ``before`` is better in the first objective."""
+
+    @abstractmethod
+    def is_same(self, one: Scalarisation, other: Scalarisation, front: Front) -> bool:
+        """Whether two would lead to about the same plan."""
+
+    @abstractmethod
+    def neighbours(self, asked: Scalarisation, front: Front) -> list[Point]:
+        """Points of a front on both sides of where a plan should come to lie, or at its end."""
+
+    def next(self, points: Sequence[Point]) -> Request | None:
+        """The next plan to make; None where there is none.
+
+        Args:
+            points: all those that have been made.
+        """
+        requests = [point.request for point in points if point.request is not None]
+        placed = [request.scalarisation for request in requests if request.attempt == 0]
+        if len(placed) < len(ENDS):
+            return Request(scalarisation=Scalarisation(ENDS[len(placed)]))
+        front = Front.of(points)
+        gap = self._gap(placed, front) if len(placed) < self.count else None
+        return self._again(points, front) if gap is None else gap
+
+    def _gap(self, placed: Sequence[Scalarisation], front: Front) -> Request | None:
+        """In the largest gap in which nothing has been tried yet."""
+        for before, after in front.gaps:
+            asked = self.between(before, after)
+            if not any(self.is_same(asked, other, front) for other in placed):
+                return Request(scalarisation=asked, starts=(before.number, after.number))
+        return None
+
+    def _again(self, points: Sequence[Point], front: Front) -> Request | None:
+        """What is not the best known answer to its own request, from the points that now are its neighbours."""
+        answers = [(point, point.request) for point in points if point.request is not None]
+        made = {(request.scalarisation, request.attempt) for _, request in answers}
+        for point, request in answers:
+            asked, following = request.scalarisation, request.attempt + 1
+            if following < ATTEMPTS and (asked, following) not in made and not is_best(point, asked, front):
+                starts = tuple(neighbour.number for neighbour in self.neighbours(asked, front))
+                return Request(scalarisation=asked, attempt=following, starts=starts)
+        return None
+
+
+@dataclass(frozen=True)
+class EpsilonConstraint(Placement):
+    """The other objective is minimised, the duration is bounded.
+
+    Args:
+        duration: which of the two objectives is the duration: 0 or 1.
+    """
+
+    duration: int
+
+    def between(self, before: Point, after: Point) -> Scalarisation:
+        """Half-way between the durations of both."""
+        middle = (before.values[self.duration] + after.values[self.duration]) / 2.0
+        return Scalarisation(ENDS[1 - self.duration], _rounded(middle))
+
+    def is_same(self, one: Scalarisation, other: Scalarisation, front: Front) -> bool:
+        """Whether the bounds differ by ``SAME_REQUEST`` of the front's width at most."""
+        if one.longest is None or other.longest is None:
+            return one == other
+        allowed = SAME_REQUEST * float(width([point.values for point in front.points])[self.duration])
+        return abs(one.longest - other.longest) <= allowed
+
+    def neighbours(self, asked: Scalarisation, front: Front) -> list[Point]:
+        """The slowest that keeps the bound, and the fastest that does not."""
+        by_time = sorted(front.points, key=lambda point: point.values[self.duration])
+        if asked.longest is None:
+            return by_time[-1:] if asked.weights[self.duration] == 0.0 else by_time[:1]
+        kept = [point for point in by_time if point.values[self.duration] <= asked.longest]
+        return kept[-1:] + by_time[len(kept) : len(kept) + 1]
+
+
+@dataclass(frozen=True)
+class WeightedSum(Placement):
+    """A weighted sum is minimised."""
+
+    def between(self, before: Point, after: Point) -> Scalarisation:
+        """The weights of which both sums are the same; the first weight is 1."""
+        first, second = np.abs(np.subtract(before.values, after.values)).tolist()
+        return Scalarisation((1.0, _rounded(first / second)))
+
+    def is_same(self, one: Scalarisation, other: Scalarisation, front: Front) -> bool:
+        """Whether the directions in which the two go down differ by ``SAME_REQUEST`` rad at most."""
+        scale = width([point.values for point in front.points])
+        angles = [float(np.arctan2(*(np.array(each.weights) * scale))) for each in (one, other)]
+        return abs(angles[0] - angles[1]) <= SAME_REQUEST
+
+    def neighbours(self, asked: Scalarisation, front: Front) -> list[Point]:
+        """The two with the least sums."""
+        return sorted(front.points, key=lambda point: float(np.dot(asked.weights, point.values)))[:2]
+
+
+def is_best(point: Point, asked: Scalarisation, front: Front) -> bool:
+    """Whether a point is certified, and no other that keeps the same bound has a smaller sum, to ``SAME``."""
+    weights = np.array(asked.weights)
+    longest = np.inf if asked.longest is None else asked.longest
+    allowed = SAME * float(weights @ width([each.values for each in front.points]))
+    sums = [float(weights @ each.values) for each in front.points if each.duration <= longest]
+    return point.certified and float(weights @ point.values) <= min(sums, default=np.inf) + allowed
+
+
+def _rounded(number: float) -> float:
+    """To ``DIGITS`` significant ones: a scenario file holds it."""
+    return float(f"{number:.{DIGITS}g}")
