@@ -115,11 +115,13 @@ def _polished(before: Motion) -> Iterator[Trajectory]:
 def _same_path(before: Motion) -> Iterator[Trajectory]:
     """The motion's own path in the least time, unless that is what it is; an end that moves keeps its velocity.
 
-    A nonlinear program that minimises the time under jerk limits leaves nothing to gain, and that would take long.
+    A nonlinear program that minimises the time under jerk limits leaves nothing to gain, and that would take long; nor
+    does a motion that keeps its limits, where sooner may be worse.
     """
     problem = before.problem
     programmed = problem.free_timing and problem.objective.timed and problem.robot.limits.jerk is not None
-    if before.retimed or programmed:
+    slow_enough = before.feasible and problem.objective.chooses_duration
+    if before.retimed or programmed or slow_enough:
         return
     start, goal = before.problem.task.end_velocities
     rates = float(start.any()), float(goal.any())
