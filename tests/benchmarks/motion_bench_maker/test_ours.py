@@ -163,6 +163,6 @@ def test_what_is_needed_or_unknown_is_said(
     monkeypatch.setattr(sys, "argv", ["motion_bench_maker", str(folder / "small.jsonl")])
     assert main() == 2
     assert capsys.readouterr().err == "benchmarks.motion_bench_maker: --robot-urdf: is needed\n"
-    options = argparse.Namespace(planners="ompl,moveit")
+    options = argparse.Namespace(planners="ompl,moveit", payloads=None)
     assert compare_in_space(options) == 2
     assert capsys.readouterr().err == "benchmarks.peers: --planners: 'moveit' is not one of ompl, drake\n"
