@@ -8,7 +8,8 @@ from problems.certify.dynamics.moving_arm import MovingArm
 from problems.certify.dynamics.time_cells import Moments
 from problems.certify.dynamics.torque import prove_torques
 from problems.certify.verdict import TOLERANCE, CertificateStatus
-from problems.limits.torque import LEAST_ROOM, TorqueLimit
+from problems.limits.torque import TorqueLimit
+from problems.motions.torque_slopes import LEAST_ROOM
 from problems.motions.trajectory import Trajectory
 
 FIRST_TIMES = 201
