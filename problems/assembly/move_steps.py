@@ -9,13 +9,14 @@ import numpy as np
 
 from problems.assembly.cost_steps import CostSteps
 from problems.assembly.sample_loop import peak_loop
-from problems.base.matrix import Matrix, split
+from problems.base.matrix import Matrix, Operand, split
 from problems.encodings.path_timing import PathTiming
 from problems.evaluation import Loop, Step
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.motions.path_scan import Bounds, advance, before, gap, interval_time
 from problems.motions.path_spline import ALONG, SUPPORT, PathSpline, Rates, TimedPath, in_time
+from problems.motions.torque_slopes import TorqueSlopes, limited
 
 GAP_TOLERANCE = 1e-9  # relative, of (du/dt)^2 at the ends
 
@@ -44,6 +45,11 @@ class MoveSteps(CostSteps[TimedPath]):
     def restored(self) -> list[Limit]:
         """The limits for which a motion is run more slowly than the scan says."""
         return self.encoding.slowing(self.limits)
+
+    @property
+    def torque(self) -> tuple[Operand, ...]:
+        """The torque limits that the timing keeps, N m or N; empty where there are none."""
+        return tuple(self.motion.robot.limits.torque or ()) if limited(self.motion.robot) else ()
 
     @property
     def further_penalties(self) -> tuple[str, ...]:
@@ -78,6 +84,7 @@ class MoveSteps(CostSteps[TimedPath]):
         begin = {
             "ahead": ca.SX.zeros(2 * self.motion.robot.dof),
             durations: ca.SX(0),
+            **({"torques": ca.SX.zeros(3 * self.motion.robot.dof)} if self.torque else {}),
             **({"passed": ca.SX.zeros(2)} if stacks else {}),
             **({} if self.encoding.at_rest else {"ends": ca.SX(0)}),
             **zeros,
@@ -115,11 +122,19 @@ class MoveSteps(CostSteps[TimedPath]):
             state["least"] = ca.SX.sym("least")
         if not self.encoding.at_rest:
             state["ends"] = ca.SX.sym("ends")
-        path, step, speed = motion.along(window, row[:-1], {1, 2, *along}), row[-1], motion.robot.limits.speed
+        if self.torque:
+            state["torques"] = ca.SX.sym("torques", 3 * k)
+        needed = {*along, 1, 2, *([0] if self.torque else [])}
+        path, step, speed = motion.along(window, row[:-1], needed), row[-1], motion.robot.limits.speed
         here, ahead = (path[1], path[2]), (state["ahead"][:k].T, state["ahead"][k:].T)
-        bounds = Bounds.of_interval(here, ahead, step, motion.acceleration)
+        bounds, outputs = Bounds.of_interval(here, ahead, step, motion.acceleration), {}
+        if self.torque:
+            torques = TorqueSlopes.along(motion.robot, path[0], *here)
+            far = TorqueSlopes.unstacked(state["torques"]).seen_before(step)
+            bounds, outputs["torques"] = bounds.with_torques((torques, far), self.torque), torques.stacked
         most, least, between = before(here, bounds, step, state["most"], state.get("least"), speed)
-        outputs = {"most": ca.if_else(row[-2] > 0.5, 0.0, most) if motion.stops else most, "ahead": ca.horzcat(*here).T}
+        outputs["most"] = ca.if_else(row[-2] > 0.5, 0.0, most) if motion.stops else most
+        outputs["ahead"] = ca.horzcat(*here).T
         if least is not None:
             outputs["least"] = least
         if "ends" in state:
@@ -141,10 +156,11 @@ class MoveSteps(CostSteps[TimedPath]):
     def _forward(self, stacks: Mapping[str, tuple[int, ...]], along: Sequence[int], durations: str) -> Step:
         """The timing, from the first grid point to the last, and the samples."""
         motion, k, count = self.motion, self.motion.robot.dof, self.motion.parameters_u.size
-        size = 1 + 4 * k + len(along) * k
+        rows = 4 * k if self.torque else 2 * k
+        size = 1 + 2 * rows + len(along) * k
         given = {"window": ca.SX.sym("window", size), "row": ca.SX.sym("row", 2)}
         state = {"squared": ca.SX.sym("squared"), durations: ca.SX.sym("durations")}
-        most, room, tilt, *path = split(given["window"], [1, 2 * k, 2 * k, *[k] * len(along)])
+        most, room, tilt, *path = split(given["window"], [1, rows, rows, *[k] * len(along)])
         step, inner = given["row"][0], given["row"][1]
         c, squared = advance(Bounds(room, tilt), step, state["squared"], most)
         taken = interval_time(step, state["squared"], squared)
@@ -157,8 +173,8 @@ class MoveSteps(CostSteps[TimedPath]):
             for name, held in stacks.items():
                 outputs[name] = ca.vertcat(*(in_time(order, found, state["squared"], c).T for order in held), *clock)
             outputs["passed"] = ca.vertcat(c, taken)
-        rows = np.column_stack([np.append(motion.double_steps, 1.0), np.arange(count) < count - 1])
-        loop = Loop(rows=rows, window="scanned", starts=np.arange(count)[::-1] * size)
+        grid = np.column_stack([np.append(motion.double_steps, 1.0), np.arange(count) < count - 1])
+        loop = Loop(rows=grid, window="scanned", starts=np.arange(count)[::-1] * size)
         return Step.of("forward", given | state, outputs, loop, stacked=tuple(stacks))
 
     def _slow_down(self, stacks: Mapping[str, tuple[int, ...]], magnitudes: int = 0) -> list[Step]:

@@ -76,6 +76,9 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
 
     def slowing(self, limits: Sequence[Limit]) -> list[Limit]:
         """The limits that running more slowly than the timing says makes hold."""
+        return [limit for limit in self._beyond_derivatives(limits) if not limit.kept_by_scan]
+
+    def _beyond_derivatives(self, limits: Sequence[Limit]) -> list[Limit]:
         return [limit for limit in self.restored(limits) if limit.order not in KEPT_BY_TIMING]
 
     def timed(self, shape: TimedPath, limits: Sequence[Limit], peaks: Sequence[Matrix], x: Matrix) -> TimedPath:
@@ -86,8 +89,8 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
         return least if self.slowness is None else least.slowed(self.slowness.factor(x, least.duration), 0.0)
 
     def longest(self, duration: float, limits: Sequence[Limit]) -> float:
-        """The longest duration that counts of any candidate, s, given that of the timing alone."""
-        if self.slowing(limits):
+        """The longest duration that counts of any candidate, s, given that by speed and acceleration alone."""
+        if self._beyond_derivatives(limits):
             duration *= LARGEST_SLOWDOWN
         bounds = self.task.duration_bounds
         least = duration if bounds is None else max(bounds.shortest, duration)

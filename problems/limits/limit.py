@@ -87,6 +87,11 @@ class Limit(Statement, ABC):
         return False
 
     @property
+    def kept_by_scan(self) -> bool:
+        """Whether the timing of a path on a grid, :mod:`problems.motions.path_scan`, keeps it at the grid points."""
+        return False
+
+    @property
     def statics(self) -> tuple[Limit, ...]:
         """What is left of the limit however slowly a motion is run, as limits of their own; nothing by default."""
         return ()

@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array, largest
 from problems.limits.constraint import Constraint, PenaltyKind
-from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.limit import Limit
 from problems.motions.samples import Samples
+from problems.motions.torque_slopes import LEAST_ROOM
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
-
-LEAST_ROOM = SAMPLING_MARGIN  # of a limit: as much of it has to be left for a motion, and counts as left
 
 
 @dataclass(frozen=True)
@@ -79,6 +78,11 @@ class TorqueLimit(Limit):
     def scales_with_time(self) -> bool:
         """Wherever the motors can hold the arm: what inertia takes falls with the square of the duration."""
         return True
+
+    @property
+    def kept_by_scan(self) -> bool:
+        """Where there is no viscous friction, which is not linear in (du/dt)^2."""
+        return not self.robot.massive.has_damping
 
     @property
     def statics(self) -> tuple[Limit, ...]:

@@ -8,7 +8,8 @@ and every joint moves with q' sqrt(b) and accelerates with q'' b + q' c. Both en
 for the far end in terms of the near end's b and c. Backward, the largest b from which the rest of the path can be run
 follows from what every two of these bounds of c say about b; forward, the largest c is taken that stays below it. The
 same is a linear program in two variables for each grid point; here its vertices are written out, so that the scan is
-a few operations for each grid point, without a branch.
+a few operations for each grid point, without a branch. Torques are linear in b and c too, and limits on them are more
+bounds of the same kind, but not the same on both sides, as gravity takes its share.
 
 [1] H. Pham, Q.-C. Pham: A new approach to time-optimal path parameterization based on reachability analysis. IEEE
     Transactions on Robotics 34 (2018); https://arxiv.org/abs/1707.07239
@@ -24,6 +25,7 @@ from typing import TypeAlias
 import casadi as ca
 
 from problems.base.matrix import Matrix, Operand, largest, smallest, total
+from problems.motions.torque_slopes import LEAST_ROOM, TorqueSlopes
 
 LEAST_RATE = 1e-9  # rad per unit of u: a joint that turns less is limited as if it turned so much
 TINY = 1e-12  # in the place of a denominator that says that there is no bound
@@ -34,10 +36,17 @@ Slopes: TypeAlias = tuple[Matrix, Matrix]  # q' and q'' at a grid point, (1, k)
 
 @dataclass(frozen=True)
 class Bounds:
-    """What acceleration limits say in one interval: ``-room - tilt b <= c <= room - tilt b``; both (m, 1)."""
+    """What limits say in one interval: ``-below - tilt b <= c <= room - tilt b``; each (m, 1).
+
+    Attributes:
+        room: above.
+        tilt: on both sides.
+        below: likewise to ``room``; None where it is the same.
+    """
 
     room: Matrix
     tilt: Matrix
+    below: Matrix | None = None
 
     @classmethod
     def of_interval(cls, here: Slopes, ahead: Slopes, step: Matrix, acceleration: Sequence[Operand]) -> Bounds:
@@ -54,6 +63,23 @@ class Bounds:
         room = ca.horzcat(*(limits / ca.fabs(first) for first in signed))
         tilt = ca.horzcat(*(second / first for first, (_, second) in zip(signed, ends, strict=True)))
         return cls(room.T, tilt.T)
+
+    def with_torques(self, ends: Sequence[TorqueSlopes], torque: Sequence[Operand]) -> Bounds:
+        """The same and what torque limits say.
+
+        Args:
+            ends: of the interval, in terms of b at its beginning.
+            torque: limits of the joints, N m or N.
+        """
+        limits = ca.horzcat(*torque)
+        room, tilt, below = [self.room], [self.tilt], [self.room]
+        for end in ends:
+            up, down = (ca.fmax(limits + sign * end.held, LEAST_ROOM * limits) for sign in (-1.0, 1.0))
+            signed, turned = _away_from_zero(end.rate), end.rate < 0.0
+            room.append((ca.if_else(turned, down, up) / ca.fabs(signed)).T)
+            below.append((ca.if_else(turned, up, down) / ca.fabs(signed)).T)
+            tilt.append((end.bend / signed).T)
+        return Bounds(ca.vertcat(*room), ca.vertcat(*tilt), ca.vertcat(*below))
 
     def steepest(self, b: Matrix) -> Matrix:
         """The largest c at b."""
@@ -91,15 +117,28 @@ def _largest_before(
     here: Slopes, bounds: Bounds, step: Matrix, most: Matrix, least: Matrix | None, speed: Sequence[Operand]
 ) -> Matrix:
     room, tilt = bounds.room, bounds.tilt
-    pairs = combinations(range(room.numel()), 2)
+    below = room if bounds.below is None else bounds.below
     not_below = step * room if least is None else step * room - least
     parts = [
         ((ca.horzcat(*speed) / ca.fmax(ca.fabs(here[0]), LEAST_RATE)) ** 2).T,
-        (most + step * room) / ca.fmax(1.0 - step * tilt, TINY),
+        (most + step * below) / ca.fmax(1.0 - step * tilt, TINY),
         ca.if_else(step * tilt > 1.0, not_below / ca.fmax(step * tilt - 1.0, TINY), UNBOUNDED),
-        *((room[i] + room[j]) / ca.fmax(ca.fabs(tilt[i] - tilt[j]), TINY) for i, j in pairs),
+        *_where_two_meet(bounds, 2 * here[0].numel()),
     ]
     return smallest(ca.vertcat(*parts))
+
+
+def _where_two_meet(bounds: Bounds, symmetric: int) -> list[Matrix]:
+    """The largest b at which every two bounds leave a c between them, given how many are the same on both sides."""
+    room, tilt, below = bounds.room, bounds.tilt, bounds.below
+    found: list[Matrix] = []
+    for i, j in combinations(range(room.numel()), 2):
+        if below is None or j < symmetric:
+            found.append((room[i] + room[j]) / ca.fmax(ca.fabs(tilt[i] - tilt[j]), TINY))
+        else:
+            apart = 1.0 / (tilt[i] - tilt[j])  # infinite where they never meet; both rooms are positive
+            found.append(ca.fmax((room[i] + below[j]) * apart, -(below[i] + room[j]) * apart))
+    return found
 
 
 def advance(bounds: Bounds, step: Matrix, b: Matrix, most: Matrix) -> tuple[Matrix, Matrix]:
@@ -139,6 +178,7 @@ def scan(
     speed: Sequence[Operand],
     acceleration: Sequence[Operand],
     stops: Collection[int] = (),
+    torques: tuple[TorqueSlopes, Sequence[Operand]] | None = None,
 ) -> Scan:
     """All of it at once.
 
@@ -150,6 +190,7 @@ def scan(
         speed: limits of the joints, rad/s.
         acceleration: the same, rad/s^2.
         stops: grid points at which the motion comes to rest; after each there is another one in the same place.
+        torques: of all grid points, and their limits, N m or N; None where they are not limited.
     """
     slopes = [(first[i, :], second[i, :]) for i in range(first.shape[0])]
     most, least = ca.DM(0.0) if ends[1] is None else ends[1], ends[1]
@@ -159,6 +200,9 @@ def scan(
     for i, step in zip(range(last, -1, -1), [0.0, *steps[::-1]], strict=True):
         here, ahead = slopes[i], slopes[min(i + 1, last)]
         bounds = Bounds.of_interval(here, ahead, ca.DM(step), acceleration)
+        if torques is not None:
+            far = torques[0].row(min(i + 1, last)).seen_before(ca.DM(step))
+            bounds = bounds.with_torques((torques[0].row(i), far), torques[1])
         found.append((bounds, most))
         most, least, between = before(here, bounds, ca.DM(step), most, least, speed)
         most = ca.DM(0.0) if i in stops else most

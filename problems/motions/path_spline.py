@@ -1,4 +1,4 @@
-"""A motion along a spline in joint space, run as fast as speed and acceleration limits allow.
+"""A motion along a spline in joint space, run as fast as speed, acceleration and torque limits allow.
 
 What is free is the path q(u), u in [0, 1], a cubic spline that need not be at rest anywhere: du/dt is what begins and
 ends at zero, or at given values. The least time along it is that of :mod:`problems.motions.path_scan`.
@@ -21,6 +21,7 @@ from problems.motions.motion import Motion, SampleGrid
 from problems.motions.path_scan import TINY, interval_time, scan
 from problems.motions.samples import Samples
 from problems.motions.splines.clamped import DEGREE, ClampedSpline
+from problems.motions.torque_slopes import TorqueSlopes, limited
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 
@@ -56,7 +57,7 @@ class PathSpline(Motion[TimedPath]):
     """Least time along a spline, sampled at grid points of the path.
 
     Args:
-        robot: that moves; its speed and acceleration limits are kept.
+        robot: that moves; its speed and acceleration limits are kept, and its torque limits but for viscous friction.
         nodes: of the spline, increasing from 0 to 1.
         steps: of the grid between two nodes.
         share: of the acceleration limits that the timing makes use of.
@@ -100,9 +101,14 @@ class PathSpline(Motion[TimedPath]):
             control_points: (N, k), rad.
             rates: at both ends.
         """
-        first, second = (ca.mtimes(self.spline.sampling_matrix(self.parameters_u, n), control_points) for n in (1, 2))
+        theta, first, second = (
+            ca.mtimes(self.spline.sampling_matrix(self.parameters_u, n), control_points) for n in range(3)
+        )
+        torques = None
+        if limited(self.robot):
+            torques = TorqueSlopes.along(self.robot, theta, first, second), self.robot.limits.torque or ()
         limits, steps = (self.robot.limits.speed, self.acceleration), self.double_steps.tolist()
-        found = scan(first, second, steps, rates, *limits, self.stops)
+        found = scan(first, second, steps, rates, *limits, self.stops, torques)
         duration = total(interval_time(ca.DM(self.double_steps), found.squared[:-1], found.squared[1:]))
         return TimedPath(control_points, found.squared, duration, found.gap)
 

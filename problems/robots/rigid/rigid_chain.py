@@ -83,6 +83,11 @@ class RigidChain:
         """Whether any joint has Coulomb friction, so that torques jump where it turns back."""
         return any(not _is_none(joint.friction) for joint in self.joints)
 
+    @property
+    def has_damping(self) -> bool:
+        """Whether any joint has viscous friction."""
+        return any(not _is_none(joint.damping) for joint in self.joints)
+
     def _torques(
         self, theta: Matrix, speeds: Sequence[Operand], accelerations: Sequence[Operand], gravity: Vector
     ) -> Matrix:

@@ -9,13 +9,17 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import following, moving
+from helpers.evaluation import has_compiler, same_bits
 
-from problems import Joints, Move, Path, PlanarArm, Problem, closed_curve, move
+from problems import CertificateStatus, Joints, Move, Path, PlanarArm, Problem, closed_curve, move
 from problems.assembly.tracing import tracing
 from problems.base.matrix import FloatArray, as_array
 from problems.evaluation import EvaluationOptions
+from problems.evaluation.kernel import kernels
+from problems.evaluation.native.codegen import cpp
+from problems.robots.rigid.payload import planar_payload
 from problems.tasks.paths.path_tracing import PathTracing
-from solvers import Box
+from solvers import SOLVERS, Box, Budget, minimize
 
 VM = EvaluationOptions("vm")
 LIMITS: dict[str, Any] = {"max_speed": (4.0,) * 3, "max_acceleration": (40.0,) * 3, "link_masses": (2.0, 2.0, 1.0)}
@@ -92,3 +96,42 @@ def problems_unchecked(name: str, robot: PlanarArm) -> Problem[Any]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("problems.tasks.checks.can_hold", lambda robot, theta: np.ones(len(theta), dtype=bool))
         return problems(robot)[name]
+
+
+# What is compiled
+
+
+def source(problem: Problem[Any]) -> str:
+    return cpp(kernels(problem.program), problem.program.sizes)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_another_payload_and_other_motors_compile_nothing(name: str) -> None:
+    carrying = replace(SMOOTH, payload=planar_payload(0.2, (0.01, 0.0), 0.001), max_torque=(28.0, 14.0, 4.0))
+    other = replace(carrying, payload=planar_payload(0.1, (0.02, 0.0), 0.002), max_torque=(30.0, 15.0, 4.5))
+    one, two = problems(carrying)[name], problems(other)[name]
+    assert source(one) == source(two)
+    assert source(one) != source(EVERY[name])
+    x = candidates(one, 60)
+    assert (one.evaluator(VM)(x) != two.evaluator(VM)(x)).any()
+
+
+@pytest.mark.parametrize("name", ["path, reduced", "move"])
+def test_backends_agree_to_the_bit(name: str) -> None:
+    if not has_compiler():
+        pytest.skip("no C++ compiler")
+    x = candidates(EVERY[name], 60)
+    assert same_bits(EVERY[name].evaluator(VM)(x), EVERY[name].evaluator(EvaluationOptions("native"))(x))
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_every_solver_finds_motions_that_the_motors_can_do(name: str) -> None:
+    problem = problems(SMOOTH)["two segments, reduced"]
+    found = minimize(problem.evaluator(VM), Box(*problem.bounds), SOLVERS[name](), Budget(400), 1)
+    assert found.cost <= problem.objective_upper_bound
+    assert rows(problem, "torque", found.x[None])[0] <= 1.0 + 1e-9
+    motion = problem.trajectory(found.x)
+    slowed = motion.time_scaled(max(1.0, problem.safe_time_scale(motion)))
+    torque = next(verdict for verdict in problem.verify(slowed) if verdict.name == "torque")
+    assert torque.satisfied
+    assert torque.status is CertificateStatus.CERTIFIED

@@ -182,3 +182,84 @@ def test_slower_motions_take_longer_and_no_less_than_asked() -> None:
         assert motion.trajectory(slow).duration == pytest.approx(expected)
         ratio = as_array(slow.squared)[1:-1] / as_array(timed.squared)[1:-1]
         assert np.sqrt(ratio) == pytest.approx(fast / expected)
+
+
+# With torques
+
+
+WEIGHTY = PlanarArm(
+    (0.5, 0.5, 0.4),
+    (4.0,) * 3,
+    (40.0,) * 3,
+    link_masses=(2.0, 2.0, 1.0),
+    coulomb_friction=(0.5, 0.5, 0.1),
+    max_torque=(60.0, 30.0, 9.0),
+)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_torques_are_kept_at_the_grid_points_and_used_up_somewhere(seed: int) -> None:
+    """At the samples, with the acceleration of the interval after; and at its end, with the torques there."""
+    motion = PathSpline(WEIGHTY, (0.0, 0.3, 0.6, 1.0), 8)
+    rng = np.random.default_rng(seed)
+    points = np.linspace(0, 1, motion.spline.size)[:, None] * [2.0, -1.0, 0.5] + rng.uniform(
+        -0.3, 0.3, (motion.spline.size, 3)
+    )
+    timed = motion.timed(ca.DM(points), AT_REST)
+    b, c = as_array(timed.squared), as_array(motion.slopes(timed))
+    theta, first, second = (as_array(motion.spline.sampling_matrix(motion.parameters_u, n)) @ points for n in range(3))
+    used = []
+    for at, slope in ((slice(None), c), (slice(1, None), c[:-1])):
+        speed = first[at] * np.sqrt(b[at])
+        given = (ca.DM(theta[at]), ca.DM(speed), ca.DM(second[at] * b[at] + first[at] * slope))
+        moving = b[at].ravel() > 0.0
+        used.append(np.abs(as_array(WEIGHTY.inverse_dynamics(*given)))[moving] / np.array(WEIGHTY.limits.torque))
+    assert max(share.max() for share in used) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_with_torques_the_scan_is_that_of_linear_programs(seed: int) -> None:
+    """Backward the largest b, forward the largest c, each found by HiGHS from joint torques computed one by one."""
+    motion = PathSpline(WEIGHTY, (0.0, 0.5, 1.0), 6)
+    rng = np.random.default_rng(seed)
+    points = np.linspace(0, 1, motion.spline.size)[:, None] * [2.0, -1.0, 0.5] + rng.uniform(
+        -0.3, 0.3, (motion.spline.size, 3)
+    )
+    timed = motion.timed(ca.DM(points), AT_REST)
+    theta, first, second = (as_array(motion.spline.sampling_matrix(motion.parameters_u, n)) @ points for n in range(3))
+    torque, acceleration, speed = (
+        np.array(getattr(WEIGHTY.limits, name)) for name in ("torque", "acceleration", "speed")
+    )
+
+    def rows(i: int, ahead: bool, step: float) -> tuple[FloatArray, FloatArray]:
+        """A (b, c) <= r at one end of an interval."""
+        still, q = np.zeros((1, 3)), theta[[i]]
+        held = as_array(WEIGHTY.inverse_dynamics(ca.DM(q), ca.DM(1e-12 * first[[i]]), ca.DM(still))).ravel()
+        forces = [
+            as_array(WEIGHTY.inverse_dynamics(ca.DM(q), ca.DM(v), ca.DM(a))).ravel()
+            for v, a in ((first[[i]], second[[i]]), (1e-12 * first[[i]], first[[i]]))
+        ]
+        bend, rate = forces[0] - held, forces[1] - held
+        both = np.concatenate([np.column_stack([second[i], first[i]]), np.column_stack([bend, rate])])
+        both[:, 1] += step * both[:, 0] if ahead else 0.0
+        upper, lower = np.concatenate([acceleration, torque - held]), np.concatenate([acceleration, torque + held])
+        return np.concatenate([both, -both]), np.concatenate([upper, lower])
+
+    most, last = np.zeros(len(theta)), len(theta) - 1
+    for i in range(last - 1, -1, -1):
+        step = motion.double_steps[i]
+        (a1, r1), (a2, r2) = rows(i, False, step), rows(i + 1, True, step)
+        inner = np.array([[1.0, step], [-1.0, -step]])
+        top = ((speed / np.maximum(np.abs(first[i]), 1e-9)) ** 2).min()
+        found = linprog(
+            [-1.0, 0.0], np.concatenate([a1, a2, inner]), [*r1, *r2, most[i + 1], 0.0], bounds=[(0, top), (None, None)]
+        )
+        most[i] = found.x[0]
+    b = np.zeros(len(theta))
+    for i in range(last):
+        step = motion.double_steps[i]
+        (a1, r1), (a2, r2) = rows(i, False, step), rows(i + 1, True, step)
+        a, r = np.concatenate([a1, a2]), np.concatenate([r1, r2]) - np.concatenate([a1, a2])[:, 0] * b[i]
+        c = min((r[a[:, 1] > 0] / a[a[:, 1] > 0, 1]).min(), (most[i + 1] - b[i]) / step)
+        b[i + 1] = min(most[i + 1], max(0.0, b[i] + step * c))
+    np.testing.assert_allclose(as_array(timed.squared).ravel(), b, rtol=1e-6, atol=1e-6 * b.max())
