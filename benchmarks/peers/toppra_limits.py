@@ -12,7 +12,7 @@ from toppra.constraint import (
 )
 
 from problems import Robot
-from problems.base.matrix import FloatArray
+from problems.base.matrix import FloatArray, as_array
 from problems.robots.robot import JointLimits
 
 
@@ -28,13 +28,13 @@ def speed_and_acceleration(limits: JointLimits) -> list[JointVelocityConstraint 
 
 
 def torque(robot: Robot) -> JointTorqueConstraint:
-    """Of a robot whose masses are known."""
-    state = [ca.SX.sym(name, 1, robot.dof) for name in ("q", "v", "a")]
-    dynamics = ca.Function("torques", state, [robot.inverse_dynamics(*state)])
+    """Of a robot whose masses are known; Coulomb friction included, of viscous friction TOPP-RA knows nothing."""
+    chain, state = robot.massive, [ca.SX.sym(name, 1, robot.dof) for name in ("q", "v", "a")]
+    dynamics = ca.Function("torques", state, [chain.inertial(*state) + chain.gravitational(state[0])])
 
     def inverse_dynamics(theta: FloatArray, speed: FloatArray, acceleration: FloatArray) -> FloatArray:
         return np.asarray(dynamics(theta, speed, acceleration).full()[0])
 
     bounds = np.multiply.outer(np.array(robot.limits.torque), [-1.0, 1.0])
-    scheme = DiscretizationType.Interpolation
-    return JointTorqueConstraint(inverse_dynamics, bounds, np.zeros(robot.dof), discretization_scheme=scheme)
+    friction, scheme = as_array(chain.coulomb(ca.DM.ones(1, robot.dof)))[0], DiscretizationType.Interpolation
+    return JointTorqueConstraint(inverse_dynamics, bounds, friction, discretization_scheme=scheme)

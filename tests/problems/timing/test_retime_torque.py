@@ -207,3 +207,14 @@ def test_a_path_is_as_fast_as_toppras_under_torque_limits(seed: int) -> None:
     peer = by_toppra(path, robot, 800)
     assert peer is not None
     assert ours.duration == pytest.approx(peer.duration, rel=3e-3)
+
+
+def test_coulomb_friction_costs_as_much_as_with_toppra() -> None:
+    pytest.importorskip("toppra")
+    from benchmarks.peers.torque_limited import by_toppra  # noqa: PLC0415 - an extra
+
+    robot = replace(ARM, viscous_friction=None)
+    path = random_path(robot, 4)
+    ours, peer = retime(path, robot.limits, chain=robot.massive), by_toppra(path, robot, 1000)
+    assert peer is not None
+    assert ours.duration == pytest.approx(peer.duration, rel=5e-3)
