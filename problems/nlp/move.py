@@ -123,7 +123,10 @@ class MoveNlp(TimedProgram):
 
     @cached_property
     def _samples(self) -> Samples:
-        return self.variables.samples(self._symbols[1], self.steps)
+        samples = self.variables.samples(self._symbols[1], self.steps)
+        if not self.objective.is_integral:
+            return samples
+        return replace(samples, quadrature=self.variables.quadrature(self._symbols[1]))
 
     @cached_property
     def x(self) -> ca.SX:
@@ -142,7 +145,7 @@ class MoveNlp(TimedProgram):
     def objective_size(self) -> float:
         """A value of the usual size for this robot; of what depends on the duration alone, that of the time unit."""
         terminal = float(self.objective.terminal(ca.DM(self.variables.unit)))
-        return terminal if terminal > 0.0 else super().objective_size
+        return terminal if terminal > 0.0 and not self.objective.is_integral else super().objective_size
 
     @cached_property
     def f(self) -> Matrix:
@@ -173,8 +176,8 @@ class MoveNlp(TimedProgram):
 
     @cached_property
     def hessian(self) -> ca.Function | None:
-        """Where limits are sampled: in two steps, over the samples."""
-        if all(limit.order is not None for limit in self.limits):
+        """Where limits or the objective are sampled: in two steps, over the samples."""
+        if all(limit.order is not None for limit in self.limits) and not self.objective.is_integral:
             return None
         y, inner, samples = stand_in(self._samples)
         g = ca.vertcat(*(row.row_values() for row in self._constraints(samples, SAMPLING_MARGIN)))

@@ -1,5 +1,8 @@
 """Which plan to make next: the two ends, then in the middle of the largest gap, then again what was dominated.
 
+Least time leaves the energy of joints free that nothing hurries, the shortest path leaves its timing free: so each end
+is planned again with what is left of the other objective, for ``NEAR_END`` of its own at most.
+
 Two ways to make one objective out of two. The *epsilon-constraint* method (Haimes, Lasdon and Wismer 1971) minimises
 one objective and bounds the other one, which has to be the duration; it finds every point of a front. *Weighted sums*
 need no bound; their weights are those for which two neighbours are equally good (Aneja and Nair 1979), so that each sum
@@ -14,12 +17,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tpbso_casadi.trade_off.front import SAME, Front, width
+from tpbso_casadi.trade_off.front import Front, width
 from tpbso_casadi.trade_off.point import Pair, Point, Request, Scalarisation
 
 ENDS: tuple[Pair, Pair] = ((1.0, 0.0), (0.0, 1.0))
 ATTEMPTS = 2  # at a plan that comes out dominated, or not certified
 SAME_REQUEST = 1e-3  # of the front's width, or rad between two weightings
+NEAR_END = 1e-3  # of the front's width in an end's own objective
 DIGITS = 9  # of a bound, or of a weight
 
 
@@ -28,10 +32,16 @@ class Placement(ABC):
     """A way to place points on a front.
 
     Args:
-        count: of the points to place.
+        count: of the points to place, both ends among them, but not what is planned near them.
     """
 
     count: int
+
+    def near_ends(self, ends: Sequence[Point]) -> list[Scalarisation]:
+        """What is asked for near the ends: of each sum ``NEAR_END`` is the other objective, in widths of the front."""
+        first, second = width([point.values for point in ends]).tolist()
+        small = _rounded(NEAR_END * first / second), _rounded(first / second / NEAR_END)
+        return [Scalarisation((1.0, weight)) for weight in small]
 
     @abstractmethod
     def between(self, before: Point, after: Point) -> Scalarisation:
@@ -55,8 +65,12 @@ class Placement(ABC):
         placed = [request.scalarisation for request in requests if request.attempt == 0]
         if len(placed) < len(ENDS):
             return Request(scalarisation=Scalarisation(ENDS[len(placed)]))
+        near_ends = self.near_ends(points[: len(ENDS)])
+        number = len(placed) - len(ENDS)
+        if number < len(near_ends):
+            return Request(scalarisation=near_ends[number], starts=(points[number].number,))
         front = Front.of(points)
-        gap = self._gap(placed, front) if len(placed) < self.count else None
+        gap = self._gap(placed, front) if number < self.count else None
         return self._again(points, front) if gap is None else gap
 
     def _gap(self, placed: Sequence[Scalarisation], front: Front) -> Request | None:
@@ -88,6 +102,13 @@ class EpsilonConstraint(Placement):
     """
 
     duration: int
+
+    def near_ends(self, ends: Sequence[Point]) -> list[Scalarisation]:
+        """The least time is a bound, with a little more."""
+        near, times = super().near_ends(ends), [point.values[self.duration] for point in ends]
+        longest = times[self.duration] + NEAR_END * float(np.ptp(times))
+        near[self.duration] = Scalarisation(ENDS[1 - self.duration], _rounded(longest))
+        return near
 
     def between(self, before: Point, after: Point) -> Scalarisation:
         """Half-way between the durations of both."""
@@ -131,10 +152,10 @@ class WeightedSum(Placement):
 
 
 def is_best(point: Point, asked: Scalarisation, front: Front) -> bool:
-    """Whether a point is certified, and no other that keeps the same bound has a smaller sum, to ``SAME``."""
+    """Whether a point is certified, and no other that keeps the same bound has a smaller sum, to ``NEAR_END``."""
     weights = np.array(asked.weights)
     longest = np.inf if asked.longest is None else asked.longest
-    allowed = SAME * float(weights @ width([each.values for each in front.points]))
+    allowed = NEAR_END * float(weights @ width([each.values for each in front.points]))
     sums = [float(weights @ each.values) for each in front.points if each.duration <= longest]
     return point.certified and float(weights @ point.values) <= min(sums, default=np.inf) + allowed
 

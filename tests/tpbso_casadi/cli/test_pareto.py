@@ -1,0 +1,254 @@
+"""``python -m tpbso_casadi.pareto``, run for real: its files, its errors, and that it resumes."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from problems.evaluation import population
+from tpbso_casadi.cli.pareto import main
+from tpbso_casadi.storage.plain import as_json
+from tpbso_casadi.storage.seal import KEY, sealed
+from tpbso_casadi.storage.stored_run import read_run
+
+pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
+
+TWO_LINKS = """
+[arm]
+link_lengths = [1.0, 0.8]
+max_speed = 4.0
+max_acceleration = 20.0
+
+[task]
+kind = "point-to-point"
+start = [1.0, 0.0]
+goal = [0.5, 1.5]
+elbow = "up"
+
+[model]
+samples = 20
+
+[solver]
+evaluations = 200
+polish_starts = 1
+"""
+SCENARIO = "two.toml"
+COMMAND = [SCENARIO, "--objectives", "time,length", "--points", "3", "--no-plots", "--quiet", "--out", "front"]
+
+
+@pytest.fixture(autouse=True)
+def scenario(in_an_empty_folder: None) -> None:
+    Path(SCENARIO).write_text(TWO_LINKS)
+
+
+def run(*arguments: str) -> int:
+    """The exit status of the command line, run in this process."""
+    try:
+        return int(main([*arguments]))
+    except SystemExit as end:
+        return int(end.code or 0)
+
+
+def rows(folder: str = "front") -> list[dict[str, str]]:
+    """``front.csv`` without what depends on the machine."""
+    with Path(folder, "front.csv").open(newline="") as file:
+        return [{k: v for k, v in row.items() if k != "seconds"} for row in csv.DictReader(file)]
+
+
+def values(table: list[dict[str, str]], standing: str = "front") -> np.ndarray:
+    chosen = [row for row in table if row["standing"] == standing]
+    return np.array([[float(row["time [s]"]), float(row["length [m]"])] for row in chosen])
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the command, in a folder of its own."""
+    folder = tmp_path_factory.mktemp("made")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setenv(population.VARIABLE, "vm")
+        Path(SCENARIO).write_text(TWO_LINKS)
+        assert run(*(part for part in COMMAND if part != "--no-plots")) == 0
+    return folder / "front"
+
+
+@pytest.fixture
+def complete(made: Path) -> list[dict[str, str]]:
+    """The rows of the folder, of which there is a copy here."""
+    shutil.copytree(made, "front")
+    return rows()
+
+
+def test_what_it_leaves(complete: list[dict[str, str]], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*(part for part in COMMAND if part != "--quiet")) == 0
+    said = capsys.readouterr()
+    assert "written to front" in said.out and "epsilon-constraint" in said.out
+    assert {path.name for path in Path("front").iterdir()} == {
+        "front.csv", "front.json", "front.png", "methods.csv", "points"
+    }  # fmt: skip
+    table = rows()
+    assert table == complete
+    assert [row["point"] for row in table] == [str(n) for n in range(1, len(table) + 1)]
+    front = np.array(sorted(values(table).tolist()))
+    assert len(front) >= 3 and (np.diff(front[:, 1]) < 0.0).all()
+    for row in table:
+        stored = read_run(Path("front", row["folder"]))  # which audits it
+        assert stored.motion.feasible == (row["certified"] == "yes")
+        assert stored.motion.trajectory.duration == float(row["time [s]"]) == float(row["duration [s]"])
+    bounds = [read_run(Path("front", row["folder"])).scenario.task.total_time for row in table]
+    assert all(bound is None or float(row["time [s]"]) <= bound[1] for bound, row in zip(bounds, table, strict=True))
+    with Path("front/methods.csv").open(newline="") as file:
+        [method] = csv.DictReader(file)
+    assert method["points"] == str(len(table)) and float(method["hypervolume [s m]"]) > 0.0
+    assert method["evaluations"] == str(200 * len(table))
+
+
+def cut(points: int) -> None:
+    """Leave as many points in the manifest as there were when it was cut."""
+    path = Path("front/front.json")
+    content = json.loads(path.read_text())
+    del content[KEY]
+    del content["methods"]["epsilon-constraint"]["points"][points:]
+    path.write_text(as_json(sealed(content)))
+
+
+def test_resumed_it_is_what_it_would_have_been(complete: list[dict[str, str]]) -> None:
+    first = Path("front", complete[0]["folder"], "result.json")
+    before = first.stat().st_mtime_ns
+    cut(3)
+    assert run(*COMMAND) == 0
+    assert rows() == complete
+    assert first.stat().st_mtime_ns == before
+
+
+def test_nothing_is_left_to_do_the_second_time(complete: list[dict[str, str]]) -> None:
+    manifest = Path("front/front.json").read_bytes()
+    assert run(*COMMAND) == 0
+    assert Path("front/front.json").read_bytes() == manifest
+
+
+@pytest.mark.parametrize("stop", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)])
+def test_stopped_in_the_middle_it_goes_on(stop: signal.Signals, made: Path) -> None:
+    shown = [part for part in COMMAND if part != "--quiet"]
+    command = [sys.executable, "-m", "tpbso_casadi.pareto", *shown]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if line.startswith("point 3: time"):
+                break
+        process.send_signal(stop)
+        errors = process.communicate(timeout=120.0)[1]
+    if stop is signal.SIGINT:
+        assert process.returncode == 130
+        assert errors.splitlines()[-1].startswith("error: interrupted; ")
+        assert errors.splitlines()[-1].endswith(" points complete, in front, and the same command resumes")
+        assert len(rows()) >= 3
+    assert run(*COMMAND) == 0
+    assert rows() == rows(str(made))
+
+
+def error_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    capsys.readouterr()
+    assert run(*arguments) == 2
+    errors = capsys.readouterr().err
+    assert errors.count("\n") == 1
+    return errors.removeprefix("error: ").strip()
+
+
+def test_another_scenario_or_setting_is_refused(
+    complete: list[dict[str, str]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    ways_out = "say --overwrite, or another folder"
+    assert error_of(capsys, *COMMAND, "--seed", "2") == (
+        f"front: was made with scenario.solver.seed = 1, not 2; {ways_out}"
+    )
+    assert error_of(capsys, *COMMAND, "--points", "5") == f"front: was made with points = 3, not 5; {ways_out}"
+    assert error_of(capsys, *COMMAND, "--objectives", "time,rotation") == (
+        f"front: was made with objectives = ['time', 'length'], not ['time', 'rotation']; {ways_out}"
+    )
+    Path("front", complete[0]["folder"], "trajectory.csv").rename("front/elsewhere.csv")
+    folder = Path("front", complete[0]["folder"])
+    (folder / "result.json").write_text("{}")
+    assert error_of(capsys, *COMMAND) == f"{folder}: is gone, or was changed; {ways_out}"
+
+
+def test_overwriting_leaves_nothing_of_before(complete: list[dict[str, str]]) -> None:
+    command = [*COMMAND, "--objectives", "length,rotation", "--method", "nsga2", "--points", "2", "--overwrite"]
+    assert run(*command) == 0
+    assert {row["method"] for row in rows()} == {"nsga2"}
+    assert list(Path("front/points").iterdir()) == []
+
+
+def test_nothing_but_runs_is_removed(complete: list[dict[str, str]], capsys: pytest.CaptureFixture[str]) -> None:
+    mine = Path("front", complete[0]["folder"], "mine.txt")
+    mine.write_text("mine")
+    assert "mine.txt" in error_of(capsys, *COMMAND, "--seed", "2", "--overwrite")
+    assert rows() == complete and mine.exists()
+
+
+def test_a_manifest_that_was_changed_is_refused(
+    complete: list[dict[str, str]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = Path("front/front.json")
+    path.write_text(path.read_text().replace('"number": 1', '"number": 7'))
+    assert "was changed after the file was written" in error_of(capsys, *COMMAND)
+    path.write_text("[]")
+    assert error_of(capsys, *COMMAND) == "front/front.json: not of a trade-off"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--objectives", "time"], "--objectives time: two different ones are needed"),
+        (["--objectives", "time,time"], "--objectives time,time: two different ones are needed"),
+        (["--objectives", "time,length,rotation"], "time,length,rotation: two different ones are needed"),
+        (["--objectives", "time,lenght"], "--objectives: no objective 'lenght'; did you mean length?"),
+        (["--objectives", "time,energy"], "mass"),
+        (["--points", "1"], "argument --points: 1 is less than 2"),
+        (["--method", "simplex"], "argument --method: invalid choice: 'simplex'"),
+        (["--objectives", "rotation,length", "--method", "epsilon-constraint"], "needs time as one objective"),
+        (["--out", SCENARIO], f"{SCENARIO}: {SCENARIO} is a file, not a folder"),
+    ],
+)
+def test_errors_take_a_line(arguments: list[str], reason: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert reason in error_of(capsys, *COMMAND, *arguments)
+    assert {path.name for path in Path().iterdir()} == {SCENARIO}
+
+
+def test_a_bound_needs_a_motion_that_knows_one(capsys: pytest.CaptureFixture[str]) -> None:
+    Path(SCENARIO).write_text(TWO_LINKS.replace("[model]", '[model]\nmotion = "paper"'))
+    assert "needs time as one objective" in error_of(capsys, *COMMAND, "--method", "epsilon-constraint")
+
+
+def test_a_given_time_is_no_number_of_evaluations(capsys: pytest.CaptureFixture[str]) -> None:
+    Path(SCENARIO).write_text(TWO_LINKS.replace("[solver]", "[solver]\nwithin = 1.0"))
+    assert "solver.within: a trade-off makes plans of so many evaluations; leave it out" in error_of(capsys, *COMMAND)
+
+
+def test_where_there_is_no_plan_what_there_is_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+    wall = '[[obstacles]]\nshape = "box"\ncenter = [0.0, 0.9]\nsize = [6.0, 0.3]\n'
+    Path(SCENARIO).write_text(TWO_LINKS + wall)
+    assert run(*COMMAND) == 1
+    assert capsys.readouterr().err.startswith("error: no certified plan for an end of the front")
+    [row] = rows()
+    assert row["standing"] == "not certified" and Path("front", row["folder"], "result.json").exists()
+
+
+def test_weighted_sums_and_nsga2_beside_each_other() -> None:
+    command = [*COMMAND, "--objectives", "rotation,length", "--points", "2"]
+    assert run(*command, "--method", "nsga2") == 0
+    assert run(*command) == 0
+    table = rows()
+    assert {row["method"] for row in table} == {"weighted-sum", "nsga2"}
+    assert all(row["certified"] == "yes" for row in table if row["standing"] == "front")
+    with Path("front/methods.csv").open(newline="") as file:
+        volumes = {row["method"]: float(row["hypervolume [rad m]"]) for row in csv.DictReader(file)}
+    assert volumes["weighted-sum"] > 0.0
