@@ -218,3 +218,16 @@ def test_multipliers_of_an_interior_point_are_settled() -> None:
     values, bounds = np.array([0.0, 0.999, 1.0, 0.3]), (np.full(4, -1.0), np.full(4, 1.0))
     kept = settled(values, bounds, np.array([1e-7, 0.5, 1e-3, -1e-6]))
     assert kept.tolist() == [0.0, 0.5, 1e-3, 0.0]
+
+
+def test_what_a_lighter_payload_saves_of_energy() -> None:
+    def planned(mass: float, start: FloatArray | None = None) -> Solved:
+        places = Joints((0.4, -1.6)), (Joints((1.9, -1.6)),)
+        task = Move(arm(payload=Payload(mass=mass)), *places, total_time=(0.3, 0.8))
+        return solved(move(task, "energy", samples=40, pieces=6), start)
+
+    found = planned(1.0)
+    price = only("payload", found)
+    heavier = slope_of(found, lambda h, start: planned(1.0 + h, start), (0.005, -0.005))
+    assert price.per_unit == pytest.approx(-heavier, rel=1e-3)
+    assert price.unit == "N^2 m^2 s / (kg)"

@@ -110,8 +110,10 @@ def print_optimality(audit: dict[str, Any], console: OutputConsole) -> None:
         _print_conditions(kkt, audit["polish"], console)
     if audit["optimum"] is not None:
         print_optimum(audit["optimum"], audit["objective"], console)
-    elif kkt["violation"] <= UNREPRESENTED:
-        _print_prices(kkt["sensitivities"], console)
+    else:
+        console.say("no optimum is found near the plan")
+        if kkt["violation"] <= UNREPRESENTED:
+            _print_prices(kkt["sensitivities"], console)
 
 
 def _print_conditions(kkt: dict[str, Any], polish: dict[str, Any] | None, console: OutputConsole) -> None:

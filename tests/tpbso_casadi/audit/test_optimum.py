@@ -1,0 +1,105 @@
+"""The optimum near a plan, its ranking in JSON and in words, and what is left out on the way there."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from helpers.massive import massive_arm
+from helpers.space_plans import space_plan
+
+from problems.limits.distances import proximity
+from problems.limits.distances.proximity import Proximity
+from problems.limits.torque import TorqueLimit
+from problems.motions.samples import Samples
+from tpbso_casadi import parse_scenario, plan, write_run
+from tpbso_casadi.audit import optimum as audited
+from tpbso_casadi.audit.optimum import nearest_optimum
+from tpbso_casadi.cli.audit import main
+from tpbso_casadi.cli.display.console import OutputConsole
+from tpbso_casadi.cli.display.optimum_tables import of_one, print_optimum, saved, sentences
+from tpbso_casadi.planning.planned_motion import Plan
+
+SHARE = 0.3  # of the reach
+
+
+@cache
+def planned() -> Plan:
+    arm = {
+        "link_lengths": [0.5, 0.5], "max_speed": 4.0, "max_acceleration": 40.0, "link_masses": 2.0,
+        "payload": {"mass": 1.0}, "max_torque": [40.0, 10.0],
+    }  # fmt: skip
+    task = {"kind": "point-to-point", "start": [0.6, -0.3], "goal": [0.3, 0.6], "elbow": "down"}
+    return plan(parse_scenario({"arm": arm, "task": task, "solver": {"evaluations": 1500}}))
+
+
+def test_a_run_is_told_what_holds_it_back(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    write_run(tmp_path / "run", planned(), plots=False)
+    assert main([str(tmp_path / "run"), "--json"]) == 0
+    audit: dict[str, Any] = json.loads(capfd.readouterr().out)
+    found = audit["optimum"]
+    assert found["residuals"]["stationarity"] < 1e-4 and found["of_plan"]
+    assert found["objective"] * (1.0 + found["excess"]) == pytest.approx(audit["objective"]["value"])
+    ranked = [(price["constraint"], price["column"]) for price in found["ranking"]]
+    assert {("torque", "joint 1"), ("payload", "mass")} <= set(ranked)
+    shares = [price["per_cent"] for price in found["ranking"]]
+    assert shares == sorted(shares) and all(share <= 0.0 for share in shares)
+    print_optimum(found, audit["objective"], OutputConsole())
+    text = " ".join(capfd.readouterr().out.split())
+    assert "what holds the motion back" in text
+    assert "1 N m more in joint 1 saves" in text and "1 kg less in the hand saves" in text
+
+
+def test_no_optimum_is_found_in_no_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(audited, "LONGEST", 0.0)
+    assert nearest_optimum(planned().problem, planned().motion) is None
+
+
+@pytest.mark.parametrize(("most", "kept"), [(60.0, False), (20.0, True)])
+def test_a_limit_that_a_motion_is_far_from_is_left_out(most: float, kept: bool) -> None:
+    robot = massive_arm(max_torque=(most, most))
+    stretched = Samples(robot=robot, derivatives=(ca.DM.zeros(2, 2),) * 3, duration=ca.DM(1.0))
+    # held horizontally: 2 kg at 0.25 m and 1.5 kg at 0.7 m take 15.2 N m
+    assert (TorqueLimit(robot).near(stretched) is not None) == kept
+
+
+def test_pairs_that_stay_apart_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(proximity, "NEAR", SHARE)
+    motion = space_plan().motion
+    samples, counts = motion.trajectory.samples(motion.times, motion.problem.robot), list[int]()
+    for limit in motion.problem.limits:
+        near = limit.near(samples)
+        if not isinstance(limit, Proximity):
+            assert near is limit
+            continue
+        kept = set() if near is None else set(near.pairs)
+        reach = motion.problem.robot.reach()[1]
+        apart = np.array(limit.clearances(samples)).min(axis=0) - float(limit.kept(0.0))
+        assert kept == {pair for pair, room in zip(limit.pairs, apart, strict=True) if room < SHARE * reach}
+        assert len(kept) < len(limit.pairs)
+        counts.append(len(kept))
+    assert max(counts) > 0
+
+
+def test_what_was_left_out_is_put_back_where_the_optimum_breaks_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = planned()
+    expected = nearest_optimum(found.problem, found.motion)
+    monkeypatch.setattr(TorqueLimit, "near", lambda self, samples: None)
+    back = nearest_optimum(found.problem, found.motion)
+    assert expected is not None and back is not None
+    assert back.objective == pytest.approx(expected.objective, rel=1e-6)
+    assert any(price.constraint == "torque" for price in back.ranking)
+
+
+def test_units_are_those_that_differences_are_read_in() -> None:
+    clearance = {"constraint": "clearance", "column": "link 2", "per_unit": -0.3, "limit_unit": "m"}
+    motor = {"constraint": "torque", "column": "joint 4", "per_unit": -0.012, "limit_unit": "N m"}
+    assert saved(0.012, "s") == "12 ms" and saved(0.5, "rad") == "0.5 rad"
+    assert of_one(clearance, "s") == "0.3 ms per mm"
+    assert sentences([clearance, motor], "s") == ["1 N m more in joint 4 saves 12 ms"]
+    assert sentences([clearance], "s") == []
