@@ -13,7 +13,9 @@ from tpbso_casadi import parse_scenario
 from tpbso_casadi.cli import audit, retime, solve
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-LONG = {"circle-in-space", "crowded", "jerk-limited", "letter", "list-of-goals", "panda-cage"}  # tens of seconds
+LONG = {  # tens of seconds
+    *("circle-in-space", "crowded", "jerk-limited", "letter", "list-of-goals", "panda-cage", "pareto"),
+}
 SCENARIOS = [
     pytest.param(path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
     for path in sorted(EXAMPLES.glob("*.toml"))
