@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.interpolate import PPoly
@@ -13,9 +14,16 @@ from tpbso_casadi import parse_scenario
 from tpbso_casadi.cli import audit, retime, solve
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-LONG = {  # tens of seconds
-    *("circle-in-space", "crowded", "jerk-limited", "letter", "list-of-goals", "panda-cage", "pareto"),
-}
+LONG = {
+    "circle-in-space",
+    "crowded",
+    "jerk-limited",
+    "letter",
+    "list-of-goals",
+    "panda-cage",
+    "pareto",
+    "payload",
+}  # tens of seconds
 SCENARIOS = [
     pytest.param(path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
     for path in sorted(EXAMPLES.glob("*.toml"))
@@ -41,11 +49,15 @@ def motion_in(folder: Path) -> tuple[PPoly, dict[str, object]]:
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_an_example_is_planned_and_audited(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     theta, result = planned(name, tmp_path / name)
-    limits = parse_scenario(result["scenario"]).criteria().robot.limits  # type: ignore[arg-type]
+    robot = parse_scenario(result["scenario"]).criteria().robot  # type: ignore[arg-type]
+    limits = robot.limits
     times = np.linspace(*theta.x[[0, -1]], TIMES)
     for order, bounds in enumerate((limits.speed, limits.acceleration, limits.jerk), start=1):
         if bounds is not None:
             assert (np.abs(theta(times, order)) <= np.array(bounds) * (1.0 + 1e-9)).all()
+    if limits.torque is not None:
+        torques = np.array(robot.inverse_dynamics(*(ca.DM(theta(times, order)) for order in range(3))))
+        assert (np.abs(torques) <= np.array(limits.torque) * (1.0 + 1e-9)).all()
     assert np.abs(theta(theta.x[[0, -1]], 1)).max() < 1e-8
     assert audit.main([str(tmp_path / name)]) == 0
     assert "certified" in capsys.readouterr().out

@@ -11,18 +11,16 @@ import casadi as ca
 import numpy as np
 import toppra
 from toppra.algorithm import TOPPRA
-from toppra.constraint import (
-    DiscretizationType,
-    JointAccelerationConstraint,
-    JointTorqueConstraint,
-    JointVelocityConstraint,
-)
 
-from benchmarks.peers.report import CHECKED_TIMES, TIMES_PER_CHUNK
+from benchmarks.peers.report import CHECKED_TIMES
+from benchmarks.peers.toppra_limits import speed_and_acceleration, torque
 from benchmarks.peers.waypoint_paths import Geometry
 from problems import Robot
 from problems.base.matrix import FloatArray, as_array
+from problems.limits.torque import TorqueLimit
 from problems.motions.joint_path import JointPath
+from problems.motions.samples import Samples
+from problems.robots.robot import JointLimits
 
 Motion = Callable[[FloatArray, int], FloatArray]  # joint angles, or derivatives of them, (n, k) at times (n,)
 
@@ -36,34 +34,46 @@ class Timed:
     seconds: float
 
 
-def peak_torque(robot: Robot, at: Motion, duration: float, count: int = CHECKED_TIMES) -> float:
-    """The largest torque at very many times, as a share of its limit; Coulomb friction as at each of them."""
-    bound, worst = np.array(robot.limits.torque), 0.0
-    for times in np.array_split(np.linspace(0.0, duration, count), max(count // TIMES_PER_CHUNK, 1)):
-        torques = robot.inverse_dynamics(*(ca.DM(at(times, order)) for order in range(3)))
-        worst = max(worst, float((np.abs(as_array(torques)) / bound).max()))
-    return worst
+def by_ruckig(ends: FloatArray, limits: JointLimits) -> Timed:
+    """Ruckig's move from rest to rest between two postures (2, k), rad."""
+    import ruckig  # noqa: PLC0415 (an extra)
+
+    k = len(limits.speed)
+    question, answer = ruckig.InputParameter(k), ruckig.Trajectory(k)
+    question.current_position, question.target_position = ends.tolist()
+    question.max_velocity, question.max_acceleration, question.max_jerk = (
+        list(bound or ()) for bound in (limits.speed, limits.acceleration, limits.jerk)
+    )
+    began = time.process_time()
+    ruckig.Ruckig(k).calculate(question, answer)
+    seconds = time.process_time() - began
+
+    def at(times: FloatArray, order: int) -> FloatArray:
+        return np.array([answer.at_time(t)[order] for t in times])
+
+    return Timed(at, float(answer.duration), seconds)
+
+
+def slowed(motion: Timed, robot: Robot) -> Timed:
+    """The same move, slower until its torques hold at very many times; the factor is known in closed form at each."""
+    began = time.process_time()
+    times = np.linspace(0.0, motion.duration, CHECKED_TIMES)
+    derivatives = tuple(ca.DM(motion.at(times, order)) for order in range(3))
+    limit = TorqueLimit(robot)
+    samples = Samples(robot=robot, derivatives=derivatives, duration=ca.DM(motion.duration), times=ca.DM(times))
+    peaks = as_array(limit.magnitudes(samples)).max(axis=0)
+    factor = max(1.0, float(limit.time_scale(ca.DM(peaks).T)))
+    seconds = motion.seconds + time.process_time() - began
+    return Timed(lambda t, order: motion.at(t / factor, order) / factor**order, motion.duration * factor, seconds)
 
 
 def by_toppra(path: JointPath, robot: Robot, intervals: int) -> Timed | None:
     """TOPP-RA with speed, acceleration and torque limits on so many intervals; None where it fails."""
-    logging.getLogger("toppra").setLevel(logging.ERROR)
-    toppra.setup_logging("ERROR")
-    limits = robot.limits
-    state = [ca.SX.sym(name, 1, robot.dof) for name in ("q", "v", "a")]
-    dynamics = ca.Function("torques", state, [robot.inverse_dynamics(*state)])
-    constraints = [
-        JointVelocityConstraint(np.multiply.outer(limits.speed, [-1.0, 1.0])),
-        JointAccelerationConstraint(np.multiply.outer(limits.acceleration, [-1.0, 1.0])),
-        JointTorqueConstraint(
-            lambda q, v, a: dynamics(q, v, a).full()[0],
-            np.multiply.outer(np.array(limits.torque), [-1.0, 1.0]),
-            np.zeros(robot.dof),
-            discretization_scheme=DiscretizationType.Interpolation,
-        ),
-    ]
+    logging.getLogger("toppra").setLevel(logging.CRITICAL)
+    toppra.setup_logging("CRITICAL")
     began = time.process_time()
     grid = np.linspace(*path.breakpoints[[0, -1]], intervals + 1)
+    constraints = [*speed_and_acceleration(robot.limits), torque(robot)]
     solver = TOPPRA(constraints, Geometry(path), gridpoints=grid, parametrizer="ParametrizeConstAccel")
     trajectory = solver.compute_trajectory(0.0, 0.0)
     seconds = time.process_time() - began

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import toppra
 from toppra.algorithm import TOPPRA
-from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
 from toppra.interpolator import AbstractGeometricPath
 
 from benchmarks.peers.report import Report, Size, certified, excess, in_parallel, spread
+from benchmarks.peers.toppra_limits import speed_and_acceleration
 from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
 from problems.robots.robot import JointLimits
@@ -69,15 +69,9 @@ def ours(path: JointPath, limits: JointLimits) -> Timing:
 
 def by_toppra(path: JointPath, limits: JointLimits, grid: FloatArray | None) -> Timing:
     """TOPP-RA, with the parametrisation that stays on the path."""
-    velocity, acceleration = (
-        kind(np.multiply.outer(bound, [-1.0, 1.0]))
-        for kind, bound in (
-            (JointVelocityConstraint, limits.speed),
-            (JointAccelerationConstraint, limits.acceleration),
-        )
-    )
+    constraints = speed_and_acceleration(limits)
     began = time.process_time()
-    solver = TOPPRA([velocity, acceleration], Geometry(path), gridpoints=grid, parametrizer="ParametrizeConstAccel")
+    solver = TOPPRA(constraints, Geometry(path), gridpoints=grid, parametrizer="ParametrizeConstAccel")
     trajectory = solver.compute_trajectory(0.0, 0.0)
     seconds = time.process_time() - began
     if trajectory is None:

@@ -64,6 +64,11 @@ class Criteria:
         raise NotImplementedError
 
     @property
+    def is_polished(self) -> bool:
+        """Whether :meth:`polished` goes on from a motion, so that any timing of its path will do before."""
+        return False
+
+    @property
     def ends_may_move(self) -> bool:
         """Whether :meth:`polished` may also change the postures at the ends."""
         return False

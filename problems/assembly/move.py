@@ -189,11 +189,15 @@ class MoveProblem(SplineProblem):
         return MoveNlp(self.task, self.objective, self.limits, usual_pieces(self.task), self.quick_trajectory)
 
     @cached_property
+    def _has_polish(self) -> bool:
+        """Whether sequential linear programs know all that is asked for."""
+        least_time = self.objective.timed and self.objective.sooner_is_better
+        return least_time and can_be_polished(self.task, self.limits)
+
+    @property
     def is_polished(self) -> bool:
-        """In space, if sequential linear programs know all that is asked for."""
-        objective = self.objective
-        known = can_be_polished(self.task, self.limits) and objective.timed and objective.sooner_is_better
-        return known and self.robot.dim == 3
+        """In space, where there is a polish; in the plane a nonlinear program may do as well."""
+        return self._has_polish and self.robot.dim == 3
 
     @property
     def ends_may_move(self) -> bool:
@@ -202,8 +206,9 @@ class MoveProblem(SplineProblem):
         return self.is_polished and not all(place.always_reached for place in ends)
 
     def polished(self, start: Trajectory) -> Iterator[Trajectory]:
-        """What sequential linear programs over path and speed make of a motion."""
-        return self._polish(start) if self.is_polished else iter(())
+        """What sequential linear programs over path and speed make of a motion; in the plane, of one with torques."""
+        needed = self.robot.dim == 3 or self.robot.limits.torque is not None
+        return self._polish(start) if needed and self._has_polish else iter(())
 
     @cached_property
     def _polish(self) -> Polish:

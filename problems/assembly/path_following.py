@@ -248,8 +248,8 @@ class KnotSteps(CostSteps[SplineShape]):
         found = {name: ca.SX.sym(name, size) for name, size in sizes.items()}
         rows, peaks = ca.reshape(coefficients, k, -1).T, self.peaks_of_each(ca.vertcat(*found.values()))
         timed = self.encoding.timed(SplineShape(rows, ca.SX(1)), self.restored, peaks, self.x)
-        choice = self.choice_of_duration(self.encoding.slowness)
-        inputs_of_scale = {"p": self.p, "coefficients": coefficients, **found, **choice}
+        chosen = self.choice_of_duration(self.encoding.slowness)
+        inputs_of_scale = {"p": self.p, "coefficients": coefficients, **found, **chosen}
         scale = Step.of("scale", inputs_of_scale, self.motion_vectors(timed, orders, zeros))
         return [*postures, Step.of("spline", inputs, outputs), nodes, *(loop.step for loop in further), scale]
 

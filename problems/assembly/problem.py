@@ -85,11 +85,6 @@ class Problem(Criteria, ABC, Generic[P]):
         return 0.0
 
     @property
-    def is_polished(self) -> bool:
-        """Whether :meth:`polished` goes on from a motion, so that any timing of its path will do before."""
-        return False
-
-    @property
     def is_descended(self) -> bool:
         """Whether candidates of a search are refined by descents of the nonlinear program."""
         return self.has_program and not self.is_polished

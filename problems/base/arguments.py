@@ -7,6 +7,7 @@ in which every number is a symbol. Code compiled from the twin serves every stat
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from typing import Any, ClassVar, TypeVar
 
@@ -38,9 +39,14 @@ def is_zero(value: Any) -> bool:
 
 
 class Arguments:
-    """Symbols in the place of numbers, and the numbers themselves in the same order."""
+    """Symbols in the place of numbers, and the numbers themselves in the same order.
 
-    def __init__(self) -> None:
+    Args:
+        chosen: which fields of which statements become symbols; all that can where None.
+    """
+
+    def __init__(self, chosen: Callable[[Statement, str], bool] | None = None) -> None:
+        self._chosen = chosen
         self._symbols: list[ca.SX] = []
         self._values: list[float] = []
         self._twins: dict[int, tuple[object, object]] = {}
@@ -84,7 +90,8 @@ class Arguments:
         for field in fields(statement):  # type: ignore[arg-type]
             value = getattr(statement, field.name)
             structural = field.name in statement.zero_is_structure and is_zero(value)
-            is_number = field.name in statement.numbers and not structural
+            chosen = self._chosen is None or self._chosen(statement, field.name)
+            is_number = field.name in statement.numbers and chosen and not structural
             lifted = self.symbol(value) if is_number else self.twin(value)
             object.__setattr__(twin, field.name, lifted)
         return twin

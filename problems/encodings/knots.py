@@ -149,7 +149,7 @@ class ReducedKnots(FeasibilityFirst, KnotsEncoding):
         return [*self.exact_limits(limits), *self.sampled_limits(limits)]
 
     def timed(self, shape: SplineShape, limits: Sequence[Limit], peaks: Sequence[Matrix], x: Matrix) -> SplineShape:
-        """The closed form of t_T, given the limits' peaks over u in [0, 1], or over samples of it."""
+        """The closed form of t_T, given the limits' peaks over u in [0, 1], or over samples of it; or more slowly."""
         shortest = self.time_box[0]
         time = ca.fmax(shortest, minimum_time_scale(limits, peaks)) if limits else ca.vertcat(shortest)
         if self.slowness is not None:

@@ -113,6 +113,13 @@ class Constraint:
             return below
         return above if below is None else ca.logic_or(below, above)
 
+    @property
+    def room(self) -> float:
+        """Of numeric values: how far the nearest is from its bounds, dimensionless; negative where one is broken."""
+        values = as_array(self.expression)
+        lower, upper = self.bounds
+        return float(np.min(np.minimum(values - lower, upper - values) / self.scales))
+
     def paper_penalty(self) -> Matrix:
         """h_i(x) g_i(x) of (15) or (25): discontinuous at the limit, so an optimum never exceeds it slightly."""
         if self.penalty is PenaltyKind.COUNT:

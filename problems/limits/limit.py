@@ -16,6 +16,7 @@ from problems.motions.samples import Samples
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 
+FAR = 0.25  # of a constraint's scale: a motion that is everywhere farther from a limit may forget it
 SAMPLING_MARGIN = 1e-3  # margin at the samples for what lies between them; relative to the reach or a joint's range
 
 
@@ -68,6 +69,12 @@ class Limit(Statement, ABC):
     def may_break(self, samples: Samples, margin: float = 0.0) -> Matrix | None:
         """Whether it can be broken at one sample, for little work; None where nothing is known for less than all."""
         return None
+
+    def near(self, samples: Samples) -> Self | None:
+        """The limit as far as it may matter near a motion, given by numeric samples; None where it is far from it."""
+        if self.order is not None:
+            return self
+        return self if any(constraint.room < FAR for constraint in self.constraints(samples)) else None
 
     @property
     def robot_or_none(self) -> Robot | None:

@@ -25,6 +25,7 @@ class Samples:
         times: of the rows, (n, 1), s.
         weights: of a quadrature rule over time, (n, 1), s: an integral is the sum of weights times values.
         known_positions: those of the robot's frames where they are known already; computed where None.
+        quadrature: the same motion at the points of a better rule for integrals, where there is one.
     """
 
     robot: Robot | None
@@ -33,6 +34,7 @@ class Samples:
     times: Matrix | None = None
     weights: Matrix | None = None
     known_positions: tuple[Matrix, ...] | None = None
+    quadrature: Samples | None = None
 
     @classmethod
     def symbolic(cls, robot: Robot, orders: int) -> Samples:

@@ -58,7 +58,7 @@ def composed_hessian(x: Matrix, y: Matrix, inner: Matrix, f: Matrix, g: Matrix) 
 
 
 def stand_in(samples: Samples) -> tuple[ca.SX, Matrix, Samples]:
-    """Symbols in the place of a motion's samples, all of whose parts are known.
+    """Symbols in the place of a motion's samples, all of whose parts are known, and of those for integrals.
 
     Returns:
         The symbols (m, 1), what they stand for (m, 1), and the samples made of them.
@@ -68,4 +68,8 @@ def stand_in(samples: Samples) -> tuple[ca.SX, Matrix, Samples]:
     symbols = [ca.SX.sym("y", *part.shape) for part in parts]
     *derivatives, duration, times, weights = symbols
     of_symbols = replace(samples, derivatives=tuple(derivatives), duration=duration, times=times, weights=weights)
-    return ca.veccat(*symbols), ca.densify(ca.veccat(*parts)), of_symbols
+    y, inner = ca.veccat(*symbols), ca.densify(ca.veccat(*parts))
+    if samples.quadrature is None:
+        return y, inner, of_symbols
+    further, further_inner, points = stand_in(samples.quadrature)
+    return ca.vertcat(y, further), ca.vertcat(inner, further_inner), replace(of_symbols, quadrature=points)

@@ -14,9 +14,10 @@ Of several goals a descent keeps to the one that its start misses least.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -45,6 +46,7 @@ from problems.tasks.move import Move
 SAMPLED_STEPS = 36  # time steps of the whole motion at the least, where something is sampled
 PIECES_ALONE, PIECES_BETWEEN_VIAS = 12, 7
 LEAST_STEPS = 2  # of a piece
+NEAR_TIMES = 101  # at which it is seen how far a motion is from its limits
 SHAPE_UNIT = 0.25  # s, of time, where the shape alone is sought and takes a second
 
 
@@ -64,6 +66,8 @@ class MoveNlp(TimedProgram):
         pieces: between one waypoint and the next.
         decode: the motion of a search vector (d,).
     """
+
+    takes_any_motion: ClassVar[bool] = True
 
     task: Move
     objective: Objective
@@ -90,6 +94,16 @@ class MoveNlp(TimedProgram):
         return PieceVariables(self.robot, count, smooth, self.timed, unit)
 
     @property
+    def joint_of_angle(self) -> Mapping[int, int]:
+        """The angles at the nodes, joint after joint."""
+        return {place: place // (self.variables.count + 1) for place in range(self.variables.sizes[0])}
+
+    def near(self, trajectory: Trajectory) -> MoveNlp:
+        """Without the limits, or the pairs that have to keep apart, from which a motion is far."""
+        samples = trajectory.samples(trajectory.times(NEAR_TIMES), self.robot)
+        return replace(self, limits=tuple(kept for limit in self.limits if (kept := limit.near(samples)) is not None))
+
+    @property
     def waypoints(self) -> NDArray[np.intp]:
         """Which nodes are waypoints, (waypoints,)."""
         return np.arange(0, self.variables.count + 1, self.pieces)
@@ -109,7 +123,10 @@ class MoveNlp(TimedProgram):
 
     @cached_property
     def _samples(self) -> Samples:
-        return self.variables.samples(self._symbols[1], self.steps)
+        samples = self.variables.samples(self._symbols[1], self.steps)
+        if not self.objective.is_integral:
+            return samples
+        return replace(samples, quadrature=self.variables.quadrature(self._symbols[1]))
 
     @cached_property
     def x(self) -> ca.SX:
@@ -128,7 +145,7 @@ class MoveNlp(TimedProgram):
     def objective_size(self) -> float:
         """A value of the usual size for this robot; of what depends on the duration alone, that of the time unit."""
         terminal = float(self.objective.terminal(ca.DM(self.variables.unit)))
-        return terminal if terminal > 0.0 else super().objective_size
+        return terminal if terminal > 0.0 and not self.objective.is_integral else super().objective_size
 
     @cached_property
     def f(self) -> Matrix:
@@ -159,8 +176,8 @@ class MoveNlp(TimedProgram):
 
     @cached_property
     def hessian(self) -> ca.Function | None:
-        """Where limits are sampled: in two steps, over the samples."""
-        if all(limit.order is not None for limit in self.limits):
+        """Where limits or the objective are sampled: in two steps, over the samples."""
+        if all(limit.order is not None for limit in self.limits) and not self.objective.is_integral:
             return None
         y, inner, samples = stand_in(self._samples)
         g = ca.vertcat(*(row.row_values() for row in self._constraints(samples, SAMPLING_MARGIN)))

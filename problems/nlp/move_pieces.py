@@ -22,6 +22,8 @@ from problems.nlp.program import equality
 from problems.robots.robot import Robot
 from problems.timing.free_space.acceleration_pieces import AccelerationPieces
 
+GAUSS_SHARES, GAUSS_WEIGHTS = (values / 2.0 for values in np.polynomial.legendre.leggauss(3))
+GAUSS_SHARES = GAUSS_SHARES + 0.5  # of a piece
 SHORTEST = 1e-7  # of the time unit: the least duration of a piece
 
 
@@ -131,18 +133,8 @@ class PieceVariables:
 
     def samples(self, pieces: Pieces, steps: int) -> Samples:
         """The motion at so many times in each piece, from its start, and at the end: (N steps + 1, k)."""
-        theta, speed, before, after, jerk, h = pieces
-        k = self.robot.dof
-        bend = after - before
-        rows: list[list[Matrix]] = [[], [], [], []]
-        for share in np.arange(steps) / steps:
-            since = h * share
-            rows[0].append(
-                theta[:-1, :] + _times(since, speed[:-1, :] + _times(since, before / 2.0 + share * bend / 6.0))
-            )
-            rows[1].append(speed[:-1, :] + _times(since, before + share * bend / 2.0))
-            rows[2].append(before + share * bend)
-            rows[3].append(bend / ca.repmat(h, 1, k) if jerk is None else jerk)
+        theta, speed, _, after, _, h = pieces
+        rows = list(map(list, zip(*(self._at(pieces, share) for share in np.arange(steps) / steps), strict=True)))
         ends = theta[-1, :], speed[-1, :], after[-1, :], rows[3][0][-1, :]
         order = np.append(np.arange(steps * self.count).reshape(steps, -1).T.ravel(), steps * self.count).tolist()
         matrices = [ca.vertcat(*part, end)[order, :] for part, end in zip(rows, ends, strict=True)]
@@ -154,6 +146,29 @@ class PieceVariables:
             duration=ca.sum1(h) * self.unit,
             times=ca.vertcat(nothing, ca.cumsum(lengths)),
             weights=(ca.vertcat(nothing, lengths) + ca.vertcat(lengths, nothing)) / 2.0,
+        )
+
+    def quadrature(self, pieces: Pieces) -> Samples:
+        """The motion at Gauss's points of each piece, where accelerations may jump in between: (3 N, k)."""
+        rows = zip(*(self._at(pieces, share) for share in GAUSS_SHARES), strict=True)
+        h = pieces.h * self.unit
+        return Samples(
+            robot=self.robot,
+            derivatives=tuple(ca.vertcat(*part) / self.unit**n for n, part in enumerate(rows)),
+            duration=ca.sum1(h),
+            times=ca.vertcat(*(ca.cumsum(h) - h + share * h for share in GAUSS_SHARES)),
+            weights=ca.vertcat(*(weight * h for weight in GAUSS_WEIGHTS)),
+        )
+
+    def _at(self, pieces: Pieces, share: float) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+        """Angles, speeds, accelerations and jerks at a share of each piece, each (N, k), in the time unit."""
+        theta, speed, before, after, jerk, h = pieces
+        since, bend = h * share, after - before
+        return (
+            theta[:-1, :] + _times(since, speed[:-1, :] + _times(since, before / 2.0 + share * bend / 6.0)),
+            speed[:-1, :] + _times(since, before + share * bend / 2.0),
+            before + share * bend,
+            bend / ca.repmat(h, 1, self.robot.dof) if jerk is None else jerk,
         )
 
     def of(self, trajectory: Trajectory, times: FloatArray) -> FloatArray:

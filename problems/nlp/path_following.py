@@ -14,7 +14,7 @@ way, which no search vector can.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -104,6 +104,12 @@ class PathNlp(TimedProgram):
         time, values, slacks = self.sizes[2:]
         numbered = [("x_phi", values), ("slack", slacks)]
         return (*angles, *bends, *["t_T"] * time, *(f"{s}[{i}]" for s, n in numbered for i in range(1, n + 1)))
+
+    @property
+    def joint_of_angle(self) -> Mapping[int, int]:
+        """The angles at the nodes, joint after joint."""
+        nodes = self.form.nodes.size
+        return {place: place // nodes for place in range(nodes * self.robot.dof)}
 
     def split(self, x: Matrix) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix]:
         """Angles (nodes, k), second derivatives (nodes, k), t_T (1 where it is no variable), x_phi, slacks."""

@@ -8,9 +8,10 @@ verification.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -28,7 +29,13 @@ MAX_ANGLE_CHANGE = 3.5  # rad, from a start; without this bound some angles drif
 
 
 class NonlinearProgram(ABC):
-    """Minimise f(x) subject to bounds of the rows g(x) and of the variables x."""
+    """Minimise f(x) subject to bounds of the rows g(x) and of the variables x.
+
+    Attributes:
+        takes_any_motion: whether a motion of another form than the task's own, of any timing, can be a start.
+    """
+
+    takes_any_motion: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -57,6 +64,15 @@ class NonlinearProgram(ABC):
     @abstractmethod
     def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds of the variables, (n,): around the angles of a start (n,), in their turn."""
+
+    @property
+    def joint_of_angle(self) -> Mapping[int, int]:
+        """Which variables are joint angles: the joint of each, from 0 on, by the variable's place."""
+        return {}
+
+    def near(self, trajectory: Trajectory) -> NonlinearProgram:
+        """The same program near a motion: limits from which that is far may be left out; itself by default."""
+        return self
 
     @abstractmethod
     def from_search(self, x: FloatArray) -> FloatArray:

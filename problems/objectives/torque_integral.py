@@ -15,7 +15,7 @@ from problems.objectives.quadrature import integral
 from problems.robots.robot import Robot
 
 FLOOR = 1e-15  # in the unit of the integral: no motor notices less
-USUAL_SHARE = 0.5  # of the acceleration limits, in a motion of the usual size
+USUAL_SHARE = 0.1  # of the acceleration limits, in a motion of the usual size
 
 
 class TorqueIntegral(Objective):
@@ -42,9 +42,9 @@ class TorqueIntegral(Objective):
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
         """The integral without kinks."""
-        assert samples.weights is not None
-        rate = self.smooth_rate(samples.torque, samples.speed, samples.moving)
-        return total(samples.weights * ca.sum2(rate))
+        points = samples if samples.quadrature is None else samples.quadrature
+        assert points.weights is not None
+        return total(points.weights * ca.sum2(self.smooth_rate(points.torque, points.speed, points.moving)))
 
     def smooth_rate(self, torque: Matrix, speed: Matrix, robot: Robot) -> Matrix:
         """What is integrated, without kinks, (n, dof)."""
@@ -63,7 +63,7 @@ class TorqueIntegral(Objective):
         return integral(at, trajectory.extreme_times(0), FLOOR)
 
     def size(self, robot: Robot) -> float:
-        """That of a second at half of the speed and acceleration limits, with gravity."""
+        """That of a second at a tenth of the speed and acceleration limits, with gravity."""
         theta, limits = ca.DM(robot.middle), robot.limits
         speed, acceleration = (USUAL_SHARE * ca.horzcat(*values) for values in (limits.speed, limits.acceleration))
         torque = robot.inverse_dynamics(theta, ca.DM.zeros(1, robot.dof), acceleration)

@@ -149,10 +149,7 @@ class PlanarLinks(Robot):
     def limits(self) -> JointLimits:
         """Limits of the joints."""
         return JointLimits(
-            speed=self.max_speed,
-            acceleration=self.max_acceleration,
-            position=self.joint_limits,
-            jerk=self.max_jerk,
+            speed=self.max_speed, acceleration=self.max_acceleration, position=self.joint_limits, jerk=self.max_jerk
         )
 
     @property

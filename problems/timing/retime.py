@@ -33,7 +33,7 @@ def retime(
     where the curvature jumps, q''. Without them the motion is the optimum, but for the grid; with them the best found
     near it.
 
-    Torque limits are kept, but for a margin of a thousandth, between samples so dense that the certificate of torques
+    Torque limits are kept, but for a margin of a ten-thousandth, at samples so dense that the certificate of torques
     has something to prove; the proof itself is the caller's.
 
     Args:

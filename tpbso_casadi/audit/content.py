@@ -18,7 +18,8 @@ from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray
 from problems.certify.structure import freedom, structure_of
 from problems.limits.limit import SAMPLING_MARGIN
-from problems.nlp.optimality import Optimality, optimality
+from problems.nlp.optimum.optimality import Optimality, optimality
+from tpbso_casadi.audit.optimum import nearest_optimum
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.storage.stored_run import StoredRun
@@ -81,15 +82,16 @@ def audit_run(run: StoredRun) -> dict[str, Any]:
     verdicts = motion.criteria.verify(motion.trajectory)
     certified = time.perf_counter()
     kkt = None if run.problem is None or not run.problem.has_program else optimality_of(run.problem, run.found)
+    judged = time.perf_counter()
+    optimum = None if run.problem is None or kkt is None else _optimum(run.problem, run)
     return {
         "kind": "run",
         "searched": run.problem is not None,
         "objective": run.result.objective.model_dump(),
         "certificate": {"verdict": str(motion.status), "seconds": certified - began},
         "constraints": [_constraint(verdict, motion.criteria) for verdict in verdicts],
-        "optimality": None
-        if kkt is None
-        else {**asdict(kkt), "licq": kkt.licq, "seconds": time.perf_counter() - certified},
+        "optimality": None if kkt is None else {**asdict(kkt), "licq": kkt.licq, "seconds": judged - certified},
+        "optimum": optimum,
         "retiming": None if retiming is None else retiming.model_dump(exclude={"motion"}),
         "polish": None if polish is None else polish.model_dump(include=POLISH_KEYS),
     }
@@ -98,7 +100,17 @@ def audit_run(run: StoredRun) -> dict[str, Any]:
 def optimality_of(problem: Problem[Any], motion: Motion) -> Optimality:
     """First-order conditions of a motion in the program of its problem, multipliers by least squares."""
     program = problem.nlp()
-    return optimality(program, program.from_trajectory(motion.trajectory), problem.objective.unit)
+    return optimality(program, program.from_trajectory(motion.trajectory), problem.objective.unit, problem.robot)
+
+
+def _optimum(problem: Problem[Any], run: StoredRun) -> dict[str, Any] | None:
+    """The optimum near the plan or, if that was timed in another form than the program's, near the motion before."""
+    motion = run.motion if problem.nlp().takes_any_motion else run.found
+    optimum = nearest_optimum(problem, motion)
+    if optimum is None:
+        return None
+    ranked = [{**asdict(price), "per_cent": price.per_cent} for price in optimum.ranking]
+    return {**asdict(optimum), "ranking": ranked, "of_plan": motion is run.motion}
 
 
 def _constraint(verdict: Verdict, problem: Criteria) -> dict[str, Any]:

@@ -43,7 +43,7 @@ def parser() -> argparse.ArgumentParser:
     command_line = OneLineParser(
         "python -m tpbso_casadi.retime",
         description="Run a path in joint space as fast as a robot's limits allow: speed, acceleration and, where it "
-        "has one, jerk; proven for all t.",
+        "has them, jerk and torque; proven for all t.",
     )
     command_line.add_argument(
         "path",
@@ -56,6 +56,12 @@ def parser() -> argparse.ArgumentParser:
         metavar="ARM.toml",
         help="a file with an [arm] or a [robot] table; its [[obstacles]] and the margin in [model] are judged too. "
         "A run folder has its own",
+    )
+    command_line.add_argument(
+        "--payload",
+        type=not_negative,
+        metavar="KG",
+        help="what the tool carries, a mass at its own origin, in place of what the robot's table says; 0 for none",
     )
     given = command_line.add_argument_group("the path, in the unit of ARM.toml")
     given.add_argument("--interpolation", choices=get_args(Interpolation), help="of waypoints; spline by default")
@@ -122,12 +128,19 @@ def _surroundings(file: Path) -> dict[str, Any]:
     return {key: content[key] for key in ROBOT_TABLES if key in content}
 
 
+def _carrying(surroundings: dict[str, Any], mass: float | None) -> dict[str, Any]:
+    """The same with another payload, kg, if one is stated."""
+    payload = {"mass": mass} if mass else None
+    tables = [table for table in ("arm", "robot") if mass is not None and isinstance(surroundings.get(table), dict)]
+    return surroundings | {table: {**surroundings[table], "payload": payload} for table in tables}
+
+
 def _parsed(
     surroundings: dict[str, Any], given: dict[str, Any], options: argparse.Namespace, file: Path | None = None
 ) -> Scenario:
     speeds = {key: getattr(options, key) for key in ("start_speed", "goal_speed")}
     task = given | {key: value for key, value in speeds.items() if value is not None}
-    content = {**surroundings, "task": task}
+    content = {**_carrying(surroundings, options.payload), "task": task}
     model = content.get("model")
     if isinstance(model, dict):
         content["model"] = {key: model[key] for key in MODEL_KEYS if key in model}

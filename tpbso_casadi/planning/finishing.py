@@ -75,9 +75,16 @@ def retimed(before: Motion, progress: Progress) -> Retiming:
         motion, slower = _attempted(make, before)
         if motion is not None:
             made[name] = motion
-            settled = settled or (motion.feasible and (name != FREE_SPACE or slower <= AS_FAST))
+            settled = settled or (motion.feasible and _settles(name, motion, slower))
     best = min(made, key=lambda name: (made[name].merit, made[name].trajectory.duration), default="")
     return Retiming(before, made.get(best), best, time.perf_counter() - began)
+
+
+def _settles(name: str, motion: Motion, slower: float) -> bool:
+    """Whether nothing faster is to be expected after a certified candidate that was run so much slower than made."""
+    if name == FREE_SPACE:
+        return slower <= AS_FAST
+    return name != POLISHED or motion.problem.is_polished
 
 
 def _attempted(make: Callable[[Motion], Iterator[Trajectory]], before: Motion) -> tuple[Motion | None, float]:
@@ -108,11 +115,13 @@ def _polished(before: Motion) -> Iterator[Trajectory]:
 def _same_path(before: Motion) -> Iterator[Trajectory]:
     """The motion's own path in the least time, unless that is what it is; an end that moves keeps its velocity.
 
-    A nonlinear program that minimises the time under jerk limits leaves nothing to gain, and that would take long.
+    A nonlinear program that minimises the time under jerk limits leaves nothing to gain, and that would take long; nor
+    does a motion that keeps its limits, where sooner may be worse.
     """
     problem = before.problem
     programmed = problem.free_timing and problem.objective.timed and problem.robot.limits.jerk is not None
-    if before.retimed or programmed:
+    slow_enough = before.feasible and problem.objective.chooses_duration
+    if before.retimed or programmed or slow_enough:
         return
     start, goal = before.problem.task.end_velocities
     rates = float(start.any()), float(goal.any())

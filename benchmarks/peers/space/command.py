@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
 
@@ -21,6 +22,8 @@ def add_space_options(parser: argparse.ArgumentParser) -> None:
     """Those of robots in space."""
     group = parser.add_argument_group("robots in space")
     group.add_argument("--space", type=Path, metavar="FILE", help="compare on these problems of MotionBenchMaker")
+    words = "instead compare what torque limits cost with these payloads, kg, with commas, on five of the problems"
+    group.add_argument("--payloads", metavar="KG,KG", help=words)
     group.add_argument("--planners", default=",".join(PLANNERS), help="of the others; all by default")
     add_problem_options(parser, Path("peers-space"))
 
@@ -28,6 +31,8 @@ def add_space_options(parser: argparse.ArgumentParser) -> None:
 def compare_in_space(options: argparse.Namespace) -> int:
     """Run what is missing and print the table; the exit status."""
     try:
+        if options.payloads is not None:
+            return _compare_payloads(options)
         planners = options.planners.split(",")
         unknown = next((name for name in planners if name not in PLANNERS), None)
         if unknown is not None:
@@ -47,4 +52,20 @@ def compare_in_space(options: argparse.Namespace) -> int:
         return 2
     keys = {run.key for run in runs}
     print(printed(rows([one for one in records.every if one.key in keys])))
+    return 0
+
+
+def _compare_payloads(options: argparse.Namespace) -> int:
+    from benchmarks.peers.space.payloads import PROBLEMS, compare_payloads  # noqa: PLC0415 (extras)
+
+    try:
+        masses = [float(part) for part in options.payloads.split(",")]
+    except ValueError:
+        masses = []
+    if not masses or not all(0.0 <= mass < math.inf for mass in masses):
+        raise InvalidFile(f"--payloads: {options.payloads!r} is no list of masses")
+    problems = [problem for problem in problems_of(options, options.space) if problem.name in PROBLEMS]
+    if not problems:
+        raise InvalidFile(f"--space: {options.space} has none of {', '.join(PROBLEMS)}")
+    compare_payloads(setting_of(options), problems, masses, options.workers).print()
     return 0

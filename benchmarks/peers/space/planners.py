@@ -43,9 +43,7 @@ def by_ompl(setting: Setting, problem: MotionProblem, seed: int, seconds: float)
     from benchmarks.peers.space.ompl_paths import find_paths  # noqa: PLC0415 (an extra)
     from benchmarks.peers.space.timed_paths import fastest  # noqa: PLC0415
 
-    checker = setting.checker(problem)
-    ends = float(checker.clearance(np.array([problem.start, problem.goal])).min())
-    collision, padded = PlannerCollision(checker), PlannerCollision(checker, max(0.0, min(PADDING, ends / 2.0)))
+    collision, padded = collisions(setting, problem)
     began = time.process_time()
     paths = find_paths(problem, padded, setting.limits, seed, seconds)
     timed = None if paths is None else fastest(paths.paths, collision, setting.limits)
@@ -53,6 +51,13 @@ def by_ompl(setting: Setting, problem: MotionProblem, seed: int, seconds: float)
     if timed is None:
         return Answer(None, spent, "no path in time" if paths is None else "no spline is free", {})
     return Answer(timed.trajectory, spent, "", {"waypoints": timed.waypoints.tolist()})
+
+
+def collisions(setting: Setting, problem: MotionProblem) -> tuple[PlannerCollision, PlannerCollision]:
+    """What is free, and what is with room for a spline."""
+    checker = setting.checker(problem)
+    ends = float(checker.clearance(np.array([problem.start, problem.goal])).min())
+    return PlannerCollision(checker), PlannerCollision(checker, max(0.0, min(PADDING, ends / 2.0)))
 
 
 def by_drake(setting: Setting, problem: MotionProblem, seed: int, seconds: float) -> Answer:

@@ -11,11 +11,11 @@ import numpy as np
 import toppra
 from scipy.interpolate import CubicSpline
 from toppra.algorithm import TOPPRA
-from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
 from toppra.interpolator import SplineInterpolator
 
 from benchmarks.motion_bench_maker.planner_collision import PlannerCollision
-from problems import Trajectory
+from benchmarks.peers.toppra_limits import speed_and_acceleration, torque
+from problems import Robot, Trajectory
 from problems.base.matrix import FloatArray
 from problems.robots.robot import JointLimits
 
@@ -33,27 +33,32 @@ class TimedPath:
     trajectory: Trajectory
 
 
-def fastest(paths: tuple[FloatArray, ...], collision: PlannerCollision, limits: JointLimits) -> TimedPath | None:
+def fastest(
+    paths: tuple[FloatArray, ...], collision: PlannerCollision, limits: JointLimits, robot: Robot | None = None
+) -> TimedPath | None:
     """The quickest of the timed splines; for each path the first one that is free as lines are divided ever more.
 
     Args:
         paths: waypoints (n, k), rad.
         collision: says what is free.
         limits: speed and acceleration; TOPP-RA knows no jerk.
+        robot: whose torques are limited too.
 
     Returns:
         None where no spline is free, or TOPP-RA fails on all.
     """
-    timed_paths = [one for path in paths if (one := _first_free(path, collision, limits)) is not None]
+    timed_paths = [one for path in paths if (one := _first_free(path, collision, limits, robot)) is not None]
     return min(timed_paths, key=lambda one: one.trajectory.duration, default=None)
 
 
-def _first_free(path: FloatArray, collision: PlannerCollision, limits: JointLimits) -> TimedPath | None:
+def _first_free(
+    path: FloatArray, collision: PlannerCollision, limits: JointLimits, robot: Robot | None
+) -> TimedPath | None:
     for waypoints in _divided(path):
         spline = spline_through(waypoints)
         length = float(np.linalg.norm(np.diff(spline(np.linspace(*spline.x[[0, -1]], 200)), axis=0), axis=1).sum())
         if collision.all_free(spline(np.linspace(*spline.x[[0, -1]], int(length / STEP) + 2))):
-            trajectory = timed(spline, limits)
+            trajectory = timed(spline, limits, robot)
             return None if trajectory is None else TimedPath(waypoints, trajectory)
     return None
 
@@ -76,21 +81,15 @@ def _ends(waypoints: FloatArray) -> str:
     return "natural" if len(waypoints) == 2 else "not-a-knot"
 
 
-def timed(spline: CubicSpline, limits: JointLimits) -> Trajectory | None:
+def timed(spline: CubicSpline, limits: JointLimits, robot: Robot | None = None) -> Trajectory | None:
     """By TOPP-RA, with the parametrisation that stays on the path; None where it fails."""
     toppra.setup_logging("CRITICAL")
     logging.getLogger("toppra").setLevel(logging.CRITICAL)
-    velocity, acceleration = (
-        kind(np.multiply.outer(bound, [-1.0, 1.0]))
-        for kind, bound in (
-            (JointVelocityConstraint, limits.speed),
-            (JointAccelerationConstraint, limits.acceleration),
-        )
-    )
+    constraints = [*speed_and_acceleration(limits), *([] if robot is None else [torque(robot)])]
     pieces = max(GRID_PER_PIECE, -(-LEAST_GRID // (len(spline.x) - 1)))
     grid = np.unique(np.concatenate([np.linspace(a, b, pieces + 1) for a, b in itertools.pairwise(spline.x)]))
     path = SplineInterpolator(spline.x, spline(spline.x), bc_type=_ends(spline.x))
-    solver = TOPPRA([velocity, acceleration], path, gridpoints=grid)
+    solver = TOPPRA(constraints, path, gridpoints=grid)
     _, speeds, _ = solver.compute_parameterization(0.0, 0.0)
     return None if speeds is None or not np.isfinite(speeds).all() else _composed(spline, grid, np.maximum(speeds, 0.0))
 

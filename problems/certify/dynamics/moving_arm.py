@@ -163,7 +163,7 @@ def extremes(models: FloatArray) -> tuple[tuple[FloatArray, FloatArray], tuple[F
         root = np.sqrt(p2 * p2 - 3.0 * p1 * p3)
         pivot = -(p2 + np.copysign(root, p2))
         inner = np.nan_to_num(np.stack([pivot / (3.0 * p3), p1 / pivot]), posinf=1.0, neginf=-1.0)
-    s = np.concatenate([np.clip(inner, -1.0, 1.0), np.broadcast_to([[[-1.0]], [[1.0]]], (2, *p0.shape))])
+    s = np.concatenate([np.clip(inner, -1.0, 1.0), np.stack([np.full_like(p0, -1.0), np.ones_like(p0)])])
     values = p0 + s * (p1 + s * (p2 + s * p3))
     wide = rest + ROUNDING * np.abs(models[..., : DEGREE + 1, :]).sum(axis=-2)
     lowest, highest = values.argmin(axis=0)[None], values.argmax(axis=0)[None]

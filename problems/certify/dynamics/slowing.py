@@ -8,9 +8,10 @@ from problems.certify.dynamics.moving_arm import MovingArm
 from problems.certify.dynamics.time_cells import Moments
 from problems.certify.dynamics.torque import prove_torques
 from problems.certify.verdict import TOLERANCE, CertificateStatus
-from problems.limits.torque import LEAST_ROOM, TorqueLimit
+from problems.limits.torque import TorqueLimit
 from problems.motions.trajectory import Trajectory
 
+LEAST_ROOM = 1e-6  # of a limit: what gravity and friction have to leave of it at least
 FIRST_TIMES = 201
 MAX_ROUNDS = 12
 FIRST_STEP = 1e-7  # relative: what is added where no time is seen to be broken and nothing is proven

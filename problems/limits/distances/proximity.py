@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import casadi as ca
 
 from problems.base.arguments import Statement, is_zero
-from problems.base.matrix import FloatArray, Matrix, Operand, columns
+from problems.base.matrix import FloatArray, Matrix, Operand, as_array, columns
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.motions.samples import Samples
 from problems.robots.robot import Robot
+
+NEAR = 0.1  # of the reach: pairs that stay farther apart, on top of what they have to keep, may be forgotten
 
 
 class Pair(Statement, ABC):
@@ -152,6 +155,14 @@ class Proximity(Limit):
             return None
         pair, length = self.around
         return pair.between(*pair.ends(samples.positions)) < self.kept(margin) + length
+
+    def near(self, samples: Samples) -> Self | None:
+        """The pairs that come within a share of the reach of what they have to keep."""
+        room = as_array(self.clearances(samples)).min(axis=0) - float(self.kept(0.0))
+        pairs = tuple(
+            pair for pair, left in zip(self.pairs, room, strict=True) if left < NEAR * float(self.robot.radius)
+        )
+        return replace(self, pairs=pairs, around=None) if pairs else None
 
     def clearances(self, samples: Samples) -> Matrix:
         """Of all pairs at each sample, (n, pairs), m."""

@@ -21,6 +21,7 @@ from problems.robots.rigid.transform import Transform, as_rows
 from problems.robots.robot import Body, JointLimits, Robot
 from problems.robots.spatial.chain import UNTURNED, Chain
 from problems.robots.spatial.collision.sphere import Sphere
+from problems.robots.spatial.levers import levers_of
 from problems.robots.spatial.rotations import quaternions_of
 
 GRAVITY: Point3 = (0.0, 0.0, -9.81)  # m/s^2
@@ -74,27 +75,36 @@ class SpatialArm(Robot):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for field, unit in (("max_speed", "s"), ("max_acceleration", "s^2"), ("max_jerk", "s^3")):
-            values = getattr(self, field)
-            if values is not None:
-                self._check_length(field, values)
-                check_within(field, values, RATES, f"rad/{unit}")
-        if self.position_limits is not None:
-            self._check_length("position_limits", self.position_limits)
-            for number, (low, high) in enumerate(self.position_limits, start=1):
-                check_within("position_limits", (low, high), ANGLES, "rad")
-                if not low < high:
-                    raise InvalidProblem("position_limits", f"joint {number}: {low:g} is not below {high:g}")
+        self._check_rates()
+        self._check_ranges()
         self._check_dynamics()
         check_within("base", self.base_translation, COORDINATES, "m")
         check_within("tool", self.tool_translation, COORDINATES, "m")
         check_within("spheres", (sphere.radius for sphere in self.spheres), LENGTHS, "m")
 
+    def _check_rates(self) -> None:
+        for field, bounds, unit in (
+            ("max_speed", RATES, "rad/s"),
+            ("max_acceleration", RATES, "rad/s^2"),
+            ("max_jerk", RATES, "rad/s^3"),
+            ("max_torque", TORQUES, "N m"),
+        ):
+            values = getattr(self, field)
+            if values is not None:
+                self._check_length(field, values)
+                check_within(field, values, bounds, unit)
+
+    def _check_ranges(self) -> None:
+        if self.position_limits is None:
+            return
+        self._check_length("position_limits", self.position_limits)
+        for number, (low, high) in enumerate(self.position_limits, start=1):
+            check_within("position_limits", (low, high), ANGLES, "rad")
+            if not low < high:
+                raise InvalidProblem("position_limits", f"joint {number}: {low:g} is not below {high:g}")
+
     def _check_dynamics(self) -> None:
         check_within("gravity", self.gravity, ACCELERATIONS, "m/s^2")
-        if self.max_torque is not None:
-            self._check_length("max_torque", self.max_torque)
-            check_within("max_torque", self.max_torque, TORQUES, "N m")
         for field in ("max_torque", "payload"):
             if getattr(self, field) is not None:
                 self.chain.check_masses(field)
@@ -242,27 +252,13 @@ class SpatialArm(Robot):
     @cached_property
     def levers(self) -> FloatArray:
         """How far a sphere's centre can be from each joint's axis, (spheres, dof), m; 1 for a joint that slides."""
-        return np.array([self._levers_of(sphere) for sphere in self.spheres]).reshape(-1, self.dof)
+        return np.array([levers_of(self.chain, sphere) for sphere in self.spheres]).reshape(-1, self.dof)
 
     @cached_property
     def tool_levers(self) -> FloatArray:
         """How far the tool can be from each joint's axis, (dof,), m; 1 for a joint that slides."""
         x, y, z = (float(part) for part in self.tool_frame.translation)
-        return self._levers_of(Sphere(self.dof, (x, y, z), 0.0, "tool"))
-
-    def _levers_of(self, sphere: Sphere) -> FloatArray:
-        levers, joints, offsets = np.zeros(self.dof), self.chain.joints, self.chain.offsets
-        beyond = float(np.linalg.norm(sphere.center))
-        nearest = np.array(sphere.center, dtype=float)
-        travel = 0.0
-        for number in range(sphere.link - 1, -1, -1):
-            joint, axis = joints[number], np.array(joints[number].axis)
-            across = float(np.linalg.norm(nearest - axis * (axis @ nearest))) + travel
-            farther = beyond - float(np.linalg.norm(nearest)) - travel
-            levers[number] = across + farther if joint.turns else 1.0
-            nearest, travel = np.array(joint.translation, dtype=float), joint.travel
-            beyond += float(offsets[number])
-        return levers
+        return levers_of(self.chain, Sphere(self.dof, (x, y, z), 0.0, "tool"))
 
     def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
         """Only the joints between the two bodies move them as seen from each other."""

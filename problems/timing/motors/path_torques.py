@@ -24,7 +24,7 @@ NODES = 7  # through which a polynomial is drawn
 TRAVEL = 0.15  # rad (or m) that a joint turns at most while one polynomial holds
 FEWEST = 2  # polynomials for each piece of the path
 TRAVEL_SAMPLES = 9  # of a piece, to measure what its joints turn
-MARGIN = 1e-3  # of every torque limit: what is left to prove the motion by, and for what lies between samples
+MARGIN = 1e-4  # of every torque limit: what is left to prove the motion by, and for what lies between samples
 LEAST_ROOM = 1e-6  # of a limit: what is left of it counts as at least this where friction takes all of it
 
 
@@ -67,7 +67,7 @@ class PathTorques:
         viscous, coulomb = (as_array(part(one))[0] for part in (chain.viscous, chain.coulomb))
         bound = np.array(limits.torque) * (1.0 - MARGIN)
         made = cls(path, PPoly((scaled / powers[..., None, None])[::-1], starts), bound, viscous, coulomb)
-        made._check_held(u.T.ravel())
+        made._check_held(np.union1d(u, starts))
         return made
 
     def at(self, u: FloatArray, derivative: int = 0) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -108,7 +108,7 @@ class PathTorques:
             raise InvalidProblem(
                 "path",
                 f"joint {joint + 1} has to give {torque[where, joint]:.4g} N m to hold the arm {share:.0%} along the "
-                f"path, and may give {self.bound[joint] / (1.0 - MARGIN):g} N m, of which {MARGIN:.1%} is kept free",
+                f"path, and may give {self.bound[joint] / (1.0 - MARGIN):g} N m, of which {MARGIN:.2%} is kept free",
             )
 
 

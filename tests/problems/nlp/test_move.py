@@ -19,7 +19,7 @@ from problems.certify.verification import limit_verdicts
 from problems.limits import limits_of
 from problems.nlp.move import MoveNlp
 from problems.nlp.move_solution import Waypoints, through
-from problems.nlp.optimality import least_squares_multipliers, optimality
+from problems.nlp.optimum.optimality import least_squares_multipliers, optimality
 from problems.nlp.starts.displacement import LONGEST
 from problems.nlp.starts.waypoint_postures import WaypointPostures
 from problems.robots.robot import JointLimits
@@ -212,7 +212,7 @@ def test_shadow_prices_are_those_of_the_closed_form() -> None:
     robot = joints(2, speed, acceleration, jerk)
     program = nlp(Move(robot, Joints((0.0, 0.5)), (Joints((way, 0.5)),)))
     z = program.from_trajectory(solved(program))
-    report = optimality(program, z, "s")
+    report = optimality(program, z, "s", robot)
     assert report.stationarity < 1e-5
     prices = {each.constraint: each.per_unit for each in report.sensitivities if each.column == "joint 1"}
     expected = {

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from problems.limits.torque import TorqueLimit
-from problems.robots.planar import PlanarArm
+from problems.robots.massive_links import MassiveLinks
 from problems.sequential.joint_torques import JointTorques
 from problems.sequential.kept_limits import KeptLimits
 from problems.sequential.linear_step import paced
@@ -16,7 +16,7 @@ SPACE = MotionSpace(path_pieces=4, speed_pieces=8)
 BOUNDS = (60.0, 25.0)
 
 
-def arm(**changes: object) -> PlanarArm:
+def arm(**changes: object) -> MassiveLinks:
     settings = {
         "link_lengths": (0.6, 0.5),
         "max_speed": (4.0, 4.0),
@@ -26,7 +26,7 @@ def arm(**changes: object) -> PlanarArm:
         "viscous_friction": (1.5, 0.5),
         "coulomb_friction": (0.7, 0.2),
     }
-    return PlanarArm(**(settings | changes))  # type: ignore[arg-type]
+    return MassiveLinks(**(settings | changes))  # type: ignore[arg-type]
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ import pytest
 from benchmarks.certificates import check
 from problems import CertificateStatus, Constraint
 from problems.certify.structure import freedom, structure_of
-from problems.nlp.optimality import optimality
+from problems.nlp.optimum.optimality import optimality
 from tpbso_casadi import builtin, parse_scenario, plan, write_run
 from tpbso_casadi.audit.content import audit_scenario
 from tpbso_casadi.cli.audit import main
@@ -106,7 +106,7 @@ def test_sensitivities_are_what_a_looser_limit_buys() -> None:
 
     base = least_time(20.0)
     program = base.problem.nlp()
-    judged = optimality(program, program.from_trajectory(base.trajectory), "s")
+    judged = optimality(program, program.from_trajectory(base.trajectory), "s", base.problem.robot)
     promised = sum(s.per_unit for s in judged.sensitivities if (s.constraint, s.column) == ("acceleration", "joint 1"))
     bought = least_time(20.1).objective - least_time(19.9).objective
     assert promised < 0.0

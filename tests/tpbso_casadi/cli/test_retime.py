@@ -210,3 +210,62 @@ def test_what_is_no_path_is_said(path: Any) -> None:
     robot = PlanarArm((0.5, 0.5), (2.0, 3.0), (10.0, 8.0))
     with pytest.raises(InvalidProblem, match="path: "):
         tpbso_casadi.retime(path, robot)
+
+
+MOTORS = "link_masses = [2.0, 1.0]\nmax_torque = [18.0, 6.0]\n"
+
+
+def torque_row(name: str) -> dict[str, Any]:
+    (row,) = (row for row in result(name)["constraints"] if row["name"] == "torque")
+    return dict(row)
+
+
+def test_torques_are_kept_with_what_the_tool_carries() -> None:
+    Path("motors.toml").write_text(ARM + MOTORS)
+    Path("loaded.toml").write_text(ARM + MOTORS + "payload = { mass = 0.4 }\n")
+    for name, *options in (
+        ("free", "--robot", "arm.toml"),
+        ("empty", "--robot", "motors.toml"),
+        ("loaded", "--robot", "loaded.toml"),
+        ("same", "--robot", "motors.toml", "--payload", "0.4"),
+        ("unloaded", "--robot", "loaded.toml", "--payload", "0"),
+    ):
+        assert run("path.csv", *options, "--out", name, "--no-plots") == 0
+    durations = {name: result(name)["objective"]["value"] for name in ("free", "empty", "loaded", "same", "unloaded")}
+    assert durations["free"] < durations["empty"] < durations["loaded"]
+    assert (durations["same"], durations["unloaded"]) == (durations["loaded"], durations["empty"])
+    row = torque_row("loaded")
+    assert row["satisfied"]
+    assert 0.995 < abs(row["worst"] / row["bound"]) <= 1.0
+    assert audit.main(["loaded"]) == 0
+
+
+def test_a_run_is_timed_anew_with_another_payload() -> None:
+    Path("motors.toml").write_text(ARM + MOTORS)
+    assert run("path.csv", "--robot", "motors.toml", "--out", "out", "--no-plots") == 0
+    assert run("out", "--payload", "0.4", "--out", "anew", "--no-plots") == 0
+    assert result("anew")["objective"]["value"] > result()["objective"]["value"]
+    assert torque_row("anew")["satisfied"]
+
+
+@pytest.mark.parametrize(
+    ("payload", "words"),
+    [
+        # level but for 0.5 rad: (1 kg 0.25 m + 5 kg 0.5 m) 9.81 m/s^2 cos(0.5)
+        ("5", "joint 2 has to give 23.67 N m to hold the arm 0% along the path, and may give 6 N m"),
+        ("-1", "--payload"),
+    ],
+)
+def test_a_payload_that_cannot_be_carried_is_one_line(
+    payload: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("motors.toml").write_text(ARM + MOTORS)
+    assert run("path.csv", "--robot", "motors.toml", "--payload", payload, "--out", "out") == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1
+
+
+def test_a_payload_needs_masses(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("path.csv", "--robot", "arm.toml", "--payload", "1", "--out", "out") == 2
+    assert "payload" in capsys.readouterr().err

@@ -7,8 +7,7 @@ import pytest
 from helpers.massive import lifted_motion
 from helpers.space_plans import space_plan
 
-from problems import Trajectory
-from problems.robots.planar_links import PlanarLinks
+from problems import PlanarArm, Trajectory
 from tpbso_casadi.figures.limits import STYLES, spans
 from tpbso_casadi.figures.run import joints_figure
 from tpbso_casadi.planning.joint_quantities import QUANTITIES, alternatives, shares_of_limits
@@ -27,7 +26,7 @@ def bang_bang() -> Trajectory:
 
 
 def test_shares_of_a_bang_bang_move() -> None:
-    robot = PlanarLinks(link_lengths=(1.0, 1.0), max_speed=(4.0, 8.0), max_acceleration=(2.0, 4.0))
+    robot = PlanarArm(link_lengths=(1.0, 1.0), max_speed=(4.0, 8.0), max_acceleration=(2.0, 4.0))
     times = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
     shares = dict(shares_of_limits(robot, bang_bang(), times))
     assert list(shares) == ["speed", "acceleration"]
@@ -38,7 +37,7 @@ def test_shares_of_a_bang_bang_move() -> None:
 
 def test_shares_of_torques_held_upright() -> None:
     # no gravity; point masses of 1 kg at the ends of both links: at zero, tau_1 = 5 a_1 + 2 a_2 ... by hand
-    robot = PlanarLinks(
+    robot = PlanarArm(
         link_lengths=(1.0, 1.0), max_speed=(4.0, 4.0), max_acceleration=(9.0, 9.0), gravity=(0.0, 0.0),
         link_masses=(1.0, 1.0), link_centers=(1.0, 1.0), link_inertias=(0.0, 0.0), max_torque=(32.0, 12.0),
     )  # fmt: skip

@@ -70,6 +70,40 @@ def test_where_a_pose_leaves_the_posture_open_free_space_is_not_the_fastest() ->
     assert tool == pytest.approx(GOAL["position"], abs=1e-8)
 
 
+def test_in_the_plane_torques_are_kept_by_another_path_and_speed() -> None:
+    arm = {"link_lengths": [0.5, 0.5], "max_speed": 4.0, "max_acceleration": 40.0, "link_masses": 2.0}
+    content = {
+        "arm": arm | {"max_torque": [35.0, 12.0]},
+        "task": {"kind": "point-to-point", "start": [0.6, -0.3], "goal": [0.3, 0.6]},
+        "model": {"retime": False},
+        "solver": {"name": "lshade", "evaluations": 500},
+    }
+    before = plan(parse_scenario(content)).motion
+    retiming = retimed(before, SILENT)
+    first, last = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
+    free = rest_to_rest(first, last, before.problem.robot.limits)
+    slowed = free.duration * before.criteria.safe_time_scale(free)
+    assert slowed > 1.2 * free.duration
+    assert retiming.chosen.feasible
+    assert retiming.chosen.trajectory.duration < 0.9 * slowed
+
+
+@pytest.mark.slow
+def test_a_motion_in_free_space_that_torques_slow_down_is_not_the_fastest() -> None:
+    robot = {"model": "panda", "payload": {"mass": 3.0, "center": [0.0, 0.0, 0.1]}}
+    task = {"kind": "point-to-point", "start": {"joints": [0.0, -0.4, 0.0, -2.2, 0.0, 1.9, 0.8]}}
+    task["goal"] = {"joints": [1.2, 0.9, 0.3, -0.7, 0.2, 1.6, 0.8]}
+    content = {"robot": robot, "task": task, "model": {"samples": 30, "retime": False, "self_collision": False}}
+    before = plan(parse_scenario(content | {"solver": {"name": "lshade", "evaluations": 100}})).motion
+    retiming = retimed(before, SILENT)
+    assert retiming.candidate == POLISHED
+    assert retiming.chosen.feasible
+    first, last = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
+    free = rest_to_rest(first, last, before.problem.robot.limits)
+    assert before.criteria.safe_time_scale(free) > 1.3
+    assert retiming.chosen.trajectory.duration < 1.02 * free.duration
+
+
 def test_what_is_bound_on_its_way_keeps_its_path() -> None:
     assert retimed(planned("pentagram-time").motion, SILENT).candidate == SAME_PATH
     assert retimed(planned("rotation-3").motion, SILENT).candidate == SAME_PATH

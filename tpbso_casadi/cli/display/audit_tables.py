@@ -9,6 +9,7 @@ from rich.text import Text
 
 from problems import CertificateStatus
 from tpbso_casadi.cli.display.console import OutputConsole, number, prose, table_of, word
+from tpbso_casadi.cli.display.optimum_tables import print_optimum
 from tpbso_casadi.cli.display.plan_tables import MARKS, limit_of
 from tpbso_casadi.storage.plain import visible
 
@@ -95,15 +96,26 @@ def print_retiming(retiming: dict[str, Any], console: OutputConsole) -> None:
         console.say("timed anew, which made it no better")
         return
     durations = f"{before['duration']:.6g} s before, {after['duration']:.6g} s after"
-    console.say(f"timed anew ({retiming['candidate']}): {durations}; what follows is about the motion before")
+    console.say(
+        f"timed anew ({retiming['candidate']}): {durations}; the conditions that follow are about the one before"
+    )
 
 
 def print_optimality(audit: dict[str, Any], console: OutputConsole) -> None:
     """KKT residuals, rank of the active rows, shadow prices."""
     kkt = audit["optimality"]
     if kkt["violation"] > UNREPRESENTED:
-        console.say("no motion of the nonlinear program is like this one; a polish leads to one, and to shadow prices")
-        return
+        console.say("no motion of the nonlinear program is like this one")
+    else:
+        _print_conditions(kkt, audit["polish"], console)
+    if audit["optimum"] is not None:
+        print_optimum(audit["optimum"], audit["objective"], console)
+    elif kkt["violation"] <= UNREPRESENTED:
+        _print_prices(kkt["sensitivities"], console)
+
+
+def _print_conditions(kkt: dict[str, Any], polish: dict[str, Any] | None, console: OutputConsole) -> None:
+    """KKT residuals of the motion itself."""
     independent = "independent (LICQ holds)" if kkt["licq"] else f"of rank {kkt['rank']} (LICQ fails)"
     console.print(
         Text(
@@ -112,14 +124,18 @@ def print_optimality(audit: dict[str, Any], console: OutputConsole) -> None:
             f"{kkt['active']} active rows, {independent}"
         )
     )
-    if audit["polish"] is not None:
-        residuals = ", ".join(f"{name} {_number(value)}" for name, value in audit["polish"]["residuals"].items())
-        console.print(Text(visible(f"the polish ended with {audit['polish']['status']}: {residuals}")))
-    if not kkt["sensitivities"]:
+    if polish is not None:
+        residuals = ", ".join(f"{name} {_number(value)}" for name, value in polish["residuals"].items())
+        console.print(Text(visible(f"the polish ended with {polish['status']}: {residuals}")))
+
+
+def _print_prices(sensitivities: list[dict[str, Any]], console: OutputConsole) -> None:
+    """Shadow prices by least squares, where no optimum is found."""
+    if not sensitivities:
         console.say("no active limit: all shadow prices are zero")
         return
     table = table_of(word("limit"), word("of"), number("price"), word("unit"))
-    for s in kkt["sensitivities"][:LISTED_SENSITIVITIES]:
+    for s in sensitivities[:LISTED_SENSITIVITIES]:
         table.add_row(*map(Text, (s["constraint"], s["column"], f"{s['per_unit']:.4g}", s["unit"])))
     console.print_table("shadow prices: change of the objective for one unit more of a limit", table)
 

@@ -16,33 +16,13 @@ from scipy.linalg import qr, solve_triangular
 from scipy.optimize import nnls
 
 from problems.base.matrix import FloatArray, as_array
-from problems.limits.constraint import Constraint
-from problems.limits.limit import SAMPLING_MARGIN
+from problems.nlp.optimum.prices import Sensitivity, sensitivities
 from problems.nlp.program import NonlinearProgram
+from problems.robots.robot import Robot
 
 ACTIVE_ROW_DISTANCE = 1e-3  # a scaled row that is nearer than this to its bound is active
-TECHNICAL = ("slack", "h[")  # beginnings of the names of variables whose bounds say nothing about the motion
 NNLS_ITERATIONS = 30  # at most, for each bound
 RANK_TOLERANCE = 1e-8  # relative size of a singular value that counts
-
-
-@dataclass(frozen=True)
-class Sensitivity:
-    """The shadow price of one bound.
-
-    Attributes:
-        constraint: its name; ``bound`` for that of a variable.
-        column: the joint, link, obstacle or variable.
-        active: how many of its rows have a multiplier other than 0.
-        per_unit: change of the objective when the bound, or both bounds, are relaxed by one unit; at most 0.
-        unit: of that, objective over constraint.
-    """
-
-    constraint: str
-    column: str
-    active: int
-    per_unit: float
-    unit: str
 
 
 @dataclass(frozen=True)
@@ -71,8 +51,8 @@ class Optimality:
         return self.rank == self.active
 
 
-def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str) -> Optimality:
-    """First-order conditions at a point (n,) of a program."""
+def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str, robot: Robot) -> Optimality:
+    """First-order conditions at a point (n,) of a program of a robot."""
     values, jacobian, gradient = _evaluated(program, z)
     lower, upper = _bounds(program, z)
     gap_low, gap_high = values - lower, upper - values
@@ -95,7 +75,7 @@ def optimality(program: NonlinearProgram, z: FloatArray, objective_unit: str) ->
         float(max(0.0, -near.min())),
         int(active.sum()),
         independent if active.any() else 0,
-        tuple(sensitivities(program, np.where(given, 0.0, multipliers), objective_unit)),
+        tuple(sensitivities(program, z, np.where(given, 0.0, multipliers), objective_unit, robot)),
     )
 
 
@@ -148,35 +128,3 @@ def _bounds(program: NonlinearProgram, z: FloatArray) -> tuple[FloatArray, Float
     pairs = zip(program.row_bounds(), program.bounds_near(z), strict=True)
     lower, upper = (np.concatenate(pair) for pair in pairs)
     return lower, upper
-
-
-def sensitivities(program: NonlinearProgram, multipliers: FloatArray, objective_unit: str) -> list[Sensitivity]:
-    """Shadow prices from multipliers (r + n,): of limits on the whole motion, by column, and of variables' bounds."""
-    entries, first = [], 0
-    multipliers = multipliers * program.objective_size
-    for constraint in program.constraints(SAMPLING_MARGIN):
-        count, width = constraint.expression.shape
-        forces = multipliers[first : first + count * width].reshape(width, count)
-        first += count * width
-        for column in np.flatnonzero(forces.any(axis=1)) if constraint.for_all_t else ():
-            slope = _slope(constraint, int(column), upper=bool(forces[column].sum() > 0.0))
-            per_unit = -float(np.abs(forces[column]).sum()) * slope
-            unit = f"{objective_unit} / ({constraint.unit})"
-            rows = int(np.count_nonzero(forces[column]))
-            entries.append(Sensitivity(constraint.name, constraint.columns[column], rows, per_unit, unit))
-    own = zip(program.names, multipliers[first:], strict=True)
-    bounds = [(name, force) for name, force in own if force != 0.0 and not name.startswith(TECHNICAL)]
-    entries += [Sensitivity("bound", name, 1, -abs(float(force)), f"{objective_unit} / unit") for name, force in bounds]
-    return sorted(entries, key=lambda s: s.per_unit)
-
-
-def _slope(constraint: Constraint, column: int, upper: bool) -> float:
-    """d(bound of the scaled row) / d(bound in the constraint's unit)."""
-    if constraint.transform is None:
-        return 1.0 / float(constraint.scales[column])
-    bound = constraint.bounds[1 if upper else 0]
-    bound = np.where(np.isfinite(bound), bound, 0.0)
-    step = 1e-6 * max(float(constraint.scales[column]), abs(float(bound[column])))
-    shifted = bound + step * (np.arange(bound.size) == column)
-    before, after = (as_array(constraint.transform(ca.DM(b).T)).ravel()[column] for b in (bound, shifted))
-    return float(after - before) / step

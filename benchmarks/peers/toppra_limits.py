@@ -1,0 +1,40 @@
+"""Limits as TOPP-RA wants them."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+from toppra.constraint import (
+    DiscretizationType,
+    JointAccelerationConstraint,
+    JointTorqueConstraint,
+    JointVelocityConstraint,
+)
+
+from problems import Robot
+from problems.base.matrix import FloatArray
+from problems.robots.robot import JointLimits
+
+
+def speed_and_acceleration(limits: JointLimits) -> list[JointVelocityConstraint | JointAccelerationConstraint]:
+    """Of joints."""
+    return [
+        kind(np.multiply.outer(bound, [-1.0, 1.0]))
+        for kind, bound in (
+            (JointVelocityConstraint, limits.speed),
+            (JointAccelerationConstraint, limits.acceleration),
+        )
+    ]
+
+
+def torque(robot: Robot) -> JointTorqueConstraint:
+    """Of a robot whose masses are known."""
+    state = [ca.SX.sym(name, 1, robot.dof) for name in ("q", "v", "a")]
+    dynamics = ca.Function("torques", state, [robot.inverse_dynamics(*state)])
+
+    def inverse_dynamics(theta: FloatArray, speed: FloatArray, acceleration: FloatArray) -> FloatArray:
+        return np.asarray(dynamics(theta, speed, acceleration).full()[0])
+
+    bounds = np.multiply.outer(np.array(robot.limits.torque), [-1.0, 1.0])
+    scheme = DiscretizationType.Interpolation
+    return JointTorqueConstraint(inverse_dynamics, bounds, np.zeros(robot.dof), discretization_scheme=scheme)
