@@ -21,6 +21,7 @@ LONG = {
     "letter",
     "list-of-goals",
     "panda-cage",
+    "pareto",
     "payload",
 }  # tens of seconds
 SCENARIOS = [
