@@ -105,6 +105,8 @@ def optimality_of(problem: Problem[Any], motion: Motion) -> Optimality:
 
 def _optimum(problem: Problem[Any], run: StoredRun) -> dict[str, Any] | None:
     """The optimum near the plan or, if that was timed in another form than the program's, near the motion before."""
+    if problem.robot.dim == 3 and problem.task.obstacles:
+        return None  # second derivatives of clearances in space take minutes to write down, which no deadline ends
     motion = run.motion if problem.nlp().takes_any_motion else run.found
     optimum = nearest_optimum(problem, motion)
     if optimum is None:

@@ -228,6 +228,6 @@ def test_what_a_lighter_payload_saves_of_energy() -> None:
 
     found = planned(1.0)
     price = only("payload", found)
-    heavier = slope_of(found, lambda h, start: planned(1.0 + h, start), (0.005, -0.005))
-    assert price.per_unit == pytest.approx(-heavier, rel=1e-3)
+    heavier = slope_of(found, lambda h, start: planned(1.0 + h, start), (0.005, 0.003, 0.001, -0.001, -0.003, -0.005))
+    assert price.per_unit == pytest.approx(-heavier, rel=0.01)
     assert price.unit == "N^2 m^2 s / (kg)"
