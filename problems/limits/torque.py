@@ -96,9 +96,10 @@ class TorqueLimit(Limit):
         friction leave of the limit, s is the larger root of a quadratic equation.
         """
         chain, bound = samples.moving.massive, ca.repmat(ca.horzcat(*self.bounds), samples.count, 1)
-        inertial = chain.inertial(samples.theta, samples.speed, samples.acceleration)
-        viscous = chain.viscous(samples.speed)
-        held = chain.gravitational(samples.theta) + chain.coulomb(samples.speed)
+        theta, speed, acceleration = (samples.derivative_or_zero(order) for order in range(3))
+        inertial = chain.inertial(theta, speed, acceleration)
+        viscous = chain.viscous(speed)
+        held = chain.gravitational(theta) + chain.coulomb(speed)
         above = _slower(inertial, viscous, ca.fmax(bound - held, LEAST_ROOM * bound))
         below = _slower(-inertial, -viscous, ca.fmax(bound + held, LEAST_ROOM * bound))
         return ca.fmax(above, below)
@@ -123,7 +124,7 @@ class StaticTorque(Limit):
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The limit at each sample, with so much left that the motion need not be slowed down endlessly."""
         chain = samples.moving.massive
-        held = chain.gravitational(samples.theta)
+        held = chain.gravitational(samples.derivative_or_zero(0))
         if chain.has_friction:
             held = held + chain.coulomb(samples.speed)
         room = (1.0 - LEAST_ROOM) * ca.horzcat(*TorqueLimit(self.robot).bounds)

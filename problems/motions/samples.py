@@ -60,6 +60,14 @@ class Samples:
             raise ValueError(f"these samples were made without derivative {order} of the joint angles")
         return found
 
+    def derivative_or_zero(self, order: int) -> Matrix:
+        """The same, or zeros where these samples were made without it: for torques, which need not depend on angles.
+
+        They do not where there is no gravity, nor those of an arm whose joints only slide.
+        """
+        found = self.derivatives[order]
+        return ca.DM.zeros(self.count, self.moving.dof) if found is None else found
+
     @property
     def theta(self) -> Matrix:
         """Joint angles, (n, dof), rad."""
@@ -96,7 +104,7 @@ class Samples:
     @cached_property
     def torque(self) -> Matrix:
         """What the joints' motors give, (n, dof), N m; only of a robot whose masses are known."""
-        return self.moving.inverse_dynamics(self.theta, self.speed, self.acceleration)
+        return self.moving.inverse_dynamics(*(self.derivative_or_zero(order) for order in range(3)))
 
     @property
     def tool(self) -> Matrix:
@@ -106,7 +114,7 @@ class Samples:
     @property
     def count(self) -> int:
         """The number n of samples."""
-        return int(self.theta.shape[0])
+        return next((int(matrix.shape[0]) for matrix in self.derivatives if matrix is not None), 1)
 
     def rows(self, chosen: slice) -> Samples:
         """Some of the samples."""

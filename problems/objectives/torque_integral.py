@@ -38,7 +38,7 @@ class TorqueIntegral(Objective):
     def at(self, samples: Samples) -> Matrix:
         """Each sample's weight times what is integrated."""
         assert samples.weights is not None
-        return samples.weights * ca.sum2(self.rate(samples.torque, samples.speed))
+        return samples.weights * ca.sum2(self.rate(samples.torque, samples.derivative_or_zero(1)))
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
         """The integral without kinks."""
