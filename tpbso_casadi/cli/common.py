@@ -100,27 +100,24 @@ positive_int = whole_number(1, MOST)
 natural = whole_number(0, LARGEST_SEED)
 
 
-def positive_number(most: float) -> Callable[[str], float]:
-    """A type of options for argparse: a number above 0 of a size that can be computed with."""
+def positive_number(most: float, or_zero: bool = False) -> Callable[[str], float]:
+    """A type of options for argparse: a number above 0, or 0 where that will do, of a size to be computed with."""
+    what = "0 or a positive number" if or_zero else "a positive number"
 
     def parse(text: str) -> float:
         try:
             number = float(text)
         except ValueError:
             raise argparse.ArgumentTypeError(f"a number is needed, not {shown(text)}") from None
-        if not SMALLEST <= number <= most:
-            raise argparse.ArgumentTypeError(f"{text} is not a positive number from {SMALLEST:g} to {most:g}")
+        if not (SMALLEST <= number <= most or (or_zero and number == 0.0)):
+            raise argparse.ArgumentTypeError(f"{text} is not {what} from {SMALLEST:g} to {most:g}")
         return number
 
     return parse
 
 
 positive_float = positive_number(LARGEST)
-
-
-def not_negative(text: str) -> float:
-    """A number from 0 on of a size that can be computed with, for argparse."""
-    return 0.0 if text.strip() in {"0", "0.0"} else positive_float(text)
+not_negative = positive_number(LARGEST, or_zero=True)
 
 
 def word(text: str) -> str:

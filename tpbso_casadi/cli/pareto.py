@@ -73,7 +73,8 @@ def parser() -> argparse.ArgumentParser:
         type=whole_number(len(ENDS), MOST_PLANS),
         default=DEFAULT_POINTS,
         metavar="N",
-        help=f"plans to place, both ends among them; {DEFAULT_POINTS} by default",
+        help=f"plans to place, both ends among them; {DEFAULT_POINTS} by default. One near each end, and second "
+        "attempts at what comes out dominated, come on top",
     )
     command_line.add_argument(
         "--method",

@@ -130,9 +130,16 @@ def _surroundings(file: Path) -> dict[str, Any]:
 
 def _carrying(surroundings: dict[str, Any], mass: float | None) -> dict[str, Any]:
     """The same with another payload, kg, if one is stated."""
-    payload = {"mass": mass} if mass else None
     tables = [table for table in ("arm", "robot") if mass is not None and isinstance(surroundings.get(table), dict)]
-    return surroundings | {table: {**surroundings[table], "payload": payload} for table in tables}
+    return surroundings | {table: _loaded(surroundings[table], mass) for table in tables}
+
+
+def _loaded(table: dict[str, Any], mass: float | None) -> dict[str, Any]:
+    """A robot's table with a payload, kg; it is one of the settings where the robot has those."""
+    if isinstance(table.get("settings"), dict):
+        return table | {"settings": _loaded(table["settings"], mass)}
+    unloaded = {key: value for key, value in table.items() if key != "payload"}
+    return unloaded | ({"payload": {"mass": mass}} if mass else {})
 
 
 def _parsed(

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Any, TypeAlias, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
-from pydantic_core import PydanticKnownError
+from pydantic_core import ErrorDetails, PydanticKnownError
 
 Location: TypeAlias = Sequence[int | str]
 LONGEST_INPUT = 60  # characters of a wrong value that are shown
@@ -82,8 +82,9 @@ def describe(error: ValidationError, model: type[BaseModel], content: Any) -> st
         model: that was validated.
         content: the plain data that does not fit it.
     """
-    first = error.errors(include_url=False)[0]
-    kind, cause = first["type"], first.get("ctx", {}).get("error")
+    first = _most_telling(error.errors(include_url=False), content)
+    kind, context = first["type"], first.get("ctx", {})
+    cause = _too_long(context) if kind == "too_long" else context.get("error")
     keys = _keys(first["loc"], content, kind == "missing")
     path = ".".join(map(str, keys))
     if kind == "json_invalid":
@@ -100,6 +101,20 @@ def describe(error: ValidationError, model: type[BaseModel], content: Any) -> st
     given = first["input"]
     near = hint(given, re.findall(r"'([^']*)'", reason)) if kind == "literal_error" else ""
     return f"{path}: {reason}, not {shown(given)}{near}" if path else f"{reason}, not {shown(given)}"
+
+
+def _too_long(context: dict[str, Any]) -> str:
+    return f"at most {context['max_length']} items, not {context['actual_length']}"
+
+
+def _most_telling(errors: Sequence[ErrorDetails], content: Any) -> ErrorDetails:
+    """The first error; of a list where one number would do as well, that of its first wrong entry."""
+    first = errors[0]
+    if first["type"] != "float_type" or not isinstance(first["input"], list):
+        return first
+    keys = _keys(first["loc"], content, missing=False)
+    of_entries = [error for error in errors if _keys(error["loc"], content, missing=False)[:-1] == keys]
+    return of_entries[0] if of_entries else first
 
 
 def as_text(content: object) -> str:

@@ -100,6 +100,7 @@ def test_units_are_those_that_differences_are_read_in() -> None:
     clearance = {"constraint": "clearance", "column": "link 2", "per_unit": -0.3, "limit_unit": "m"}
     motor = {"constraint": "torque", "column": "joint 4", "per_unit": -0.012, "limit_unit": "N m"}
     assert saved(0.012, "s") == "12 ms" and saved(0.5, "rad") == "0.5 rad"
+    assert saved(0.012, "") == "0.012"
     assert of_one(clearance, "s") == "0.3 ms per mm"
     assert sentences([clearance, motor], "s") == ["1 N m more in joint 4 saves 12 ms"]
     assert sentences([clearance], "s") == []

@@ -149,7 +149,7 @@ def test_a_path_through_an_obstacle_is_written_and_not_certified(capfd: pytest.C
         (["path.csv", "--robot", "path.csv"], "path.csv: not TOML"),
         (["path.csv", "--robot", "empty.toml"], "empty.toml: arm: missing key"),
         (["path.csv", "--robot", "three.toml"], "task.joints: a path of 2 joints for a robot of 3"),
-        (["path.csv", "--robot", "arm.toml", "--blend", "-1"], "--blend: -1 is not a positive number"),
+        (["path.csv", "--robot", "arm.toml", "--blend", "-1"], "--blend: -1 is not 0 or a positive number"),
         (["path.csv", "--robot", "arm.toml", "--interpolation", "blend"], "task.tolerance: missing key"),
         (["path.csv", "--robot", "arm.toml", "--start-speed", "9"], "task.start_speed: joint"),
         (["path.csv", "--robot", "arm.toml", "--out", "."], "is the working folder"),
@@ -213,6 +213,8 @@ def test_what_is_no_path_is_said(path: Any) -> None:
 
 
 MOTORS = "link_masses = [2.0, 1.0]\nmax_torque = [18.0, 6.0]\n"
+SETTINGS = '[robot]\nmodel = "planar"\n[robot.settings]\npayload = { mass = 0.2 }\n' + (ARM + MOTORS).partition("\n")[2]
+NAMES = ("free", "empty", "loaded", "same", "unloaded", "setting", "unset")
 
 
 def torque_row(name: str) -> dict[str, Any]:
@@ -223,17 +225,21 @@ def torque_row(name: str) -> dict[str, Any]:
 def test_torques_are_kept_with_what_the_tool_carries() -> None:
     Path("motors.toml").write_text(ARM + MOTORS)
     Path("loaded.toml").write_text(ARM + MOTORS + "payload = { mass = 0.4 }\n")
+    Path("settings.toml").write_text(SETTINGS)
     for name, *options in (
         ("free", "--robot", "arm.toml"),
         ("empty", "--robot", "motors.toml"),
         ("loaded", "--robot", "loaded.toml"),
         ("same", "--robot", "motors.toml", "--payload", "0.4"),
         ("unloaded", "--robot", "loaded.toml", "--payload", "0"),
+        ("setting", "--robot", "settings.toml", "--payload", "0.4"),
+        ("unset", "--robot", "settings.toml", "--payload", "0.00"),
     ):
         assert run("path.csv", *options, "--out", name, "--no-plots") == 0
-    durations = {name: result(name)["objective"]["value"] for name in ("free", "empty", "loaded", "same", "unloaded")}
+    durations = {name: result(name)["objective"]["value"] for name in NAMES}
     assert durations["free"] < durations["empty"] < durations["loaded"]
-    assert (durations["same"], durations["unloaded"]) == (durations["loaded"], durations["empty"])
+    assert durations["same"] == durations["setting"] == durations["loaded"]
+    assert durations["unloaded"] == durations["unset"] == durations["empty"]
     row = torque_row("loaded")
     assert row["satisfied"]
     assert 0.995 < abs(row["worst"] / row["bound"]) <= 1.0
@@ -253,7 +259,7 @@ def test_a_run_is_timed_anew_with_another_payload() -> None:
     [
         # level but for 0.5 rad: (1 kg 0.25 m + 5 kg 0.5 m) 9.81 m/s^2 cos(0.5)
         ("5", "joint 2 has to give 23.67 N m to hold the arm 0% along the path, and may give 6 N m"),
-        ("-1", "--payload"),
+        ("-1", "--payload: -1 is not 0 or a positive number"),
     ],
 )
 def test_a_payload_that_cannot_be_carried_is_one_line(

@@ -7,21 +7,24 @@ from typing import Any
 from rich.text import Text
 
 from tpbso_casadi.cli.display.console import OutputConsole, number, prose, table_of, word
+from tpbso_casadi.cli.display.plan_tables import limit_of
 from tpbso_casadi.storage.plain import visible
 
 LISTED = 12
+NO_UNIT = "1"  # of a weighted sum
 SMALL = {"s": (1e3, "ms"), "m": (1e3, "mm")}  # units in which differences are read: how many there are in one
 
 
 def print_optimum(optimum: dict[str, Any], objective: dict[str, Any], console: OutputConsole) -> None:
     """Where it is, the ranking of limits, and what that means in words."""
-    unit, value, excess = objective["unit"], optimum["objective"], optimum["excess"]
+    value, excess = optimum["objective"], optimum["excess"]
+    unit = "" if objective["unit"] == NO_UNIT else objective["unit"]
     of = "the plan" if optimum["of_plan"] else "the motion before"
     away = f"{abs(excess):.2%} {'more' if excess >= 0.0 else 'less'}"
     console.print(
         Text(
             f"the nearest optimum ({optimum['status']}, {optimum['seconds']:.2g} s): {objective['name']} "
-            f"{value:.6g} {unit}; {of} takes {away}; stationarity {optimum['residuals']['stationarity']:.2g}"
+            f"{limit_of(value, unit)}; {of} takes {away}; stationarity {optimum['residuals']['stationarity']:.2g}"
         )
     )
     ranking = optimum["ranking"]
@@ -41,7 +44,7 @@ def print_optimum(optimum: dict[str, Any], objective: dict[str, Any], console: O
 def saved(value: float, unit: str) -> str:
     """A difference of an objective, s in ms."""
     factor, small = SMALL.get(unit, (1.0, unit))
-    return f"{value * factor:.3g} {small}"
+    return f"{value * factor:.3g} {small}".strip()
 
 
 def of_one(price: dict[str, Any], unit: str) -> str:
