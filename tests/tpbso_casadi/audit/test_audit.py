@@ -396,7 +396,7 @@ def test_tables_and_picture_for_a_person(tmp_path: Path) -> None:
     folder = folder_of("obstacle-4", tmp_path)
     run = subprocess.run([*command, str(folder)], capture_output=True, text=True, check=True)
     assert "certified" in run.stdout
-    assert "shadow prices" in run.stdout
+    assert "what holds the motion back" in run.stdout
     command_line = [*command, "obstacle-4", "--plots", str(tmp_path / "plots")]
     scenario = subprocess.run(command_line, capture_output=True, text=True, check=True)
     assert "degrees of freedom" in scenario.stdout
