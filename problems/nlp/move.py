@@ -104,9 +104,10 @@ class MoveNlp(TimedProgram):
         return {place: place // (self.variables.count + 1) for place in range(self.variables.sizes[0])}
 
     def near(self, trajectory: Trajectory) -> MoveNlp:
-        """Without the limits, or the pairs that have to keep apart, from which a motion is far."""
+        """Without the limits, or the pairs that have to keep apart, from which a motion is far, if there are any."""
         samples = trajectory.samples(trajectory.times(NEAR_TIMES), self.robot)
-        return replace(self, limits=tuple(kept for limit in self.limits if (kept := limit.near(samples)) is not None))
+        limits = tuple(kept for limit in self.limits if (kept := limit.near(samples)) is not None)
+        return self if limits == self.limits else replace(self, limits=limits)
 
     @property
     def waypoints(self) -> NDArray[np.intp]:

@@ -63,7 +63,8 @@ def nearest_optimum(problem: Problem[Any], motion: Motion) -> Optimum | None:
     began = time.perf_counter()
     whole = problem.nlp()
     found = None
-    for program in dict.fromkeys((whole.near(motion.trajectory), whole)):
+    near = whole.near(motion.trajectory)
+    for program in (whole,) if near is whole else (near, whole):
         solution = _descended(program, motion.trajectory)
         if solution.stop_reason is not StopReason.CONVERGED:
             return None

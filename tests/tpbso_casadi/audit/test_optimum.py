@@ -55,6 +55,18 @@ def test_a_run_is_told_what_holds_it_back(tmp_path: Path, capfd: pytest.CaptureF
     assert "1 N m more in joint 1 saves" in text and "1 kg less in the hand saves" in text
 
 
+def test_a_path_in_the_plane_is_descended_from_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its program holds arrays, by which programs can be neither compared nor hashed."""
+    task = {"kind": "path", "points": [[0.3, -0.6], [0.6, -0.3], [0.6, 0.1]], "accuracy": 0.02}
+    arm = {
+        "link_lengths": [0.5, 0.5, 0.4], "max_speed": 4.0, "max_acceleration": 40.0, "link_masses": 1.0,
+        "max_torque": 60.0,
+    }  # fmt: skip
+    found = plan(parse_scenario({"arm": arm, "task": task, "solver": {"name": "bso", "evaluations": 300}}))
+    monkeypatch.setattr(audited, "LONGEST", 0.0)
+    assert nearest_optimum(found.problem, found.motion) is None
+
+
 def test_no_optimum_is_found_in_no_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(audited, "LONGEST", 0.0)
     assert nearest_optimum(planned().problem, planned().motion) is None
