@@ -14,9 +14,8 @@ from matplotlib.figure import Figure
 from tpbso_casadi.storage.files import write_with, writing
 from tpbso_casadi.trade_off.front import Front
 from tpbso_casadi.trade_off.point import Point, Standing
-from tpbso_casadi.trade_off.table import TradeOff
+from tpbso_casadi.trade_off.table import FIGURE, TradeOff
 
-FIGURE = "front.png"
 STYLES = (("#1f77b4", "o"), ("#d62728", "s"), ("#2ca02c", "^"))  # a method each: colour, marker
 LOGARITHMIC = 30.0  # from this ratio of largest to least on an axis is logarithmic
 

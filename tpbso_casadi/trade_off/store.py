@@ -19,6 +19,7 @@ from tpbso_casadi.storage.run_folder import LARGEST_RESULT, check_run_folder, st
 from tpbso_casadi.storage.seal import BrokenSeal, check_seal, sealed
 from tpbso_casadi.storage.versions import versions
 from tpbso_casadi.trade_off.point import Point
+from tpbso_casadi.trade_off.table import FIGURE, FRONT, METHODS
 
 MANIFEST = "front.json"
 POINTS = "points"  # the folder of the run folders
@@ -140,7 +141,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _remove(folder: Path, held: dict[str, Any]) -> None:
-    """Remove the runs of a manifest, if they hold nothing else, and then the manifest.
+    """Remove the runs of a manifest, if they hold nothing else, tables and figure, and then the manifest.
 
     Raises:
         OutputError: a folder holds anything but a run.
@@ -152,6 +153,8 @@ def _remove(folder: Path, held: dict[str, Any]) -> None:
     with writing(folder):
         for run in runs:
             shutil.rmtree(run)
+        for name in (FRONT, METHODS, FIGURE):
+            (folder / name).unlink(missing_ok=True)
         (folder / MANIFEST).unlink()
 
 
