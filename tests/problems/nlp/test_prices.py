@@ -180,6 +180,8 @@ def test_a_limit_of_a_plug_in_is_ranked_by_existing() -> None:
     ranked = ranking(prices_of(found.problem.nlp(), found.solution, found.problem))
     assert "slow elbow" in [price.constraint for price in ranked]
     assert [price.per_cent for price in ranked] == sorted(price.per_cent for price in ranked)
+
+
 @pytest.mark.slow
 def test_a_margin_around_an_obstacle() -> None:
     ball = Ellipse(center=(0.57, 0.28), semi_axes=(0.05, 0.05))

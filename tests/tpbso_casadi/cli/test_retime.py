@@ -244,6 +244,8 @@ def test_torques_are_kept_with_what_the_tool_carries() -> None:
     assert row["satisfied"]
     assert 0.995 < abs(row["worst"] / row["bound"]) <= 1.0
     assert audit.main(["loaded"]) == 0
+
+
 @pytest.mark.slow
 def test_a_run_is_timed_anew_with_another_payload() -> None:
     Path("motors.toml").write_text(ARM + MOTORS)
