@@ -58,21 +58,8 @@ class TorqueLimit(Limit):
 
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The limit at each sample; no margin, as running more slowly makes up for what lies between."""
-        bound = ca.horzcat(*self.bounds)
-        return [
-            Constraint(
-                name=self.name,
-                unit="N m",
-                expression=samples.torque,
-                lower=-bound,
-                upper=bound,
-                symmetric=True,
-                columns=self.robot.joint_names,
-                scale=bound,
-                penalty=PenaltyKind.MAGNITUDE,
-                formula="|tau_i(t_j)| <= max_torque_i, at every sample t_j",
-            )
-        ]
+        formula = "|tau_i(t_j)| <= max_torque_i, at every sample t_j"
+        return [_within(self, samples.torque, ca.horzcat(*self.bounds), formula)]
 
     @property
     def scales_with_time(self) -> bool:
@@ -128,20 +115,23 @@ class StaticTorque(Limit):
         if chain.has_friction:
             held = held + chain.coulomb(samples.speed)
         room = (1.0 - LEAST_ROOM) * ca.horzcat(*TorqueLimit(self.robot).bounds)
-        return [
-            Constraint(
-                name=self.name,
-                unit="N m",
-                expression=held,
-                lower=-room,
-                upper=room,
-                symmetric=True,
-                columns=self.robot.joint_names,
-                scale=room,
-                penalty=PenaltyKind.MAGNITUDE,
-                formula="|g_i(theta(t_j)) + friction| <= max_torque_i, at every sample t_j",
-            )
-        ]
+        return [_within(self, held, room, "|g_i(theta(t_j)) + friction| <= max_torque_i, at every sample t_j")]
+
+
+def _within(limit: TorqueLimit | StaticTorque, torques: Matrix, bound: Matrix, formula: str) -> Constraint:
+    """Torques (n, dof) no larger than bounds (1, dof)."""
+    return Constraint(
+        name=limit.name,
+        unit="N m",
+        expression=torques,
+        lower=-bound,
+        upper=bound,
+        symmetric=True,
+        columns=limit.robot.joint_names,
+        scale=bound,
+        penalty=PenaltyKind.MAGNITUDE,
+        formula=formula,
+    )
 
 
 def holding_torques(robot: Robot, theta: FloatArray) -> FloatArray | None:
