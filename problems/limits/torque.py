@@ -21,6 +21,7 @@ from problems.limits.constraint import Constraint, PenaltyKind
 from problems.limits.limit import Limit
 from problems.motions.samples import Samples
 from problems.motions.torque_slopes import LEAST_ROOM
+from problems.robots.rigid.slowing_down import time_scales
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 
@@ -87,8 +88,8 @@ class TorqueLimit(Limit):
         inertial = chain.inertial(theta, speed, acceleration)
         viscous = chain.viscous(speed)
         held = chain.gravitational(theta) + chain.coulomb(speed)
-        above = _slower(inertial, viscous, ca.fmax(bound - held, LEAST_ROOM * bound))
-        below = _slower(-inertial, -viscous, ca.fmax(bound + held, LEAST_ROOM * bound))
+        above = time_scales(inertial, viscous, ca.fmax(bound - held, LEAST_ROOM * bound))
+        below = time_scales(-inertial, -viscous, ca.fmax(bound + held, LEAST_ROOM * bound))
         return ca.fmax(above, below)
 
     def time_scale(self, peaks: Matrix) -> Matrix:
@@ -147,9 +148,3 @@ def can_hold(robot: Robot, theta: FloatArray) -> NDArray[np.bool_]:
     if torques is None:
         return np.ones(len(theta), dtype=bool)
     return np.asarray((np.abs(torques) <= np.array(robot.limits.torque)).all(axis=1))
-
-
-def _slower(inertial: Matrix, viscous: Matrix, room: Matrix) -> Matrix:
-    """The least s with ``inertial / s'^2 + viscous / s' <= room`` for all s' >= s; 0 where there is none."""
-    square = viscous * viscous + 4.0 * inertial * room
-    return ca.fmax(0.0, (viscous + ca.sqrt(ca.fmax(0.0, square))) / (2.0 * room)) * (square >= 0.0)

@@ -16,6 +16,7 @@ from problems.certify.verdict import TOLERANCE
 from problems.limits.torque import TorqueLimit
 from problems.motions.bernstein import bernstein
 from problems.motions.trajectory import Trajectory
+from problems.robots.rigid.slowing_down import time_scales_of_arrays
 from problems.robots.robot import Robot
 
 STILL = 1e-9  # of a joint's largest speed: slower, it may stand still
@@ -125,8 +126,8 @@ class MovingArm:
         """
         inertial, viscous, gravity, friction = self.parts(moments)
         low, high = gravity + friction
-        above = _time_scale(inertial, viscous, self.bounds - high)
-        return np.asarray(np.maximum(above, _time_scale(-inertial, -viscous, self.bounds + low)))
+        above = time_scales_of_arrays(inertial, viscous, self.bounds - high)
+        return np.asarray(np.maximum(above, time_scales_of_arrays(-inertial, -viscous, self.bounds + low)))
 
     def over(self, cells: TimeCells) -> tuple[FloatArray, Moments]:
         """Bounds of the torques' sizes in cells, (k, n), N m or N; and when they are likely to be largest, (n,)."""
@@ -142,14 +143,6 @@ class MovingArm:
         joint, each = np.argmax(size / self.bounds, axis=0), np.arange(len(cells))
         shares = np.where(high >= -low, when_high, when_low)[joint, each]
         return size, cells.moments(shares)
-
-
-def _time_scale(inertial: FloatArray, viscous: FloatArray, room: FloatArray) -> FloatArray:
-    """The least s with ``inertial / s'^2 + viscous / s' <= room`` for all s' >= s; 0 where all do."""
-    square = viscous**2 + 4.0 * inertial * room
-    with np.errstate(all="ignore"):
-        root = (viscous + np.sqrt(np.maximum(square, 0.0))) / (2.0 * room)
-    return np.where((square >= 0.0) & (root > 0.0), root, 0.0)
 
 
 def extremes(models: FloatArray) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:

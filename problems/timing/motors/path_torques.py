@@ -18,6 +18,7 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, as_array
 from problems.motions.joint_path import JointPath
 from problems.robots.rigid.rigid_chain import RigidChain
+from problems.robots.rigid.slowing_down import time_scales_of_arrays
 from problems.robots.robot import JointLimits
 
 NODES = 7  # through which a polynomial is drawn
@@ -89,8 +90,9 @@ class PathTorques:
         viscous = self.viscous * velocity
         sign, either = self.friction(velocity)
         held, bound = held + sign, self.bound - either
-        above = _slower(inertial, viscous, bound - held, self.bound)
-        return float(np.maximum(above, _slower(-inertial, -viscous, bound + held, self.bound)).max())
+        over, under = (np.maximum(room, LEAST_ROOM * self.bound) for room in (bound - held, bound + held))
+        above = time_scales_of_arrays(inertial, viscous, over)
+        return float(np.maximum(above, time_scales_of_arrays(-inertial, -viscous, under)).max())
 
     def friction(self, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Coulomb friction at samples in order, (n, k): what it is, and half of what it may be where it jumps."""
@@ -129,11 +131,3 @@ def _dynamics(path: JointPath, chain: RigidChain, u: FloatArray) -> FloatArray:
     still = ca.DM.zeros(*theta.shape)
     parts = chain.inertial(theta, still, first), chain.inertial(theta, first, second), chain.gravitational(theta)
     return np.stack([as_array(part) for part in parts])
-
-
-def _slower(inertial: FloatArray, viscous: FloatArray, room: FloatArray, bound: FloatArray) -> FloatArray:
-    """The least s with ``inertial / s'^2 + viscous / s' <= room`` for all s' >= s; 0 where there is none."""
-    room = np.maximum(room, LEAST_ROOM * bound)
-    square = viscous * viscous + 4.0 * inertial * room
-    root = (viscous + np.sqrt(np.maximum(square, 0.0))) / (2.0 * room)
-    return np.where(square >= 0.0, np.maximum(root, 0.0), 0.0)
