@@ -40,9 +40,18 @@ class RepeatedLoop:
         """Whose positions are needed at each sample."""
         return sorted({frame for repetition in self.repetitions for frame in repetition.frames})
 
+    @property
+    def timed(self) -> bool:
+        """Whether times are needed."""
+        return any(repetition.timed for repetition in self.repetitions)
+
     def places(self, now: Samples) -> Matrix:
-        """Their positions at one sample, one after the other, (frames * dim, 1), m."""
-        return ca.horzcat(*(now.positions[frame] for frame in self.frames)).T
+        """Their positions at one sample, one after the other, m, and the time, s, where it is needed: a column."""
+        parts = [now.positions[frame] for frame in self.frames]
+        if self.timed:
+            assert now.times is not None
+            parts.append(now.times)
+        return ca.horzcat(*parts).T
 
     def steps(self, p: ca.SX, samples: int, penalty: Callable[[Constraint], Matrix]) -> list[Step]:
         """One step for each repetition, which runs for all of its things at each sample.
@@ -56,11 +65,13 @@ class RepeatedLoop:
 
     def _step(self, number: int, p: ca.SX, samples: int, penalty: Callable[[Constraint], Matrix]) -> Step:
         repetition, dim = self.repetitions[number], self.robot.dim
-        window, sums = ca.SX.sym("window", len(self.frames) * dim), ca.SX.sym(REPEATED, len(self.repetitions))
-        places = dict(zip(self.frames, ca.horzsplit(window.T, dim), strict=True))
+        size = len(self.frames) * dim
+        window, sums = ca.SX.sym("window", size + self.timed), ca.SX.sym(REPEATED, len(self.repetitions))
+        places = dict(zip(self.frames, ca.horzsplit(window[:size].T, dim), strict=True))
         unused = ca.DM.nan(1, dim)
         positions = tuple(places.get(frame, unused) for frame in range(max(self.frames) + 1))
-        now = Samples(robot=self.robot, derivatives=(), duration=ca.SX(1), known_positions=positions)
+        times = window[size:] if self.timed else None
+        now = Samples(robot=self.robot, derivatives=(), duration=ca.SX(1), times=times, known_positions=positions)
         entries = ca.vertsplit(sums)
         for limit in repetition.limits:
             found = sum((penalty(constraint) for constraint in limit.at(now, SAMPLING_MARGIN)), ca.DM(0))

@@ -13,12 +13,12 @@ from math import comb
 import casadi as ca
 import numpy as np
 
+from problems.base.bernstein import bernstein
 from problems.base.matrix import FloatArray
 from problems.certify.interval import bounds
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
-from problems.motions.bernstein import bernstein
 from problems.motions.samples import Samples
 from problems.motions.trajectory import SAMPLED_ORDERS, Trajectory
 

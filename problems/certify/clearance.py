@@ -6,7 +6,8 @@ Around the middle m of a time cell of length h, no point of the links 1..i moves
 
 and the distance from an obstacle changes by no more than the points do. Of two links only the turning of the links
 between them counts, as seen from the first: psi_j - psi_i in the place of psi_j. A cell is settled where clearance(m)
-- r_i is large enough; the others are halved. The proof holds up to rounding in floating point.
+- r_i is large enough; the others are halved. An obstacle that moves by itself changes its distance by no more than its
+own points move, which is subtracted too. The proof holds up to rounding in floating point.
 """
 
 from __future__ import annotations
@@ -83,7 +84,7 @@ def prove_clearance(limit: Proximity, trajectory: Trajectory) -> ClearanceProof 
         if not len(cells) and smallest >= margin:
             return ClearanceProof(proven, smallest, time, str(pairs[number]), broken=False)
         if smallest < margin or cell_count + len(cells) > MAX_CELLS:
-            broken = smallest < margin and pairs[number].distance(motion.positions(np.array([time]))) < margin
+            broken = smallest < margin and motion.distance(number, time) < margin
             return ClearanceProof(-np.inf, smallest, time, str(pairs[number]), broken)
 
 
@@ -125,6 +126,19 @@ class _MovingPairs:
         """Where the robot's frames are at times (n,) in s."""
         return self.robot.positions(ca.DM(self.trajectory.at(times)))
 
+    def distance(self, number: int, time: float) -> float:
+        """Of one pair at a time in s, exact to rounding, m."""
+        return self.pairs[number].distance(self.positions(np.array([time])), ca.DM(time))
+
+    def _own_travels(self, cells: FloatArray) -> FloatArray:
+        """How much distances can change within cells because obstacles move, (n, pairs), m."""
+        travels = np.zeros((len(cells), len(self.pairs)))
+        for members, _ in self._groups:
+            first = self.pairs[members[0]]
+            if first.timed:
+                travels[:, members] = first.own_travel(self.robot, cells)[:, None]
+        return travels
+
     @cached_property
     def _groups(self) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
         """Pairs that are computed together: their numbers (members,), and those of their frames, (members, ends)."""
@@ -158,7 +172,7 @@ class _MovingPairs:
     def _block(self, cells: FloatArray, chosen: NDArray[np.bool_]) -> tuple[FloatArray, NDArray[np.intp], FloatArray]:
         middles, h = cells.mean(axis=1), np.diff(cells, axis=1)
         speeds = np.abs(self.turning.at(middles, 1))
-        moves = (speeds * h / 2.0 + self.sharpest * h**2 / 8.0) @ self._rates[1].T
+        moves = (speeds * h / 2.0 + self.sharpest * h**2 / 8.0) @ self._rates[1].T + self._own_travels(cells)
         clearance = self._clearances(middles, np.broadcast_to(chosen, moves.shape))
         return clearance.min(axis=1), clearance.argmin(axis=1), clearance - moves
 
@@ -170,6 +184,6 @@ class _MovingPairs:
             rows, which = np.nonzero(chosen[:, members])
             if rows.size:
                 ends = [ca.DM(places[numbers, rows]) for numbers in frames[which].T]
-                distances = as_array(self.pairs[members[0]].between(*ends)).ravel()
+                distances = as_array(self.pairs[members[0]].between(*ends, times=ca.DM(times[rows]))).ravel()
                 found[rows, members[which]] = distances - self._thickness[members[which]]
         return found

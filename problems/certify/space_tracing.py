@@ -22,11 +22,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from problems.base.bernstein import bernstein
 from problems.base.matrix import FloatArray, as_array
 from problems.certify.tracing import INITIAL_CELLS, MAX_CELLS, distance_from_segments
 from problems.certify.travel import halves
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict
-from problems.motions.bernstein import bernstein
 from problems.motions.trajectory import Trajectory
 from problems.robots.spatial.jacobian import tool_jacobian
 from problems.robots.spatial.orientations import Orientations, angles_between

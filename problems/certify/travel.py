@@ -15,8 +15,8 @@ from functools import cached_property
 
 import numpy as np
 
+from problems.base.bernstein import bernstein
 from problems.base.matrix import FloatArray
-from problems.motions.bernstein import bernstein
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 

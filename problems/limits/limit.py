@@ -121,9 +121,11 @@ class Repetition:
         symbols: the numbers of that one, (r, 1).
         numbers: of all of them, (things, r).
         frames: of which positions it needs.
+        timed: whether it also needs the time.
     """
 
     limits: tuple[Limit, ...]
     symbols: ca.SX
     numbers: FloatArray
     frames: tuple[int, ...]
+    timed: bool = False

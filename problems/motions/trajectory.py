@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
+from problems.base.bernstein import bernstein, within
 from problems.base.matrix import FloatArray
-from problems.motions.bernstein import bernstein, within
 from problems.motions.samples import Samples
 from problems.robots.robot import Robot
 

@@ -1,6 +1,9 @@
 """Obstacles that the robot has to keep clear of."""
 
 from problems.scene.ellipse import Ellipse
+from problems.scene.moving.constant_velocity import ConstantVelocity
+from problems.scene.moving.moving_obstacle import MovingObstacle
+from problems.scene.moving.tabulated import Tabulated
 from problems.scene.obstacle import Obstacle
 from problems.scene.polygon import Polygon
 from problems.scene.rectangle import Rectangle
@@ -18,11 +21,14 @@ __all__ = [
     "Ball",
     "Box",
     "Capsule",
+    "ConstantVelocity",
     "Cylinder",
     "Ellipse",
     "Ellipsoid",
     "HalfSpace",
+    "MovingObstacle",
     "Obstacle",
     "Polygon",
     "Rectangle",
+    "Tabulated",
 ]

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 
 import casadi as ca
+import numpy as np
 
 from problems.base.arguments import Statement
-from problems.base.matrix import FloatArray, Matrix
+from problems.base.matrix import FloatArray, Matrix, Operand
 
 
 class Obstacle(Statement, ABC):
-    """Something that no body of the robot may touch. A subclass is a frozen dataclass."""
+    """Something that no body of the robot may touch. A subclass is a frozen dataclass.
+
+    One that moves is seen from a frame that moves with it: :mod:`problems.scene.moving.moving_obstacle`.
+    """
 
     @property
     def dim(self) -> int:
@@ -22,6 +27,49 @@ class Obstacle(Statement, ABC):
     @abstractmethod
     def place(self) -> tuple[float, ...]:
         """A point of it, m, for messages."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether it matters at which time: not by default."""
+        return False
+
+    @property
+    def unmoved(self) -> Obstacle:
+        """The same as seen from the frame in which it stands still; itself by default."""
+        return self
+
+    def seen(self, points: Matrix, times: Matrix | None) -> Matrix:
+        """Points (n, dim), m, as seen from that frame at times (n, 1) in s: the same points by default."""
+        return points
+
+    def growth(self, times: Matrix | None) -> Operand:
+        """What is kept from it at times (n, 1) in s, on top of what is kept from any obstacle, (n, 1), m."""
+        return 0.0
+
+    def travel(self, cells: FloatArray, around: float) -> FloatArray:
+        """How much a distance can change within cells of time because the obstacle moves; not by default.
+
+        Args:
+            cells: start and end of each, (n, 2), s.
+            around: no point whose distance is meant is farther from the world's origin, m.
+
+        Returns:
+            (n,), m: an upper bound of the difference to the distance in the middle of each cell.
+        """
+        return np.zeros(len(cells))
+
+    def at(self, time: float) -> Obstacle:
+        """The same for those who ask about one time in s: where it is then."""
+        return self
+
+    def later(self, seconds: float) -> Obstacle:
+        """The same on a clock that starts so many seconds later."""
+        return self
+
+    @property
+    def extent(self) -> float:
+        """The largest distance of its points from the origin, m; of its bounding box by default."""
+        return float(np.linalg.norm(np.abs(self.bounding_box()).max(axis=0)))
 
     @property
     @abstractmethod
@@ -92,3 +140,8 @@ class Obstacle(Statement, ABC):
             NotImplementedError: it is in the plane.
         """
         raise NotImplementedError
+
+
+def standing(obstacles: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
+    """Those that do not move."""
+    return tuple(obstacle for obstacle in obstacles if not obstacle.moves)

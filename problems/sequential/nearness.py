@@ -81,8 +81,7 @@ class Nearness:
         return [self._group(np.array(numbers)) for numbers in members.values()]
 
     def _group(self, numbers: NDArray[np.intp]) -> _Group:
-        every_frame = list(range(len(self._frames)))
-        frames = np.array([self.pairs[number].ends(every_frame) for number in numbers])
+        frames = np.array([self.pairs[number].frames for number in numbers])
         ends = ca.SX.sym("ends", self.robot.dim, frames.shape[1])
         distance = self.pairs[numbers[0]].between(*(end.T for end in ca.horzsplit(ends)))
         stacked = ca.vec(ends)

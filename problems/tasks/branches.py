@@ -11,6 +11,7 @@ import numpy as np
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, as_array
 from problems.robots.robot import JointLimits, Robot
+from problems.scene.obstacle import standing
 from problems.tasks.move import Move
 from problems.tasks.place import Place
 from problems.timing.rest_to_rest import least_durations
@@ -42,7 +43,7 @@ def _nearest_vias(task: Move, start: Place) -> tuple[Place, ...]:
     for number, via in enumerate(task.vias):
         before = branch_posture(task.robot, found[-1])
         field = f"via[{number}]" if len(task.vias) > 1 else "via"
-        places = via.branches(task.robot, task.obstacles, before, field)
+        places = via.branches(task.robot, standing(task.obstacles), before, field)
         found.append(min(places, key=lambda place: _time(task, before, branch_posture(task.robot, place))))
     return tuple(found[1:])
 
@@ -53,7 +54,7 @@ def _goals(task: Move, near: FloatArray) -> Iterator[Place]:
     for number, goal in enumerate(task.goals):
         field = f"goal[{number}]" if len(task.goals) > 1 else "goal"
         try:
-            yield from goal.branches(task.robot, task.obstacles, near, field)
+            yield from goal.branches(task.robot, standing(task.obstacles), near, field)
         except InvalidProblem as error:
             refused.append(error)
     if len(refused) == len(task.goals):

@@ -101,8 +101,8 @@ def check_posture(
 
 
 def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> str:
-    """Which bodies of a posture (dof,) are too near to what, and how near; empty where none is."""
-    samples = Samples(robot=robot, derivatives=(ca.DM(theta).T,), duration=ca.DM(1.0))
+    """Which bodies of a posture (dof,) at t = 0 are too near to what, and how near; empty where none is."""
+    samples = Samples(robot=robot, derivatives=(ca.DM(theta).T,), duration=ca.DM(1.0), times=ca.DM(0.0))
     for limit in proximity_limits(robot, obstacles):
         clearances = as_array(limit.clearances(samples)).ravel()
         nearest = int(np.argmin(clearances))
@@ -130,8 +130,9 @@ def overloaded(robot: Robot, theta: FloatArray) -> str:
 
 
 def least_clearances(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> FloatArray:
-    """How far postures (n, dof) are from touching anything, (n,), m; infinite where there is nothing to touch."""
-    samples = Samples(robot=robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0))
+    """How far postures (n, dof) at t = 0 are from touching anything, (n,), m; infinite where there is nothing."""
+    times = ca.DM.zeros(len(theta), 1)
+    samples = Samples(robot=robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=times)
     limits = proximity_limits(robot, obstacles)
     each = [as_array(limit.clearances(samples)).min(axis=1) for limit in limits]
     return np.asarray(np.min([np.full(len(theta), np.inf), *each], axis=0))

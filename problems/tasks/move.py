@@ -16,7 +16,7 @@ from problems.limits.constraint import Constraint
 from problems.limits.duration import DurationBounds
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
-from problems.scene.obstacle import Obstacle
+from problems.scene.obstacle import Obstacle, standing
 from problems.tasks.checks import check_choice, check_obstacles, check_range
 from problems.tasks.drawing import Marker, MarkerKind
 from problems.tasks.elbow import Elbow, check_elbow
@@ -68,7 +68,8 @@ class Move(Task):
         self.start.check(self.robot, self.obstacles, "start")
         for field, places in (("goal", self.goals), ("via", self.vias)):
             for number, place in enumerate(places):
-                place.check(self.robot, self.obstacles, field, f"{field}[{number}]: " if len(places) > 1 else "")
+                name = f"{field}[{number}]: " if len(places) > 1 else ""
+                place.check(self.robot, standing(self.obstacles), field, name)
         for field in ("start_velocity", "goal_velocity"):
             self._check_velocity(field, getattr(self, field))
         if self.at_rest:

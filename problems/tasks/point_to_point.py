@@ -14,7 +14,7 @@ from problems.limits.limit import SAMPLING_MARGIN
 from problems.limits.point_constraints import end_point
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
-from problems.scene.obstacle import Obstacle
+from problems.scene.obstacle import Obstacle, standing
 from problems.tasks.checks import check_choice, check_obstacles, check_point, check_range
 from problems.tasks.drawing import Marker, MarkerKind
 from problems.tasks.elbow import Elbow, check_elbow, check_point_held
@@ -57,8 +57,8 @@ class PointToPoint(Task):
             check_range("segment_time", self.segment_time)
         check_elbow(self.robot, self.elbow)
         check_obstacles(self.robot, self.obstacles)
-        for field in ("start", "goal"):
-            check_point(self.robot, self.obstacles, field, getattr(self, field))
+        for field, obstacles in (("start", self.obstacles), ("goal", standing(self.obstacles))):
+            check_point(self.robot, obstacles, field, getattr(self, field))
             check_point_held(self.robot, self.elbow, field, getattr(self, field))
 
     @property

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from problems.base.bernstein import bernstein
 from problems.base.matrix import FloatArray
-from problems.motions.bernstein import bernstein
 
 
 def derivative(polynomials: FloatArray) -> FloatArray:

@@ -6,8 +6,8 @@ from math import comb
 
 import numpy as np
 
+from problems.base.bernstein import bernstein
 from problems.base.matrix import FloatArray
-from problems.motions.bernstein import bernstein
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import JointLimits
 

@@ -291,7 +291,8 @@ def parse_scenario(content: dict[str, Any], folder: InputFolder | None = None) -
 
 def _with_files(scenario: Scenario, folder: InputFolder) -> Scenario:
     with failures_named(scenario.plugins, "task"):
-        files: dict[str, Section] = {"task": scenario.task.with_files(folder)}
+        obstacles = [obstacle.with_files(folder) for obstacle in scenario.obstacles]
+        files: dict[str, Any] = {"task": scenario.task.with_files(folder), "obstacles": obstacles}
         if scenario.robot is not None:
             files["robot"] = scenario.robot.with_files(folder)
     return scenario.model_copy(update=files)

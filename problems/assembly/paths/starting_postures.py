@@ -39,7 +39,8 @@ def clear_postures(task: SpaceTracing, knots: PathKnots) -> FloatArray:
     if not len(found):
         what = "point" if rotation is None else "pose"
         raise InvalidProblem("points", f"points[0]: inverse kinematics finds no posture with the tool at this {what}")
-    samples = Samples(robot=task.robot, derivatives=(ca.DM(found),), duration=ca.DM(1.0))
+    times = ca.DM.zeros(len(found), 1)
+    samples = Samples(robot=task.robot, derivatives=(ca.DM(found),), duration=ca.DM(1.0), times=times)
     clear = np.ones(len(found), dtype=bool)
     for limit in proximity_limits(task.robot, task.obstacles):
         clear &= (as_array(limit.clearances(samples)) >= task.robot.margin).all(axis=1)

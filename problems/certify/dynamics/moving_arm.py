@@ -9,12 +9,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from problems.base.bernstein import bernstein
 from problems.base.matrix import FloatArray, as_array
 from problems.certify.dynamics.taylor import DEGREE, ENTRIES, ROUNDING, modelled
 from problems.certify.dynamics.time_cells import Moments, TimeCells
 from problems.certify.verdict import TOLERANCE
 from problems.limits.torque import TorqueLimit
-from problems.motions.bernstein import bernstein
 from problems.motions.trajectory import Trajectory
 from problems.robots.rigid.slowing_down import time_scales_of_arrays
 from problems.robots.robot import Robot

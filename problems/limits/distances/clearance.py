@@ -69,27 +69,50 @@ class CollisionPair(Pair):
         """Those of the body."""
         return self.body.frames
 
-    def between(self, *ends: Matrix) -> Matrix:
-        """From the obstacle to the lines between the ends, or to the one point that they are."""
+    @property
+    def timed(self) -> bool:
+        """Whether the obstacle moves."""
+        return self.obstacle.moves
+
+    def apart(self, *ends: Matrix) -> Matrix:
+        """From the obstacle to the lines between the ends, or to the one point that they are, as seen from it."""
+        obstacle = self.obstacle.unmoved
         if len(ends) == 1:
-            return self.obstacle.point_clearance(ends[0])
-        measure = self.obstacle.segment_distance if self.measured else self.obstacle.segment_clearance
+            return obstacle.point_clearance(ends[0])
+        measure = obstacle.segment_distance if self.measured else obstacle.segment_clearance
         return measure(*ends)
 
-    def swept_clearance(self, before: Sequence[Matrix], after: Sequence[Matrix]) -> Matrix:
-        """Clearance in m of the straight line that the body's far end draws from one posture to the next, (n, 1)."""
-        return self.narrowed(self.between(before[self.body.end], after[self.body.end]))
+    def between(self, *ends: Matrix, times: Matrix | None = None) -> Matrix:
+        """The same of ends where they are, less what is kept from it as time goes by."""
+        return self._grown(self.apart(*(self.obstacle.seen(end, times) for end in ends)), times)
 
-    def distance(self, positions: Sequence[Matrix]) -> float:
+    def _grown(self, distance: Matrix, times: Matrix | None) -> Matrix:
+        growth = self.obstacle.growth(times)
+        return distance if is_zero(growth) else distance - growth
+
+    def swept_clearance(self, before: Samples, after: Samples) -> Matrix:
+        """Clearance in m of the straight line that the body's far end draws from one posture to the next, (n, 1).
+
+        The line is drawn as the obstacle sees it.
+        """
+        ends = (self.obstacle.seen(one.positions[self.body.end], one.times) for one in (before, after))
+        return self.narrowed(self._grown(self.apart(*ends), after.times))
+
+    def distance(self, positions: Sequence[Matrix], times: Matrix | None = None) -> float:
         """The distance in one posture, exact to rounding, m."""
         if self.body.is_ball:
-            return float(self.clearance(positions))
-        start, end = (tuple(as_array(positions[frame]).ravel()) for frame in (self.body.start, self.body.end))
-        return self.obstacle.distance_of(start, end) - float(self.body.radius)
+            return float(self.clearance(positions, times))
+        ends = (self.obstacle.seen(positions[frame], times) for frame in self.body.frames)
+        start, end = (tuple(as_array(place).ravel()) for place in ends)
+        return self.obstacle.unmoved.distance_of(start, end) - float(self.body.radius + self.obstacle.growth(times))
 
     def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
-        """The obstacle stands still."""
+        """That of the body alone: what the obstacle adds, no joint can change."""
         return robot.turns, robot.levers[robot.number_of(self.body)]
+
+    def own_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
+        """That of the obstacle."""
+        return self.obstacle.travel(cells, robot.reach()[1] + float(np.linalg.norm(robot.base)))
 
     def can_touch(self, robot: Robot, spare: float = 0.0) -> bool:
         """Whether the body reaches as near as the margin, and ``spare`` m farther."""
@@ -120,11 +143,16 @@ def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 
     """
     bodies = moving_bodies(robot)
     pairs = (
-        CollisionPair(body, number, obstacle, measured=not (is_zero(body.radius) and is_zero(robot.margin)))
+        CollisionPair(body, number, obstacle, measured=_is_measured(robot, body, obstacle))
         for number, obstacle in enumerate(obstacles, start=1)
         for body in bodies
     )
     return tuple(pair for pair in pairs if pair.can_touch(robot, spare))
+
+
+def _is_measured(robot: Robot, body: Body, obstacle: Obstacle) -> bool:
+    """Whether some distance has to be kept."""
+    return not (is_zero(body.radius) and is_zero(robot.margin) and is_zero(obstacle.growth(ca.DM(1.0))))
 
 
 def _make(obstacle: Obstacle) -> Hashable:
@@ -146,6 +174,7 @@ def _repetition(robot: Robot, clusters: Sequence[Cluster], pairs: Sequence[Colli
         symbols=arguments[0].symbols,
         numbers=np.array([own.values for own in arguments]),
         frames=tuple(body.start for cluster in clusters for body in cluster.bodies),
+        timed=pairs[0].timed,
     )
 
 
@@ -194,7 +223,7 @@ class Clearance(Proximity):
         """Clearance of the lines from each joint's position at one sample to that at the next; none of balls."""
         if any(pair.body.is_ball for pair in self.pairs):
             return []
-        swept = ca.horzcat(*(pair.swept_clearance(before.positions, after.positions) for pair in self.pairs))
+        swept = ca.horzcat(*(pair.swept_clearance(before, after) for pair in self.pairs))
         formula = "clearance(line from a link's end at t_j to the same at t_j+1, obstacle) >= margin"
         return [self.constraint("swept clearance", "end of ", swept, margin, formula, EQUATION)]
 
@@ -204,11 +233,14 @@ class StepLimit(Limit):
     """No joint moves so far between two samples that a link could pass over an obstacle; what a search is told besides.
 
     The area that a link sweeps in a step shorter than an obstacle's width cannot contain that obstacle: if the links at
-    the samples and the lines between them are clear, so is all of it, except for the curvature of the motion.
+    the samples and the lines between them are clear, so is all of it, except for the curvature of the motion. Of an
+    obstacle that moves that is so for steps as the obstacle sees them.
 
     Args:
         robot: whose joints.
         width: of the narrowest obstacle and of what has to be kept free on both of its sides, m.
+        moving: the obstacles that move.
+        any_standing: whether there are others.
     """
 
     name: ClassVar[str] = "step"
@@ -216,6 +248,8 @@ class StepLimit(Limit):
 
     robot: Robot
     width: float
+    moving: tuple[Obstacle, ...] = ()
+    any_standing: bool = True
 
     @classmethod
     def holding(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
@@ -223,7 +257,9 @@ class StepLimit(Limit):
         if not obstacles or any(body.is_ball for body in robot.bodies):
             return None
         kept = robot.margin + min(float(body.radius) for body in robot.bodies)
-        return cls(robot, min(obstacle.width for obstacle in obstacles) + 2.0 * kept)
+        width = min(obstacle.width for obstacle in obstacles) + 2.0 * kept
+        moving = tuple(obstacle for obstacle in obstacles if obstacle.moves)
+        return cls(robot, width, moving, any_standing=len(moving) < len(obstacles))
 
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """None: the limit is on steps."""
@@ -232,8 +268,12 @@ class StepLimit(Limit):
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """The squared length of each joint's step."""
         bodies = self.robot.bodies
-        steps = [after.positions[body.end] - before.positions[body.end] for body in bodies]
-        bound = ca.repmat(ca.horzcat((MAX_STEP_SHARE * self.width) ** 2), 1, len(bodies))
+        ends = [(before.positions[body.end], after.positions[body.end]) for body in bodies]
+        steps = [last - first for first, last in ends] if self.any_standing else []
+        for obstacle in self.moving:
+            steps += [obstacle.seen(last, after.times) - obstacle.seen(first, before.times) for first, last in ends]
+        bound = ca.repmat(ca.horzcat((MAX_STEP_SHARE * self.width) ** 2), 1, len(steps))
+        views = [""] * self.any_standing + [" as a moving obstacle sees it"] * len(self.moving)
         return [
             Constraint(
                 name=self.name,
@@ -241,7 +281,7 @@ class StepLimit(Limit):
                 expression=ca.horzcat(*(ca.sum2(step * step) for step in steps)),
                 lower=None,
                 upper=bound,
-                columns=tuple(f"end of {body.name}" for body in bodies),
+                columns=tuple(f"end of {body.name}{view}" for view in views for body in bodies),
                 scale=bound,
                 formula="|end of link i at t_j+1 - at t_j|^2 <= (0.9 x the smallest obstacle's width)^2",
             )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import casadi as ca
+import numpy as np
 
 from problems.base.arguments import Statement, is_zero
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array, columns
@@ -51,25 +52,39 @@ class Pair(Statement, ABC):
         """The points of their middle lines that move, each (n, dim), m; positions of the frames, each (n, dim)."""
         return tuple(positions[frame] for frame in self.frames)
 
-    @abstractmethod
-    def between(self, *ends: Matrix) -> Matrix:
-        """How far the middle lines are apart, (n, 1), m, whichever pairs of its group the ends (n, dim) belong to."""
+    @property
+    def timed(self) -> bool:
+        """Whether it matters at which times; not by default."""
+        return False
 
-    def clearance(self, positions: Sequence[Matrix]) -> Matrix:
-        """How far they are apart in n postures, (n, 1), m; positions of the frames, each (n, dim).
+    @abstractmethod
+    def apart(self, *ends: Matrix) -> Matrix:
+        """How far the middle lines are apart, (n, 1), m, given their ends (n, dim) as one sees the other."""
+
+    def between(self, *ends: Matrix, times: Matrix | None = None) -> Matrix:
+        """How far the middle lines are apart, (n, 1), m, whichever pairs of its group the ends (n, dim) belong to.
+
+        Args:
+            ends: of the middle lines, (n, dim), m.
+            times: (n, 1), s, or one for all; None where nothing moves by itself.
+        """
+        return self.apart(*ends)
+
+    def clearance(self, positions: Sequence[Matrix], times: Matrix | None = None) -> Matrix:
+        """How far they are apart in n postures, (n, 1), m; positions of the frames, each (n, dim); times (n, 1), s.
 
         Negative where they meet. Else no more than a distance that changes by no more than the points of one move as
         seen from the other.
         """
-        return self.narrowed(self.between(*self.ends(positions)))
+        return self.narrowed(self.between(*self.ends(positions), times=times))
 
     def narrowed(self, distance: Matrix) -> Matrix:
         """The clearance that a distance between the middle lines leaves, m."""
         return distance if is_zero(self.thickness) else distance - self.thickness
 
-    def distance(self, positions: Sequence[Matrix]) -> float:
+    def distance(self, positions: Sequence[Matrix], times: Matrix | None = None) -> float:
         """How far they are apart in one posture, exact to rounding, m; by default that is the clearance."""
-        return float(self.clearance(positions))
+        return float(self.clearance(positions, times))
 
     @abstractmethod
     def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
@@ -80,6 +95,10 @@ class Pair(Statement, ABC):
             faster than the sum over j of levers[j] |u_j|.
         """
 
+    def own_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
+        """How much their distance can change within cells of time (n, 2), s, though no joint moves: (n,), m."""
+        return np.zeros(len(cells))
+
     def can_touch(self, robot: Robot) -> bool:
         """Whether they can come as near as they must not."""
         return True
@@ -89,15 +108,16 @@ class Pair(Statement, ABC):
         return clearance
 
 
-def clearances(pairs: Sequence[Pair], positions: Sequence[Matrix]) -> Matrix:
-    """How far pairs are apart in n postures, (n, pairs), m; positions of the frames, each (n, dim)."""
+def clearances(pairs: Sequence[Pair], positions: Sequence[Matrix], times: Matrix | None = None) -> Matrix:
+    """How far pairs are apart in n postures, (n, pairs), m; positions of the frames, each (n, dim); times (n, 1), s."""
     groups: dict[Hashable, list[int]] = {}
     for number, pair in enumerate(pairs):
         groups.setdefault(pair.group, []).append(number)
     found: list[Matrix] = [ca.DM()] * len(pairs)
     for members in groups.values():
         stacked = [ca.vertcat(*ends) for ends in zip(*(pairs[i].ends(positions) for i in members), strict=True)]
-        distances = ca.vertsplit(pairs[members[0]].between(*stacked), positions[0].shape[0])
+        clock = ca.repmat(times, len(members), 1) if times is not None and pairs[members[0]].timed else None
+        distances = ca.vertsplit(pairs[members[0]].between(*stacked, times=clock), positions[0].shape[0])
         for i, distance in zip(members, distances, strict=True):
             found[i] = pairs[i].narrowed(distance)
     return ca.horzcat(*found)
@@ -154,7 +174,8 @@ class Proximity(Limit):
         if self.around is None:
             return None
         pair, length = self.around
-        return pair.between(*pair.ends(samples.positions)) < self.kept(margin) + length
+        between = pair.between(*pair.ends(samples.positions), times=samples.times)
+        return between < self.kept(margin) + length
 
     def near(self, samples: Samples) -> Self | None:
         """The pairs that come within a share of the reach of what they have to keep."""
@@ -166,7 +187,7 @@ class Proximity(Limit):
 
     def clearances(self, samples: Samples) -> Matrix:
         """Of all pairs at each sample, (n, pairs), m."""
-        return clearances(self.pairs, samples.positions)
+        return clearances(self.pairs, samples.positions, samples.times)
 
     def _smooth(self, clearances: Matrix) -> Matrix:
         each = zip(self.pairs, columns(clearances), strict=True)

@@ -52,7 +52,7 @@ class BodyPair(Pair):
         """Those of both bodies."""
         return *self.first.frames, *self.second.frames
 
-    def between(self, *ends: Matrix) -> Matrix:
+    def apart(self, *ends: Matrix) -> Matrix:
         """Between two lines in the plane, exact, or between two points."""
         if len(ends) == 2:
             apart = ends[0] - ends[1]

@@ -18,7 +18,7 @@ from problems.base.matrix import FloatArray, as_array
 from problems.limits import proximity_limits
 from problems.motions.samples import Samples
 from problems.nlp.starts.postures import Postures
-from problems.scene.obstacle import Obstacle
+from problems.scene.obstacle import Obstacle, standing
 
 MAX_POSTURES_PER_KNOT = 100  # for each elbow
 TURN = 2.0 * np.pi
@@ -66,7 +66,7 @@ class RedundancyGrid:
             low, high = np.array(robot.limits.position).T
             allowed &= (self.endless | ((theta >= low) & (theta <= high))).all(axis=2)
         samples = Samples(robot=robot, derivatives=(ca.DM(theta.reshape(-1, robot.dof)),), duration=ca.DM(1.0))
-        for limit in proximity_limits(robot, self.obstacles):
+        for limit in proximity_limits(robot, standing(self.obstacles)):
             clear = as_array(limit.clearances(samples)).min(axis=1) > robot.margin
             allowed &= clear.reshape(allowed.shape)
         return allowed

@@ -23,6 +23,11 @@ class HalfSpace(Solid):
         return float(np.inf)
 
     @property
+    def extent(self) -> float:
+        """Without end."""
+        return float(np.inf)
+
+    @property
     def half_extents(self) -> FloatArray:
         """Half the size of the smallest box around what is drawn of it, (3,), m."""
         return np.asarray(np.abs(self.axes[:, :2]).sum(axis=1) * DRAWN / 2.0)

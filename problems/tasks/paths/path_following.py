@@ -23,7 +23,7 @@ from problems.limits.constraint import Constraint
 from problems.limits.duration import DurationBounds
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
-from problems.scene.obstacle import Obstacle
+from problems.scene.obstacle import Obstacle, standing
 from problems.tasks.checks import check_at_least, check_choice, check_obstacles, check_point, check_range
 from problems.tasks.drawing import Marker, MarkerKind
 from problems.tasks.elbow import Elbow, check_elbow, check_point_held
@@ -179,6 +179,6 @@ def check_traced(
     if total_time is not None:
         check_range("total_time", total_time)
     check_obstacles(robot, obstacles)
-    in_the_way = obstacles if robot.dim == PLANAR else ()  # the tip of a tool in space may touch what it works on
+    in_the_way = standing(obstacles) if robot.dim == PLANAR else ()  # a tool in space may touch what it works on
     for index, point in enumerate(path.points):
         check_point(robot, in_the_way, "points", point, name=f"points[{index}] = ")

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import PPoly
 
+from problems.base.bernstein import bernstein, within
 from problems.certify.interval import bounds
-from problems.motions.bernstein import bernstein, within
 
 X = ca.SX.sym("x", 2)
 EXPRESSIONS = {

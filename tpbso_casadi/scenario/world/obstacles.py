@@ -109,7 +109,7 @@ def build_obstacles(tables: list[ObstacleSection], joints: int) -> tuple[Obstacl
     corners, most = 0, MOST_JOINT_CORNERS // joints
     for number, table in enumerate(tables):
         try:
-            obstacles.append(table.build())
+            obstacles.append(table.built())
             corners += table.corners
             if corners > most:
                 raise InvalidProblem("shape", f"more than {most} corners of obstacles for {joints} joints")

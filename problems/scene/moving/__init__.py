@@ -1,0 +1,1 @@
+"""Obstacles that move, and how they do."""
