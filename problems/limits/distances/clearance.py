@@ -201,6 +201,12 @@ class Clearance(Proximity):
         pairs = reachable_pairs(robot, obstacles, SAMPLING_MARGIN * robot.reach()[1]) if obstacles else ()
         return cls(robot, pairs) if pairs else None
 
+    @property
+    def untimed(self) -> Self | None:
+        """Without the obstacles that move."""
+        pairs = tuple(pair for pair in self.pairs if not pair.timed)
+        return replace(self, pairs=pairs) if pairs else None
+
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The bodies at each sample, kept clear by a share ``margin`` of the reach on top of the robot's margin."""
         formula = "clearance(link i at t_j, obstacle) >= margin: the link's point nearest to the obstacle"

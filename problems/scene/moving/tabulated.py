@@ -14,12 +14,12 @@ from scipy.interpolate import CubicSpline, PPoly
 from problems.base.bernstein import bernstein
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, columns
-from problems.base.ranges import ANGLES, COORDINATES, check_within, is_of_length_one
+from problems.base.ranges import COORDINATES
 from problems.scene.moving.obstacle_motion import ObstacleMotion
 from problems.scene.moving.piecewise import piecewise
+from problems.scene.moving.rows import LEAST_COSINE, as_numbers, first_fault
 
 POWERS = 4  # coefficients of a piece
-LEAST_COSINE = 0.7  # between the quaternions of two rows: a turn of 90 degrees; farther, a spline of them is no turn
 
 
 @dataclass(frozen=True)
@@ -52,13 +52,15 @@ class Tabulated(ObstacleMotion):
             turns: (n, 1), rad, in the plane, (n, 4), x, y, z, w, in space; None where the frame does not turn.
 
         Raises:
-            InvalidProblem: times do not increase, a number is out of range, a quaternion is not of length 1, or two
-                rows are turned by more than 90 degrees from each other.
+            InvalidProblem: times do not increase, a number is out of range, a quaternion is not of length 1, two rows
+                are turned by more than 90 degrees from each other, or the frame moves too fast in between.
         """
-        if len(times) < 2 or not (np.diff(times) > 0.0).all() or not np.isfinite(times).all():
-            raise InvalidProblem("motion", "two rows at least are needed, and times that increase")
-        check_within("motion", positions.ravel(), COORDINATES, "m")
-        values = positions if turns is None else np.hstack([positions, _checked(turns, positions.shape[1])])
+        if len(times) < 2:
+            raise InvalidProblem("motion", "two rows at least are needed")
+        fault = first_fault(times, positions, turns)
+        if fault is not None:
+            raise InvalidProblem("motion", f"row {fault[0] + 1}: {fault[1]}")
+        values = positions if turns is None else np.hstack([positions, as_numbers(turns)])
         spline = CubicSpline(np.array(times, dtype=np.float64), values)
         coefficients = np.zeros((POWERS, len(times) - 1, values.shape[1]))
         coefficients[-len(spline.c) :] = spline.c
@@ -66,6 +68,10 @@ class Tabulated(ObstacleMotion):
         motion = cls(tuple(float(time) for time in times), pieces, positions.shape[1])
         if motion.dim == 3 and motion.turns and motion._least_length < LEAST_COSINE / 2.0:
             raise InvalidProblem("motion", "rows are turned too far from each other; more rows are needed")
+        fastest = np.maximum(*motion._bounds)
+        if fastest.max() > COORDINATES[1]:
+            row, most = int(fastest.argmax()) + 2, COORDINATES[1]
+            raise InvalidProblem("motion", f"row {row}: faster than {most:g} m/s or rad/s from the row before")
         return motion
 
     @property
@@ -152,18 +158,3 @@ def turned_back(away: Sequence[Matrix], turn: Sequence[Matrix]) -> list[Matrix]:
         [s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)],
     ]
     return [u * rotation[0][axis] + v * rotation[1][axis] + t * rotation[2][axis] for axis in range(3)]
-
-
-def _checked(turns: FloatArray, dim: int) -> FloatArray:
-    """Turns of the rows, each quaternion with the sign that is nearer to the one before."""
-    if dim == 2:
-        check_within("motion", turns.ravel(), ANGLES, "rad")
-        return turns
-    for row in turns:
-        if not is_of_length_one(row):
-            raise InvalidProblem("motion", f"{tuple(row.tolist())} is not of length 1")
-    units = turns / np.linalg.norm(turns, axis=1, keepdims=True)
-    cosines = (units[1:] * units[:-1]).sum(axis=1)
-    if (np.abs(cosines) < LEAST_COSINE).any():
-        raise InvalidProblem("motion", "rows are turned by more than 90 degrees from each other; more are needed")
-    return np.asarray(units * np.cumprod(np.append(1.0, np.where(cosines < 0.0, -1.0, 1.0)))[:, None])
