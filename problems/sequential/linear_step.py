@@ -30,22 +30,28 @@ class ClearanceRows:
 
     Attributes:
         room: by how much each may fall, (m,), m.
+        reach: by how much each changes in a step at most, (m,), m.
         gradients: with respect to the joints, (m, k).
         basis: of the path at their samples, (m, N).
+        by_speeds: slopes with respect to the speeds, (m, M): not zero where an obstacle moves.
     """
 
     room: FloatArray
+    reach: FloatArray
     gradients: FloatArray
     basis: FloatArray
+    by_speeds: FloatArray
 
     def slopes(self, chosen: NDArray[np.intp], moves: FloatArray) -> FloatArray:
-        """Of some of them with respect to moves (N k, free) of the control points."""
+        """Of some with respect to moves (N k, free) of the control points, and to the speeds: (chosen, free + M)."""
         outer = self.basis[chosen, :, None] * self.gradients[chosen, None, :]
-        return np.asarray(outer.reshape(chosen.size, moves.shape[0]) @ moves)
+        by_path = outer.reshape(chosen.size, moves.shape[0]) @ moves
+        return np.concatenate([by_path, self.by_speeds[chosen]], axis=1)
 
-    def left(self, change: FloatArray) -> FloatArray:
-        """The room that a change (N, k) of the control points leaves."""
-        return np.asarray(self.room + ((self.basis @ change) * self.gradients).sum(axis=1))
+    def left(self, change: FloatArray, speeds: FloatArray) -> FloatArray:
+        """The room that a change (N, k) of the control points, and one (M,) of the speeds, leaves."""
+        by_path = ((self.basis @ change) * self.gradients).sum(axis=1)
+        return np.asarray(self.room + by_path + self.by_speeds @ speeds)
 
 
 @dataclass(frozen=True)
@@ -68,7 +74,7 @@ def best_step(
         limits: of the joints; their ranges are kept by the control points.
         linear: its limits.
         clear: its clearances.
-        moves: changes of the control points that keep its ends, (N k, free).
+        moves: changes of the control points that keep its ends, (N k, free); where there are none, the path stays.
         trust: how far a control point may move, rad.
     """
     lower, upper = _box(motion, limits, moves.shape[1], trust)
@@ -76,14 +82,14 @@ def best_step(
     rows, bounds = useful_rows(linear.values, linear.slopes(moves), width)
     costs = np.concatenate([np.zeros(free), motion.duration_slopes])
     box = np.stack([lower, upper], axis=1)
-    active = clear.room < FIRST_SHARE * trust * np.abs(clear.gradients).sum(axis=1)
+    active = clear.room < FIRST_SHARE * clear.reach
     found, change = None, np.zeros_like(motion.controls)
     for _ in range(MOST_PROGRAMS):
         chosen = np.flatnonzero(active)
         own = np.cumsum(clear.room[chosen] < 0.0) * (clear.room[chosen] < 0.0)  # 0 is what all others share
         slack = np.zeros((chosen.size, own.max(initial=0) + 1))
         slack[np.arange(chosen.size), own] = -1.0
-        touching = [-clear.slopes(chosen, moves), np.zeros((chosen.size, motion.speeds.size)), slack]
+        touching = [-clear.slopes(chosen, moves), slack]
         matrix = np.concatenate([np.pad(rows, ((0, 0), (0, slack.shape[1]))), np.concatenate(touching, axis=1)])
         paid = np.full(slack.shape[1], TOUCHING)
         solution = minimizer(
@@ -95,7 +101,8 @@ def best_step(
         if solution is None:
             break
         found, change = solution, (moves @ solution[:free]).reshape(motion.controls.shape)
-        broken = ~active & (clear.left(change) < -solution[costs.size] - NEWLY_BROKEN)
+        left = clear.left(change, solution[free : costs.size])
+        broken = ~active & (left < -solution[costs.size] - NEWLY_BROKEN)
         if not broken.any():
             break
         active |= broken
@@ -130,7 +137,7 @@ def useful_rows(values: FloatArray, slopes: FloatArray, width: FloatArray) -> tu
 def _box(motion: PathSpeed, limits: JointLimits, free: int, trust: float) -> tuple[FloatArray, FloatArray]:
     """Bounds (free + M,) of the variables."""
     lower, upper = np.full(free, -trust), np.full(free, trust)
-    if limits.position is not None:
+    if free and limits.position is not None:
         inner = motion.controls[RESTING:-RESTING]
         down, up = ((np.array(bound) - inner).ravel() for bound in zip(*limits.position, strict=True))
         lower[: inner.size] = np.clip(down, -trust, np.maximum(np.minimum(up, 0.0), -trust))

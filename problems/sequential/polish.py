@@ -13,12 +13,12 @@ from problems.limits.limit import Limit
 from problems.limits.torque import TorqueLimit
 from problems.motions.trajectory import Trajectory
 from problems.sequential.descent import Descent, Reached
-from problems.sequential.fitted import bent, fitted
 from problems.sequential.freedom import Freedom
 from problems.sequential.joint_torques import JointTorques
 from problems.sequential.kept_limits import KeptLimits
 from problems.sequential.nearness import Nearness
 from problems.sequential.path_speed import MotionSpace, PathSpeed
+from problems.sequential.starts.fitted import bent, fitted
 from problems.sequential.timed import timed
 from problems.tasks.move import Move
 from problems.timing.rest_to_rest import rest_to_rest
