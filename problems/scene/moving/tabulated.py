@@ -85,7 +85,23 @@ class Tabulated(ObstacleMotion):
         return len(self.pieces) > self.dim
 
     def _values(self, times: Matrix) -> list[Matrix]:
-        return [piecewise(times, self.breaks, pieces) for pieces in self.pieces]
+        """Coordinates and turn at times (n, 1), each (n, 1); of symbols each is written down once."""
+        if not isinstance(times, ca.SX):
+            return [piecewise(times, self.breaks, pieces) for pieces in self.pieces]
+        each = [self._values_at(time) for time in ca.vertsplit(ca.densify(times))]
+        return [ca.vertcat(*values) for values in zip(*each, strict=True)]
+
+    def _values_at(self, time: ca.SX) -> list[Matrix]:
+        known = self._written.get(time.element_hash())
+        if known is None:
+            known = time, [piecewise(time, self.breaks, pieces) for pieces in self.pieces]
+            self._written[time.element_hash()] = known
+        return known[1]
+
+    @cached_property
+    def _written(self) -> dict[int, tuple[ca.SX, list[Matrix]]]:
+        """By the identity of a symbolic time, which it keeps: that time, and the values then."""
+        return {}
 
     def seen(self, points: Matrix, times: Matrix) -> Matrix:
         """Points less the frame's place, turned back."""

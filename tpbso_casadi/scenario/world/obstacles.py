@@ -10,6 +10,7 @@ from pydantic import Field, PlainValidator, SerializeAsAny
 from problems import Ellipse, InvalidProblem, Obstacle, Polygon, Rectangle
 from problems.scene.polygon import MAX_CORNERS
 from tpbso_casadi.plugins import Catalogue, PluginError, subclass_of
+from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import Angle, PlanarPoint, Positive, ScenarioError, read_section
 from tpbso_casadi.scenario.validation import NestedError, hint, in_words, shown
 from tpbso_casadi.scenario.world.shape import ObstacleSection
@@ -116,6 +117,23 @@ def build_obstacles(tables: list[ObstacleSection], joints: int) -> tuple[Obstacl
         except InvalidProblem as error:
             raise ScenarioError(f"obstacles.{number}.{error.field}: {error.reason}") from error
     return tuple(obstacles)
+
+
+def with_motions(tables: list[ObstacleSection], folder: InputFolder) -> list[ObstacleSection]:
+    """The same tables with the rows of the files that they name.
+
+    Raises:
+        ScenarioError: naming the table, the file and what is wrong with it.
+    """
+    found = []
+    for number, table in enumerate(tables):
+        try:
+            found.append(table.with_files(folder))
+        except ScenarioError as error:
+            raise ScenarioError(f"obstacles.{number}.{error}") from error
+        except InvalidProblem as error:
+            raise ScenarioError(f"obstacles.{number}.{error.field}: {error.reason}") from error
+    return found
 
 
 def read_obstacle(table: Any) -> ObstacleSection:
