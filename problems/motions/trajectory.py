@@ -76,6 +76,11 @@ class Trajectory:
         """Joint angles or a derivative of them, (n, k), at times (n,) in s; rad / s^derivative."""
         return np.asarray(self._derivatives[derivative](times))
 
+    @property
+    def moves(self) -> bool:
+        """Whether any joint does, at any time."""
+        return bool(self.coefficients[:-1].any())
+
     def value_at_end(self, derivative: int = 0) -> FloatArray:
         """Joint angles or a derivative of them, (k,), with which it ends: where that jumps, what comes before."""
         return np.asarray(self._sides(derivative)[0][-1])

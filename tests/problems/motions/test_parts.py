@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -36,7 +38,7 @@ def test_parts_joined_are_the_motion_itself(cuts: tuple[float, float], seed: int
     motion = smooth_motion(4, seed=seed)
     first, last = sorted(cut * motion.duration for cut in cuts)
     edges = [0.0, first, last, motion.duration]
-    parts = [motion.part(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b > a]
+    parts = [motion.part(a, b) for a, b in pairwise(edges) if b > a]
     whole = parts[0]
     for part in parts[1:]:
         whole = whole.followed_by(part)

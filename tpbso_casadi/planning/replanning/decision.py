@@ -11,10 +11,10 @@ import numpy as np
 
 from problems import Trajectory
 from problems.base.matrix import FloatArray
-from problems.certify.clearance import ClearanceProof
+from problems.certify.clearance import ClearanceProof, prove_clearance
 from problems.timing.from_motion.motion_state import MotionState
 from tpbso_casadi.planning.replanning.candidates import Candidate, direct_moves, lasting, stops
-from tpbso_casadi.planning.replanning.proofs import RobotLimits, Scene, is_clear, proof_of_clearance
+from tpbso_casadi.planning.replanning.proofs import RobotLimits, Scene, is_clear, stays_clear
 
 SOONER = 0.99  # of the time until the arm arrives: another motion has to take no more than this share of it
 SAME_POSTURE = 1e-6  # rad
@@ -56,6 +56,7 @@ class Decision:
         scene: as it is predicted.
         executed: the motion that goes on until a decision takes effect.
         is_proven: whether it is known to keep the limits, and clear of what stands still.
+        foreseen: the proof that it stays clear of what moves, where that is known too.
         goals: postures (k,), rad, of which one is to be reached.
         every: how long a decision may take, s.
         rate: how fast what moves may leave its prediction, m/s.
@@ -65,6 +66,7 @@ class Decision:
     scene: Scene
     executed: Trajectory
     is_proven: bool
+    foreseen: ClearanceProof | None
     goals: Sequence[FloatArray]
     every: float
     rate: float
@@ -121,16 +123,17 @@ class Decision:
 
     def judged(self, candidate: Candidate) -> Judged:
         """The proofs, as far as they can still matter."""
-        proof = proof_of_clearance(self.scene.moving, candidate.trajectory)
+        known = self.foreseen if candidate.added is None else None
+        proof = known or prove_clearance(self.scene.moving, candidate.trajectory)
         fixed = is_clear(proof) and self._keeps(candidate)
         return Judged(candidate, proof, fixed, fixed and self._can_stop(candidate.trajectory))
 
     def _judged_stop(self, added: Trajectory) -> Judged:
         candidate = Candidate("stop", self.until_then.followed_by(added), added)
-        proof = proof_of_clearance(self.scene.moving, candidate.trajectory)
-        certain = proof_of_clearance(self._uncertain.moving, candidate.trajectory)
-        fixed = self._keeps(candidate)
-        return Judged(candidate, proof, fixed, fixed and (is_clear(certain) or _stands(candidate.trajectory)))
+        proof, fixed = prove_clearance(self.scene.moving, candidate.trajectory), self._keeps(candidate)
+        stands = not candidate.trajectory.moves
+        certain = fixed and (stands or stays_clear(self._uncertain.moving, candidate.trajectory))
+        return Judged(candidate, proof, fixed, certain)
 
     def _keeps(self, candidate: Candidate) -> bool:
         """Whether a motion keeps the robot's limits, and clear of what stands still."""
@@ -143,7 +146,7 @@ class Decision:
         return self._is_kept_by(self.until_then)
 
     def _is_kept_by(self, trajectory: Trajectory) -> bool:
-        return is_clear(proof_of_clearance(self.scene.standing, trajectory)) and self.limits.hold(trajectory)
+        return stays_clear(self.scene.fixed, trajectory) and self.limits.hold(trajectory)
 
     @cached_property
     def _uncertain(self) -> Scene:
@@ -152,17 +155,11 @@ class Decision:
     def _can_stop(self, trajectory: Trajectory) -> bool:
         """Whether a motion, until the next decision takes effect, and a stop from then on are proven."""
         beginning = trajectory.part(0.0, min(2.0 * self.every, trajectory.duration))
-        if _stands(beginning):
+        if not beginning.moves:
             return True
         for stop in stops(MotionState.at_end(beginning), self.scene.robot.limits):
-            clear = proof_of_clearance(self._uncertain.moving, beginning.followed_by(stop))
-            if not is_clear(clear):
-                return False  # a slower stop takes longer
-            if self._is_kept_by(stop):
+            if not stays_clear(self._uncertain.all, beginning.followed_by(stop)):
+                return False  # a stop with less effort takes longer
+            if self.limits.hold(stop):
                 return True
         return False
-
-
-def _stands(trajectory: Trajectory) -> bool:
-    """Whether no joint moves at any time."""
-    return not trajectory.coefficients[:-1].any()
