@@ -44,9 +44,7 @@ def replan(
     if scenario is None:
         raise ScenarioError("scene: for a motion alone a scenario is needed, which states robot and goal")
     if own is not None and own.robot_table != scenario.robot_table:
-        raise ScenarioError(
-            f"{scenario.robot_table.prefix.split('.')[0]}: not the robot of the motion that is executed"
-        )
+        raise ScenarioError(f"{scenario.robot_table.prefix.split('.')[0]}: not the one of the motion that is executed")
     if not 0.0 <= at_time <= trajectory.duration:
         raise InvalidProblem("at_time", f"{at_time:g} s is not within the motion, 0 to {trajectory.duration:g} s")
     replanner = Replanner(scenario, every, fail_safe_rate, within=within)
