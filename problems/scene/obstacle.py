@@ -66,6 +66,10 @@ class Obstacle(Statement, ABC):
         """The same on a clock that starts so many seconds later."""
         return self
 
+    def during(self, first: float, last: float) -> Obstacle:
+        """The same for those who ask about times from ``first`` to ``last`` in s alone; it may be less to compute."""
+        return self
+
     @property
     def extent(self) -> float:
         """The largest distance of its points from the origin, m; of its bounding box by default."""

@@ -78,6 +78,10 @@ class MovingObstacle(Obstacle):
         """The same on a clock that starts so many seconds later."""
         return replace(self, motion=self.motion.later(seconds), now=0.0)
 
+    def during(self, first: float, last: float) -> Self:
+        """The same with its motion during that time."""
+        return replace(self, motion=self.motion.during(first, last))
+
     # For ``now``
 
     def _local(self, points: Matrix) -> Matrix:
