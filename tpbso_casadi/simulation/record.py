@@ -11,6 +11,7 @@ from problems.base.matrix import FloatArray
 from problems.scene.obstacle import Obstacle
 from problems.tasks.place import Joints
 from tpbso_casadi.scenario.scenario import Scenario
+from tpbso_casadi.scenario.simulation import SimulationSection
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,6 +82,12 @@ class SimulationRecord:
     interrupted: bool = False
 
     @property
+    def settings(self) -> SimulationSection:
+        """How it was simulated."""
+        assert self.scenario.simulation is not None
+        return self.scenario.simulation
+
+    @property
     def duration(self) -> float:
         """That was simulated, s."""
         return self.executed.duration
@@ -93,4 +100,4 @@ class SimulationRecord:
     @property
     def largest_jumps(self) -> FloatArray:
         """Of angle, speed and acceleration over all replans, (3,): rad, rad/s, rad/s^2."""
-        return np.array([replan.jumps for replan in self.replans]).max(axis=0, initial=0.0)
+        return np.asarray(np.array([replan.jumps for replan in self.replans]).max(axis=0, initial=0.0))
