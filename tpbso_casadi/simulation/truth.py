@@ -19,14 +19,13 @@ from problems.motions.samples import Samples
 from tpbso_casadi.simulation.executed import part, stands
 from tpbso_casadi.simulation.record import SimulationRecord
 
-SHORTEST = 1e-9  # s, of a stretch
-SAMPLES = 51  # of a stretch, besides those of its proof
+SAMPLES = 21  # of a period, besides those of a proof
 WORST_FIRST = (CertificateStatus.VIOLATED, CertificateStatus.UNDECIDED)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stretch:
-    """A time in which the arm moves, or stands still; of one period at the most.
+    """A time in which the arm moves, or stands still; of one period at the most where that is not proven clear.
 
     Attributes:
         first: start, s.
@@ -46,46 +45,56 @@ class Stretch:
     time: float
     pair: str
 
+    @property
+    def is_open(self) -> bool:
+        """Whether the arm moves and it is neither proven nor disproven that it touches nothing."""
+        return self.moves and self.status is CertificateStatus.UNDECIDED
+
 
 def stretches(record: SimulationRecord) -> list[Stretch]:
-    """The executed motion against the true motions of all obstacles, cut at every tick and where it starts or stops."""
-    executed, every = record.executed, record.settings.every
-    ticks = every * np.arange(1.0, round(executed.duration / every), dtype=np.float64)
-    edges, moves = _edges(executed, ticks)
+    """The executed motion against the true motions of all obstacles, in order; it is cut where it starts and stops."""
+    executed = record.executed
+    moving, breaks = ~stands(executed), executed.breakpoints
+    edges = np.concatenate([[0.0], breaks[1:-1][moving[1:] != moving[:-1]], breaks[-1:]])
+    pieces = np.searchsorted(breaks, (edges[1:] + edges[:-1]) / 2.0, side="right") - 1
     return [
-        _judged(record, float(first), float(last), bool(moving))
-        for first, last, moving in zip(edges[:-1], edges[1:], moves, strict=True)
+        stretch
+        for first, last, piece in zip(edges[:-1], edges[1:], pieces, strict=True)
+        for stretch in _settled(record, float(first), float(last), bool(moving[piece]))
     ]
 
 
-def _edges(executed: Trajectory, ticks: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where stretches begin and end, (n + 1,), s, and whether the arm moves in each, (n,)."""
-    moving, breaks = ~stands(executed), executed.breakpoints
-    changes = breaks[1:-1][moving[1:] != moving[:-1]]
-    apart = np.array([change for change in changes if np.abs(ticks - change).min(initial=np.inf) > SHORTEST])
-    edges = np.unique(np.concatenate([[0.0], ticks, apart, breaks[-1:]]))
-    pieces = np.searchsorted(breaks, (edges[1:] + edges[:-1]) / 2.0, side="right") - 1
-    return edges, moving[pieces]
+def _settled(record: SimulationRecord, first: float, last: float, moves: bool) -> Iterator[Stretch]:
+    """Halves of a stretch that is not proven clear, until they are, or one period long at the most."""
+    judged = _judged(record, first, last, moves)
+    if judged.status is CertificateStatus.CERTIFIED or last - first <= record.settings.every:
+        yield judged
+        return
+    middle = (first + last) / 2.0
+    for start, end in ((first, middle), (middle, last)):
+        yield from _settled(record, start, end, moves)
 
 
 def _judged(record: SimulationRecord, first: float, last: float, moves: bool) -> Stretch:
     trajectory = part(record.executed, first, last)
     around = (obstacle.during(first, last).later(first) for obstacle in record.obstacles)
     limits = proximity_limits(replace(record.robot, margin=0.0), tuple(around))
-    seen = [found for limit in limits for found in _distances(limit, trajectory)]
+    times = np.linspace(0.0, last - first, int(np.ceil((last - first) / record.settings.every * SAMPLES)) + 1)
+    seen = [found for limit in limits for found in _distances(limit, trajectory, times)]
     statuses = {status for status, *_ in seen}
     status = next((worst for worst in WORST_FIRST if worst in statuses), CertificateStatus.CERTIFIED)
     _, distance, time, pair = min(seen, key=lambda each: each[1], default=(status, np.inf, 0.0, ""))
     return Stretch(first=first, last=last, moves=moves, status=status, distance=distance, time=first + time, pair=pair)
 
 
-def _distances(limit: Proximity, trajectory: Trajectory) -> Iterator[tuple[CertificateStatus, float, float, str]]:
-    """A proof and the smallest distance that it met; the smallest of equally spaced times."""
+def _distances(
+    limit: Proximity, trajectory: Trajectory, times: FloatArray
+) -> Iterator[tuple[CertificateStatus, float, float, str]]:
+    """A proof and the smallest distance that it met; the smallest at times (n,) in s."""
     proof = prove_clearance(limit, trajectory)
     if proof is None:
         return
     yield proof.status, proof.smallest, proof.time, proof.where
-    times = np.linspace(0.0, trajectory.duration, SAMPLES)
     samples = Samples(
         robot=limit.robot,
         derivatives=(ca.DM(trajectory.at(times)),),
