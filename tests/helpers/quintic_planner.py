@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,16 +11,7 @@ from problems import Trajectory
 from problems.base.matrix import FloatArray
 from problems.scene.obstacle import Obstacle
 from problems.tasks.place import Place
-
-
-@dataclass(frozen=True)
-class QuinticStep:
-    trajectory: Trajectory
-    seconds: float
-    kind: str = "new"
-    certified: bool = False
-    fail_safe: bool = False
-    closest: None = None
+from tpbso_casadi.planning.replanning.step import Step
 
 
 class QuinticPlanner:
@@ -33,7 +23,7 @@ class QuinticPlanner:
         self.goals: list[Place | None] = []
         self.last: tuple[Place | None, float] = None, 0.0
 
-    def replan(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None = None) -> QuinticStep:
+    def replan(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None = None) -> Step:
         began = time.perf_counter()
         self.seen.append(tuple(obstacles))
         self.goals.append(goal)
@@ -48,7 +38,13 @@ class QuinticPlanner:
         pieces = [np.pad(c, ((order - len(c), 0), (0, 0), (0, 0))) for c in (head, quintic[:, None])]
         breaks = executed.breakpoints[executed.breakpoints < now - 1e-12]
         trajectory = Trajectory(np.concatenate([breaks, [now, now + left]]), np.concatenate(pieces, axis=1))
-        return QuinticStep(trajectory, time.perf_counter() - began)
+        return Step(
+            kind="new",
+            trajectory=trajectory,
+            certified=False,
+            fail_safe=False,
+            seconds=time.perf_counter() - began,
+        )
 
 
 def quintic_to(state: list[FloatArray], end: FloatArray, duration: float) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -12,45 +12,18 @@ from problems import Trajectory
 from problems.scene.obstacle import Obstacle
 from problems.tasks.place import Joints, Place
 from solvers.driver.interruption import Interruption
-from tpbso_casadi.simulation.executed import joined, jumps_between, part, rest_time, standing
+from tpbso_casadi.planning.replanning.step import Step
+from tpbso_casadi.simulation.executed import joined, jumps_between, part, rest_time
 from tpbso_casadi.simulation.record import Replan, SimulationRecord, Visit
 from tpbso_casadi.simulation.setting import Setting
 
 REACHED = 1e-6  # rad or m: a joint that near to its goal is there
 
 
-class Answer(Protocol):
-    """What a planner says; see :class:`tpbso_casadi.planning.replanning.step.Step`."""
-
-    @property
-    def kind(self) -> str:
-        """``new``, ``old`` or ``stop``."""
-
-    @property
-    def trajectory(self) -> Trajectory:
-        """From now on: the executed part and what follows."""
-
-    @property
-    def certified(self) -> bool:
-        """Whether it is proven clear of what is predicted."""
-
-    @property
-    def fail_safe(self) -> bool:
-        """Whether a stop in time is proven."""
-
-    @property
-    def seconds(self) -> float:
-        """That it took."""
-
-    @property
-    def closest(self) -> Any:
-        """The nearest approach, with its ``distance`` in m; None where nothing can touch."""
-
-
 class Planner(Protocol):
     """Who is asked at every tick; see :class:`tpbso_casadi.planning.replanning.replanner.Replanner`."""
 
-    def replan(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None = None) -> Answer:
+    def replan(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None = None) -> Step:
         """What to execute from now on, given what is executed meanwhile, on a clock that starts now."""
 
 
@@ -68,7 +41,7 @@ class Simulation:
 
     def __post_init__(self) -> None:
         start = np.array(self.setting.start.values)
-        self._ahead = standing(start, self.every)
+        self._ahead = Trajectory.standing(start, self.every)
         self._executed: list[Trajectory] = []
         self._replans: list[Replan] = []
         self._visits: list[Visit] = []
@@ -115,7 +88,7 @@ class Simulation:
             certified=answer.certified,
             fail_safe=answer.fail_safe,
             seconds=answer.seconds,
-            predicted_distance=np.inf if answer.closest is None else float(answer.closest.distance),
+            predicted_distance=np.inf if answer.closest is None else answer.closest.distance,
             arrival=now + rest_time(answer.trajectory),
             jumps=jumps_between(self._ahead, answer.trajectory, self.every),
         )
@@ -142,6 +115,7 @@ class Simulation:
             scenario=self.setting.scenario,
             robot=self.setting.robot,
             executed=joined(self._executed),
+            following=self._ahead,
             obstacles=self.setting.world.true,
             goals=self._goals,
             visits=tuple(self._visits),

@@ -64,7 +64,8 @@ class SimulationRecord:
     Attributes:
         scenario: as it was simulated, with its [simulation] table complete.
         robot: that moved.
-        executed: the motion, from 0 to the end, exact.
+        executed: the motion, from 0 to the end, exact; it may end while the arm moves.
+        following: what the arm would have done then, on a clock of its own.
         obstacles: with their true motions, those that stand still too.
         goals: postures visited one after the other, cyclically.
         visits: in their order.
@@ -75,6 +76,7 @@ class SimulationRecord:
     scenario: Scenario
     robot: Robot
     executed: Trajectory
+    following: Trajectory
     obstacles: tuple[Obstacle, ...]
     goals: tuple[Joints, ...]
     visits: tuple[Visit, ...]

@@ -113,6 +113,9 @@ def contacts(found: list[Stretch], moving: bool) -> int:
 
 
 def kept_limits(record: SimulationRecord) -> list[Verdict]:
-    """The robot's limits of speed, acceleration, jerk, torque and range, judged for all t of what was executed."""
+    """The robot's limits of speed, acceleration, jerk, torque and range, judged for all t until the arm stands.
+
+    What would have followed counts too, lest an end in the middle of a motion be taken for a jump.
+    """
     robot = replace(record.robot, self_collision=False)
-    return limit_verdicts(limits_of(robot, ()), record.executed)
+    return limit_verdicts(limits_of(robot, ()), record.executed.followed_by(record.following))

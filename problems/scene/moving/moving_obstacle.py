@@ -82,6 +82,10 @@ class MovingObstacle(Obstacle):
         """The same with its motion during that time."""
         return replace(self, motion=self.motion.during(first, last))
 
+    def less_certain(self, rate: float) -> Self:
+        """As much more is kept from it with every second."""
+        return replace(self, margin_rate=self.margin_rate + rate)
+
     # For ``now``
 
     def _local(self, points: Matrix) -> Matrix:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from problems import Trajectory
 from tests.helpers.quintic_planner import quintic_to
-from tpbso_casadi.simulation.executed import joined, jumps_between, part, rest_time, standing, stands
+from tpbso_casadi.simulation.executed import joined, jumps_between, part, rest_time, stands
 
 BREAKS = np.array([0.0, 0.5, 0.75, 2.0])
 
@@ -50,7 +50,7 @@ def test_a_breakpoint_that_is_meant_makes_no_tiny_piece() -> None:
 
 
 def test_motions_of_different_orders_are_joined() -> None:
-    still, moving = standing(np.array([1.0, 2.0]), 0.5), motion()
+    still, moving = Trajectory.standing(np.array([1.0, 2.0]), 0.5), motion()
     both = joined([still, moving])
     assert both.at(np.array([0.2]))[0] == pytest.approx([1.0, 2.0])
     assert both.at(np.array([0.7]))[0] == pytest.approx(moving.at(np.array([0.2]))[0])
@@ -74,7 +74,7 @@ def test_what_is_taken_over_smoothly_does_not_jump() -> None:
 
 def test_when_a_motion_has_come_to_rest() -> None:
     moving = Trajectory(np.array([0.0, 1.0]), np.ones((2, 1, 2)))
-    still = standing(np.zeros(2), 0.5)
+    still = Trajectory.standing(np.zeros(2), 0.5)
     assert stands(joined([still, moving, still])).tolist() == [True, False, True]
     assert rest_time(joined([still, moving, still, still])) == 1.5
     assert rest_time(joined([still, still])) == 0.0
