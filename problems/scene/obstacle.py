@@ -42,6 +42,10 @@ class Obstacle(Statement, ABC):
         """Points (n, dim), m, as seen from that frame at times (n, 1) in s: the same points by default."""
         return points
 
+    def moved(self, points: FloatArray, time: float) -> FloatArray:
+        """Points (n, dim), m, of that frame as they are at a time in s, for drawing: the same points by default."""
+        return points
+
     def growth(self, times: Matrix | None) -> Operand:
         """What is kept from it at times (n, 1) in s, on top of what is kept from any obstacle, (n, 1), m."""
         return 0.0

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from matplotlib.axes import Axes
 
 from tpbso_casadi.animation.frames import Frames
-from tpbso_casadi.figures.scene import capsule, draw_bodies, draw_scene, wide_bodies
+from tpbso_casadi.figures.scene import capsule, draw_bodies, draw_obstacle, draw_scene, wide_bodies
 from tpbso_casadi.figures.space.panels import Posture, draw_picture
 
 ARM, WAY = "#1b2733", "#1f4fd8"
@@ -25,6 +25,7 @@ def plane(axes: Axes, frames: Frames) -> Callable[[int], None]:
     tip_path = axes.plot([], [], color=WAY, linewidth=2.0)[0]
     arm = axes.plot([], [], "-o", color=ARM, markerfacecolor="white", linewidth=2.2, zorder=5)[0]
     robot = frames.problem.robot
+    obstacles = [draw_obstacle(axes, course.outlines[0]) for course in frames.courses]
     bodies = draw_bodies(axes, robot, frames.joints[0], ARM)
 
     def show(index: int) -> None:
@@ -32,6 +33,8 @@ def plane(axes: Axes, frames: Frames) -> Callable[[int], None]:
         arm.set_data(*frames.joints[index].T)
         for patch, body in zip(bodies, wide_bodies(robot), strict=True):
             patch.set_xy(capsule(body, frames.joints[index]))
+        for patch, course in zip(obstacles, frames.courses, strict=True):
+            patch.set_xy(course.outlines[index])
 
     return show
 
@@ -47,7 +50,7 @@ def space(axes: Axes, frames: Frames) -> Callable[[int], None]:
     def show(index: int) -> None:
         tip_path.set_data(*view.project(frames.joints[: index + 1, -1]).T)
         picture.arm.set_data(*view.project(frames.joints[index]).T)
-        picture.painting.show(centers[index])
+        picture.painting.show(centers[index], float(frames.times[index]))
 
     return show
 

@@ -74,6 +74,10 @@ class CollisionPair(Pair):
         """Whether the obstacle moves."""
         return self.obstacle.moves
 
+    def growth(self, times: Matrix | None) -> Operand:
+        """The obstacle's."""
+        return self.obstacle.growth(times)
+
     def apart(self, *ends: Matrix) -> Matrix:
         """From the obstacle to the lines between the ends, or to the one point that they are, as seen from it."""
         obstacle = self.obstacle.unmoved

@@ -57,6 +57,13 @@ class Pair(Statement, ABC):
         """Whether it matters at which times; not by default."""
         return False
 
+    def growth(self, times: Matrix | None) -> Operand:
+        """What they have to keep at times (n, 1) in s, (n, 1), m, more and more of it; nothing by default.
+
+        It is no part of the distance between them, and taken from it by :meth:`between`.
+        """
+        return 0.0
+
     @abstractmethod
     def apart(self, *ends: Matrix) -> Matrix:
         """How far the middle lines are apart, (n, 1), m, given their ends (n, dim) as one sees the other."""

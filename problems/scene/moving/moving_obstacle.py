@@ -59,6 +59,10 @@ class MovingObstacle(Obstacle):
             raise ValueError("of an obstacle that moves it matters at which times")
         return self.motion.seen(points, times)
 
+    def moved(self, points: FloatArray, time: float) -> FloatArray:
+        """Points (n, dim), m, that move with its frame as they are at a time in s."""
+        return self.motion.placed(points, time)
+
     def growth(self, times: Matrix | None) -> Operand:
         """What is kept from it at times, (n, 1), m, on top of what is kept from any obstacle."""
         return 0.0 if times is None else self.margin_rate * times

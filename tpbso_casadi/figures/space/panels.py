@@ -16,8 +16,9 @@ from matplotlib.lines import Line2D
 
 from problems.base.matrix import FloatArray
 from problems.tasks.drawing import MarkerKind
+from tpbso_casadi.figures.colours import OBSTACLE
 from tpbso_casadi.figures.scene import MARKER_STYLES
-from tpbso_casadi.figures.space.painter import OBSTACLE, Painting, solid
+from tpbso_casadi.figures.space.painter import Painting, solid
 from tpbso_casadi.figures.space.scene import Scene, ground
 from tpbso_casadi.figures.space.view import FRONT, SIDE, TOP, View
 

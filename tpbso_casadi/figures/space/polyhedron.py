@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -93,10 +93,17 @@ def polyhedron_of(obstacle: Obstacle) -> Polyhedron:
     return Polyhedron(vertices, tuple(tuple(face) for face in faces))
 
 
-def separating_planes(solids: Sequence[Polyhedron]) -> dict[tuple[int, int], int]:
-    """For pairs (a, b) the face of a outside of whose plane b lies; pairs are left out where there is none."""
+def separating_planes(
+    solids: Sequence[Polyhedron], pairs: Iterable[tuple[int, int]] | None = None
+) -> dict[tuple[int, int], int]:
+    """For pairs (a, b) the face of a outside of whose plane b lies; pairs are left out where there is none.
+
+    Args:
+        solids: all of them.
+        pairs: that are looked at; all where None.
+    """
     found = {}
-    for pair in combinations(range(len(solids)), 2):
+    for pair in combinations(range(len(solids)), 2) if pairs is None else pairs:
         for a, b in (pair, pair[::-1]):
             outside = solids[a].beyond(solids[b].vertices).min(axis=0)
             if outside.max() >= -TOUCHING:
