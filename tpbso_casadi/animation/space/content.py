@@ -11,8 +11,8 @@ import numpy as np
 from problems.base.matrix import FloatArray
 from tpbso_casadi.animation.closest import Closest, closest_of
 from tpbso_casadi.animation.frames import Frames
-from tpbso_casadi.figures.courses import Course
 from tpbso_casadi.figures.colours import JOINT_COLOURS
+from tpbso_casadi.figures.courses import Course
 from tpbso_casadi.figures.space.polyhedron import Polyhedron
 from tpbso_casadi.figures.space.scene import ground
 from tpbso_casadi.planning.joint_quantities import alternatives, shares_of_limits, torques_of

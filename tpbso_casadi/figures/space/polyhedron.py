@@ -46,8 +46,11 @@ class Polyhedron:
     @cached_property
     def normals(self) -> FloatArray:
         """Unit normals of the faces, outwards, (faces, 3)."""
-        corners = [self.vertices[list(face)] for face in self.faces]
-        sums = np.array([np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0) for ring in corners])
+        sums, counts = np.empty((len(self.faces), 3)), np.array([len(face) for face in self.faces])
+        for count in np.unique(counts):
+            numbers = np.flatnonzero(counts == count)
+            rings = self.vertices[np.array([self.faces[number] for number in numbers])]
+            sums[numbers] = np.cross(rings, np.roll(rings, -1, axis=1)).sum(axis=1)
         return np.asarray(sums / np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), np.finfo(float).tiny))
 
     @cached_property
