@@ -60,7 +60,7 @@ class Course:
         meets = ((highs >= lower) & (lows <= upper)).all(axis=1)
         if not meets.any():
             return np.empty((0, len(lower)))
-        return np.clip([lows[meets].min(axis=0), highs[meets].max(axis=0)], lower, upper)
+        return np.asarray(np.clip([lows[meets].min(axis=0), highs[meets].max(axis=0)], lower, upper))
 
 
 def courses_of(obstacles: Sequence[Obstacle], times: FloatArray) -> tuple[Course, ...]:

@@ -57,9 +57,9 @@ def path_in_plane(plan: PlannedMotion) -> Figure:
     shown = snapshots(plan)
     times = np.array([snapshot.time for snapshot in shown])
     for snapshot, posture in zip(shown, plan.motion.joint_positions(times), strict=True):
-        style = {"color": snapshot.colour, "markerfacecolor": "white", "linewidth": 1.8, "label": snapshot.label}
-        draw_bodies(axes, problem.robot, posture, snapshot.colour)
-        axes.plot(*posture.T, "-o", zorder=4, **style)
+        colour, label = snapshot.colour, snapshot.label
+        draw_bodies(axes, problem.robot, posture, colour)
+        axes.plot(*posture.T, "-o", color=colour, markerfacecolor="white", linewidth=1.8, label=label, zorder=4)
     for milestone in problem.milestones(trajectory):
         tip = plan.motion.joint_positions(np.array([milestone.time]))[:, -1]
         axes.plot(*tip.T, "D", color="#ff7f0e", markersize=7, label=milestone.label, zorder=5)
