@@ -19,8 +19,7 @@ class Closest:
     Attributes:
         pairs: those that are the closest at any time.
         numbers: of the closest, (n,).
-        distances: as the limits compute them, without what is kept of a prediction, (n,), m; negative where the two
-            meet.
+        distances: as the limits compute them, (n,), m; negative where the two meet.
         points: on both surfaces, (n, 2, 3), m.
     """
 
@@ -35,12 +34,12 @@ def closest_of(criteria: Criteria, theta: FloatArray, times: FloatArray) -> Clos
 
     None where nothing has to keep apart.
     """
-    pairs = [pair for limit in criteria.limits if isinstance(limit, Proximity) for pair in limit.pairs]
+    limits = [limit for limit in criteria.limits if isinstance(limit, Proximity)]
+    pairs = [pair.without_growth() for limit in limits for pair in limit.pairs]
     if not pairs:
         return None
     frames, clock = criteria.robot.positions(ca.DM(theta)), ca.DM(times)
-    grown = np.hstack([np.broadcast_to(as_array(ca.DM(pair.growth(clock))), (len(times), 1)) for pair in pairs])
-    apart = as_array(clearances(pairs, frames, clock)) + grown
+    apart = as_array(clearances(pairs, frames, clock))
     every, numbers = np.unique(apart.argmin(axis=1), return_inverse=True)
     distances = apart.min(axis=1)
     points = np.empty((len(theta), 2, 3))

@@ -9,8 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from problems.certify.closest_approach import ClosestApproach
 from tpbso_casadi.figures.colours import CLOSEST, colour_of
-from tpbso_casadi.figures.distances import TIMES, Approach, DistanceCurve, closest_approach, distance_curves
+from tpbso_casadi.figures.distances import TIMES, DistanceCurve, closest_to_moving, description, distance_curves
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 
 STANDING = "0.6"  # colour of what stands still
@@ -20,18 +21,18 @@ def clearance_figures(plan: PlannedMotion) -> dict[str, Figure]:
     """By file name, the figure of distances over time; none where no obstacle moves."""
     criteria = plan.criteria
     scene = criteria.robot, criteria.obstacles, plan.trajectory
-    approach = closest_approach(*scene)
+    approach = closest_to_moving(*scene)
     if approach is None:
         return {}
     figure = Figure(figsize=(7.2, 4.2), layout="constrained")
     axes = figure.subplots()
     draw_distances(axes, distance_curves(*scene, plan.trajectory.times(TIMES)), approach)
-    axes.set_title(f"{approach}, obstacle {approach.number}")
+    axes.set_title(f"{description(approach)} ({approach.pair})", parse_math=False)
     figure.legend(loc="outside lower center", ncols=2, frameon=False)
     return {"clearance": figure}
 
 
-def draw_distances(axes: Axes, curves: list[DistanceCurve], approach: Approach) -> None:
+def draw_distances(axes: Axes, curves: list[DistanceCurve], approach: ClosestApproach) -> None:
     """The arm's distances over time, what has to be kept of each, and the closest approach."""
     for curve in curves:
         colour = colour_of(curve.number - 1) if curve.number else STANDING

@@ -29,25 +29,18 @@ class Course:
     @cached_property
     def frames(self) -> FloatArray:
         """Where its frame is at each time: origin and axes in rows, (n, dim + 1, dim), m and unit vectors."""
-        dim = self.obstacle.dim
-        corners = np.vstack([np.zeros(dim), np.eye(dim)])
-        seen = np.array([self.obstacle.moved(corners, time) for time in self.times]).reshape(-1, dim + 1, dim)
-        seen[:, 1:] -= seen[:, :1]
-        return seen
-
-    def placed(self, points: FloatArray) -> FloatArray:
-        """Points (m, dim) of its frame as they are at each time, (n, m, dim), m."""
-        return np.asarray(self.frames[:, :1] + points @ self.frames[:, 1:])
+        corners = placed(self.obstacle, np.vstack([np.zeros(self.obstacle.dim), np.eye(self.obstacle.dim)]), self.times)
+        return np.concatenate([corners[:, :1], corners[:, 1:] - corners[:, :1]], axis=1)
 
     @cached_property
     def outlines(self) -> FloatArray:
         """Points on its boundary at each time, (n, m, dim), m."""
-        return self.placed(self.obstacle.unmoved.outline())
+        return placed(self.obstacle, self.obstacle.unmoved.outline(), self.times)
 
     @cached_property
     def middles(self) -> FloatArray:
         """Where its middle is at each time, (n, dim), m."""
-        return self.placed(self.obstacle.unmoved.bounding_box().mean(axis=0)[None])[:, 0]
+        return placed(self.obstacle, self.obstacle.unmoved.bounding_box().mean(axis=0)[None], self.times)[:, 0]
 
     def within(self, lower: FloatArray, upper: FloatArray) -> FloatArray:
         """What is seen of it in a box: lower and upper corner of that over all times, (2, dim), m; (0, dim) if nothing.
@@ -61,6 +54,12 @@ class Course:
         if not meets.any():
             return np.empty((0, len(lower)))
         return np.asarray(np.clip([lows[meets].min(axis=0), highs[meets].max(axis=0)], lower, upper))
+
+
+def placed(obstacle: Obstacle, points: FloatArray, times: FloatArray) -> FloatArray:
+    """Points (m, dim), m, that move with an obstacle, at times (n,) in s: (n, m, dim), m."""
+    frames = obstacle.frames(times)
+    return np.repeat(points[None], len(times), axis=0) if frames is None else frames.placed(points)
 
 
 def courses_of(obstacles: Sequence[Obstacle], times: FloatArray) -> tuple[Course, ...]:

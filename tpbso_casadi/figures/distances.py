@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
@@ -11,12 +11,12 @@ import numpy as np
 
 from problems import Robot, Trajectory
 from problems.base.matrix import FloatArray, as_array
-from problems.limits.distances.clearance import CollisionPair, reachable_pairs
+from problems.certify.closest_approach import ClosestApproach, closest_approach
+from problems.limits.distances.clearance import Clearance, CollisionPair, reachable_pairs
 from problems.limits.distances.proximity import clearances
 from problems.scene.obstacle import Obstacle
 
 TIMES = 1001  # at least, equally many in each piece
-REFINED = 101  # between two of them
 
 
 @dataclass(frozen=True)
@@ -41,73 +41,35 @@ class DistanceCurve:
         return f"obstacle {self.number}, moving" if self.number else "nearest standing obstacle"
 
 
-@dataclass(frozen=True)
-class Approach:
-    """When an arm is closest to an obstacle that moves.
-
-    Attributes:
-        number: of the obstacle, 1, 2, ...
-        time: s.
-        distance: exact where the two do not meet, m; else negative.
-    """
-
-    number: int
-    time: float
-    distance: float
-
-    def __str__(self) -> str:
-        return f"closest: {1000.0 * self.distance:.1f} mm at {self.time:.3g} s"
-
-
 def distance_curves(
-    robot: Robot, obstacles: tuple[Obstacle, ...], trajectory: Trajectory, times: FloatArray
+    robot: Robot, obstacles: Sequence[Obstacle], trajectory: Trajectory, times: FloatArray
 ) -> list[DistanceCurve]:
     """How far a robot is from obstacles at times (n,) in s: from each that moves, from the nearest that stands."""
     frames, clock = robot.positions(ca.DM(trajectory.at(times))), ca.DM(times)
 
     def curve(number: int, pairs: list[CollisionPair]) -> DistanceCurve:
-        growth = np.broadcast_to(as_array(ca.DM(pairs[0].growth(clock))).ravel(), times.shape)
-        nearest = as_array(clearances(pairs, frames, clock)).min(axis=1)
-        return DistanceCurve(number, times, nearest + growth, robot.margin + growth)
+        nearest = as_array(clearances([pair.without_growth() for pair in pairs], frames, clock)).min(axis=1)
+        return DistanceCurve(number, times, nearest, robot.margin + pairs[0].growth_rate * times)
 
-    return [curve(number, list(group)) for number, group in groupby(_pairs(robot, obstacles), _number)]
+    pairs = sorted(pairs_of(robot, obstacles), key=_number)
+    return [curve(number, list(group)) for number, group in groupby(pairs, _number)]
 
 
-def _pairs(robot: Robot, obstacles: tuple[Obstacle, ...]) -> list[CollisionPair]:
-    """Measured pairs, those of obstacles that stand before those of each that moves."""
-    pairs = (replace(pair, measured=True) for pair in reachable_pairs(robot, obstacles, spare=np.inf))
-    return sorted(pairs, key=_number)
+def pairs_of(robot: Robot, obstacles: Sequence[Obstacle]) -> list[CollisionPair]:
+    """All bodies that a joint moves, and all obstacles, however far apart; distances, not only whether they touch."""
+    return [replace(pair, measured=True) for pair in reachable_pairs(robot, obstacles, spare=np.inf)]
 
 
 def _number(pair: CollisionPair) -> int:
     return pair.number if pair.timed else 0
 
 
-def closest_approach(robot: Robot, obstacles: tuple[Obstacle, ...], trajectory: Trajectory) -> Approach | None:
+def closest_to_moving(robot: Robot, obstacles: Sequence[Obstacle], trajectory: Trajectory) -> ClosestApproach | None:
     """When a robot is closest to an obstacle that moves; None where nothing can touch one."""
-    times = trajectory.times(TIMES)
-    best = min(_approaches(robot, obstacles, trajectory, times), key=_distance, default=None)
-    if best is None:
-        return None
-    place = int(np.searchsorted(times, best.time))
-    between = np.linspace(times[max(place - 1, 0)], times[min(place + 1, len(times) - 1)], REFINED)
-    best = min(best, *_approaches(robot, obstacles, trajectory, between), key=_distance)
-    pairs = (pair for pair in _pairs(robot, obstacles) if pair.number == best.number)
-    clock, frames = ca.DM(best.time), robot.positions(ca.DM(trajectory.at(np.array([best.time]))))
-    exact = min(pair.distance(frames, clock) + float(pair.growth(clock)) for pair in pairs)
-    return replace(best, distance=exact)
+    pairs = tuple(pair for pair in pairs_of(robot, obstacles) if pair.timed)
+    return closest_approach(Clearance(robot, pairs), trajectory)
 
 
-def _approaches(
-    robot: Robot, obstacles: tuple[Obstacle, ...], trajectory: Trajectory, times: FloatArray
-) -> Iterator[Approach]:
-    """Of each obstacle that moves, the closest of times (n,)."""
-    moving = tuple(obstacle for obstacle in obstacles if obstacle.moves)
-    numbers = [number for number, obstacle in enumerate(obstacles, start=1) if obstacle.moves]
-    for curve in distance_curves(robot, moving, trajectory, times):
-        row = int(curve.distances.argmin())
-        yield Approach(numbers[curve.number - 1], float(times[row]), float(curve.distances[row]))
-
-
-def _distance(approach: Approach) -> float:
-    return approach.distance
+def description(approach: ClosestApproach) -> str:
+    """How close, and when, for a legend."""
+    return f"closest: {1000.0 * approach.distance:.1f} mm at {approach.time:.3g} s"

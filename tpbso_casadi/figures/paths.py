@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from tpbso_casadi.figures.colours import CLOSEST
 from tpbso_casadi.figures.courses import courses_of
-from tpbso_casadi.figures.distances import closest_approach
+from tpbso_casadi.figures.distances import closest_to_moving, description
 from tpbso_casadi.figures.extent import extent_of
 from tpbso_casadi.figures.moving import draw_moving, draw_ways
 from tpbso_casadi.figures.scene import draw_bodies, draw_scene
@@ -110,8 +110,8 @@ def snapshots(plan: PlannedMotion) -> list[Snapshot]:
         Snapshot(f"{name} posture", colour, time, opacity)
         for (name, colour), time, opacity in zip(SNAPSHOTS, times, OPACITIES, strict=True)
     ]
-    closest = closest_approach(plan.criteria.robot, plan.criteria.obstacles, plan.trajectory)
-    return shown if closest is None else [*shown, Snapshot(str(closest), CLOSEST, closest.time, CLOSE)]
+    closest = closest_to_moving(plan.criteria.robot, plan.criteria.obstacles, plan.trajectory)
+    return shown if closest is None else [*shown, Snapshot(description(closest), CLOSEST, closest.time, CLOSE)]
 
 
 def middle_time(plan: PlannedMotion) -> float:

@@ -15,7 +15,7 @@ from problems.base.matrix import FloatArray, as_array
 from problems.robots.robot import Body
 from problems.scene.obstacle import Obstacle
 from problems.tasks.drawing import Marker
-from tpbso_casadi.figures.courses import Course
+from tpbso_casadi.figures.courses import Course, placed
 from tpbso_casadi.figures.space.polyhedron import Polyhedron, polyhedron_of, separating_planes
 from tpbso_casadi.figures.space.view import AZIMUTH, View, perspective
 
@@ -72,7 +72,7 @@ class Scene:
     def solids_at(self, time: float) -> tuple[Polyhedron, ...]:
         """The obstacles where they are at a time in s."""
         return tuple(
-            replace(solid, vertices=obstacle.moved(solid.vertices, time)) if obstacle.moves else solid
+            replace(solid, vertices=placed(obstacle, solid.vertices, np.array([time]))[0]) if obstacle.moves else solid
             for solid, obstacle in zip(self.solids, self.obstacles, strict=True)
         )
 
