@@ -4,6 +4,12 @@
   const SECONDS = 4, REST = 0.8;
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
+  // The outline of an obstacle whose frame moves: origin x, y, and first axis u, v, at each time.
+  function outlineAt(moving, frame) {
+    const [x, y, u, v] = moving.frames[frame];
+    return moving.outline.map(([p, q]) => [x + p * u - q * v, y + p * v + q * u]);
+  }
+
   function start(figure) {
     const motion = JSON.parse(figure.querySelector("script").textContent);
     const canvas = figure.querySelector("canvas"), slider = figure.querySelector("input");
@@ -39,14 +45,15 @@
         if (stroke) { pen.lineWidth = 1.5 * scale; pen.strokeStyle = stroke; pen.stroke(); }
       }
 
-      for (const outline of motion.obstacles) {
+      const frame = Math.round(share * last), joints = motion.joints[frame];
+      for (const { way } of motion.moving) line(way, 1, colour("--obstacle"));
+      for (const outline of [...motion.obstacles, ...motion.moving.map((moving) => outlineAt(moving, frame))]) {
         pen.beginPath();
         outline.forEach((point, index) => pen[index ? "lineTo" : "moveTo"](x(point[0]), y(point[1])));
         pen.closePath();
         pen.fillStyle = colour("--obstacle");
         pen.fill();
       }
-      const frame = Math.round(share * last), joints = motion.joints[frame];
       motion.points.forEach((point) => dot(point, 3, colour("--task")));
       line(motion.joints.slice(0, frame + 1).map((posture) => posture[posture.length - 1]), 2, colour("--way"));
       pen.globalAlpha = 0.25;

@@ -86,7 +86,9 @@ function start(figure) {
       const joints = between(motion.joints, place), nearest = Math.round(place), closest = motion.closest;
       const close = closest && { points: closest.points[nearest], distance: closest.distances[nearest] };
       const passed = [...motion.way.slice(0, row + 1), joints[joints.length - 1]];
-      paint(viewOf(camera, width, height), { centers: between(motion.centers, place), joints, passed, close }, scale);
+      const frames = motion.moving.map((obstacle) => between(obstacle.frames, place));
+      const state = { centers: between(motion.centers, place), joints, frames, passed, close };
+      paint(viewOf(camera, width, height), state, scale);
       const names = close && closest.names[closest.numbers[nearest]];
       find("near").textContent = close ? `Closest: ${names}, ${inMillimetres(close.distance)}` : "";
     }
