@@ -5,6 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Self
 
+import numpy as np
+
 from problems.base.arguments import Statement
 from problems.base.matrix import FloatArray, Matrix
 
@@ -43,6 +45,13 @@ class ObstacleMotion(Statement, ABC):
     @abstractmethod
     def offset(self, first: float, last: float) -> float:
         """An upper bound of how far the frame's origin is from that of the world from one time in s to another, m."""
+
+    def quiet_after(self, around: float) -> float:
+        """From which time on, in s, the frame stands still or its origin is farther than so many m from the world's.
+
+        Infinite by default: no such time is known.
+        """
+        return np.inf
 
     @abstractmethod
     def later(self, seconds: float) -> Self:
