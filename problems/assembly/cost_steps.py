@@ -45,6 +45,7 @@ class CostSteps(ABC, Generic[P]):
         self.weights: CostWeights = self.arguments.twin(problem.weights)
         self.duration_bounds = self.arguments.twin(problem.task.duration_bounds)
         self.objective: Objective = self.arguments.twin(problem.objective)
+        self.seconds_stayed = problem.task.stay
         self.x = ca.SX.sym("x", len(problem.variables))
 
     @cached_property

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
 
+import casadi as ca
 import numpy as np
 
 from problems.assembly.move_steps import MoveSteps, end_rates
@@ -21,7 +22,8 @@ from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.limits import limits_of
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import MAX_STEP_SHARE, StepLimit
-from problems.limits.limit import Limit
+from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.staying import looks, stay_constraints, stay_matters
 from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.trajectory import Trajectory
 from problems.nlp.move import MoveNlp, usual_pieces
@@ -169,9 +171,13 @@ class MoveProblem(SplineProblem):
         return self.variables
 
     def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
-        """The length of steps, with obstacles; that the velocities at the ends, if not zero, can be attained."""
-        steps = super().point_constraints(parameters)
-        return steps if self.encoding.at_rest else [*steps, end_rates(parameters.gap)]
+        """The length of steps, with obstacles; velocities at the ends that can be attained; what stays clear after."""
+        found = super().point_constraints(parameters)
+        found += [] if self.encoding.at_rest else [end_rates(parameters.gap)]
+        if not stay_matters(self.limits, self.task.stay):
+            return found
+        goal, since = parameters.control_points[-1, :], ca.DM(looks(self.task.stay) * self.task.stay)
+        return [*found, *stay_constraints(self.limits, self.robot, goal, parameters.duration, since, SAMPLING_MARGIN)]
 
     def cost_program(self) -> Program:
         """Path, scan backward, scan forward, [slow down,] sample, finish."""

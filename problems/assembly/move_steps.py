@@ -13,7 +13,8 @@ from problems.base.matrix import Matrix, Operand, split
 from problems.encodings.path_timing import PathTiming
 from problems.evaluation import Loop, Step
 from problems.limits.constraint import Constraint
-from problems.limits.limit import Limit
+from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.staying import looks, stay_constraints, stay_matters
 from problems.motions.path_scan import Bounds, advance, before, gap, interval_time
 from problems.motions.path_spline import ALONG, SUPPORT, PathSpline, Rates, TimedPath, in_time
 from problems.motions.torque_slopes import TorqueSlopes, limited
@@ -53,9 +54,29 @@ class MoveSteps(CostSteps[TimedPath]):
 
     @property
     def further_penalties(self) -> tuple[str, ...]:
-        """Those of velocities at the ends that cannot be attained, and of stops that may be missed."""
+        """Those of ends that cannot be attained, of stops that may be missed, of what comes near after arrival."""
         ends = () if self.encoding.at_rest else ("ends",)
-        return (*ends, "missed") if self.encoding.may_miss else ends
+        missed = ("missed",) if self.encoding.may_miss else ()
+        return (*ends, *missed, *(("stay",) if self.stays else ()))
+
+    @property
+    def stays(self) -> bool:
+        """Whether it matters what comes near after arrival."""
+        return stay_matters(self.limits, self.encoding.task.stay)
+
+    def further_steps(self, orders: tuple[int, ...]) -> list[Step]:
+        """A loop over the time after arrival."""
+        return [*super().further_steps(orders), *([self._stay()] if self.stays else [])]
+
+    def _stay(self) -> Step:
+        given = {"p": self.p, "window": ca.SX.sym("window", self.motion.robot.dof), "row": ca.SX.sym("row")}
+        state = {"stay": ca.SX.sym("stay"), "durations": ca.SX.sym("durations")}
+        theta, arrival, since = given["window"].T, state["durations"], given["row"] * self.encoding.task.stay
+        found = stay_constraints(self.limits, self.motion.robot, theta, arrival, since, SAMPLING_MARGIN)
+        penalty = sum((self.encoding.penalty(constraint) for constraint in found), ca.DM(0))
+        shares = looks(self.seconds_stayed)[:, None]
+        loop = Loop(rows=shares, window="goal", starts=np.zeros(len(shares), dtype=np.intp))
+        return Step.of("stay", given | state, {"stay": state["stay"] + penalty}, loop)
 
     def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
         """The steps from the candidate to the motion's samples."""
@@ -98,7 +119,8 @@ class MoveSteps(CostSteps[TimedPath]):
         """The steps that decode a candidate: control points, (du/dt)^2 at both ends, and vectors to begin with."""
         points, rates, arrival = self.encoding.path_and_arrival(self.x)
         missed = {} if arrival is None else {"missed": self.encoding.penalty(arrival)}
-        outputs = {**self.path_vectors(points, rates), **begin, **missed}
+        stays = {"goal": points[-1, :].T, "stay": ca.SX(0)} if self.stays else {}
+        outputs = {**self.path_vectors(points, rates), **begin, **missed, **stays}
         return [Step.of("path", {"x": self.x, "p": self.p}, outputs)]
 
     def path_vectors(self, points: Matrix, rates: Rates) -> dict[str, Matrix]:

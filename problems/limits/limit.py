@@ -77,6 +77,11 @@ class Limit(Statement, ABC):
         return self if any(constraint.room < FAR for constraint in self.constraints(samples)) else None
 
     @property
+    def timed(self) -> Limit | None:
+        """The limit as far as it matters at which time a posture is reached: nothing of it by default."""
+        return None
+
+    @property
     def untimed(self) -> Limit | None:
         """The limit as far as it does not matter at which time a posture is reached: all of it by default."""
         return self

@@ -11,7 +11,7 @@ import numpy as np
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, as_array
-from problems.base.ranges import check_within
+from problems.base.ranges import TIMES, check_within
 from problems.limits.constraint import Constraint
 from problems.limits.duration import DurationBounds
 from problems.motions.trajectory import Trajectory
@@ -40,12 +40,14 @@ class Move(Task):
         start_velocity: of the joints at t = 0, rad/s; at rest where empty.
         goal_velocity: of the joints at t = T, rad/s; at rest where empty.
         total_time: bounds of T in s; None where nothing is promised.
+        stay: how long after T the robot, which stands then, has to stay clear of obstacles that move, s.
 
     Raises:
         InvalidProblem: a place cannot be reached, or a field is not one of the above.
     """
 
-    numbers: ClassVar[tuple[str, ...]] = ("start_velocity", "goal_velocity", "total_time")
+    numbers: ClassVar[tuple[str, ...]] = ("start_velocity", "goal_velocity", "total_time", "stay")
+    zero_is_structure: ClassVar[tuple[str, ...]] = ("stay",)
 
     robot: Robot
     start: Place
@@ -56,6 +58,7 @@ class Move(Task):
     start_velocity: tuple[float, ...] = ()
     goal_velocity: tuple[float, ...] = ()
     total_time: tuple[float, float] | None = None
+    stay: float = 0.0
 
     def __post_init__(self) -> None:
         check_choice("elbow", self.elbow, get_args(Elbow))
@@ -74,6 +77,9 @@ class Move(Task):
             self._check_velocity(field, getattr(self, field))
         if self.at_rest:
             self._check_held()
+        check_within("stay", (self.stay,), (0.0, TIMES[1]), "s")
+        if self.stay and self.end_velocities[1].any():
+            raise InvalidProblem("stay", "the robot does not stop at its goal: goal_velocity is not zero")
 
     def _check_held(self) -> None:
         for field, places in (("start", (self.start,)), ("goal", self.goals), ("via", self.vias)):

@@ -38,6 +38,11 @@ class Task(Statement, ABC):
         return np.zeros((2, self.robot.dof))
 
     @property
+    def stay(self) -> float:
+        """How long after its arrival the robot has to stay clear of what moves, s; not by default."""
+        return 0.0
+
+    @property
     def crowded(self) -> bool:
         """Whether there is anything to keep clear of: an obstacle, or the robot itself."""
         return bool(self.obstacles) or self.robot.self_collision

@@ -221,10 +221,17 @@ class Clearance(Proximity):
         return cls(robot, pairs) if pairs else None
 
     @property
+    def timed(self) -> Self | None:
+        """The obstacles that move."""
+        return self._of([pair for pair in self.pairs if pair.timed])
+
+    @property
     def untimed(self) -> Self | None:
-        """Without the obstacles that move."""
-        pairs = tuple(pair for pair in self.pairs if not pair.timed)
-        return replace(self, pairs=pairs) if pairs else None
+        """The others."""
+        return self._of([pair for pair in self.pairs if not pair.timed])
+
+    def _of(self, pairs: Sequence[CollisionPair]) -> Self | None:
+        return replace(self, pairs=tuple(pairs), around=None) if pairs else None
 
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The bodies at each sample, kept clear by a share ``margin`` of the reach on top of the robot's margin."""

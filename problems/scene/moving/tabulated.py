@@ -177,6 +177,10 @@ class Tabulated(ObstacleMotion):
         curves = bernstein(np.asarray(self._spline.c), np.diff(self.breaks))[..., : self.dim]
         return float(np.linalg.norm(np.abs(curves).max(axis=(0, 1))))
 
+    def quiet_after(self, around: float) -> float:
+        """The end of the table."""
+        return max(0.0, self.breaks[-1])
+
     def later(self, seconds: float) -> Self:
         """The same table with earlier times."""
         return replace(self, breaks=tuple(time - seconds for time in self.breaks))

@@ -14,7 +14,7 @@ from problems.scene.obstacle import Obstacle
 from problems.tasks.elbow import Elbow
 from problems.tasks.move import Move
 from tpbso_casadi.scenario.catalogues import find_objective
-from tpbso_casadi.scenario.section import ANGULAR, MOST_LINKS, Number, Positive, ScenarioError
+from tpbso_casadi.scenario.section import ANGULAR, MOST_LINKS, NotNegative, Number, Positive, ScenarioError
 from tpbso_casadi.scenario.task import ModelSection, ObjectiveChoice, TaskSection
 from tpbso_casadi.scenario.tasks.places import AnyGoals, AnyPlace, AnyPlaces, built
 
@@ -26,7 +26,7 @@ class PointToPointTask(TaskSection):
 
     motions: ClassVar[tuple[str, ...]] = ("spline", "paper")
     keys_of: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType(
-        {"paper": ("segment_time",), "spline": ("via", "start_velocity", "goal_velocity", "total_time")}
+        {"paper": ("segment_time",), "spline": ("via", "start_velocity", "goal_velocity", "total_time", "stay")}
     )
 
     kind: Literal["point-to-point"]
@@ -39,6 +39,7 @@ class PointToPointTask(TaskSection):
     elbow: Elbow = "free"
     segment_time: tuple[Positive, Positive] | None = None
     total_time: tuple[Positive, Positive] | None = None
+    stay: NotNegative | None = None
 
     def foreign_keys(self, motion: str) -> Iterator[str]:
         """Also ends that are no points, which the paper's motion has not."""
@@ -84,6 +85,7 @@ def _spline(
         tuple(table.start_velocity or ()),
         tuple(table.goal_velocity or ()),
         table.total_time,
+        table.stay or 0.0,
     )
     return move(task, find_objective(table.objective), model.samples, model.pieces, model.further_limits)
 

@@ -24,6 +24,7 @@ from tpbso_casadi.scenario.world.solids import (
 )
 
 DEFAULT_SHAPE = "ellipse"
+MOST_ROWS = 600  # of all tables of motion together
 MOST_JOINT_CORNERS = 10_000  # joints times corners, those of all convex parts of a polygon
 
 
@@ -104,16 +105,20 @@ def build_obstacles(tables: list[ObstacleSection], joints: int) -> tuple[Obstacl
     """The obstacles themselves, for a robot with so many joints.
 
     Raises:
-        ScenarioError: naming the one that cannot be, or the most corners for which a model is built in reasonable time.
+        ScenarioError: naming the one that cannot be, or the most corners, or rows of motion, for which a model is built
+            in reasonable time.
     """
     obstacles: list[Obstacle] = []
-    corners, most = 0, MOST_JOINT_CORNERS // joints
+    corners, most, rows = 0, MOST_JOINT_CORNERS // joints, 0
     for number, table in enumerate(tables):
         try:
             obstacles.append(table.built())
             corners += table.corners
             if corners > most:
                 raise InvalidProblem("shape", f"more than {most} corners of obstacles for {joints} joints")
+            rows += table.rows
+            if rows > MOST_ROWS:
+                raise InvalidProblem("motion", f"more than {MOST_ROWS} rows in all tables of motion together")
         except InvalidProblem as error:
             raise ScenarioError(f"obstacles.{number}.{error.field}: {error.reason}") from error
     return tuple(obstacles)
