@@ -47,6 +47,11 @@ class Task(Statement, ABC):
         """Whether there is anything to keep clear of: an obstacle, or the robot itself."""
         return bool(self.obstacles) or self.robot.self_collision
 
+    @property
+    def is_timed(self) -> bool:
+        """Whether an obstacle moves, so that it matters when the robot is where."""
+        return any(obstacle.moves for obstacle in self.obstacles)
+
     @abstractmethod
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """The task's own conditions on a finished motion: numeric constraints, and the times of their rows in s."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import ClassVar, Self
 
 import casadi as ca
@@ -266,7 +266,8 @@ class StepLimit(Limit):
 
     The area that a link sweeps in a step shorter than an obstacle's width cannot contain that obstacle: if the links at
     the samples and the lines between them are clear, so is all of it, except for the curvature of the motion. Of an
-    obstacle that moves that is so for steps as the obstacle sees them.
+    obstacle that moves that is so for steps as the obstacle sees them; they may also be as long as the link is away
+    from it afterwards, so that a robot can wait for it to pass at a distance.
 
     Args:
         robot: whose joints.
@@ -293,6 +294,11 @@ class StepLimit(Limit):
         moving = tuple(obstacle for obstacle in obstacles if obstacle.moves)
         return cls(robot, width, moving, any_standing=len(moving) < len(obstacles))
 
+    @property
+    def _longest(self) -> Operand:
+        """The longest step, m."""
+        return MAX_STEP_SHARE * self.width
+
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """None: the limit is on steps."""
         return []
@@ -301,16 +307,16 @@ class StepLimit(Limit):
         """The squared length of each joint's step."""
         bodies = self.robot.bodies
         ends = [(before.positions[body.end], after.positions[body.end]) for body in bodies]
-        steps = [last - first for first, last in ends] if self.any_standing else []
+        steps: list[Matrix] = [_squared(last - first) for first, last in ends] if self.any_standing else []
         for obstacle in self.moving:
-            steps += [obstacle.seen(last, after.times) - obstacle.seen(first, before.times) for first, last in ends]
-        bound = ca.repmat(ca.horzcat((MAX_STEP_SHARE * self.width) ** 2), 1, len(steps))
+            steps += [self._seen(body, obstacle, before, after) for body in bodies]
+        bound = ca.repmat(ca.horzcat(self._longest**2), 1, len(steps))
         views = [""] * self.any_standing + [" as a moving obstacle sees it"] * len(self.moving)
         return [
             Constraint(
                 name=self.name,
                 unit="m^2",
-                expression=ca.horzcat(*(ca.sum2(step * step) for step in steps)),
+                expression=ca.horzcat(*steps),
                 lower=None,
                 upper=bound,
                 columns=tuple(f"end of {body.name}{view}" for view in views for body in bodies),
@@ -318,3 +324,18 @@ class StepLimit(Limit):
                 formula="|end of link i at t_j+1 - at t_j|^2 <= (0.9 x the smallest obstacle's width)^2",
             )
         ]
+
+    def _seen(self, body: Body, obstacle: Obstacle, before: Samples, after: Samples) -> Matrix:
+        """The squared length of the longer step of a body's ends as an obstacle sees them, (n, 1), m^2.
+
+        It is made shorter by as much as a step may be longer for the distance that is kept afterwards.
+        """
+        ends = ((obstacle.seen(one.positions[end], one.times) for one in (after, before)) for end in body.frames)
+        longest = reduce(ca.fmax, (_squared(last - first) for last, first in ends))
+        pair, allowed = CollisionPair(body, 0, obstacle, _is_measured(self.robot, body, obstacle)), self._longest
+        return longest * (allowed / ca.fmax(allowed, pair.clearance(after.positions, after.times))) ** 2
+
+
+def _squared(step: Matrix) -> Matrix:
+    """The squared lengths of steps (n, dim), (n, 1)."""
+    return ca.sum2(step * step)
