@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from problems.base.matrix import FloatArray
-from problems.sequential.path_speed import GAUSS, MotionSpace
+from problems.sequential.path_speed import GAUSS, MotionSpace, PathSpeed
 
 
 @dataclass(frozen=True)
@@ -17,11 +17,13 @@ class Clock:
 
     Args:
         space: of motions.
-        u: increasing parameters, (n,), the first 0.
+        u: parameters, (n,), the first 0, none smaller than the one before.
+        waits: how many of them are passed before the motion begins, in equal steps.
     """
 
     space: MotionSpace
     u: FloatArray
+    waits: int = 0
 
     @cached_property
     def _nodes(self) -> tuple[FloatArray, FloatArray]:
@@ -36,13 +38,19 @@ class Clock:
         basis, weights = self._nodes
         return np.asarray((weights / (basis @ speeds).reshape(weights.shape)).sum(axis=1))
 
-    def times(self, speeds: FloatArray) -> FloatArray:
-        """When it passes each, (n,), s."""
-        return np.concatenate([[0.0], np.cumsum(self.steps(speeds))])
+    @property
+    def _delays(self) -> FloatArray:
+        """Shares of the delay that have passed, (n,)."""
+        return np.minimum(np.arange(self.u.size) / max(self.waits, 1), 1.0)
 
-    def slopes(self, speeds: FloatArray) -> FloatArray:
-        """Of these times with respect to the speeds, (n, M), s^2."""
+    def times(self, motion: PathSpeed) -> FloatArray:
+        """When a motion passes each, (n,), s."""
+        return np.asarray(np.append(0.0, np.cumsum(self.steps(motion.speeds))) + self._delays * motion.delay)
+
+    def slopes(self, motion: PathSpeed) -> FloatArray:
+        """Of these times with respect to the speeds, s^2, and to the delay: (n, M + 1)."""
         basis, weights = self._nodes
-        falls = -weights.ravel()[:, None] / (basis @ speeds)[:, None] ** 2 * basis
+        falls = -weights.ravel()[:, None] / (basis @ motion.speeds)[:, None] ** 2 * basis
         steps = falls.reshape(*weights.shape, -1).sum(axis=1)
-        return np.concatenate([np.zeros((1, steps.shape[1])), np.cumsum(steps, axis=0)])
+        by_speeds = np.concatenate([np.zeros((1, steps.shape[1])), np.cumsum(steps, axis=0)])
+        return np.concatenate([by_speeds, self._delays[:, None]], axis=1)

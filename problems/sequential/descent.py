@@ -10,20 +10,22 @@ from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray
 from problems.sequential.clock import Clock
-from problems.sequential.delay_rows import delay_rows
 from problems.sequential.freedom import Freedom
 from problems.sequential.kept_limits import KeptLimits, LinearLimits
 from problems.sequential.linear_step import ClearanceRows, Step, best_step, paced
 from problems.sequential.nearness import Nearness, NearPairs
 from problems.sequential.path_speed import Grid, MotionSpace, PathSpeed
+from problems.sequential.time_shift import TimeShift
 
 LIMIT_SAMPLES, LIMIT_ROWS = 16, 4  # in each piece of the speed, a sample and, of every so many, rows of a program
 CLEARANCE_SAMPLES, CLEARANCE_ROWS = 8, 2  # likewise; rows are also where something is extreme
 ITERATIONS = 40
-LEAST_SPEED = 1e-3  # m/s, of obstacles that move
+WAIT_SAMPLES = 24  # of the clearance while it stands still at its start
+SHIFT = 1.0  # s/rad: by how much times may change in a step, of the trust region
 FIRST_TRUST, LEAST_TRUST, LARGEST_TRUST = 0.1, 2e-3, 0.25  # rad, how far a control point may move
 GROWS, SHRINKS, FAILS = 1.6, 0.5, 0.3  # the trust region
 GOOD, POOR = 0.5, 0.1  # shares of the promised gain
+HOPELESS = 1.5  # of a duration to beat
 LEAST_GAIN, PATIENCE = 2e-4, 3  # of the duration; and how many iterations may gain less
 ENOUGH, AT_ENDS = 0.5, 0.8  # of the spare clearance, and of that of the ends
 LOOKED_AT = 1.0  # m/rad: pairs are looked at that come no farther than that beyond what is kept, of the trust region;
@@ -49,7 +51,7 @@ class Reached:
 
     def better_than(self, other: Reached) -> bool:
         """Nearer to being clear; if both are, faster."""
-        return (self.missing, self.motion.duration) < (other.missing, other.motion.duration)
+        return (self.missing, self.motion.cost) < (other.missing, other.motion.cost)
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,9 @@ class Descent:
 
     @cached_property
     def _clock(self) -> Clock:
-        return Clock(self.space, self.space.even(self.clearance_samples))
+        waits = WAIT_SAMPLES if self.nearness.timed else 0
+        even = self.space.even(self.clearance_samples)
+        return Clock(self.space, np.concatenate([np.zeros(waits), even]), waits)
 
     @cached_property
     def _clearance_basis(self) -> FloatArray:
@@ -91,16 +95,21 @@ class Descent:
         """Which pairs are with an obstacle that moves, (pairs,)."""
         return np.array([pair.timed for pair in self.nearness.pairs], dtype=bool)
 
-    def __call__(self, start: PathSpeed) -> Reached:
-        """The best motion that steps from a start lead to."""
+    def __call__(self, start: PathSpeed, to_beat: float = np.inf) -> Reached:
+        """The best motion that steps from a start lead to.
+
+        Args:
+            start: of the descent.
+            to_beat: the duration in s of a motion that is known: what becomes much slower is given up.
+        """
         trust, idle = FIRST_TRUST, 0
-        best = self._reached(replace(start, controls=self.freedom.placed(start.controls)), trust)
+        best = self.begun(start)
         for _ in range(ITERATIONS):
             step = self._step(best, self.freedom.moves(best.motion.controls), trust)
             if step is None:
                 break
             new = self._reached(replace(step.motion, controls=self.freedom.placed(step.motion.controls)), GROWS * trust)
-            saved = best.motion.duration - new.motion.duration
+            saved = best.motion.cost - new.motion.cost
             if not new.better_than(best):
                 trust *= FAILS
             else:
@@ -108,9 +117,13 @@ class Descent:
                 trust = min(trust * (GROWS if share > GOOD else SHRINKS if share < POOR else 1.0), LARGEST_TRUST)
                 idle = idle + 1 if new.missing == best.missing and saved < LEAST_GAIN * best.motion.duration else 0
                 best = new
-            if idle == PATIENCE or trust < LEAST_TRUST:
+            if idle == PATIENCE or trust < LEAST_TRUST or best.motion.duration > HOPELESS * to_beat:
                 break
         return best
+
+    def begun(self, start: PathSpeed) -> Reached:
+        """Where a descent begins."""
+        return self._reached(replace(start, controls=self.freedom.placed(start.controls)), FIRST_TRUST)
 
     def _reached(self, motion: PathSpeed, trust: float) -> Reached:
         """A motion that keeps its limits, and the pairs that may matter in a trust region around it.
@@ -119,14 +132,14 @@ class Descent:
         or as a linear program of its speeds alone makes it.
         """
         if not self.nearness.timed:
-            return self._measured(paced(motion, self.limits, self._linear(motion), self._grid), trust)
-        even = self._measured(motion.slowed(max(1.0, self.limits.stretch(motion, self._grid))), max(trust, PACE))
+            return self.measured(paced(motion, self.limits, self._linear(motion), self._grid), trust)
+        even = self.measured(motion.slowed(max(1.0, self.limits.stretch(motion, self._grid))), max(trust, PACE))
         still = np.empty((motion.controls.size, 0))
         step = self._step(even, still, PACE)
         if step is None:
             return even
         stretch = max(1.0, self.limits.stretch(step.motion, self._grid))
-        other = self._measured(step.motion.slowed(stretch), trust)
+        other = self.measured(step.motion.slowed(stretch), trust)
         return other if other.better_than(even) else even
 
     def _linear(self, motion: PathSpeed) -> LinearLimits:
@@ -135,20 +148,17 @@ class Descent:
     def _step(self, around: Reached, moves: FloatArray, trust: float) -> Step | None:
         """The best one of some moves within a trust region."""
         motion, linear = around.motion, self._linear(around.motion)
-        passing = np.zeros((self._clock.u.size, motion.speeds.size))
-        if self.nearness.timed:
-            passing = self._clock.slopes(motion.speeds)
-            delays = delay_rows(passing[:: self.clearance_samples], self._most_delay(motion, trust))
-            linear = LinearLimits((*linear.parts, delays))
-        return best_step(motion, self.limits.joints, linear, self._clearances(around, passing, trust), moves, trust)
+        if not self.nearness.timed:
+            none = np.zeros((self._clock.u.size, motion.speeds.size))
+            return best_step(motion, self.limits.joints, linear, self._clearances(around, none, trust), moves, trust)
+        passing = self._clock.slopes(motion)
+        shift = TimeShift(passing[:: self.clearance_samples], SHIFT * trust)
+        clear = self._clearances(around, passing, trust)
+        return best_step(motion, self.limits.joints, linear, clear, moves, trust, shift)
 
-    def _most_delay(self, motion: PathSpeed, trust: float) -> float:
-        """By how much times may change in a step, s."""
-        return LOOKED_AT * trust / max(self.nearness.top_speed(motion.duration), LEAST_SPEED)
-
-    def _measured(self, motion: PathSpeed, trust: float) -> Reached:
+    def measured(self, motion: PathSpeed, trust: float) -> Reached:
         """How near a motion comes that keeps its limits."""
-        theta, times = self._clearance_basis @ motion.controls, self._clock.times(motion.speeds)
+        theta, times = self._clearance_basis @ motion.controls, self._clock.times(motion)
         looked_at = LOOKED_AT * trust * (2.0 if self.nearness.timed else 1.0)
         near = self.nearness.near(theta, times, self.kept + self.spare + looked_at)
         spares = self._spares(near)
@@ -171,17 +181,17 @@ class Descent:
 
         Args:
             around: the motion.
-            passing: how the times of its samples change with its speeds, (samples, M).
+            passing: how the times of its samples change with its pace, (samples, M) or (samples, M + 1).
             trust: how far a control point may move, rad.
         """
         near = around.near.thinned(CLEARANCE_ROWS)
-        theta, times = self._clearance_basis @ around.motion.controls, self._clock.times(around.motion.speeds)
+        theta, times = self._clearance_basis @ around.motion.controls, self._clock.times(around.motion)
         gradients, by_time = self.nearness.gradients(theta, times, near)
         room = near.clearances - self.kept - around.spares[near.pairs]
         reach = np.abs(gradients).sum(axis=1) * trust
         if self.nearness.timed:
-            reach += np.abs(by_time) * self._most_delay(around.motion, trust)
+            reach += np.abs(by_time) * SHIFT * trust
         some = room < reach
         samples = near.samples[some]
-        by_speeds = by_time[some, None] * passing[samples]
-        return ClearanceRows(room[some], reach[some], gradients[some], self._clearance_basis[samples], by_speeds)
+        by_pace = by_time[some, None] * passing[samples]
+        return ClearanceRows(room[some], reach[some], gradients[some], self._clearance_basis[samples], by_pace)

@@ -8,7 +8,6 @@ import numpy as np
 
 from problems.base.matrix import FloatArray
 from problems.robots.robot import JointLimits
-from problems.sequential.delay_rows import DelayRows
 from problems.sequential.joint_torques import JointTorques
 from problems.sequential.limit_rows import LimitRows, limit_rows
 from problems.sequential.path_speed import Grid, PathSpeed
@@ -23,7 +22,7 @@ class LinearLimits:
         parts: of one kind each.
     """
 
-    parts: tuple[LimitRows | TorqueRows | DelayRows, ...]
+    parts: tuple[LimitRows | TorqueRows, ...]
 
     @property
     def values(self) -> FloatArray:

@@ -11,7 +11,8 @@ from scipy.sparse import csr_array
 from problems.base.matrix import FloatArray
 from problems.robots.robot import JointLimits
 from problems.sequential.kept_limits import KeptLimits, LinearLimits
-from problems.sequential.path_speed import RESTING, Grid, PathSpeed
+from problems.sequential.path_speed import DELAY_COST, RESTING, Grid, PathSpeed
+from problems.sequential.time_shift import TimeShift
 from problems.timing.linear_program import minimizer
 
 TOUCHING = 100.0  # s/m: what a program pays for clearance that is missing
@@ -33,25 +34,25 @@ class ClearanceRows:
         reach: by how much each changes in a step at most, (m,), m.
         gradients: with respect to the joints, (m, k).
         basis: of the path at their samples, (m, N).
-        by_speeds: slopes with respect to the speeds, (m, M): not zero where an obstacle moves.
+        by_pace: slopes with respect to the speeds, (m, M); where an obstacle moves also to the delay, (m, M + 1).
     """
 
     room: FloatArray
     reach: FloatArray
     gradients: FloatArray
     basis: FloatArray
-    by_speeds: FloatArray
+    by_pace: FloatArray
 
     def slopes(self, chosen: NDArray[np.intp], moves: FloatArray) -> FloatArray:
-        """Of some with respect to moves (N k, free) of the control points, and to the speeds: (chosen, free + M)."""
+        """Of some with respect to moves (N k, free) of the control points, and to the pace."""
         outer = self.basis[chosen, :, None] * self.gradients[chosen, None, :]
         by_path = outer.reshape(chosen.size, moves.shape[0]) @ moves
-        return np.concatenate([by_path, self.by_speeds[chosen]], axis=1)
+        return np.concatenate([by_path, self.by_pace[chosen]], axis=1)
 
-    def left(self, change: FloatArray, speeds: FloatArray) -> FloatArray:
-        """The room that a change (N, k) of the control points, and one (M,) of the speeds, leaves."""
+    def left(self, change: FloatArray, pace: FloatArray) -> FloatArray:
+        """The room that a change (N, k) of the control points, and one of the pace, leaves."""
         by_path = ((self.basis @ change) * self.gradients).sum(axis=1)
-        return np.asarray(self.room + by_path + self.by_speeds @ speeds)
+        return np.asarray(self.room + by_path + self.by_pace @ pace)
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,13 @@ class Step:
 
 
 def best_step(
-    motion: PathSpeed, limits: JointLimits, linear: LinearLimits, clear: ClearanceRows, moves: FloatArray, trust: float
+    motion: PathSpeed,
+    limits: JointLimits,
+    linear: LinearLimits,
+    clear: ClearanceRows,
+    moves: FloatArray,
+    trust: float,
+    shift: TimeShift | None = None,
 ) -> Step | None:
     """The best change within a trust region; None where no program can be solved.
 
@@ -76,11 +83,17 @@ def best_step(
         clear: its clearances.
         moves: changes of the control points that keep its ends, (N k, free); where there are none, the path stays.
         trust: how far a control point may move, rad.
+        shift: by how much times may change, where obstacles move: then the delay may change too.
     """
     lower, upper = _box(motion, limits, moves.shape[1], trust)
     free, width = moves.shape[1], np.maximum(-lower, upper)
     rows, bounds = useful_rows(linear.values, linear.slopes(moves), width)
     costs = np.concatenate([np.zeros(free), motion.duration_slopes])
+    if shift is not None:
+        at_times, most = shift.rows(free)
+        rows, bounds = np.concatenate([np.pad(rows, ((0, 0), (0, 1))), at_times]), np.append(bounds, most)
+        costs = np.append(costs, DELAY_COST)
+        lower, upper = np.append(lower, -min(motion.delay, shift.most)), np.append(upper, shift.most)
     box = np.stack([lower, upper], axis=1)
     active = clear.room < FIRST_SHARE * clear.reach
     found, change = None, np.zeros_like(motion.controls)
@@ -108,9 +121,10 @@ def best_step(
         active |= broken
     if found is None:
         return None
-    speeds = found[free : costs.size]
-    moved = PathSpeed(motion.space, motion.controls + change, motion.speeds + speeds)
-    return Step(moved, float(-motion.duration_slopes @ speeds))
+    last = free + motion.speeds.size
+    delay = motion.delay + float(found[last : costs.size].sum())
+    moved = PathSpeed(motion.space, motion.controls + change, motion.speeds + found[free:last], delay)
+    return Step(moved, float(-costs[free:] @ found[free : costs.size]))
 
 
 def paced(motion: PathSpeed, limits: KeptLimits, linear: LinearLimits, grid: Grid) -> PathSpeed:

@@ -6,7 +6,7 @@ Only pairs with an obstacle that moves need the time; of the others it is neithe
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import casadi as ca
@@ -142,6 +142,12 @@ class Nearness:
     def timed(self) -> bool:
         """Whether it matters at which times: an obstacle moves."""
         return any(pair.timed for pair in self.pairs)
+
+    @property
+    def standing(self) -> Nearness:
+        """The same of those pairs alone that do not move by themselves."""
+        kept = [tuple(pair for pair in limit.pairs if not pair.timed) for limit in self.limits]
+        return replace(self, limits=tuple(replace(one, pairs=p) for one, p in zip(self.limits, kept, strict=True)))
 
     def top_speed(self, duration: float) -> float:
         """How fast a distance changes at most within a duration from t = 0 on though no joint moves, m/s."""

@@ -7,7 +7,9 @@ import numpy as np
 from problems.motions.trajectory import Trajectory
 from problems.sequential.clock import Clock
 from problems.sequential.path_speed import PathSpeed
+from problems.sequential.starts.waiting import delayed
 
+LEAST_DELAY = 1e-6  # s
 IN_PIECE = 8  # pieces in time for each of the speed
 
 
@@ -24,4 +26,5 @@ def timed(motion: PathSpeed, in_piece: int = IN_PIECE) -> Trajectory:
     scaled = np.stack([6.0 * way - 3.0 * turn + bend, -15.0 * way + 7.0 * turn - 2.0 * bend,
                        10.0 * way - 4.0 * turn + bend, a0, v0, q0])  # fmt: skip
     powers = np.arange(5, -1, -1)[:, None]
-    return Trajectory(np.concatenate([[0.0], np.cumsum(steps)]), scaled / (steps**powers)[..., None])
+    moving = Trajectory(np.concatenate([[0.0], np.cumsum(steps)]), scaled / (steps**powers)[..., None])
+    return moving if motion.delay < LEAST_DELAY else delayed(moving, motion.delay)
