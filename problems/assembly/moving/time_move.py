@@ -157,14 +157,12 @@ class TimeMoveProblem(Problem[SplineShape]):
         Raises:
             InvalidProblem: as :func:`time_move`.
         """
+        same_robot = task.robot is self.robot
+        motion = self.motion if same_robot else replace(self.motion, robot=task.robot)
         limits = limits_of(task.robot, task.obstacles, self.further_limits)
-        if task.robot is not self.robot:
-            motion = replace(self.motion, robot=task.robot)
-            return replace(
-                self, task=task, motion=motion, encoding=encoding_of(task, motion), limits=limits, first=None
-            )
-        other = replace(self, task=task, encoding=encoding_of(task, self.motion), limits=limits, first=None)
-        if other._reading.make == self._reading.make:
+        encoding = encoding_of(task, motion)
+        other = replace(self, task=task, motion=motion, encoding=encoding, limits=limits, first=None)
+        if same_robot and other._reading.make == self._reading.make:
             object.__setattr__(other, "first", self.first or self)  # frozen from now on
         return other
 
