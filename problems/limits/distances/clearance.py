@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, reduce
+from functools import cached_property, lru_cache, reduce
 from typing import ClassVar, Self
 
 import casadi as ca
 import numpy as np
 
-from problems.base.arguments import Arguments, is_zero, structure
+from problems.base.arguments import Arguments, Reading, is_zero, structure
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.limits.constraint import Constraint
 from problems.limits.distances.ball_cluster import LEAST_PAIRS, Cluster, clusters_of
@@ -243,13 +243,22 @@ class Clearance(Proximity):
 
         Those that cannot touch it are among them, so that where obstacles are changes no code.
         """
+        clusters = clusters_of(self.robot, moving_bodies(self.robot)) if self._of_one_make else []
+        return [_repetition(twin.robot, clusters, pairs) for pairs in self._of_one_make]
+
+    def repeated_numbers(self) -> list[FloatArray]:
+        """Those of the obstacles of each make."""
+        return [np.array([Reading(pair.obstacle).values for pair in pairs]) for pairs in self._of_one_make]
+
+    @cached_property
+    def _of_one_make(self) -> list[list[CollisionPair]]:
+        """Among balls, a pair with each obstacle, those of one make together; the makes in order; else none."""
         if not all(pair.body.is_ball for pair in self.pairs):
             return []
         makes: dict[Hashable, dict[int, CollisionPair]] = {}
         for pair in self.pairs:
             makes.setdefault((structure(pair.obstacle), pair.measured), {})[pair.number] = pair
-        clusters = clusters_of(self.robot, moving_bodies(self.robot))
-        return [_repetition(twin.robot, clusters, list(pairs.values())) for pairs in makes.values()]
+        return [list(pairs.values()) for pairs in makes.values()]
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """Clearance of the lines from each joint's position at one sample to that at the next; none of balls."""
