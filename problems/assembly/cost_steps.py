@@ -39,8 +39,8 @@ class CostSteps(ABC, Generic[P]):
         self.arguments = Arguments()
         self.encoding: Encoding[P] = self.arguments.twin(problem.encoding)
         self.motion: Motion[P] = self.arguments.twin(problem.motion)
-        self.limits: tuple[Limit, ...] = self.arguments.twin(problem.limits)
-        each = zip(problem.limits, self.limits, strict=True)
+        self.limits: tuple[Limit, ...] = self.arguments.twin(problem.searched_limits)
+        each = zip(problem.searched_limits, self.limits, strict=True)
         self._repetitions = {id(twin): limit.repetitions(twin) for limit, twin in each}
         self.weights: CostWeights = self.arguments.twin(problem.weights)
         self.duration_bounds = self.arguments.twin(problem.task.duration_bounds)

@@ -38,6 +38,11 @@ class Task(Statement, ABC):
         return np.zeros((2, self.robot.dof))
 
     @property
+    def end_accelerations(self) -> FloatArray:
+        """Joint accelerations before the start and after the end, (2, dof), rad/s^2; zero by default."""
+        return np.zeros((2, self.robot.dof))
+
+    @property
     def crowded(self) -> bool:
         """Whether there is anything to keep clear of: an obstacle, or the robot itself."""
         return bool(self.obstacles) or self.robot.self_collision
