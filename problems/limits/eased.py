@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from problems.base.matrix import Matrix, Operand
+from problems.base.matrix import FloatArray, Matrix, Operand
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit, Repetition
 from problems.motions.samples import Samples
@@ -57,6 +57,10 @@ class Eased(Limit):
             replace(each, limits=tuple(map(Eased, each.limits)), timed=True)
             for each in self.limit.repetitions(twin.limit)
         ]
+
+    def repeated_numbers(self) -> list[FloatArray]:
+        """Those of the limit."""
+        return self.limit.repeated_numbers()
 
     def may_break(self, samples: Samples, margin: float = 0.0) -> Matrix | None:
         """With all of the margin."""

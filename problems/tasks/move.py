@@ -22,7 +22,7 @@ from problems.tasks.drawing import Marker, MarkerKind
 from problems.tasks.elbow import Elbow, check_elbow
 from problems.tasks.end_velocities import acceleration_conditions, velocity_conditions
 from problems.tasks.passing import passing_times
-from problems.tasks.place import Place
+from problems.tasks.place import Joints, Place
 from problems.tasks.task import Task
 
 
@@ -97,6 +97,26 @@ class Move(Task):
         move = copy(self)
         for name, places in (("start", start), ("vias", vias), ("goals", goals)):
             object.__setattr__(move, name, places)
+        return move
+
+    def observed(
+        self,
+        state: tuple[FloatArray, FloatArray, FloatArray],
+        obstacles: tuple[Obstacle, ...],
+        goals: tuple[Place, ...] | None = None,
+    ) -> Move:
+        """The same move from where the robot is now among what is there now: observed, so that nothing is checked.
+
+        Args:
+            state: joint angles, velocities and accelerations, each (dof,); rad, rad/s, rad/s^2.
+            obstacles: to keep clear of from now on.
+            goals: others, of which one is reached; those of this move where None.
+        """
+        theta, velocity, acceleration = (tuple(values.tolist()) for values in state)
+        move = self.narrowed(Joints(theta), self.vias, self.goals if goals is None else goals)
+        observed = {"start_velocity": velocity, "start_acceleration": acceleration, "obstacles": obstacles}
+        for name, value in observed.items():
+            object.__setattr__(move, name, value)
         return move
 
     @property

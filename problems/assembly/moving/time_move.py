@@ -7,22 +7,24 @@ being derived or compiled anew.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from problems.assembly.cost_steps import CostSteps
+from problems.assembly.cost_steps import CostSteps, statements_of
+from problems.assembly.moving.restated_program import restated
 from problems.assembly.point_to_point import objective_named
 from problems.assembly.problem import Problem
+from problems.base.arguments import Reading
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.encodings.encoding import CostWeights, Decoded
 from problems.encodings.moving.time_control_points import TimeControlPoints
 from problems.encodings.path_timing import step_limits
-from problems.evaluation import Program, Step
+from problems.evaluation import EvaluationOptions, PopulationFunction, Program, Step
 from problems.limits import limits_of
 from problems.limits.constraint import Constraint
 from problems.limits.eased import Eased
@@ -131,6 +133,7 @@ class TimeMoveProblem(Problem[SplineShape]):
 
     Attributes:
         further_limits: kinds of limits that hold besides those of the robot and of the obstacles.
+        first: the problem of the same make whose program was derived; itself where None.
     """
 
     has_program: ClassVar[bool] = False
@@ -139,11 +142,40 @@ class TimeMoveProblem(Problem[SplineShape]):
     motion: TimeSpline
     encoding: TimeControlPoints
     further_limits: tuple[type[Limit], ...] = ()
+    first: TimeMoveProblem | None = None
 
     @cached_property
     def searched_limits(self) -> tuple[Limit, ...]:
         """The limits with a margin for what is between samples, except at the ends, which are given."""
         return tuple(Eased(limit) for limit in self.limits)
+
+    def restated(self, task: Move) -> TimeMoveProblem:
+        """The problem of another task: from another state, to other postures, among other obstacles.
+
+        Where it is of the same make, which takes milliseconds to tell, it shares all that was derived and compiled.
+
+        Raises:
+            InvalidProblem: as :func:`time_move`.
+        """
+        limits = limits_of(task.robot, task.obstacles, self.further_limits)
+        if task.robot is not self.robot:
+            motion = replace(self.motion, robot=task.robot)
+            return replace(
+                self, task=task, motion=motion, encoding=encoding_of(task, motion), limits=limits, first=None
+            )
+        other = replace(self, task=task, encoding=encoding_of(task, self.motion), limits=limits, first=None)
+        if other._reading.make == self._reading.make:
+            object.__setattr__(other, "first", self.first or self)  # frozen from now on
+        return other
+
+    def same_make(self, task: Move) -> bool:
+        """Whether the problem of another task shares what was derived and compiled for this one."""
+        return self.restated(task).first is not None
+
+    @cached_property
+    def _reading(self) -> Reading:
+        """The numbers of its program, and what problems have in common whose programs differ in these alone."""
+        return Reading(statements_of(self))
 
     def decoded(self, x: Matrix) -> Decoded[SplineShape]:
         """The motion of a search vector."""
@@ -169,7 +201,15 @@ class TimeMoveProblem(Problem[SplineShape]):
 
     def cost_program(self) -> Program:
         """Decode, sample, finish."""
-        return TimeMoveSteps(self).program()
+        if self.first is None:
+            return TimeMoveSteps(self).program()
+        return restated(self.first.program, self, self._reading.values)
+
+    def new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
+        """That of the first problem of its make with other numbers, where there is one."""
+        if self.first is None:
+            return super().new_evaluator(options)
+        return self.first.evaluator(options).restated(self.program)
 
     def nlp(self) -> NonlinearProgram:
         """There is none.
