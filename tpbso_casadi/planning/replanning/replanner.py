@@ -24,6 +24,7 @@ from problems.tasks.checks import check_at_least, check_obstacles
 from tpbso_casadi.planning.replanning.candidates import passed, stands_at_end_of
 from tpbso_casadi.planning.replanning.decision import Decision, Judged
 from tpbso_casadi.planning.replanning.proofs import RobotLimits, Scene, is_clear
+from tpbso_casadi.planning.replanning.search import Search
 from tpbso_casadi.planning.replanning.step import Approach, Step
 from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.scenario.section import ScenarioError
@@ -94,11 +95,12 @@ class Replanner:
         if within is not None:
             check_within("within", (within,), (0.0, LONGEST), "s")
         self.scenario, self.every, self.fail_safe_rate = scenario, every, fail_safe_rate
-        self.evaluations, self.within, self.seed = evaluations, within, seed
+        self.within = within
         criteria = scenario.criteria()
         self.task, self.robot, self._goals = criteria.task, criteria.robot, criteria.task.last_places
         if not self._goals:
             raise ScenarioError("task: only a move to a goal at rest, without places on the way, is planned again")
+        self.search = Search(self.robot, scenario.model.further_limits, evaluations, seed)
         self._limits = RobotLimits(self.robot, scenario.model.further_limits)
         self._known: Known | None = None  # the last motion, if it keeps what does not change
 
@@ -142,6 +144,8 @@ class Replanner:
             is_proven=self._known is not None and self._known.holds(executed, scene),
             foreseen=None if self._known is None else self._known.foreseen(executed, scene),
             goals=self._postures(executed, goal),
+            search=self.search,
+            seconds=lambda: None if self.within is None else self.within - (time.perf_counter() - began),
             every=self.every,
             rate=self.fail_safe_rate,
         )
