@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from problems import InvalidProblem, Joints, Limit, Move, Obstacle, Robot, Trajectory
 from problems.assembly.moving.time_move import TimeMoveProblem, time_move
 from problems.base.matrix import FloatArray
+from problems.evaluation import EvaluationOptions
 from problems.timing.from_motion.motion_state import MotionState
 from solvers import Archive, Box, Budget, minimize
 from solvers.lshade import LSHADE
@@ -43,18 +44,37 @@ class Search:
 
     def __init__(self, robot: Robot, further: Sequence[type[Limit]], evaluations: int, seed: int) -> None:
         self._robot, self._further, self._evaluations, self._seed = robot, further, evaluations, seed
-        self._solver = LSHADE()
+        self._solver, self._evaluation = LSHADE(), _compiled_at_once()
         self._problem: TimeMoveProblem | None = None
         self._known: FloatArray = np.empty((0, 0))
 
-    def prepare(self, task: Move) -> TimeMoveProblem:
-        """The problem of a task, which shares what was derived and compiled for the one before, if it can.
+    def prepare(self, state: MotionState, goals: Sequence[FloatArray], obstacles: Sequence[Obstacle]) -> None:
+        """Derive and compile what searches from such states need, so that none of them has to.
+
+        Args:
+            state: one of them.
+            goals: postures (k,), rad.
+            obstacles: as many, and of the same make, as there will be.
 
         Raises:
-            InvalidProblem: the task asks for what cannot be searched.
+            InvalidProblem: that cannot be searched.
         """
-        before = self._problem
-        self._problem = time_move(task, limits=self._further) if before is None else before.restated(task)
+        problem = self._stated(state, goals, obstacles)
+        problem.evaluator(self._evaluation)(np.mean(problem.bounds, axis=0)[None])
+
+    def _stated(
+        self, state: MotionState, goals: Sequence[FloatArray], obstacles: Sequence[Obstacle]
+    ) -> TimeMoveProblem:
+        """The problem, which shares what was derived and compiled for the one before, if it can."""
+        limits, places = self._robot.limits, tuple(Joints(tuple(goal.tolist())) for goal in goals)
+        rates = _clipped(state.velocity, limits.speed), _clipped(state.acceleration, limits.acceleration)
+        if self._problem is None:
+            start, (speeds, changes) = Joints(tuple(state.angles.tolist())), (tuple(rate.tolist()) for rate in rates)
+            task = Move(self._robot, start, places, (), "free", tuple(obstacles), speeds, (), None, changes)
+            self._problem = time_move(task, limits=self._further)
+        else:
+            task = self._problem.task.observed((state.angles, *rates), tuple(obstacles), places)
+            self._problem = self._problem.restated(task)
         return self._problem
 
     def start_from(self, candidates: FloatArray) -> None:
@@ -81,11 +101,11 @@ class Search:
         if seconds is not None and seconds <= 0.0:
             return
         try:
-            problem = self.prepare(self._task(state, goals, obstacles))
+            problem = self._stated(state, goals, obstacles)
         except InvalidProblem:  # the goal is taken by what stands there, or something is too near already
             return
         box = Box(*problem.bounds)
-        archive, evaluate = Archive(box), problem.evaluator()
+        archive, evaluate = Archive(box), problem.evaluator(self._evaluation)
         self._seed += 1
         minimize(
             evaluate,
@@ -108,19 +128,13 @@ class Search:
         kept = self._known if self._known.shape[1] == width else np.empty((0, width))
         return np.concatenate([np.empty((0, width)), *rows, kept])
 
-    def _task(self, state: MotionState, goals: Sequence[FloatArray], obstacles: Sequence[Obstacle]) -> Move:
-        limits = self._robot.limits
-        return Move(
-            self._robot,
-            Joints(tuple(state.angles.tolist())),
-            tuple(Joints(tuple(goal.tolist())) for goal in goals),
-            obstacles=tuple(obstacles),
-            start_velocity=_clipped(state.velocity, limits.speed),
-            start_acceleration=_clipped(state.acceleration, limits.acceleration),
-        )
 
-
-def _clipped(values: FloatArray, most: tuple[float, ...]) -> tuple[float, ...]:
+def _clipped(values: FloatArray, most: tuple[float, ...]) -> FloatArray:
     """Rates that are beyond their limits by rounding at most, within these."""
-    bounds = np.array(most)
-    return tuple(np.clip(values, -bounds, bounds).tolist())
+    return np.clip(values, -np.array(most), np.array(most))
+
+
+def _compiled_at_once() -> EvaluationOptions:
+    """The usual options, but for waiting until something is worth compiling: a step has no time for it."""
+    usual = EvaluationOptions()
+    return replace(usual, backend="native") if usual.backend == "auto" else usual
