@@ -148,9 +148,10 @@ class Reading:
         if id(statement) in self._seen:
             return self._seen[id(statement)][0]
         self._seen[id(statement)] = len(self._seen), statement
-        return type(statement), *[
+        kind: Any = type(statement)
+        return kind, *[
             self._number(value) if is_number and not (zero_is_structure and is_zero(value)) else self._read(value)
-            for name, is_number, zero_is_structure in _fields_of(type(statement))
+            for name, is_number, zero_is_structure in _fields_of(kind)
             for value in (getattr(statement, name),)
         ]
 

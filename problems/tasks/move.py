@@ -154,6 +154,13 @@ class Move(Task):
         return not self.vias
 
     @property
+    def start_posture(self) -> FloatArray | None:
+        """The joint angles at the start, where they leave no choice."""
+        if self.start.chosen_by_inverse_kinematics or self.start.choices(self.robot):
+            return None
+        return as_array(self.start.posture(self.robot, ca.DM(0, 1), 1.0, None)[0]).ravel()
+
+    @property
     def last_places(self) -> tuple[Place, ...]:
         """Its goals, where there are no vias and it comes to rest."""
         return self.goals if self.passes_nothing and not any(self.goal_velocity) else ()

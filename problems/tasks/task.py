@@ -76,6 +76,11 @@ class Task(Statement, ABC):
         return False
 
     @property
+    def start_posture(self) -> FloatArray | None:
+        """The joint angles at the start, (dof,), rad, where they are given; None where they are not."""
+        return None
+
+    @property
     def last_places(self) -> tuple[Place, ...]:
         """The places of which one is the end, where the motion rests at one and nothing else is asked; else none."""
         return ()

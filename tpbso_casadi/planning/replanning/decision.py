@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
@@ -12,11 +12,14 @@ import numpy as np
 from problems import Trajectory
 from problems.base.matrix import FloatArray
 from problems.certify.clearance import ClearanceProof, prove_clearance
+from problems.motions.trajectory import SLIVER
 from problems.timing.from_motion.motion_state import MotionState
 from tpbso_casadi.planning.replanning.candidates import Candidate, direct_moves, lasting, stops
 from tpbso_casadi.planning.replanning.proofs import RobotLimits, Scene, is_clear, stays_clear
+from tpbso_casadi.planning.replanning.search import Search
 
 SOONER = 0.99  # of the time until the arm arrives: another motion has to take no more than this share of it
+SLOW = 1.1  # times the least time that there is: what takes longer is worth a search
 SAME_POSTURE = 1e-6  # rad
 
 
@@ -58,6 +61,8 @@ class Decision:
         is_proven: whether it is known to keep the limits, and clear of what stands still.
         foreseen: the proof that it stays clear of what moves, where that is known too.
         goals: postures (k,), rad, of which one is to be reached.
+        search: for a way round.
+        seconds: that are left for it when it begins; None where only evaluations count.
         every: how long a decision may take, s.
         rate: how fast what moves may leave its prediction, m/s.
     """
@@ -68,6 +73,8 @@ class Decision:
     is_proven: bool
     foreseen: ClearanceProof | None
     goals: Sequence[FloatArray]
+    search: Search
+    seconds: Callable[[], float | None]
     every: float
     rate: float
 
@@ -93,24 +100,51 @@ class Decision:
         return self.executed.duration if any(np.abs(goal - end).max() < SAME_POSTURE for goal in self.goals) else inf
 
     def chosen(self) -> Judged:
-        """What is executed from now on."""
-        best = self._best_of_old_and_direct()
-        return best if best is not None else self.stop()
-
-    def _best_of_old_and_direct(self) -> Judged | None:
+        """What is executed from now on: what arrives first of what may be executed; a stop where nothing may."""
         old = self.judged(self.old) if self.arrival < inf else None
         best = old if old is not None and old.accepted else None
-        arrival = inf if best is None else self.arrival
-        for efforts in direct_moves(self.state, self.goals, self.scene.robot.limits):
+        moves = direct_moves(self.state, self.goals, self.scene.robot.limits) if self._has_far_to_go else []
+        direct = self._direct(moves, inf if best is None else self.arrival)
+        if direct is not None:
+            return direct
+        bound = self.every + min((move.duration for move, *_ in moves), default=inf)
+        if best is None or self.arrival > SLOW * bound:
+            found = self._way_round([move for move, *_ in moves], inf if best is None else self.arrival)
+            best = found or best
+        return best or self.stop()
+
+    @property
+    def _has_far_to_go(self) -> bool:
+        """Whether the arm is not at a goal already when the decision takes effect."""
+        return self.state.moves or all(np.abs(goal - self.state.angles).max() > SAME_POSTURE for goal in self.goals)
+
+    def _direct(self, moves: Sequence[tuple[Trajectory, ...]], arrival: float) -> Judged | None:
+        """The first of the fastest moves to the goals that may be executed and arrives before another motion."""
+        for efforts in moves:
             for move in efforts:
                 if self.every + move.duration > SOONER * arrival:
                     break
-                direct = self.judged(self.new(move))
-                if direct.accepted:
-                    return direct
-                if direct.fixed or not is_clear(direct.proof):
+                judged = self.judged(self.new(move))
+                if judged.accepted:
+                    return judged
+                if judged.fixed or not is_clear(judged.proof):
                     break  # less effort is for motors that cannot give the whole
-        return best
+        return None
+
+    def _way_round(self, moves: Sequence[Trajectory], arrival: float) -> Judged | None:
+        """The first motion that is searched for, may be executed, and arrives before another one."""
+        if not moves:
+            return None
+        rest = self.executed.duration - self.every
+        old = [self.executed.part(self.every, self.executed.duration)] if self.arrival < inf and rest > SLIVER else []
+        obstacles = [obstacle.later(self.every) for obstacle in self.scene.obstacles]
+        for found in self.search.best(self.state, self.goals, obstacles, [*old, *moves], self.seconds()):
+            if self.every + found.trajectory.duration > SOONER * arrival:
+                return None
+            judged = self.judged(self.new(found.trajectory, found.x))
+            if judged.accepted:
+                return judged
+        return None
 
     def stop(self) -> Judged:
         """The first stop that is proven, or else the fastest one."""

@@ -15,15 +15,19 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from problems import InvalidProblem, Place, Trajectory
 from problems.base.matrix import FloatArray
 from problems.base.ranges import COORDINATES, check_within
 from problems.certify.clearance import ClearanceProof
 from problems.scene.obstacle import Obstacle, standing
 from problems.tasks.checks import check_at_least, check_obstacles
+from problems.timing.from_motion.motion_state import MotionState
 from tpbso_casadi.planning.replanning.candidates import passed, stands_at_end_of
 from tpbso_casadi.planning.replanning.decision import Decision, Judged
 from tpbso_casadi.planning.replanning.proofs import RobotLimits, Scene, is_clear
+from tpbso_casadi.planning.replanning.search import Search
 from tpbso_casadi.planning.replanning.step import Approach, Step
 from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.scenario.section import ScenarioError
@@ -94,12 +98,18 @@ class Replanner:
         if within is not None:
             check_within("within", (within,), (0.0, LONGEST), "s")
         self.scenario, self.every, self.fail_safe_rate = scenario, every, fail_safe_rate
-        self.evaluations, self.within, self.seed = evaluations, within, seed
+        self.within = within
         criteria = scenario.criteria()
         self.task, self.robot, self._goals = criteria.task, criteria.robot, criteria.task.last_places
         if not self._goals:
             raise ScenarioError("task: only a move to a goal at rest, without places on the way, is planned again")
+        self.search = Search(self.robot, scenario.model.further_limits, evaluations, seed)
         self._limits = RobotLimits(self.robot, scenario.model.further_limits)
+        if self.task.start_posture is not None:
+            rest = np.zeros(self.robot.dof)
+            standing_there = MotionState(self.task.start_posture, rest, rest)
+            goals = self._postures(self.task.start_posture, None)
+            self.search.prepare(standing_there, goals, self.task.obstacles)
         self._known: Known | None = None  # the last motion, if it keeps what does not change
 
     def first(self, executed: Trajectory | None = None, obstacles: Sequence[Obstacle] | None = None) -> Step:
@@ -114,10 +124,9 @@ class Replanner:
             ScenarioError: the start is no posture, so that the motion has to be given.
         """
         if executed is None:
-            start = self.task.given_postures
-            if not len(start):
+            if self.task.start_posture is None:
                 raise ScenarioError("task.start: joints are needed, or a motion that is planned already")
-            executed = Trajectory.standing(start[0], self.every)
+            executed = Trajectory.standing(self.task.start_posture, self.every)
         return self.replan(executed, self.task.obstacles if obstacles is None else obstacles)
 
     def replan(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None = None) -> Step:
@@ -141,7 +150,9 @@ class Replanner:
             executed=executed,
             is_proven=self._known is not None and self._known.holds(executed, scene),
             foreseen=None if self._known is None else self._known.foreseen(executed, scene),
-            goals=self._postures(executed, goal),
+            goals=self._postures(executed.value_at_end(), goal),
+            search=self.search,
+            seconds=lambda: None if self.within is None else self.within - (time.perf_counter() - began),
             every=self.every,
             rate=self.fail_safe_rate,
         )
@@ -170,7 +181,6 @@ class Replanner:
         if goal is not None:
             goal.check(self.robot, standing(obstacles), "goal")
 
-    def _postures(self, executed: Trajectory, goal: Place | None) -> list[FloatArray]:
+    def _postures(self, end: FloatArray, goal: Place | None) -> list[FloatArray]:
         """Where to go, (k,) each, rad: of a place that leaves a choice, what is nearest to where the motion ends."""
-        end = executed.value_at_end()
         return [place.projected(self.robot, end) for place in (self._goals if goal is None else (goal,))]
