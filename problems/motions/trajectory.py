@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import comb
 
 import casadi as ca
 import numpy as np
@@ -20,6 +21,7 @@ SMOOTH_ORDERS = 3  # of which all but the jerks are continuous where nothing els
 CONTINUOUS_ORDERS = 2  # of which at least angles and speeds have to be
 ROUNDING = 1e-12  # relative to a derivative's largest value: smaller jumps are none
 JUMP = 1e-6  # of the scale of jumps: an acceleration that jumps by less is continuous; timed pieces can be short
+SLIVER = 1e-12  # s: shorter ends of pieces are left out where a motion is cut
 LARGEST_JUMP_SCALE, LEAST_JUMP_SCALE = 1.0, 1e-6  # rad: jumps are relative to what lies between
 
 
@@ -51,6 +53,11 @@ class Trajectory:
             coefficients[order - 1 - powers, index] = piece / (duration**powers)[:, None]
         return cls(np.concatenate([[0.0], np.cumsum(durations)]), coefficients)
 
+    @classmethod
+    def standing(cls, posture: FloatArray, seconds: float) -> Trajectory:
+        """A posture (k,), rad, held for so many seconds."""
+        return cls(np.array([0.0, seconds]), np.asarray(posture, dtype=np.float64)[None, None])
+
     @property
     def duration(self) -> float:
         """T in s."""
@@ -68,6 +75,38 @@ class Trajectory:
     def at(self, times: FloatArray, derivative: int = 0) -> FloatArray:
         """Joint angles or a derivative of them, (n, k), at times (n,) in s; rad / s^derivative."""
         return np.asarray(self._derivatives[derivative](times))
+
+    def value_at_end(self, derivative: int = 0) -> FloatArray:
+        """Joint angles or a derivative of them, (k,), with which it ends: where that jumps, what comes before."""
+        return np.asarray(self._sides(derivative)[0][-1])
+
+    def part(self, first: float, last: float) -> Trajectory:
+        """What it does from one time in s to another, on a clock of its own; exact up to rounding.
+
+        Raises:
+            ValueError: 0 <= first < last <= T does not hold.
+        """
+        if not 0.0 <= first < last <= self.duration:
+            raise ValueError(f"from {first:g} to {last:g} s is no part of 0 to {self.duration:g} s")
+        inner = self.breakpoints[(self.breakpoints > first + SLIVER) & (self.breakpoints < last - SLIVER)]
+        edges = np.concatenate([[first], inner, [last]])
+        pieces = np.searchsorted(self.breakpoints, (edges[:-1] + edges[1:]) / 2.0, side="right") - 1
+        shifts, n = edges[:-1] - self.breakpoints[pieces], self.coefficients.shape[0] - 1
+        powers = self.coefficients[::-1, pieces]
+        taylor = [
+            sum(comb(j, i) * shifts[:, None] ** (j - i) * powers[j] for j in range(i, n + 1)) for i in range(n + 1)
+        ]
+        return Trajectory(edges - first, np.array(taylor[::-1]))
+
+    def followed_by(self, then: Trajectory) -> Trajectory:
+        """This motion and, from its end on, another one of the same joints, which begins with the same state."""
+        order = max(motion.coefficients.shape[0] for motion in (self, then))
+        padded = [
+            np.pad(motion.coefficients, ((order - motion.coefficients.shape[0], 0), (0, 0), (0, 0)))
+            for motion in (self, then)
+        ]
+        times = np.concatenate([self.breakpoints, self.duration + then.breakpoints[1:]])
+        return Trajectory(times, np.concatenate(padded, axis=1))
 
     def samples(self, times: FloatArray, robot: Robot | None = None) -> Samples:
         """Angles, speeds, accelerations and jerks at times (n,) in s, increasing; numeric matrices (n, k)."""
@@ -151,6 +190,11 @@ class Trajectory:
         jumps = np.concatenate([ends[:1], inner, ends[1:]])
         most = int(np.argmax(jumps))
         return float(self.breakpoints[most]) if jumps[most] > JUMP * self._jump_scale(order) else None
+
+    def jumps_inside(self, order: int) -> bool:
+        """Whether a derivative jumps between the ends by more than rounding; relative as in :meth:`largest_jump`."""
+        most = self._jump(order, None)
+        return most > JUMP * LEAST_JUMP_SCALE and most > JUMP * self._jump_scale(order)
 
     def _accelerations_along_ends(self) -> tuple[float, float]:
         """The largest acceleration of a joint at the start and at the end, without what is across their velocity."""

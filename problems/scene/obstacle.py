@@ -80,6 +80,14 @@ class Obstacle(Statement, ABC):
         """The same on a clock that starts so many seconds later."""
         return self
 
+    def during(self, first: float, last: float) -> Obstacle:
+        """The same for those who ask about times from ``first`` to ``last`` in s alone; it may be less to compute."""
+        return self
+
+    def less_certain(self, rate: float) -> Obstacle:
+        """The same where it may leave its motion at a rate in m/s, in any direction; itself where it stands still."""
+        return self
+
     @property
     def extent(self) -> float:
         """The largest distance of its points from the origin, m; of its bounding box by default."""

@@ -111,6 +111,11 @@ class Move(Task):
         return not self.vias
 
     @property
+    def last_places(self) -> tuple[Place, ...]:
+        """Its goals, where there are no vias and it comes to rest."""
+        return self.goals if self.passes_nothing and not any(self.goal_velocity) else ()
+
+    @property
     def given_postures(self) -> FloatArray:
         """The joints of start and vias, and of the goal where there is one alone."""
         places = [self.start, *self.vias, *(self.goals if len(self.goals) == 1 else ())]

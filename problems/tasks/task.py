@@ -17,6 +17,7 @@ from problems.motions.trajectory import Trajectory
 from problems.robots.robot import Robot
 from problems.scene.obstacle import Obstacle
 from problems.tasks.drawing import Marker
+from problems.tasks.place import Place
 
 
 class Task(Statement, ABC):
@@ -58,6 +59,11 @@ class Task(Statement, ABC):
     def passes_nothing(self) -> bool:
         """Whether a motion is bound by its two ends alone, and by nothing on the way; not by default."""
         return False
+
+    @property
+    def last_places(self) -> tuple[Place, ...]:
+        """The places of which one is the end, where the motion rests at one and nothing else is asked; else none."""
+        return ()
 
     @property
     def given_postures(self) -> FloatArray:

@@ -142,6 +142,14 @@ class TaskSection(Section):
         """
         return self
 
+    def rest_places(self) -> tuple[Any, Any]:
+        """Start and goal of a move from rest to rest that passes nothing, as they are stated.
+
+        Raises:
+            ScenarioError: the task is another.
+        """
+        raise ScenarioError(f"task.kind: {self.kind!r} is no move from one place to another")
+
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
         """The problem itself.
 

@@ -92,6 +92,14 @@ class MovingObstacle(Obstacle):
         """The same on a clock that starts so many seconds later."""
         return replace(self, motion=self.motion.later(seconds), now=0.0)
 
+    def during(self, first: float, last: float) -> Self:
+        """The same with its motion during that time."""
+        return replace(self, motion=self.motion.during(first, last))
+
+    def less_certain(self, rate: float) -> Self:
+        """As much more is kept from it with every second."""
+        return replace(self, margin_rate=self.margin_rate + rate)
+
     # For ``now``
 
     def _local(self, points: Matrix) -> Matrix:

@@ -54,3 +54,7 @@ class ObstacleMotion(Statement, ABC):
     @abstractmethod
     def later(self, seconds: float) -> Self:
         """The same motion on a clock that starts so many seconds later."""
+
+    def during(self, first: float, last: float) -> Self:
+        """The same motion for those who ask about times from ``first`` to ``last`` in s alone; itself by default."""
+        return self

@@ -70,6 +70,20 @@ class Tabulated(ObstacleMotion):
             raise InvalidProblem("motion", "rows are turned too far from each other; more rows are needed")
         return motion
 
+    @classmethod
+    def along_lines(cls, times: Sequence[float], positions: FloatArray) -> Self:
+        """From row to row in straight lines, without a turn: the velocity jumps at each row.
+
+        Args:
+            times: s, increasing, two at least.
+            positions: (n, dim), m.
+        """
+        rates = np.diff(positions, axis=0) / np.diff(times)[:, None]
+        zeros = np.zeros_like(rates)
+        coefficients = np.stack([zeros, zeros, rates, positions[:-1]], axis=-1)  # (p, dim, POWERS)
+        pieces = tuple(tuple(map(tuple, rows)) for rows in coefficients.transpose(1, 0, 2).tolist())
+        return cls(tuple(float(time) for time in times), pieces, positions.shape[1])
+
     @property
     def dim(self) -> int:
         """That of the table."""
@@ -144,6 +158,14 @@ class Tabulated(ObstacleMotion):
     def later(self, seconds: float) -> Self:
         """The same table with earlier times."""
         return replace(self, breaks=tuple(time - seconds for time in self.breaks))
+
+    def during(self, first: float, last: float) -> Self:
+        """The pieces that meet the time."""
+        most = len(self.breaks) - 2
+        low = min(max(int(np.searchsorted(self.breaks, first, side="right")) - 1, 0), most)
+        high = min(max(int(np.searchsorted(self.breaks, last, side="left")), low + 1), most + 1)
+        pieces = tuple(rows[low:high] for rows in self.pieces)
+        return replace(self, breaks=self.breaks[low : high + 1], pieces=pieces)
 
 
 def turned_back(away: Sequence[Matrix], turn: Sequence[Matrix]) -> list[Matrix]:

@@ -14,7 +14,7 @@ from problems.scene.obstacle import Obstacle
 from problems.tasks.elbow import Elbow
 from problems.tasks.move import Move
 from tpbso_casadi.scenario.catalogues import find_objective
-from tpbso_casadi.scenario.section import ANGULAR, MOST_LINKS, Number, Positive
+from tpbso_casadi.scenario.section import ANGULAR, MOST_LINKS, Number, Positive, ScenarioError
 from tpbso_casadi.scenario.task import ModelSection, ObjectiveChoice, TaskSection
 from tpbso_casadi.scenario.tasks.places import AnyGoals, AnyPlace, AnyPlaces, built
 
@@ -45,6 +45,13 @@ class PointToPointTask(TaskSection):
         yield from super().foreign_keys(motion)
         if motion not in POSTURES_ALLOWED:
             yield from (key for key in ("start", "goal") if not isinstance(getattr(self, key), tuple))
+
+    def rest_places(self) -> tuple[Any, Any]:
+        """Start and goal; a goal may be a list."""
+        for key in ("via", "start_velocity", "goal_velocity"):
+            if getattr(self, key):
+                raise ScenarioError(f"task.{key}: is for a move from rest to rest that passes nothing; leave it out")
+        return self.start, self.goal
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
         """The problem itself."""
