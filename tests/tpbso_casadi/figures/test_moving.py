@@ -139,8 +139,10 @@ def test_solids_are_where_obstacles_are() -> None:
     box, ball = scene.solids_at(0.4)
     assert box is scene.solids[0]
     np.testing.assert_allclose(ball.vertices, polyhedron_of(IN_SPACE[1].at(0.4)).vertices, atol=1e-12)
-    [((a, b), face)] = scene.planes_of((box, ball)).items()
-    assert (box, ball)[a].beyond((box, ball)[b].vertices)[:, face].min() >= 0.0
+    planes = scene.planes_of((box, ball))
+    assert set(planes) == {(0, 1), (1, 0)}
+    for (a, b), face in planes.items():
+        assert (box, ball)[a].beyond((box, ball)[b].vertices)[:, face].min() >= 0.0
 
 
 def test_a_path_in_space_shows_obstacles_at_the_times_of_the_postures(
