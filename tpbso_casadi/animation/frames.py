@@ -16,6 +16,7 @@ from tpbso_casadi.figures.space.scene import Scene
 from tpbso_casadi.planning.motion import Motion
 
 FRAME_COUNT = 121
+PLAYED_SECONDS = 4.0  # whatever the motion takes: most last less than a second
 
 
 @dataclass(frozen=True)
@@ -27,12 +28,16 @@ class Frames:
         trajectory: of the joints.
         times: (n,), s.
         joints: where base, joints and tip are, (n, frames, dim), m.
+        notes: times in s, and what is written from then on.
+        seconds: that a player takes; fewer or more than the motion, where that is too short or too long to be watched.
     """
 
     problem: Criteria
     trajectory: Trajectory
     times: FloatArray
     joints: FloatArray
+    notes: tuple[tuple[float, str], ...] = ()
+    seconds: float = PLAYED_SECONDS
 
     @property
     def duration(self) -> float:

@@ -1,7 +1,7 @@
 "use strict";
-// Each figure.player plays the motion in its JSON: played when in sight, once around in SECONDS, whatever it takes.
+// Each figure.player plays the motion in its JSON: played when in sight, in as many seconds as that says.
 (() => {
-  const SECONDS = 4, REST = 0.8;
+  const REST = 0.8;
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
   // The outline of an obstacle whose frame moves: origin x, y, and first axis u, v, at each time.
@@ -14,7 +14,7 @@
     const motion = JSON.parse(figure.querySelector("script").textContent);
     const canvas = figure.querySelector("canvas"), slider = figure.querySelector("input");
     const button = figure.querySelector("button"), output = figure.querySelector("output");
-    const last = motion.times.length - 1;
+    const note = figure.querySelector("p"), last = motion.times.length - 1;
     let playing = !calm, seen = false, share = calm ? 1 : 0, before = null;
 
     function colour(name) { return getComputedStyle(figure).getPropertyValue(name); }
@@ -64,13 +64,14 @@
       joints.forEach((joint, index) => dot(joint, index ? 4 : 6, colour(index ? "--ground" : "--ink"), colour("--ink")));
       slider.value = frame;
       output.value = motion.times[frame].toFixed(3) + " s";
+      note.textContent = motion.notes.findLast(([time]) => time <= motion.times[frame])?.[1] ?? "";
       button.textContent = playing ? "Pause" : "Play";
     }
 
     function step(now) {
       if (playing && seen) {
-        if (before !== null) share += (now - before) / 1000 / SECONDS;
-        if (share > 1 + REST / SECONDS) share = 0;
+        if (before !== null) share += (now - before) / 1000 / motion.seconds;
+        if (share > 1 + REST / motion.seconds) share = 0;
         const drawn = share;
         share = Math.min(share, 1);
         draw();

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
+from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 
 from problems.scene.obstacle import standing
@@ -21,6 +21,7 @@ PLAYER = Markup("""\
 <canvas role="img" aria-label="{title}: the arm from start to end"></canvas>
 <div><button type="button">Pause</button>
 <input type="range" min="0" max="{last}" value="0" aria-label="time"><output></output></div>
+<p></p>
 <script type="application/json">{data}</script>
 </figure>
 """)
@@ -45,8 +46,10 @@ def player(title: str, frames: Frames) -> Markup:
         "bodies": [[body.start, body.end, float(body.radius)] for body in frames.problem.robot.bodies if body.radius],
         "obstacles": [obstacle.outline().round(DIGITS).tolist() for obstacle in standing(frames.problem.obstacles)],
         "moving": [_moving(course) for course in frames.courses],
+        "notes": frames.notes,
+        "seconds": frames.seconds,
     }
-    content = Markup(json.dumps(data, separators=(",", ":")))
+    content = htmlsafe_json_dumps(data, separators=(",", ":"))
     return PLAYER.format(title=title, last=len(frames.times) - 1, data=content)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from problems import InvalidProblem
 from solvers.driver.interruption import Interruption, deferred_interrupt
+from tpbso_casadi.animation.simulated import write_player
 from tpbso_casadi.cli.common import (
     Exit,
     OneLineParser,
@@ -33,7 +34,7 @@ from tpbso_casadi.simulation.result import WHAT, SimulationResult
 from tpbso_casadi.simulation.setting import Setting
 from tpbso_casadi.simulation.store import write_simulation
 from tpbso_casadi.storage.files import OutputError
-from tpbso_casadi.storage.run_folder import check_run_folder
+from tpbso_casadi.storage.run_folder import Writer, check_run_folder
 
 OVERRIDDEN = ("seconds", "every", "evaluations", "within")  # keys of [simulation]
 
@@ -82,6 +83,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="DIR",
         help="run folder, replaced as a whole; runs/SCENARIO-simulated-SEED by default",
     )
+    output.add_argument("--no-plots", action="store_true", help="draw no figure, and write no player")
     output.add_argument("--quiet", action="store_true", help="no progress, no table")
     return command_line
 
@@ -98,7 +100,8 @@ def simulate(options: argparse.Namespace) -> int:
             simulation = Simulation(setting, interruption.breakable(partial(planner_of, setting)))
             errors = OutputConsole(stderr=True, quiet=options.quiet)
             record = simulation.run(interruption, lambda replan: say_replan(replan, errors))
-            return written(record, folder, interruption, OutputConsole(quiet=options.quiet))
+            views = [] if options.no_plots else views_of(record, Path(options.scenario).stem)
+            return written(record, folder, views, interruption, OutputConsole(quiet=options.quiet))
     except ScenarioError as error:
         raise ScenarioError(f"{options.scenario}: {error}") from error
 
@@ -130,10 +133,27 @@ def planner_of(setting: Setting) -> Planner:
         raise ScenarioError(f"simulation.{error.field}: {error.reason}") from error
 
 
-def written(record: SimulationRecord, folder: Path, interruption: Interruption, console: OutputConsole) -> int:
+def views_of(record: SimulationRecord, title: str) -> list[Writer]:
+    """What shows a simulation: a figure, and a player of a title."""
+
+    def draw(folder: Path) -> None:
+        from tpbso_casadi.figures.simulation import draw_simulation  # noqa: PLC0415 (matplotlib is slow to load)
+
+        draw_simulation(folder, record)
+
+    return [draw, lambda folder: write_player(folder, title, record)]
+
+
+def written(
+    record: SimulationRecord,
+    folder: Path,
+    views: Sequence[Writer],
+    interruption: Interruption,
+    console: OutputConsole,
+) -> int:
     """Judge, write and print a simulation; returns the exit status."""
     result = SimulationResult.of(record)
-    write_simulation(folder, record, result, interruption=interruption)
+    write_simulation(folder, record, result, views, interruption)
     print_simulation(result, console)
     console.say(f"written to {folder}")
     if interruption.requested:

@@ -54,6 +54,8 @@ def content_of(frames: Frames) -> dict[str, Any]:
         "colours": JOINT_COLOURS,
         "curves": _curves(frames),
         "closest": None if closest is None else _closest(closest),
+        "notes": frames.notes,
+        "seconds": frames.seconds,
     }
 
 
