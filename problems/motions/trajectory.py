@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import comb
 
 import casadi as ca
 import numpy as np
@@ -20,6 +21,7 @@ SMOOTH_ORDERS = 3  # of which all but the jerks are continuous where nothing els
 CONTINUOUS_ORDERS = 2  # of which at least angles and speeds have to be
 ROUNDING = 1e-12  # relative to a derivative's largest value: smaller jumps are none
 JUMP = 1e-6  # of the scale of jumps: an acceleration that jumps by less is continuous; timed pieces can be short
+SLIVER = 1e-12  # s: shorter ends of pieces are left out where a motion is cut
 LARGEST_JUMP_SCALE, LEAST_JUMP_SCALE = 1.0, 1e-6  # rad: jumps are relative to what lies between
 
 
@@ -51,6 +53,11 @@ class Trajectory:
             coefficients[order - 1 - powers, index] = piece / (duration**powers)[:, None]
         return cls(np.concatenate([[0.0], np.cumsum(durations)]), coefficients)
 
+    @classmethod
+    def standing(cls, posture: FloatArray, seconds: float) -> Trajectory:
+        """A posture (k,), rad, held for so many seconds."""
+        return cls(np.array([0.0, seconds]), np.asarray(posture, dtype=np.float64)[None, None])
+
     @property
     def duration(self) -> float:
         """T in s."""
@@ -68,6 +75,43 @@ class Trajectory:
     def at(self, times: FloatArray, derivative: int = 0) -> FloatArray:
         """Joint angles or a derivative of them, (n, k), at times (n,) in s; rad / s^derivative."""
         return np.asarray(self._derivatives[derivative](times))
+
+    @property
+    def moves(self) -> bool:
+        """Whether any joint does, at any time."""
+        return bool(self.coefficients[:-1].any())
+
+    def value_at_end(self, derivative: int = 0) -> FloatArray:
+        """Joint angles or a derivative of them, (k,), with which it ends: where that jumps, what comes before."""
+        return np.asarray(self._sides(derivative)[0][-1])
+
+    def part(self, first: float, last: float) -> Trajectory:
+        """What it does from one time in s to another, on a clock of its own; exact up to rounding.
+
+        Raises:
+            ValueError: 0 <= first < last <= T does not hold.
+        """
+        if not 0.0 <= first < last <= self.duration:
+            raise ValueError(f"from {first:g} to {last:g} s is no part of 0 to {self.duration:g} s")
+        inner = self.breakpoints[(self.breakpoints > first + SLIVER) & (self.breakpoints < last - SLIVER)]
+        edges = np.concatenate([[first], inner, [last]])
+        pieces = np.searchsorted(self.breakpoints, (edges[:-1] + edges[1:]) / 2.0, side="right") - 1
+        shifts, n = edges[:-1] - self.breakpoints[pieces], self.coefficients.shape[0] - 1
+        powers = self.coefficients[::-1, pieces]
+        taylor = [
+            sum(comb(j, i) * shifts[:, None] ** (j - i) * powers[j] for j in range(i, n + 1)) for i in range(n + 1)
+        ]
+        return Trajectory(edges - first, np.array(taylor[::-1]))
+
+    def followed_by(self, then: Trajectory) -> Trajectory:
+        """This motion and, from its end on, another one of the same joints, which begins with the same state."""
+        order = max(motion.coefficients.shape[0] for motion in (self, then))
+        padded = [
+            np.pad(motion.coefficients, ((order - motion.coefficients.shape[0], 0), (0, 0), (0, 0)))
+            for motion in (self, then)
+        ]
+        times = np.concatenate([self.breakpoints, self.duration + then.breakpoints[1:]])
+        return Trajectory(times, np.concatenate(padded, axis=1))
 
     def samples(self, times: FloatArray, robot: Robot | None = None) -> Samples:
         """Angles, speeds, accelerations and jerks at times (n,) in s, increasing; numeric matrices (n, k)."""
@@ -116,13 +160,18 @@ class Trajectory:
         with np.errstate(over="ignore", invalid="ignore"):
             return all(np.isfinite(part).all() for part in (self.breakpoints, *(d.c for d in self._derivatives)))
 
-    def largest_jump(self, end_velocities: FloatArray | None = None, smooth_orders: int = SMOOTH_ORDERS) -> float:
+    def largest_jump(
+        self,
+        end_velocities: FloatArray | None = None,
+        smooth_orders: int = SMOOTH_ORDERS,
+        end_accelerations: FloatArray | None = None,
+    ) -> float:
         """The largest jump of a derivative that has to be continuous, at the ends included; dimensionless.
 
         Args:
             end_velocities: of the joints before the start and after the end, (2, k), rad/s; at rest if None.
-                Accelerations are zero there.
             smooth_orders: how many derivatives have to be continuous, the angle the first.
+            end_accelerations: likewise, rad/s^2; zero if None.
 
         Returns:
             A jump is relative to the largest value over all t of its kind, but never to more than 1 rad, for speeds and
@@ -134,29 +183,37 @@ class Trajectory:
             return np.inf
         with np.errstate(over="ignore", invalid="ignore"):
             rest = np.zeros((2, self.coefficients.shape[2]))
-            outside = {1: rest if end_velocities is None else end_velocities, 2: rest}
+            stated = {1: end_velocities, 2: end_accelerations}
+            outside = {order: rest if values is None else values for order, values in stated.items()}
             relative = [self._jump(n, outside.get(n)) / self._jump_scale(n) for n in range(smooth_orders)]
         return float(max(np.inf if np.isnan(jump) else jump for jump in relative))
 
-    def jump_time(self, order: int) -> float | None:
-        """When a derivative jumps most, s; accelerations also from and to zero at the ends. None where none jumps.
+    def jump_time(self, order: int, end_accelerations: FloatArray | None = None) -> float | None:
+        """When a derivative jumps most, s; None where none jumps.
 
-        Where joints move at an end, only the acceleration along their velocity has to be zero: what is across it is
-        the curvature of a path that goes on. Jumps are relative as in :meth:`largest_jump`, and none up to 1e-6:
+        Accelerations also from and to what they are before and after the motion: zero, or ``end_accelerations``
+        (2, k), rad/s^2. Where joints move at an end, only the acceleration along their velocity counts: what is across
+        it is the curvature of a path that goes on. Jumps are relative as in :meth:`largest_jump`, and none up to 1e-6:
         rounding of pieces of a microsecond.
         """
         before, after = self._sides(order)
         inner = np.abs(after[1:] - before[:-1]).max(axis=1)
-        ends = self._accelerations_along_ends() if order == CONTINUOUS_ORDERS else (0.0, 0.0)
+        ends = self._accelerations_along_ends(end_accelerations) if order == CONTINUOUS_ORDERS else (0.0, 0.0)
         jumps = np.concatenate([ends[:1], inner, ends[1:]])
         most = int(np.argmax(jumps))
         return float(self.breakpoints[most]) if jumps[most] > JUMP * self._jump_scale(order) else None
 
-    def _accelerations_along_ends(self) -> tuple[float, float]:
-        """The largest acceleration of a joint at the start and at the end, without what is across their velocity."""
+    def jumps_inside(self, order: int) -> bool:
+        """Whether a derivative jumps between the ends by more than rounding; relative as in :meth:`largest_jump`."""
+        most = self._jump(order, None)
+        return most > JUMP * LEAST_JUMP_SCALE and most > JUMP * self._jump_scale(order)
+
+    def _accelerations_along_ends(self, outside: FloatArray | None) -> tuple[float, float]:
+        """The largest jump of a joint's acceleration at the start and at the end, without what is across velocities."""
         velocities, accelerations = (
             np.stack([after[0], before[-1]]) for before, after in (self._sides(order) for order in (1, 2))
         )
+        accelerations = accelerations if outside is None else accelerations - outside
         largest = JUMP * self._jump_scale(1)
         along = [
             a if np.abs(v).max() <= largest else v * float(v @ a) / float(v @ v)

@@ -10,6 +10,7 @@ import numpy as np
 
 from problems.base.arguments import Statement
 from problems.base.matrix import FloatArray, Matrix, Operand
+from problems.scene.moving.frames import Frames
 
 
 class Obstacle(Statement, ABC):
@@ -42,6 +43,19 @@ class Obstacle(Statement, ABC):
         """Points (n, dim), m, as seen from that frame at times (n, 1) in s: the same points by default."""
         return points
 
+    def frames(self, times: FloatArray) -> Frames | None:
+        """That frame at times (n,) in s; None for that of the world."""
+        return None
+
+    def without_growth(self) -> Obstacle:
+        """The same, from which nothing more is kept as time goes by: itself by default."""
+        return self
+
+    @property
+    def growth_rate(self) -> float:
+        """How much more is kept from it with every second, m/s: nothing by default."""
+        return 0.0
+
     def growth(self, times: Matrix | None) -> Operand:
         """What is kept from it at times (n, 1) in s, on top of what is kept from any obstacle, (n, 1), m."""
         return 0.0
@@ -71,6 +85,14 @@ class Obstacle(Statement, ABC):
 
     def later(self, seconds: float) -> Obstacle:
         """The same on a clock that starts so many seconds later."""
+        return self
+
+    def during(self, first: float, last: float) -> Obstacle:
+        """The same for those who ask about times from ``first`` to ``last`` in s alone; it may be less to compute."""
+        return self
+
+    def less_certain(self, rate: float) -> Obstacle:
+        """The same where it may leave its motion at a rate in m/s, in any direction; itself where it stands still."""
         return self
 
     @property

@@ -10,11 +10,13 @@ import numpy as np
 from problems import Trajectory
 from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray
+from tpbso_casadi.figures.courses import Course, courses_of
+from tpbso_casadi.figures.extent import extent_of
 from tpbso_casadi.figures.space.scene import Scene
 from tpbso_casadi.planning.motion import Motion
 
 FRAME_COUNT = 121
-PADDING = 0.06  # around everything drawn, of its larger side
+PLAYED_SECONDS = 4.0  # whatever the motion takes: most last less than a second
 
 
 @dataclass(frozen=True)
@@ -26,12 +28,16 @@ class Frames:
         trajectory: of the joints.
         times: (n,), s.
         joints: where base, joints and tip are, (n, frames, dim), m.
+        notes: times in s, and what is written from then on.
+        seconds: that a player takes; fewer or more than the motion, where that is too short or too long to be watched.
     """
 
     problem: Criteria
     trajectory: Trajectory
     times: FloatArray
     joints: FloatArray
+    notes: tuple[tuple[float, str], ...] = ()
+    seconds: float = PLAYED_SECONDS
 
     @property
     def duration(self) -> float:
@@ -44,6 +50,11 @@ class Frames:
         return np.vstack([np.empty((0, self.problem.robot.dim)), *(marker.points for marker in self.problem.markers())])
 
     @cached_property
+    def courses(self) -> tuple[Course, ...]:
+        """Where the obstacles that move are at these times."""
+        return courses_of(self.problem.obstacles, self.times)
+
+    @cached_property
     def theta(self) -> FloatArray:
         """Joint angles, (n, dof), rad."""
         return self.trajectory.at(self.times)
@@ -51,18 +62,12 @@ class Frames:
     @cached_property
     def scene(self) -> Scene:
         """Robot and surroundings in space."""
-        return Scene(self.problem.robot, self.problem.obstacles, self.problem.markers())
+        return Scene(self.problem.robot, self.problem.obstacles, self.problem.markers(), self.courses)
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
         """Left, right, bottom and top of everything drawn in the plane, with some padding, m."""
-        boxes = [obstacle.bounding_box() for obstacle in self.problem.obstacles]
-        thickest = max((float(body.radius) for body in self.problem.robot.bodies), default=0.0)
-        joints = self.joints.reshape(-1, 2)
-        points = np.vstack([joints - thickest, joints + thickest, self.task_points, *boxes])
-        lower, upper = points.min(axis=0), points.max(axis=0)
-        padding = PADDING * float((upper - lower).max())
-        return lower[0] - padding, upper[0] + padding, lower[1] - padding, upper[1] + padding
+        return extent_of(self.problem, self.joints, self.task_points, self.courses)
 
 
 def frames_of(motion: Motion, count: int = FRAME_COUNT) -> Frames:

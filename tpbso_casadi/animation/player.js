@@ -1,14 +1,20 @@
 "use strict";
-// Each figure.player plays the motion in its JSON: played when in sight, once around in SECONDS, whatever it takes.
+// Each figure.player plays the motion in its JSON: played when in sight, in as many seconds as that says.
 (() => {
-  const SECONDS = 4, REST = 0.8;
+  const REST = 0.8;
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+
+  // The outline of an obstacle whose frame moves: origin x, y, and first axis u, v, at each time.
+  function outlineAt(moving, frame) {
+    const [x, y, u, v] = moving.frames[frame];
+    return moving.outline.map(([p, q]) => [x + p * u - q * v, y + p * v + q * u]);
+  }
 
   function start(figure) {
     const motion = JSON.parse(figure.querySelector("script").textContent);
     const canvas = figure.querySelector("canvas"), slider = figure.querySelector("input");
     const button = figure.querySelector("button"), output = figure.querySelector("output");
-    const last = motion.times.length - 1;
+    const note = figure.querySelector("p"), last = motion.times.length - 1;
     let playing = !calm, seen = false, share = calm ? 1 : 0, before = null;
 
     function colour(name) { return getComputedStyle(figure).getPropertyValue(name); }
@@ -39,14 +45,15 @@
         if (stroke) { pen.lineWidth = 1.5 * scale; pen.strokeStyle = stroke; pen.stroke(); }
       }
 
-      for (const outline of motion.obstacles) {
+      const frame = Math.round(share * last), joints = motion.joints[frame];
+      for (const { way } of motion.moving) line(way, 1, colour("--obstacle"));
+      for (const outline of [...motion.obstacles, ...motion.moving.map((moving) => outlineAt(moving, frame))]) {
         pen.beginPath();
         outline.forEach((point, index) => pen[index ? "lineTo" : "moveTo"](x(point[0]), y(point[1])));
         pen.closePath();
         pen.fillStyle = colour("--obstacle");
         pen.fill();
       }
-      const frame = Math.round(share * last), joints = motion.joints[frame];
       motion.points.forEach((point) => dot(point, 3, colour("--task")));
       line(motion.joints.slice(0, frame + 1).map((posture) => posture[posture.length - 1]), 2, colour("--way"));
       pen.globalAlpha = 0.25;
@@ -57,13 +64,14 @@
       joints.forEach((joint, index) => dot(joint, index ? 4 : 6, colour(index ? "--ground" : "--ink"), colour("--ink")));
       slider.value = frame;
       output.value = motion.times[frame].toFixed(3) + " s";
+      note.textContent = motion.notes.findLast(([time]) => time <= motion.times[frame])?.[1] ?? "";
       button.textContent = playing ? "Pause" : "Play";
     }
 
     function step(now) {
       if (playing && seen) {
-        if (before !== null) share += (now - before) / 1000 / SECONDS;
-        if (share > 1 + REST / SECONDS) share = 0;
+        if (before !== null) share += (now - before) / 1000 / motion.seconds;
+        if (share > 1 + REST / motion.seconds) share = 0;
         const drawn = share;
         share = Math.min(share, 1);
         draw();

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from problems.base.matrix import FloatArray, as_array
+from tpbso_casadi.figures.clearance import clearance_figures
 from tpbso_casadi.figures.colours import colour_of
 from tpbso_casadi.figures.limits import limits_figure
 from tpbso_casadi.figures.measures import curve_figures, progress_figures
@@ -29,7 +30,7 @@ DPI = 150
 
 def draw_figures(folder: Path, plan: PlannedMotion) -> list[Path]:
     """Draw every figure of a plan into a folder; returns their paths."""
-    figures = {name: draw(plan) for name, draw in FIGURES.items()}
+    figures = {name: draw(plan) for name, draw in FIGURES.items()} | clearance_figures(plan)
     further = curve_figures(plan)
     if plan.searched is not None:
         figures |= {"convergence": convergence_figure(plan.searched)}

@@ -15,7 +15,9 @@ from problems import Robot
 from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray
 from problems.robots.robot import Body
+from problems.scene.obstacle import standing
 from problems.tasks.drawing import MarkerKind
+from tpbso_casadi.figures.colours import OBSTACLE
 
 MARKER_STYLES: dict[MarkerKind, dict[str, Any]] = {
     MarkerKind.START: {"marker": "x", "markersize": 9, "markeredgewidth": 2.2, "zorder": 6},
@@ -25,13 +27,20 @@ MARKER_STYLES: dict[MarkerKind, dict[str, Any]] = {
 
 
 def draw_scene(axes: Axes, problem: Criteria) -> None:
-    """Draw the base of the arm, the obstacles and the markers of the task."""
+    """Draw the base of the arm, the obstacles that stand and the markers of the task."""
     axes.plot(*problem.robot.base, "s", color="black", markersize=8, label="base", zorder=5)
-    for obstacle in problem.obstacles:
-        axes.add_patch(Polygon(obstacle.outline(), color="#d62728", alpha=0.35))
+    for obstacle in standing(problem.obstacles):
+        draw_obstacle(axes, obstacle.outline())
     for marker in problem.markers():
         x, y = marker.points.T
         axes.plot(x, y, linestyle="none", color="#2ca02c", label=marker.label, **MARKER_STYLES[marker.kind])
+
+
+def draw_obstacle(axes: Axes, outline: FloatArray, alpha: float = 0.35) -> Polygon:
+    """Draw an obstacle by its outline (n, 2), m."""
+    patch = Polygon(outline, color=OBSTACLE, alpha=alpha)
+    axes.add_patch(patch)
+    return patch
 
 
 def draw_bodies(axes: Axes, robot: Robot, skeleton: FloatArray, colour: str) -> list[Polygon]:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Self, TypeVar
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer, model_validator
 
 from problems import InvalidProblem, Problem, Robot
 from problems.assembly.criteria import Criteria
@@ -40,6 +40,7 @@ from tpbso_casadi.scenario.section import (
     Section,
     Word,
 )
+from tpbso_casadi.scenario.simulation import SimulationSection
 from tpbso_casadi.scenario.task import ModelSection
 from tpbso_casadi.scenario.tasks.registry import TASKS, AnyTask
 from tpbso_casadi.scenario.validation import as_text, describe, hint, shown
@@ -132,6 +133,14 @@ class Scenario(FileSection):
     obstacles: list[AnyObstacle] = Field(default_factory=list, max_length=MOST_OBSTACLES)
     model: ModelSection = ModelSection()
     solver: SolverSection = SolverSection()
+    simulation: SimulationSection | None = None
+
+    @model_serializer(mode="wrap")
+    def _without_missing_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content: dict[str, Any] = serialize(self)
+        if self.simulation is None:
+            content.pop("simulation", None)  # which is not there where tables are chosen
+        return content
 
     @property
     def plugins(self) -> list[str]:

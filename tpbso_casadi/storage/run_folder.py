@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from hashlib import file_digest
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeAlias
 
 from solvers.driver.interruption import Interruption
 from tpbso_casadi.planning.planned_motion import PlannedMotion
@@ -19,6 +19,7 @@ from tpbso_casadi.storage.plain import NotJSON, parsed_json
 from tpbso_casadi.storage.seal import BrokenSeal, check_seal
 from tpbso_casadi.storage.staging import replacing
 
+Writer: TypeAlias = Callable[[Path], object]  # writes files into a folder
 LARGEST_RESULT = 100_000_000  # bytes of a result.json
 SUFFIXES = (".json", ".csv", ".npz", ".png", ".gif", ".mp4", ".html", ".yaml")  # of the files of a run
 
@@ -86,7 +87,7 @@ def write_run(
     folder: Path,
     plan: PlannedMotion,
     plots: bool = True,
-    further: Sequence[Callable[[Path], object]] = (),
+    further: Sequence[Writer] = (),
     interruption: Interruption | None = None,
     same_plan_only: bool = False,
 ) -> list[str]:
@@ -108,34 +109,73 @@ def write_run(
             further file cannot be; the plan is written without it.
         OtherPlan: it holds the run of another scenario, where that must not be; it is left as it was.
     """
+
+    def check(held: dict[str, Any]) -> None:
+        if same_plan_only and held.get("scenario") not in (None, plan.scenario.model_dump(mode="json")):
+            raise OtherPlan(f"{folder}: holds another plan")
+
+    figures: list[Writer] = [partial(_draw, plan)] if plots else []
+    return replace_folder(
+        folder,
+        needed=[lambda staged: write_motion(staged / "trajectory.csv", plan.motion, plan.times)],
+        further=[*figures, *further],
+        result=lambda files: result_of(plan).model_copy(update={"files": files}).to_json(),
+        interruption=interruption,
+        check=check,
+    )
+
+
+def replace_folder(
+    folder: Path,
+    *,
+    needed: Sequence[Writer],
+    further: Sequence[Writer],
+    result: Callable[[dict[str, str]], str],
+    interruption: Interruption | None = None,
+    check: Callable[[dict[str, Any]], object] = lambda held: None,
+) -> list[str]:
+    """Write files in place of everything in a folder, as :func:`write_run` does.
+
+    Args:
+        folder: of the run.
+        needed: each writes files into the folder that it is given.
+        further: likewise; they are left out where they fail, and after a request to stop.
+        result: the text of ``result.json``, given the digests of all other files by name.
+        interruption: whose request it is.
+        check: is given what the ``result.json`` holds that is replaced, and raises where that must not be.
+
+    Returns:
+        The names of the files.
+
+    Raises:
+        OutputError: as :func:`write_run`.
+    """
     check_run_folder(folder)
     failures: list[Exception] = []
 
-    def check(old: Path) -> None:
-        held = check_replaceable(folder, old).get("scenario")
-        if same_plan_only and held not in (None, plan.scenario.model_dump(mode="json")):
-            raise OtherPlan(f"{folder}: holds another plan")
+    def check_old(old: Path) -> None:
+        check(check_replaceable(folder, old))
 
-    with writing(folder, make=False), replacing(folder, check) as staged:
-        write_motion(staged / "trajectory.csv", plan.motion, plan.times)
-        figures: list[Callable[[Path], object]] = [partial(_draw, plan)] if plots else []
-        for write in [*figures, *further]:
+    with writing(folder, make=False), replacing(folder, check_old) as staged:
+        for write in needed:
+            write(staged)
+        for write in further:
             try:
                 (interruption or Interruption()).attempt(partial(write, staged))
-            except Exception as error:  # no reason to lose the plan
+            except Exception as error:  # no reason to lose the rest
                 failures.append(error)
-        result = result_of(plan).model_copy(update={"files": _digests(staged)})
-        write_text(staged / "result.json", lambda file: file.write(result.to_json()))
+        files = _digests(staged)
+        write_text(staged / "result.json", lambda file: file.write(result(files)))
     if failures:
         _report(folder, failures[0])
-    return ["result.json", *result.files]
+    return ["result.json", *files]
 
 
 def _report(folder: Path, failure: Exception) -> NoReturn:
     """Raise what kept a figure or a further file from being written."""
     if isinstance(failure, (OSError, OutputError)):
         reason = failure.strerror if isinstance(failure, OSError) else failure
-        raise OutputError(f"{folder}: the plan is written, but not all of its files: {reason}") from failure
+        raise OutputError(f"{folder}: the run is written, but not all of its files: {reason}") from failure
     raise failure
 
 

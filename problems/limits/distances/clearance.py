@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache, reduce
 from typing import ClassVar, Self
 
 import casadi as ca
 import numpy as np
 
-from problems.base.arguments import Arguments, is_zero
+from problems.base.arguments import Arguments, Reading, is_zero, structure
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.limits.constraint import Constraint
 from problems.limits.distances.ball_cluster import LEAST_PAIRS, Cluster, clusters_of
@@ -18,6 +18,7 @@ from problems.limits.distances.proximity import Pair, Proximity
 from problems.limits.limit import SAMPLING_MARGIN, Limit, Repetition
 from problems.motions.samples import Samples
 from problems.robots.robot import Body, Robot
+from problems.scene.moving.frames import Frames
 from problems.scene.obstacle import Obstacle
 
 EQUATION = "(14), (18)"
@@ -55,9 +56,32 @@ class CollisionPair(Pair):
         return self.number, self.measured, self.body.is_ball
 
     @property
+    def form(self) -> CollisionPair:
+        """Of a body without a name, and the obstacle as seen from its frame."""
+        return replace(self, body=self.body.form, number=0, obstacle=self.obstacle.unmoved)
+
+    def view(self, times: FloatArray) -> Frames | None:
+        """The obstacle's."""
+        return self.obstacle.frames(times)
+
+    @property
+    def growth_rate(self) -> float:
+        """The obstacle's."""
+        return self.obstacle.growth_rate
+
+    def without_growth(self) -> CollisionPair:
+        """Of the obstacle where it is predicted."""
+        return replace(self, obstacle=self.obstacle.without_growth())
+
+    @property
     def thickness(self) -> Operand:
         """The body's radius."""
         return self.body.radius
+
+    @property
+    def dim(self) -> int:
+        """That of the obstacle."""
+        return self.obstacle.dim
 
     @property
     def radii(self) -> tuple[Operand, ...]:
@@ -111,8 +135,9 @@ class CollisionPair(Pair):
         return robot.turns, robot.levers[robot.number_of(self.body)]
 
     def own_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
-        """That of the obstacle."""
-        return self.obstacle.travel(cells, robot.reach()[1] + float(np.linalg.norm(robot.base)))
+        """That of the obstacle, for all bodies of the robot."""
+        reach = max(robot.reach(frame)[1] for body in robot.bodies for frame in body.frames if frame > 0)
+        return self.obstacle.travel(cells, reach + float(np.linalg.norm(robot.base)))
 
     def can_touch(self, robot: Robot, spare: float = 0.0) -> bool:
         """Whether the body reaches as near as the margin, and ``spare`` m farther."""
@@ -153,12 +178,6 @@ def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 
 def _is_measured(robot: Robot, body: Body, obstacle: Obstacle) -> bool:
     """Whether some distance has to be kept."""
     return not (is_zero(body.radius) and is_zero(robot.margin) and is_zero(obstacle.growth(ca.DM(1.0))))
-
-
-def _make(obstacle: Obstacle) -> Hashable:
-    """What obstacles with the same formula have in common: their class, and which of their numbers are symbols."""
-    arguments = Arguments()
-    return type(obstacle), str(arguments.twin(obstacle))
 
 
 def _repetition(robot: Robot, clusters: Sequence[Cluster], pairs: Sequence[CollisionPair]) -> Repetition:
@@ -224,13 +243,22 @@ class Clearance(Proximity):
 
         Those that cannot touch it are among them, so that where obstacles are changes no code.
         """
+        clusters = clusters_of(self.robot, moving_bodies(self.robot)) if self._of_one_make else []
+        return [_repetition(twin.robot, clusters, pairs) for pairs in self._of_one_make]
+
+    def repeated_numbers(self) -> list[FloatArray]:
+        """Those of the obstacles of each make."""
+        return [np.array([Reading(pair.obstacle).values for pair in pairs]) for pairs in self._of_one_make]
+
+    @cached_property
+    def _of_one_make(self) -> list[list[CollisionPair]]:
+        """Among balls, a pair with each obstacle, those of one make together; the makes in order; else none."""
         if not all(pair.body.is_ball for pair in self.pairs):
             return []
         makes: dict[Hashable, dict[int, CollisionPair]] = {}
         for pair in self.pairs:
-            makes.setdefault((_make(pair.obstacle), pair.measured), {})[pair.number] = pair
-        clusters = clusters_of(self.robot, moving_bodies(self.robot))
-        return [_repetition(twin.robot, clusters, list(pairs.values())) for pairs in makes.values()]
+            makes.setdefault((structure(pair.obstacle), pair.measured), {})[pair.number] = pair
+        return [list(pairs.values()) for pairs in makes.values()]
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """Clearance of the lines from each joint's position at one sample to that at the next; none of balls."""
@@ -247,7 +275,8 @@ class StepLimit(Limit):
 
     The area that a link sweeps in a step shorter than an obstacle's width cannot contain that obstacle: if the links at
     the samples and the lines between them are clear, so is all of it, except for the curvature of the motion. Of an
-    obstacle that moves that is so for steps as the obstacle sees them.
+    obstacle that moves that is so for steps as the obstacle sees them; they may also be as long as the link is away
+    from it afterwards, so that a robot can wait for it to pass at a distance.
 
     Args:
         robot: whose joints.
@@ -274,6 +303,11 @@ class StepLimit(Limit):
         moving = tuple(obstacle for obstacle in obstacles if obstacle.moves)
         return cls(robot, width, moving, any_standing=len(moving) < len(obstacles))
 
+    @property
+    def _longest(self) -> Operand:
+        """The longest step, m."""
+        return MAX_STEP_SHARE * self.width
+
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """None: the limit is on steps."""
         return []
@@ -282,16 +316,16 @@ class StepLimit(Limit):
         """The squared length of each joint's step."""
         bodies = self.robot.bodies
         ends = [(before.positions[body.end], after.positions[body.end]) for body in bodies]
-        steps = [last - first for first, last in ends] if self.any_standing else []
+        steps: list[Matrix] = [_squared(last - first) for first, last in ends] if self.any_standing else []
         for obstacle in self.moving:
-            steps += [obstacle.seen(last, after.times) - obstacle.seen(first, before.times) for first, last in ends]
-        bound = ca.repmat(ca.horzcat((MAX_STEP_SHARE * self.width) ** 2), 1, len(steps))
+            steps += [self._seen(body, obstacle, before, after) for body in bodies]
+        bound = ca.repmat(ca.horzcat(self._longest**2), 1, len(steps))
         views = [""] * self.any_standing + [" as a moving obstacle sees it"] * len(self.moving)
         return [
             Constraint(
                 name=self.name,
                 unit="m^2",
-                expression=ca.horzcat(*(ca.sum2(step * step) for step in steps)),
+                expression=ca.horzcat(*steps),
                 lower=None,
                 upper=bound,
                 columns=tuple(f"end of {body.name}{view}" for view in views for body in bodies),
@@ -299,3 +333,18 @@ class StepLimit(Limit):
                 formula="|end of link i at t_j+1 - at t_j|^2 <= (0.9 x the smallest obstacle's width)^2",
             )
         ]
+
+    def _seen(self, body: Body, obstacle: Obstacle, before: Samples, after: Samples) -> Matrix:
+        """The squared length of the longer step of a body's ends as an obstacle sees them, (n, 1), m^2.
+
+        It is made shorter by as much as a step may be longer for the distance that is kept afterwards.
+        """
+        ends = ((obstacle.seen(one.positions[end], one.times) for one in (after, before)) for end in body.frames)
+        longest = reduce(ca.fmax, (_squared(last - first) for last, first in ends))
+        pair, allowed = CollisionPair(body, 0, obstacle, _is_measured(self.robot, body, obstacle)), self._longest
+        return longest * (allowed / ca.fmax(allowed, pair.clearance(after.positions, after.times))) ** 2
+
+
+def _squared(step: Matrix) -> Matrix:
+    """The squared lengths of steps (n, dim), (n, 1)."""
+    return ca.sum2(step * step)

@@ -38,9 +38,19 @@ class BodyPair(Pair):
         return self.first.is_ball, self.second.is_ball
 
     @property
+    def form(self) -> BodyPair:
+        """Of bodies without a name."""
+        return BodyPair(self.first.form, self.second.form)
+
+    @property
     def thickness(self) -> Operand:
         """Both radii."""
         return self.first.radius + self.second.radius
+
+    @property
+    def dim(self) -> int:
+        """That of the bodies: lines in the plane, balls in space."""
+        return 3 if self.first.is_ball else 2
 
     @property
     def radii(self) -> tuple[Operand, ...]:
@@ -100,6 +110,11 @@ class SelfClearance(Proximity):
             limits.append(SelfClearance(twin.robot, tuple(pairs), around if len(pairs) >= LEAST_PAIRS else None))
         frames = tuple(body.start for body in bodies)
         return [Repetition(limits=tuple(limits), symbols=ca.SX(0, 1), numbers=np.empty((1, 0)), frames=frames)]
+
+    def repeated_numbers(self) -> list[FloatArray]:
+        """None: nothing is repeated."""
+        bodies = (body for pair in self.pairs for body in (pair.first, pair.second))
+        return [np.empty((1, 0))] if all(body.is_ball for body in bodies) else []
 
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The bodies at each sample, kept apart by a share ``margin`` of the reach on top of the robot's margin."""

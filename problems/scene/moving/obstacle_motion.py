@@ -9,6 +9,7 @@ import numpy as np
 
 from problems.base.arguments import Statement
 from problems.base.matrix import FloatArray, Matrix
+from problems.scene.moving.frames import Frames
 
 
 class ObstacleMotion(Statement, ABC):
@@ -27,8 +28,12 @@ class ObstacleMotion(Statement, ABC):
         """Points (n, dim), m, at times (n, 1) in s, or all at one, as seen from the frame at that time: (n, dim), m."""
 
     @abstractmethod
+    def frames(self, times: FloatArray) -> Frames:
+        """Where the frame is at times (n,) in s."""
+
     def placed(self, points: FloatArray, time: float) -> FloatArray:
         """Points (n, dim) of the frame as seen from outside at a time in s: (n, dim), m."""
+        return np.asarray(self.frames(np.array([time])).placed(points)[0])
 
     @abstractmethod
     def travel(self, cells: FloatArray, extent: float) -> FloatArray:
@@ -56,3 +61,7 @@ class ObstacleMotion(Statement, ABC):
     @abstractmethod
     def later(self, seconds: float) -> Self:
         """The same motion on a clock that starts so many seconds later."""
+
+    def during(self, first: float, last: float) -> Self:
+        """The same motion for those who ask about times from ``first`` to ``last`` in s alone; itself by default."""
+        return self

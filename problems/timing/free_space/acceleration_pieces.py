@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
 from problems.base.matrix import FloatArray
 from problems.motions.trajectory import Trajectory
+
+SAME_TIME = 4e-15  # of the duration: breakpoints that are one
 
 
 @dataclass(frozen=True)
@@ -41,3 +45,19 @@ class AccelerationPieces:
         since = times[:-1] - (ends - self.durations)[piece]
         accelerations = self.accelerations[piece] + since[:, None] * self.jerks[piece]
         return AccelerationPieces(np.diff(times), accelerations, self.jerks[piece])
+
+
+def side_by_side(motions: Sequence[AccelerationPieces], duration: float) -> AccelerationPieces:
+    """The motions of several joints, each of which takes the duration in s, as one."""
+    times = breakpoints(motions, duration)
+    parts = [motion.split_at(times) for motion in motions]
+    accelerations, jerks = (np.hstack([getattr(part, name) for part in parts]) for name in ("accelerations", "jerks"))
+    return AccelerationPieces(np.diff(times), accelerations, jerks)
+
+
+def breakpoints(motions: Sequence[AccelerationPieces], duration: float) -> FloatArray:
+    """All times in s at which one of the motions has a breakpoint, those that are one merged."""
+    times = np.unique(np.concatenate([np.cumsum(motion.durations)[:-1] for motion in motions]))
+    times = times[(times > SAME_TIME * duration) & (times < (1.0 - SAME_TIME) * duration)]
+    apart = np.diff(times, prepend=-inf) > SAME_TIME * duration
+    return np.concatenate([[0.0], times[apart], [duration]])

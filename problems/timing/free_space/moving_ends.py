@@ -24,10 +24,9 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import JointLimits
-from problems.timing.free_space.acceleration_pieces import AccelerationPieces
+from problems.timing.free_space.acceleration_pieces import AccelerationPieces, breakpoints, side_by_side
 
 ALLOWANCE = 1e-10  # share of the limits that is left, so that rounding breaks none of them
-SAME_TIME = 4e-15  # of the duration: breakpoints that are one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,7 +146,7 @@ def least_time_move(
     duration = least_duration(moves)
     if not duration > 0.0:
         raise InvalidProblem("goal", "the same posture at the same velocity as the start: there is nothing to time")
-    return _joined([_between(move, duration) for move in moves], duration).trajectory(states[0], states[2])
+    return side_by_side([_between(move, duration) for move in moves], duration).trajectory(states[0], states[2])
 
 
 def _states(limits: JointLimits, **values: FloatArray) -> FloatArray:
@@ -179,26 +178,10 @@ def _between(move: JointMove, duration: float) -> AccelerationPieces:
     highest, most = move.highest(duration)
     mirrored, least = move.mirrored.highest(duration)
     share = min(1.0, max(0.0, (move.way + least) / (most + least))) if most + least > 0.0 else 1.0
-    times = _breakpoints([highest, mirrored], duration)
+    times = breakpoints([highest, mirrored], duration)
     high, low = highest.split_at(times), mirrored.split_at(times)
     accelerations = share * high.accelerations - (1.0 - share) * low.accelerations
     return AccelerationPieces(np.diff(times), accelerations, share * high.jerks - (1.0 - share) * low.jerks)
-
-
-def _joined(motions: list[AccelerationPieces], duration: float) -> AccelerationPieces:
-    """The motions of several joints as one."""
-    times = _breakpoints(motions, duration)
-    parts = [motion.split_at(times) for motion in motions]
-    accelerations, jerks = (np.hstack([getattr(part, name) for part in parts]) for name in ("accelerations", "jerks"))
-    return AccelerationPieces(np.diff(times), accelerations, jerks)
-
-
-def _breakpoints(motions: list[AccelerationPieces], duration: float) -> FloatArray:
-    """All times in s at which one of the motions has a breakpoint, those that are one merged."""
-    times = np.unique(np.concatenate([np.cumsum(motion.durations)[:-1] for motion in motions]))
-    times = times[(times > SAME_TIME * duration) & (times < (1.0 - SAME_TIME) * duration)]
-    apart = np.diff(times, prepend=-inf) > SAME_TIME * duration
-    return np.concatenate([[0.0], times[apart], [duration]])
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:

@@ -182,7 +182,7 @@ def test_an_export_of_too_many_rows_does_not_lose_the_plan(
     assert run("time-2", *QUICK, "--out", "out", "--export", "csv") == 2
     error = capsys.readouterr().err
     assert error.startswith(
-        "error: out: the plan is written, but not all of its files: --rate 100: makes more than 50 rows"
+        "error: out: the run is written, but not all of its files: --rate 100: makes more than 50 rows"
     )
     assert sorted(path.name for path in Path("out").iterdir()) == ["result.json", "trajectory.csv"]
 

@@ -114,9 +114,10 @@ def test_a_robot_without_spheres_has_a_player_too(tmp_path: Path) -> None:
 def test_the_closest_points_lie_on_both_surfaces(solid) -> None:
     plan = space_plan()
     robot = plan.criteria.robot
-    theta = plan.trajectory.at(np.linspace(0.0, plan.trajectory.duration, 7))
+    times = np.linspace(0.0, plan.trajectory.duration, 7)
+    theta = plan.trajectory.at(times)
     criteria = replace(plan.motion.problem, limits=(Clearance.holding(robot, (solid,)),))
-    closest = closest_of(criteria, theta)
+    closest = closest_of(criteria, theta, times)
     assert closest is not None
     frames = [np.array(position) for position in robot.positions(ca.DM(theta))]
     balls = [pair.body for pair in criteria.limits[0].pairs]  # those that can reach it
@@ -135,7 +136,7 @@ def test_the_closest_points_lie_on_both_surfaces(solid) -> None:
 
 def test_two_balls_of_the_robot_that_are_the_closest() -> None:
     plan = space_plan(obstacles=False)
-    closest = closest_of(plan.criteria, plan.trajectory.at(np.zeros(1)))
+    closest = closest_of(plan.criteria, plan.trajectory.at(np.zeros(1)), np.zeros(1))
     assert closest is not None and [str(pair) for pair in closest.pairs] == ["foot, link_4"]
     centers = [
         np.array(plan.criteria.robot.positions(ca.DM(plan.trajectory.at(np.zeros(1))))[5 + k])[0] for k in (0, 3)

@@ -12,6 +12,7 @@ from problems.base.matrix import FloatArray
 from tpbso_casadi.animation.closest import Closest, closest_of
 from tpbso_casadi.animation.frames import Frames
 from tpbso_casadi.figures.colours import JOINT_COLOURS
+from tpbso_casadi.figures.courses import Course
 from tpbso_casadi.figures.space.polyhedron import Polyhedron
 from tpbso_casadi.figures.space.scene import ground
 from tpbso_casadi.planning.joint_quantities import alternatives, shares_of_limits, torques_of
@@ -29,7 +30,7 @@ def content_of(frames: Frames) -> dict[str, Any]:
     bounds = scene.bounds(frames.theta)
     view = scene.view(frames.theta, bounds)
     x, y, z = view.axes[2]
-    closest = closest_of(frames.problem, frames.theta)
+    closest = closest_of(frames.problem, frames.theta, frames.times)
     return {
         "times": rounded(frames.times, FINE),
         "joints": rounded(frames.joints),
@@ -40,6 +41,7 @@ def content_of(frames: Frames) -> dict[str, Any]:
         "points": rounded(frames.task_points),
         "solids": [_solid(solid) for solid in scene.solids],
         "planes": [[a, b, face] for (a, b), face in scene.planes.items()],
+        "moving": [_moving(course) for course in scene.courses],
         "ground": rounded(ground(bounds)),
         "axes": _axes(np.array(robot.base), AXES * float(np.ptp(bounds, axis=0).max())),
         "camera": {
@@ -52,6 +54,8 @@ def content_of(frames: Frames) -> dict[str, Any]:
         "colours": JOINT_COLOURS,
         "curves": _curves(frames),
         "closest": None if closest is None else _closest(closest),
+        "notes": frames.notes,
+        "seconds": frames.seconds,
     }
 
 
@@ -78,6 +82,13 @@ def _solid(solid: Polyhedron) -> dict[str, Any]:
         "shades": rounded(0.75 + 0.25 * np.abs(solid.normals @ LIGHT), 2),
         "edges": [[*edge.ends, edge.faces[0], edge.faces[-1], edge.sharp] for edge in edges],
     }
+
+
+def _moving(course: Course) -> dict[str, Any]:
+    """The number of an obstacle that moves, where its frame is at each time, and the way of its middle."""
+    frames = course.frames.copy()
+    frames[:, 0], frames[:, 1:] = frames[:, 0].round(DIGITS), frames[:, 1:].round(FINE)
+    return {"number": course.number - 1, "frames": frames.tolist(), "way": rounded(course.middles)}
 
 
 def _axes(base: FloatArray, length: float) -> list[Any]:

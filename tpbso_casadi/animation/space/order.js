@@ -25,6 +25,20 @@ function paintingOrder(things, isBehind) {
   return order;
 }
 
+// The planes that part obstacles that move from all others: numbers of two, and a face of the first that the second
+// is outside of.
+function partingPlanes(solids, moving) {
+  const planes = [], numbers = new Set(moving);
+  for (let a = 0; a < solids.length; a++)
+    for (let b = 0; b < solids.length; b++)
+      if (a !== b && (numbers.has(a) || numbers.has(b))) {
+        const { normals, offsets } = solids[a];
+        const face = normals.findIndex((normal, f) => solids[b].vertices.every((v) => dot(normal, v) >= offsets[f]));
+        if (face >= 0) planes.push([a, b, face]);
+      }
+  return planes;
+}
+
 // Whether a thing is behind another: seen[s][f] tells whether the eye is outside of face f of solid s.
 function behindness(solids, planes, centers, seen, things) {
   const balls = centers.length;

@@ -28,8 +28,19 @@ function spriteOf(colour) {
   return canvas;
 }
 
+// A solid whose frame is elsewhere: its origin, and its three axes.
+function placedSolid(solid, [origin, ...axes]) {
+  const turned = (v) => origin.map((_, k) => v[0] * axes[0][k] + v[1] * axes[1][k] + v[2] * axes[2][k]);
+  const placed = (v) => turned(v).map((value, k) => value + origin[k]);
+  const normals = solid.normals.map(turned);
+  return {
+    ...solid, vertices: solid.vertices.map(placed), center: placed(solid.center), normals,
+    offsets: solid.offsets.map((offset, f) => offset + dot(normals[f], origin)),
+  };
+}
+
 function painterOf(motion, pen, colours) {
-  const { solids, radii, kinds } = motion;
+  const { radii, kinds, moving } = motion;
   const sprites = colours.bodies.map(spriteOf);
 
   function stroke(points, width, style, alpha = 1) {
@@ -91,7 +102,10 @@ function painterOf(motion, pen, colours) {
       paintEdges(view, solid, seen, front);
     }
   }
-  function paintThings(view, centers) {
+  function paintThings(view, centers, frames) {
+    const solids = [...motion.solids];
+    moving.forEach(({ number }, i) => { solids[number] = placedSolid(solids[number], frames[i]); });
+    const planes = [...motion.planes, ...partingPlanes(solids, moving.map(({ number }) => number))];
     const seen = solids.map((solid) => solid.normals.map((normal, f) => dot(normal, view.eye) > solid.offsets[f]));
     const spots = centers.map(view.point);
     const things = spots.map((spot, ball) => {
@@ -106,7 +120,7 @@ function painterOf(motion, pen, colours) {
         top: cut ? -Infinity : Math.min(...ys), bottom: cut ? Infinity : Math.max(...ys), away: view.away(solid.center),
       } : null);
     }
-    for (const number of paintingOrder(things, behindness(solids, motion.planes, centers, seen, things))) {
+    for (const number of paintingOrder(things, behindness(solids, planes, centers, seen, things))) {
       if (number >= centers.length) paintSolid(view, solids[number - centers.length], seen[number - centers.length]);
       else {
         const { left, right, top, bottom } = things[number];
@@ -130,7 +144,7 @@ function painterOf(motion, pen, colours) {
     if (spot) write(text, [spot[0] + 8 * pen.scale, spot[1]], colours.close, 12 * pen.scale);
   }
 
-  // state: centers, joints, passed (points of the way until now), close ({ points, distance } or null).
+  // state: centers, joints, frames (of what moves by itself), passed (points of the way until now), close ({ points, distance } or null).
   return (view, state, scale) => {
     pen.scale = scale;
     pen.lineJoin = pen.lineCap = "round";
@@ -138,7 +152,8 @@ function painterOf(motion, pen, colours) {
     pen.textBaseline = "middle";
     pen.clearRect(0, 0, pen.canvas.width, pen.canvas.height);
     paintGround(view);
-    paintThings(view, state.centers);
+    for (const { way } of moving) stroke(view.line(way), 1.2 * scale, colours.edge, 0.6);
+    paintThings(view, state.centers, state.frames);
     stroke(view.line(motion.way), 1.5 * scale, colours.way, 0.35);
     stroke(view.line(state.passed), 2.5 * scale, colours.way);
     stroke(view.line(state.joints), 1.5 * scale, colours.ink, 0.7);

@@ -1,5 +1,5 @@
 // Each figure.space-player plays the motion in its JSON.
-const SECONDS = 4, REST = 0.8, SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2];
+const REST = 0.8, SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2];
 
 function between(rows, place) {
   const end = rows.length - 1, row = Math.min(Math.floor(place), end), next = Math.min(row + 1, end);
@@ -56,7 +56,7 @@ function start(figure) {
     entry.selected = chosen;
     select.append(entry);
   }
-  const fitting = SPEEDS.map((speed) => Math.abs(Math.log(speed * SECONDS / end)));
+  const fitting = SPEEDS.map((speed) => Math.abs(Math.log(speed * motion.seconds / end)));
   SPEEDS.forEach((speed, i) => option(find("speed"), `${speed}\u00d7`, speed, fitting[i] === Math.min(...fitting)));
   motion.curves.forEach((curve, i) => option(find("quantity"), curve.label, i, i === 0));
   const values = motion.joint_names.map((name, joint) => {
@@ -86,7 +86,9 @@ function start(figure) {
       const joints = between(motion.joints, place), nearest = Math.round(place), closest = motion.closest;
       const close = closest && { points: closest.points[nearest], distance: closest.distances[nearest] };
       const passed = [...motion.way.slice(0, row + 1), joints[joints.length - 1]];
-      paint(viewOf(camera, width, height), { centers: between(motion.centers, place), joints, passed, close }, scale);
+      const frames = motion.moving.map((obstacle) => between(obstacle.frames, place));
+      const state = { centers: between(motion.centers, place), joints, frames, passed, close };
+      paint(viewOf(camera, width, height), state, scale);
       const names = close && closest.names[closest.numbers[nearest]];
       find("near").textContent = close ? `Closest: ${names}, ${inMillimetres(close.distance)}` : "";
     }
@@ -95,6 +97,7 @@ function start(figure) {
     values.forEach((value, joint) => { value.textContent = `${now[joint].toFixed(3)} ${curve.units[joint]}`; });
     slider.value = Math.round(1000 * time / end);
     clock.textContent = `${time.toFixed(3)} s`;
+    find("note").textContent = motion.notes.findLast(([from]) => from <= time)?.[1] ?? "";
     button.textContent = playing ? "Pause" : "Play";
   }
   function ask() {

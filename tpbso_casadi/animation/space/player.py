@@ -31,7 +31,7 @@ zoom, shift and drag to move"></canvas>
 </div>
 <div class="bar"><button type="button" class="play">Pause</button>
 <input class="time" type="range" min="0" max="1000" value="0" aria-label="time"><output class="clock"></output>
-<select class="speed" aria-label="speed"></select></div>
+<select class="speed" aria-label="speed"></select><p class="note"></p></div>
 <div class="panel">
 <select class="quantity" aria-label="curves"></select>
 <canvas class="curves" role="img" aria-label="joints over time"></canvas>

@@ -13,12 +13,12 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
 from problems.base.matrix import FloatArray
+from tpbso_casadi.figures.colours import OBSTACLE
 from tpbso_casadi.figures.space.order import painting_order
 from tpbso_casadi.figures.space.polyhedron import Polyhedron
 from tpbso_casadi.figures.space.scene import Scene
 from tpbso_casadi.figures.space.view import View
 
-OBSTACLE = "#d62728"
 LIGHT = np.array([-0.35, 0.45, 0.82])  # in the axes of the view
 ROUND = np.linspace(0.0, 2.0 * np.pi, 28, endpoint=False)
 LAYERS = ((1.0, 0.0), (0.8, 0.22), (0.55, 0.42), (0.28, 0.62))  # of a ball: size, and how far it is lit
@@ -39,19 +39,22 @@ class Painting:
 
     def __init__(self, axes: Axes, view: View, scene: Scene, colour: str) -> None:
         self._view, self._scene, self._colour = view, scene, colour
-        self._solids = [list(solid(view, polyhedron)) for polyhedron in scene.solids]
+        self._painted = [list(solid(view, polyhedron)) for polyhedron in scene.solids]
         self._collection = PolyCollection([], linewidths=0.7, zorder=2)
         axes.add_collection(self._collection, autolim=False)
 
-    def show(self, centers: FloatArray) -> None:
-        """Show a posture by its balls' centres (balls, 3), m."""
+    def show(self, centers: FloatArray, time: float = 0.0) -> None:
+        """Show a posture by its balls' centres (balls, 3), m, and the obstacles at a time in s."""
         radii, scene = self._scene.radii, self._scene
+        solids = scene.solids_at(time)
+        for number in scene.moving:
+            self._painted[number] = list(solid(self._view, solids[number]))
         painted: list[Painted] = []
-        for number in painting_order(self._view, centers, radii, scene.solids, scene.planes):
+        for number in painting_order(self._view, centers, radii, solids, scene.planes_of(solids)):
             if number < len(centers):
                 painted += ball(self._view, centers[number], float(radii[number]), self._colour)
             else:
-                painted += self._solids[number - len(centers)]
+                painted += self._painted[number - len(centers)]
         polygons, faces, edges = zip(*painted, strict=True) if painted else ((), (), ())
         self._collection.set_verts(polygons)
         self._collection.set_facecolor(list(faces))

@@ -16,8 +16,11 @@ from matplotlib.lines import Line2D
 
 from problems.base.matrix import FloatArray
 from problems.tasks.drawing import MarkerKind
+from tpbso_casadi.figures.colours import OBSTACLE
+from tpbso_casadi.figures.moving import LABEL, SQUARE, draw_ways
 from tpbso_casadi.figures.scene import MARKER_STYLES
-from tpbso_casadi.figures.space.painter import OBSTACLE, Painting, solid
+from tpbso_casadi.figures.space.painter import Painting, solid
+from tpbso_casadi.figures.space.polyhedron import Polyhedron
 from tpbso_casadi.figures.space.scene import Scene, ground
 from tpbso_casadi.figures.space.view import FRONT, SIDE, TOP, View
 
@@ -35,11 +38,15 @@ class Posture:
         label: for a legend.
         colour: of it.
         theta: joint angles, (dof,), rad.
+        time: at which obstacles that move are shown with it, s.
+        opacity: of these obstacles.
     """
 
     label: str
     colour: str
     theta: FloatArray
+    time: float = 0.0
+    opacity: float = OPACITY
 
 
 @dataclass(frozen=True)
@@ -83,10 +90,16 @@ def space_figure(
         axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel=across, ylabel=along)
         axes.set_title(name, loc="left", fontsize="medium")
         axes.grid(alpha=0.3)
+        draw_ways(axes, [view.project(course.middles) for course in scene.courses])
+    if scene.courses:
+        top.plot([], [], label=LABEL, **SQUARE)
     picture = figure.add_subplot(grid[0, 1])
     view = scene.view(shown, bounds)
     draw_picture(picture, view, scene, postures[-1], bounds)
     draw_way(picture, view, way, passed)
+    if scene.courses:
+        draw_ways(picture, [view.project(course.middles) for course in scene.courses])
+        picture.set_title(literal(postures[-1].label), fontsize="medium")
     figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
     return figure
 
@@ -101,11 +114,13 @@ def draw_way(axes: Axes, view: View, way: Points | None, passed: Sequence[Points
 
 def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Posture]) -> None:
     """An orthogonal view: everything can be seen through."""
-    polygons = [painted for polyhedron in scene.solids for painted in solid(view, polyhedron, OPACITY)]
-    if polygons:
-        corners, faces, edges = zip(*polygons, strict=True)
-        axes.add_collection(PolyCollection(corners, facecolors=faces, edgecolors=edges, linewidths=0.7, zorder=1))
+    standing = [solid for number, solid in enumerate(scene.solids) if number not in scene.moving]
+    if standing:
+        draw_solids(axes, view, standing, OPACITY)
         axes.plot([], [], "s", color=OBSTACLE, alpha=0.35, markersize=9, label="obstacle")
+    for posture in postures if scene.moving else ():
+        solids = scene.solids_at(posture.time)
+        draw_solids(axes, view, [solids[number] for number in scene.moving], posture.opacity, posture.opacity)
     axes.plot(*view.project(np.array(scene.robot.base)), "s", color="black", markersize=7, label="base", zorder=5)
     for posture in postures:
         centers, skeleton = scene.centers(posture.theta[None])[0], scene.robot.skeleton(posture.theta[None])[0]
@@ -126,6 +141,14 @@ def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Pos
         axes.plot(*view.project(marker.points).T, linestyle="none", color="#2ca02c", label=marker.label, **style)
 
 
+def draw_solids(axes: Axes, view: View, solids: Sequence[Polyhedron], opacity: float, edges: float = 1.0) -> None:
+    """Obstacles that can be seen through, with the opacity of their faces and of their edges."""
+    polygons = [painted for polyhedron in solids for painted in solid(view, polyhedron, opacity)]
+    corners, faces, lines = zip(*polygons, strict=True)
+    lines = tuple((*line[:3], edges * line[3]) for line in lines)
+    axes.add_collection(PolyCollection(corners, facecolors=faces, edgecolors=lines, linewidths=0.7, zorder=1))
+
+
 def literal(label: str) -> str:
     """A label that is shown as it is, not as a formula, whatever it is."""
     return label.replace("$", r"\$")
@@ -143,7 +166,7 @@ def draw_picture(axes: Axes, view: View, scene: Scene, posture: Posture, bounds:
     """A posture in perspective, over the ground."""
     draw_ground(axes, view, scene, bounds)
     painting = Painting(axes, view, scene, posture.colour)
-    painting.show(scene.centers(posture.theta[None])[0])
+    painting.show(scene.centers(posture.theta[None])[0], posture.time)
     skeleton = scene.robot.skeleton(posture.theta[None])[0]
     arm = axes.plot(*view.project(skeleton).T, "-", color=posture.colour, linewidth=1.6, alpha=0.8, zorder=4)[0]
     for marker in scene.markers:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -46,8 +46,11 @@ class Polyhedron:
     @cached_property
     def normals(self) -> FloatArray:
         """Unit normals of the faces, outwards, (faces, 3)."""
-        corners = [self.vertices[list(face)] for face in self.faces]
-        sums = np.array([np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0) for ring in corners])
+        sums, counts = np.empty((len(self.faces), 3)), np.array([len(face) for face in self.faces])
+        for count in np.unique(counts):
+            numbers = np.flatnonzero(counts == count)
+            rings = self.vertices[np.array([self.faces[number] for number in numbers])]
+            sums[numbers] = np.cross(rings, np.roll(rings, -1, axis=1)).sum(axis=1)
         return np.asarray(sums / np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), np.finfo(float).tiny))
 
     @cached_property
@@ -93,10 +96,17 @@ def polyhedron_of(obstacle: Obstacle) -> Polyhedron:
     return Polyhedron(vertices, tuple(tuple(face) for face in faces))
 
 
-def separating_planes(solids: Sequence[Polyhedron]) -> dict[tuple[int, int], int]:
-    """For pairs (a, b) the face of a outside of whose plane b lies; pairs are left out where there is none."""
+def separating_planes(
+    solids: Sequence[Polyhedron], pairs: Iterable[tuple[int, int]] | None = None
+) -> dict[tuple[int, int], int]:
+    """For pairs (a, b) the face of a outside of whose plane b lies; pairs are left out where there is none.
+
+    Args:
+        solids: all of them.
+        pairs: that are looked at; all where None.
+    """
     found = {}
-    for pair in combinations(range(len(solids)), 2):
+    for pair in combinations(range(len(solids)), 2) if pairs is None else pairs:
         for a, b in (pair, pair[::-1]):
             outside = solids[a].beyond(solids[b].vertices).min(axis=0)
             if outside.max() >= -TOUCHING:

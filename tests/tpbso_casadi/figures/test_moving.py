@@ -1,0 +1,165 @@
+"""Figures of scenes with obstacles that move: where they are at which time, and how far the arm is from them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.moving_plans import IN_PLANE, IN_SPACE, moving_space_plan, plane_plan
+from helpers.space_plans import space_plan
+from matplotlib.patches import Polygon
+from PIL import Image
+
+from problems import Ellipse, PlanarArm, Trajectory
+from problems.scene.moving.constant_velocity import ConstantVelocity
+from problems.scene.moving.moving_obstacle import MovingObstacle
+from tpbso_casadi.figures import run
+from tpbso_casadi.figures.clearance import clearance_figures
+from tpbso_casadi.figures.colours import CLOSEST
+from tpbso_casadi.figures.courses import Course, courses_of, placed
+from tpbso_casadi.figures.distances import closest_to_moving, distance_curves
+from tpbso_casadi.figures.paths import path_figure, snapshots
+from tpbso_casadi.figures.run import draw_figures
+from tpbso_casadi.figures.space.polyhedron import polyhedron_of
+from tpbso_casadi.figures.space.scene import Scene
+
+DISC = Ellipse(center=(0.0, 0.0), semi_axes=(0.2, 0.2))
+TIMES = np.array([0.0, 0.15, 0.4])
+
+
+@pytest.mark.parametrize("number", [2, 3])
+def test_a_course_is_the_obstacle_at_each_time(number: int) -> None:
+    courses = courses_of(IN_PLANE, TIMES)
+    assert [course.number for course in courses] == [2, 3]
+    course = courses[number - 2]
+    expected = [course.obstacle.at(time).outline() for time in TIMES]
+    np.testing.assert_allclose(course.outlines, expected, atol=1e-12)
+    np.testing.assert_allclose(course.outlines.mean(axis=1), course.middles, atol=1e-12)
+    origins, axes = course.frames[:, :1], course.frames[:, 1:]
+    np.testing.assert_allclose(origins + course.obstacle.unmoved.outline() @ axes, expected, atol=1e-12)
+
+
+def test_what_stands_stays_where_it_is() -> None:
+    points = np.array([[1.0, 2.0], [3.0, 4.0]])
+    np.testing.assert_array_equal(placed(IN_PLANE[0], points, TIMES), [points] * 3)
+
+
+def test_a_course_is_seen_within_a_box_alone() -> None:
+    course = Course(1, MovingObstacle(DISC, ConstantVelocity((10.0, 0.0))), np.array([0.0, 0.1, 0.2]))
+    np.testing.assert_allclose(course.within(np.array([-1.0, -1.0]), np.array([1.1, 1.0])), [[-0.2, -0.2], [1.1, 0.2]])
+    # at 0.2 s it is 2 m away, and no longer seen
+    assert course.within(np.array([-9.0, 5.0]), np.array([9.0, 6.0])).shape == (0, 2)
+
+
+def test_distances_by_hand() -> None:
+    # an arm of 1 m along x stands still; a disc of 0.2 m passes 0.5 m beyond its tip
+    arm = PlanarArm(
+        link_lengths=(0.5, 0.5), max_speed=(1.0,) * 2, max_acceleration=(1.0,) * 2, link_radius=(0.05, 0.05)
+    )
+    passing = MovingObstacle(Ellipse(center=(1.5, -1.0), semi_axes=(0.2, 0.2)), ConstantVelocity((0.0, 1.0)), 0.1)
+    scene = (Ellipse(center=(0.5, 2.0), semi_axes=(0.2, 0.2)), passing)
+    rest = Trajectory(np.array([0.0, 3.0]), np.zeros((1, 1, 2)))
+    times = np.array([0.0, 1.0, 2.5])
+    still, moving = distance_curves(arm, scene, rest, times)
+    assert [curve.number for curve in (still, moving)] == [0, 2]
+    np.testing.assert_allclose(still.distances, 2.0 - 0.25)
+    np.testing.assert_allclose(moving.distances, np.hypot(0.5, times - 1.0) - 0.25, rtol=5e-3)
+    np.testing.assert_allclose(moving.kept, 0.1 * times)
+    assert not still.kept.any()
+    closest = closest_to_moving(arm, scene, rest)
+    assert closest is not None and closest.pair == "link 2, obstacle 2"
+    assert (closest.time, closest.distance) == (pytest.approx(1.0, abs=1e-3), pytest.approx(0.25, abs=1e-6))
+
+
+def test_there_is_no_approach_where_nothing_moves() -> None:
+    assert [snapshot.label for snapshot in snapshots(space_plan())] == [
+        "initial posture",
+        "middle posture",
+        "final posture",
+    ]
+    assert clearance_figures(space_plan()) == {}
+
+
+def test_a_path_in_the_plane_shows_obstacles_at_the_times_of_the_postures() -> None:
+    plan = plane_plan()
+    figure = path_figure(plan)
+    figure.draw_without_rendering()
+    [axes] = figure.axes
+    shown = snapshots(plan)
+    assert [snapshot.opacity for snapshot in shown] == [0.12, 0.22, 0.35, 0.6]
+    drawn = [patch for patch in axes.patches if isinstance(patch, Polygon)]
+    for obstacle in IN_PLANE[1:]:
+        for snapshot in shown:
+            outline = obstacle.at(snapshot.time).outline()
+            same = [
+                patch for patch in drawn
+                if len(patch.get_xy()) == len(outline) + 1 and np.allclose(patch.get_xy()[:-1], outline)
+            ]  # fmt: skip
+            assert [patch.get_alpha() for patch in same] == [snapshot.opacity]
+    [posture] = [line for line in axes.lines if line.get_color() == CLOSEST]
+    closest = closest_to_moving(plan.criteria.robot, plan.criteria.obstacles, plan.trajectory)
+    assert closest is not None
+    expected = plan.motion.joint_positions(np.array([closest.time]))[0]
+    np.testing.assert_allclose(posture.get_xydata(), expected)
+    assert posture.get_label() == f"closest: {1000 * closest.distance:.1f} mm at {closest.time:.3g} s"
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels.count("moving obstacle") == labels.count("its way") == 1
+
+
+def test_the_picture_ends_where_the_arm_does() -> None:
+    far = MovingObstacle(Ellipse(center=(1.0, 1.0), semi_axes=(0.2, 0.2)), ConstantVelocity((300.0, 0.0)))
+    [axes] = path_figure(plane_plan(far)).axes
+    reach = 1.8 + 0.05
+    assert axes.get_xlim()[1] < 1.2 * reach
+    [arrow] = [text for text in axes.texts if text.arrow_patch is not None]
+    assert arrow.xy[0] < axes.get_xlim()[1]
+
+
+def test_the_figure_of_distances_marks_the_closest_approach() -> None:
+    plan = plane_plan()
+    [axes] = clearance_figures(plan)["clearance"].axes
+    lines = {line.get_label(): line for line in axes.lines}
+    assert list(lines) == [
+        "nearest standing obstacle", "obstacle 2, moving", "kept from obstacle 2", "obstacle 3, moving", "margin",
+        "closest approach",
+    ]  # fmt: skip
+    closest = closest_to_moving(plan.criteria.robot, plan.criteria.obstacles, plan.trajectory)
+    assert closest is not None
+    np.testing.assert_allclose(lines["closest approach"].get_xydata(), [[closest.time, closest.distance]])
+    assert axes.get_title() == f"closest: {1000 * closest.distance:.1f} mm at {closest.time:.3g} s ({closest.pair})"
+    times, kept = lines["kept from obstacle 2"].get_data()
+    np.testing.assert_allclose(kept, 0.05 * np.asarray(times))
+
+
+def test_solids_are_where_obstacles_are() -> None:
+    robot = moving_space_plan().criteria.robot
+    scene = Scene(robot, IN_SPACE)
+    assert scene.moving == (1,) and scene.planes == {}
+    box, ball = scene.solids_at(0.4)
+    assert box is scene.solids[0]
+    np.testing.assert_allclose(ball.vertices, polyhedron_of(IN_SPACE[1].at(0.4)).vertices, atol=1e-12)
+    planes = scene.planes_of((box, ball))
+    assert set(planes) == {(0, 1), (1, 0)}
+    for (a, b), face in planes.items():
+        assert (box, ball)[a].beyond((box, ball)[b].vertices)[:, face].min() >= 0.0
+
+
+def test_a_path_in_space_shows_obstacles_at_the_times_of_the_postures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = moving_space_plan()
+    figure = path_figure(plan)
+    figure.draw_without_rendering()
+    top, front, side, picture = figure.axes
+    middles = courses_of(IN_SPACE, plan.times)[0].middles
+    for axes, columns in ((top, [0, 1]), (front, [0, 2]), (side, [1, 2])):
+        [way] = [line for line in axes.lines if line.get_label() == "its way"]
+        np.testing.assert_allclose(way.get_xydata(), middles[:, columns])
+    assert picture.get_title() == snapshots(plan)[-1].label
+    assert "moving obstacle" in [text.get_text() for text in figure.legends[0].get_texts()]
+    monkeypatch.setattr(run, "DPI", 40)
+    paths = draw_figures(tmp_path, plan)
+    assert [path.name for path in paths] == ["path.png", "joints.png", "limits.png", "clearance.png"]
+    with Image.open(paths[-1]) as image:
+        assert np.asarray(image.convert("L")).std() > 10.0

@@ -1,0 +1,205 @@
+"""The figure of a simulation: what was executed among the obstacles as they truly were, and what was answered when.
+
+Imported only where a figure is drawn: matplotlib is slow to load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
+
+from problems.base.matrix import FloatArray
+from tpbso_casadi.figures.colours import CLOSEST, OBSTACLE, colour_of
+from tpbso_casadi.figures.courses import Course, courses_of
+from tpbso_casadi.figures.distances import DistanceCurve, distance_curves
+from tpbso_casadi.figures.extent import extent_of
+from tpbso_casadi.figures.limits import spans
+from tpbso_casadi.figures.moving import draw_moving, draw_ways
+from tpbso_casadi.figures.run import DPI
+from tpbso_casadi.figures.scene import draw_bodies, draw_scene
+from tpbso_casadi.figures.space.panels import VIEWS, Posture, draw_measurable, draw_solids
+from tpbso_casadi.figures.space.scene import Scene
+from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.simulation.executed import stands
+from tpbso_casadi.simulation.motion import MEANINGS, simulated_motion
+from tpbso_casadi.simulation.record import SimulationRecord
+from tpbso_casadi.storage.files import write_with
+
+HEIGHTS = {2: 6.4, 3: 4.6}  # of the scene by the robot's dimensions, inches
+SHOWN = 5  # times at which obstacles are drawn
+LIGHT, STRONG = 0.08, 0.4  # opacities of the first and of the last
+ROWS_PER_SECOND = 100
+ARM, WAY, STANDING = "#1b2733", "#1f4fd8", "0.6"
+STYLES = {"new": ("#009e73", "o", 6.0), "old": ("0.55", ".", 4.0), "stop": ("#cc00cc", "X", 7.0)}
+"""Colour, marker and size of each kind of answer."""
+
+
+def draw_simulation(folder: Path, record: SimulationRecord) -> Path:
+    """Draw ``simulation.png`` into a folder."""
+    return write_with(folder / "simulation.png", partial(simulation_figure(record).savefig, dpi=DPI))
+
+
+def simulation_figure(record: SimulationRecord) -> Figure:
+    """Where the tool went, and obstacles; below, distances and the time of each answer."""
+    motion = simulated_motion(record)
+    scene_height = HEIGHTS[record.robot.dim]
+    figure = Figure(figsize=(8.6, scene_height + 5.0), layout="constrained")
+    grid = figure.add_gridspec(3, 1, height_ratios=(scene_height, 2.0, 1.4))
+    axes = SCENES[record.robot.dim](figure, grid[0], record, motion)
+    below = figure.add_subplot(grid[1])
+    draw_distances(below, record)
+    draw_answers(figure.add_subplot(grid[2], sharex=below), record)
+    kinds = [replan.kind for replan in record.replans]
+    counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in MEANINGS)
+    figure.suptitle(f"simulation of the planner, {record.duration:.4g} s: {len(kinds)} replans ({counts})")
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
+    return figure
+
+
+def row_times(record: SimulationRecord) -> FloatArray:
+    """Times in s at which to draw what was executed."""
+    return record.executed.times(int(np.ceil(ROWS_PER_SECOND * record.duration)) + 1)
+
+
+def draw_replans(axes: Axes, record: SimulationRecord, motion: Motion, columns: list[int]) -> None:
+    """The way of the tool, and on it where each answer was executed from, by its kind."""
+    axes.plot(*motion.joint_positions(row_times(record))[:, -1, columns].T, color=WAY, linewidth=1.2, label="tool")
+    for kind, (colour, marker, size) in STYLES.items():
+        times = np.array([replan.time + record.settings.every for replan in record.replans if replan.kind == kind])
+        if times.size:
+            places = motion.joint_positions(np.minimum(times, record.duration))[:, -1, columns]
+            label = f"replan: {MEANINGS[kind]}"
+            axes.plot(*places.T, marker, color=colour, markersize=size, linestyle="none", label=label, zorder=6)
+
+
+def draw_times(axes: Axes, courses: tuple[Course, ...], columns: list[int]) -> None:
+    """The times at which obstacles are drawn, each beside its middle."""
+    for course in courses:
+        for time, place in zip(course.times, course.middles[:, columns], strict=True):
+            axes.annotate(f"{time:.3g} s", place, fontsize=7, ha="center", va="center", clip_on=True, zorder=7)
+
+
+def in_plane(figure: Figure, place: SubplotSpec, record: SimulationRecord, motion: Motion) -> Axes:
+    """The scene of an arm in the plane."""
+    axes, times, criteria = figure.add_subplot(place), row_times(record), motion.criteria
+    joints = motion.joint_positions(times)
+    draw_scene(axes, criteria)
+    draw_moving(axes, shown_courses(record), opacities().tolist())
+    draw_bodies(axes, record.robot, joints[-1], ARM)
+    axes.plot(*joints[-1].T, "-o", color=ARM, markerfacecolor="white", linewidth=1.8, label="at the end", zorder=4)
+    courses = courses_of(record.obstacles, times)
+    points = np.vstack([marker.points for marker in criteria.markers()])
+    left, right, bottom, top = extent_of(criteria, joints, points, courses)
+    axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top), xlabel="x [m]", ylabel="y [m]")
+    draw_ways(axes, [course.middles for course in courses])
+    draw_times(axes, shown_courses(record), [0, 1])
+    draw_replans(axes, record, motion, [0, 1])
+    axes.grid(alpha=0.3)
+    return axes
+
+
+def in_space(figure: Figure, place: SubplotSpec, record: SimulationRecord, motion: Motion) -> Axes:
+    """The scene of a robot in space, from above and from the front."""
+    times, criteria = row_times(record), motion.criteria
+    courses = courses_of(record.obstacles, times)
+    scene = Scene(record.robot, record.obstacles, criteria.markers(), courses)
+    theta = record.executed.at(times)
+    bounds = scene.bounds(theta)
+    last = Posture("at the end", ARM, theta[-1], record.duration, STRONG)
+    grid = place.subgridspec(1, 2)
+    panels = [figure.add_subplot(grid[column]) for column in range(2)]
+    for axes, name, columns in zip(panels, ("top", "front"), ([0, 1], [0, 2]), strict=True):
+        view, across, along = VIEWS[name]
+        draw_measurable(axes, view, scene, [last])
+        for time, opacity in zip(shown_times(record)[:-1], opacities()[:-1], strict=True):
+            solids = scene.solids_at(float(time))
+            draw_solids(axes, view, [solids[number] for number in scene.moving], opacity, opacity)
+        low, high = bounds[:, columns]
+        axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel=across, ylabel=along)
+        draw_ways(axes, [course.middles[:, columns] for course in courses])
+        draw_times(axes, shown_courses(record), columns)
+        draw_replans(axes, record, motion, columns)
+        axes.grid(alpha=0.3)
+    return panels[0]
+
+
+SCENES = {2: in_plane, 3: in_space}  # by the robot's dimensions
+
+
+def shown_times(record: SimulationRecord) -> FloatArray:
+    """When obstacles are drawn, (SHOWN,), s."""
+    return np.linspace(0.0, record.duration, SHOWN)
+
+
+def opacities() -> FloatArray:
+    """Of obstacles at these times, (SHOWN,)."""
+    return np.linspace(LIGHT, STRONG, SHOWN)
+
+
+def shown_courses(record: SimulationRecord) -> tuple[Course, ...]:
+    """The obstacles that move, at these times."""
+    return courses_of(record.obstacles, shown_times(record))
+
+
+def draw_distances(axes: Axes, record: SimulationRecord) -> None:
+    """How far the arm truly was from obstacles; below, when new motions and stops were answered, and goals reached."""
+    curves = distance_curves(record.robot, record.obstacles, record.executed, row_times(record))
+    for curve in curves:
+        colour = colour_of(curve.number - 1) if curve.number else STANDING
+        axes.plot(curve.times, curve.distances, color=colour, linewidth=1.2, label=curve.label)
+    if curves:
+        mark_closest(axes, curves)
+    axes.axhline(0.0, color=OBSTACLE, linewidth=0.8)
+    draw_standstills(axes, record)
+    for visit in record.visits:
+        axes.axvline(visit.time, color="#2ca02c", linestyle=":", linewidth=1.2)
+    for kind, times in answer_times(record):
+        colour, *_ = STYLES[kind]
+        axes.plot(times, np.zeros(len(times)), "|", color=colour, markersize=14, markeredgewidth=1.5, clip_on=False)
+    axes.set_ylabel("distance of\nthe arm [m]")
+    axes.set_xlim(0.0, record.duration)
+    axes.grid(alpha=0.3)
+    axes.tick_params(labelbottom=False)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize="small", ncols=3, frameon=False)
+
+
+def draw_standstills(axes: Axes, record: SimulationRecord) -> None:
+    """When the arm stood: something may have come to it then."""
+    breaks, label = record.executed.breakpoints, "the arm stands"
+    for first, last in spans(stands(record.executed)):
+        axes.axvspan(breaks[first], breaks[last + 1], color="0.9", linewidth=0.0, zorder=0, label=label)
+        label = "_"
+
+
+def mark_closest(axes: Axes, curves: list[DistanceCurve]) -> None:
+    """The smallest distance of all."""
+    nearest = min(curves, key=lambda curve: float(curve.distances.min()))
+    row = int(nearest.distances.argmin())
+    label = f"closest: {1000.0 * nearest.distances[row]:.1f} mm at {nearest.times[row]:.3g} s"
+    axes.plot(nearest.times[row], nearest.distances[row], "o", color=CLOSEST, markersize=5, label=label, zorder=5)
+
+
+def answer_times(record: SimulationRecord) -> Iterator[tuple[str, list[float]]]:
+    """When answers other than to go on were executed from, by kind, s."""
+    for kind in ("new", "stop"):
+        yield kind, [replan.time + record.settings.every for replan in record.replans if replan.kind == kind]
+
+
+def draw_answers(axes: Axes, record: SimulationRecord) -> None:
+    """How long each answer took, and how long it might."""
+    every = record.settings.every
+    for kind, (colour, *_) in STYLES.items():
+        chosen = [replan for replan in record.replans if replan.kind == kind]
+        heights = [1000.0 * replan.seconds for replan in chosen]
+        axes.bar([replan.time for replan in chosen], heights, 0.8 * every, align="edge", color=colour)
+    axes.axhline(1000.0 * every, color="0.25", linestyle="--", linewidth=1.0, label="until the next tick")
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("ms per replan")
+    axes.grid(alpha=0.3, axis="y")
+    axes.legend(loc="upper right", fontsize="small")

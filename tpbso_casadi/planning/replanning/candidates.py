@@ -1,0 +1,85 @@
+"""Motions from now on that may be executed: the one that is, the fastest ones to the goal, stops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from problems import Trajectory
+from problems.base.matrix import FloatArray
+from problems.robots.robot import JointLimits
+from problems.timing.from_motion.fastest import fastest_move, fastest_stop
+from problems.timing.from_motion.motion_state import MotionState
+from tpbso_casadi.planning.replanning.step import Kind
+
+EFFORTS = (1.0, 0.5)  # shares of acceleration and jerk that are tried in turn: motors may not give the whole
+SAME = 1e-9  # rad / s^n: differences between two motions that are one
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A motion from now on.
+
+    Attributes:
+        kind: what it would be.
+        trajectory: the whole of it.
+        added: what follows the motion that is executed; None where that goes on.
+        x: the candidate of a search, (d,).
+    """
+
+    kind: Kind
+    trajectory: Trajectory
+    added: Trajectory | None = None
+    x: FloatArray | None = None
+
+
+def lasting(trajectory: Trajectory, seconds: float) -> Trajectory:
+    """A motion that is at least so long: after its end it stands."""
+    missing = seconds - trajectory.duration
+    if missing <= 0.0:
+        return trajectory
+    return trajectory.followed_by(Trajectory.standing(trajectory.value_at_end(), missing))
+
+
+def remaining(trajectory: Trajectory, seconds: float, least: float) -> Trajectory:
+    """What is left of a motion after so many seconds: ``least`` s at least, standing where nothing is left."""
+    left = trajectory.duration - seconds
+    if left < least:
+        trajectory = lasting(trajectory, seconds + least)
+    return trajectory.part(seconds, trajectory.duration)
+
+
+def passed(rest: Trajectory, whole: Trajectory) -> float | None:
+    """How many seconds of a motion are over where another one is what is left of it; None where it is not."""
+    seconds = whole.duration - rest.duration
+    if not -SAME < seconds < whole.duration:
+        return None
+    seconds = max(seconds, 0.0)
+    own = whole.part(seconds, whole.duration)
+    same = own.coefficients.shape == rest.coefficients.shape and np.allclose(own.breakpoints, rest.breakpoints)
+    return seconds if same and np.allclose(own.coefficients, rest.coefficients, rtol=SAME, atol=SAME) else None
+
+
+def stands_at_end_of(rest: Trajectory, whole: Trajectory) -> bool:
+    """Whether a motion is none, in the posture to which another one leads."""
+    return not rest.moves and bool((np.abs(rest.value_at_end() - whole.value_at_end()) < SAME).all())
+
+
+def stops(state: MotionState, limits: JointLimits) -> Iterator[Trajectory]:
+    """The fastest stops, with ever less effort; one where the joints stand."""
+    for effort in EFFORTS if state.moves else EFFORTS[:1]:
+        yield fastest_stop(state, _gentler(limits, effort))
+
+
+def direct_moves(state: MotionState, goals: Sequence[FloatArray], limits: JointLimits) -> list[tuple[Trajectory, ...]]:
+    """The fastest moves to each of some postures (k,), rad, each also with less effort; the fastest goal first."""
+    moves = [tuple(fastest_move(state, goal, _gentler(limits, effort)) for effort in EFFORTS) for goal in goals]
+    return sorted(moves, key=lambda efforts: efforts[0].duration)
+
+
+def _gentler(limits: JointLimits, effort: float) -> JointLimits:
+    """A share of accelerations and jerks; speeds stay as they are."""
+    jerk = None if limits.jerk is None else tuple(effort * most for most in limits.jerk)
+    return replace(limits, acceleration=tuple(effort * most for most in limits.acceleration), jerk=jerk)

@@ -1,0 +1,199 @@
+"""One step: candidates are judged, the cheapest first, and the one that arrives first is chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf
+
+import numpy as np
+
+from problems import Trajectory
+from problems.base.matrix import FloatArray
+from problems.certify.clearance import ClearanceProof, prove_clearance
+from problems.motions.trajectory import SLIVER
+from problems.timing.from_motion.motion_state import MotionState
+from tpbso_casadi.planning.replanning.candidates import Candidate, direct_moves, lasting, stops
+from tpbso_casadi.planning.replanning.proofs import RobotLimits, Scene, is_clear, stays_clear
+from tpbso_casadi.planning.replanning.search import Search
+
+SOONER = 0.99  # of the time until the arm arrives: another motion has to take no more than this share of it
+SLOW = 1.1  # times the least time that there is: what takes longer is worth a search
+SAME_POSTURE = 1e-6  # rad
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A candidate and what is proven of it.
+
+    Attributes:
+        candidate: the motion.
+        proof: of its clearance from what moves; None where nothing does.
+        fixed: whether it keeps the robot's limits, and clear of what stands still.
+        fail_safe: whether it can be stopped in time although predictions are wrong.
+    """
+
+    candidate: Candidate
+    proof: ClearanceProof | None
+    fixed: bool
+    fail_safe: bool
+
+    @property
+    def certified(self) -> bool:
+        """Whether all of it is proven in the predicted scene."""
+        return self.fixed and is_clear(self.proof)
+
+    @property
+    def accepted(self) -> bool:
+        """Whether it may be executed."""
+        return self.certified and self.fail_safe
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What is known when a step begins.
+
+    Args:
+        limits: of the robot.
+        scene: as it is predicted.
+        executed: the motion that goes on until a decision takes effect.
+        is_proven: whether it is known to keep the limits, and clear of what stands still.
+        foreseen: the proof that it stays clear of what moves, where that is known too.
+        goals: postures (k,), rad, of which one is to be reached.
+        search: for a way round.
+        seconds: that are left for it when it begins; None where only evaluations count.
+        every: how long a decision may take, s.
+        rate: how fast what moves may leave its prediction, m/s.
+    """
+
+    limits: RobotLimits
+    scene: Scene
+    executed: Trajectory
+    is_proven: bool
+    foreseen: ClearanceProof | None
+    goals: Sequence[FloatArray]
+    search: Search
+    seconds: Callable[[], float | None]
+    every: float
+    rate: float
+
+    @cached_property
+    def until_then(self) -> Trajectory:
+        """What is executed until the decision takes effect."""
+        return lasting(self.executed, self.every).part(0.0, self.every)
+
+    @cached_property
+    def state(self) -> MotionState:
+        """How the arm moves then."""
+        return MotionState.at_end(self.until_then)
+
+    @cached_property
+    def old(self) -> Candidate:
+        """The motion that is executed, to its end."""
+        return Candidate("old", lasting(self.executed, self.every))
+
+    @cached_property
+    def arrival(self) -> float:
+        """When it arrives at a goal, s; never where it does not lead to one."""
+        end = self.executed.value_at_end()
+        return self.executed.duration if any(np.abs(goal - end).max() < SAME_POSTURE for goal in self.goals) else inf
+
+    def chosen(self) -> Judged:
+        """What is executed from now on: what arrives first of what may be executed; a stop where nothing may."""
+        old = self.judged(self.old) if self.arrival < inf else None
+        best = old if old is not None and old.accepted else None
+        moves = direct_moves(self.state, self.goals, self.scene.robot.limits) if self._has_far_to_go else []
+        direct = self._direct(moves, inf if best is None else self.arrival)
+        if direct is not None:
+            return direct
+        bound = self.every + min((move.duration for move, *_ in moves), default=inf)
+        if best is None or self.arrival > SLOW * bound:
+            found = self._way_round([move for move, *_ in moves], inf if best is None else self.arrival)
+            best = found or best
+        return best or self.stop()
+
+    @property
+    def _has_far_to_go(self) -> bool:
+        """Whether the arm is not at a goal already when the decision takes effect."""
+        return self.state.moves or all(np.abs(goal - self.state.angles).max() > SAME_POSTURE for goal in self.goals)
+
+    def _direct(self, moves: Sequence[tuple[Trajectory, ...]], arrival: float) -> Judged | None:
+        """The first of the fastest moves to the goals that may be executed and arrives before another motion."""
+        for efforts in moves:
+            for move in efforts:
+                if self.every + move.duration > SOONER * arrival:
+                    break
+                judged = self.judged(self.new(move))
+                if judged.accepted:
+                    return judged
+                if judged.fixed or not is_clear(judged.proof):
+                    break  # less effort is for motors that cannot give the whole
+        return None
+
+    def _way_round(self, moves: Sequence[Trajectory], arrival: float) -> Judged | None:
+        """The first motion that is searched for, may be executed, and arrives before another one."""
+        if not moves:
+            return None
+        rest = self.executed.duration - self.every
+        old = [self.executed.part(self.every, self.executed.duration)] if self.arrival < inf and rest > SLIVER else []
+        obstacles = [obstacle.later(self.every) for obstacle in self.scene.obstacles]
+        for found in self.search.best(self.state, self.goals, obstacles, [*old, *moves], self.seconds()):
+            if self.every + found.trajectory.duration > SOONER * arrival:
+                return None
+            judged = self.judged(self.new(found.trajectory, found.x))
+            if judged.accepted:
+                return judged
+        return None
+
+    def stop(self) -> Judged:
+        """The first stop that is proven, or else the fastest one."""
+        judged = [self._judged_stop(stop) for stop in stops(self.state, self.scene.robot.limits)]
+        return next((each for each in judged if each.accepted), next((e for e in judged if e.certified), judged[0]))
+
+    def new(self, added: Trajectory, x: FloatArray | None = None) -> Candidate:
+        """A motion that begins when the decision takes effect, with what is executed before."""
+        return Candidate("new", self.until_then.followed_by(added), added, x)
+
+    def judged(self, candidate: Candidate) -> Judged:
+        """The proofs, as far as they can still matter."""
+        known = self.foreseen if candidate.added is None else None
+        proof = known or prove_clearance(self.scene.moving, candidate.trajectory)
+        fixed = is_clear(proof) and self._keeps(candidate)
+        return Judged(candidate, proof, fixed, fixed and self._can_stop(candidate.trajectory))
+
+    def _judged_stop(self, added: Trajectory) -> Judged:
+        candidate = Candidate("stop", self.until_then.followed_by(added), added)
+        proof, fixed = prove_clearance(self.scene.moving, candidate.trajectory), self._keeps(candidate)
+        stands = not candidate.trajectory.moves
+        certain = fixed and (stands or stays_clear(self._uncertain.moving, candidate.trajectory))
+        return Judged(candidate, proof, fixed, certain)
+
+    def _keeps(self, candidate: Candidate) -> bool:
+        """Whether a motion keeps the robot's limits, and clear of what stands still."""
+        if candidate.added is None:
+            return self.is_proven or self._is_kept_by(self.executed)
+        return (self.is_proven or self._until_then_is_proven) and self._is_kept_by(candidate.added)
+
+    @cached_property
+    def _until_then_is_proven(self) -> bool:
+        return self._is_kept_by(self.until_then)
+
+    def _is_kept_by(self, trajectory: Trajectory) -> bool:
+        return stays_clear(self.scene.fixed, trajectory) and self.limits.hold(trajectory)
+
+    @cached_property
+    def _uncertain(self) -> Scene:
+        return self.scene.less_certain(self.rate)
+
+    def _can_stop(self, trajectory: Trajectory) -> bool:
+        """Whether a motion, until the next decision takes effect, and a stop from then on are proven."""
+        beginning = trajectory.part(0.0, min(2.0 * self.every, trajectory.duration))
+        if not beginning.moves:
+            return True
+        for stop in stops(MotionState.at_end(beginning), self.scene.robot.limits):
+            if not stays_clear(self._uncertain.all, beginning.followed_by(stop)):
+                return False  # a stop with less effort takes longer
+            if self.limits.hold(stop):
+                return True
+        return False

@@ -1,0 +1,1 @@
+"""A simulation of the planner while the arm moves and obstacles do what they want. It drives no robot."""

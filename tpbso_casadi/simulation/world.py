@@ -1,0 +1,161 @@
+"""The scene of a simulation: what obstacles really do, and what of it the planner sees."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from problems.base.matrix import FloatArray
+from problems.scene.moving.constant_velocity import ConstantVelocity
+from problems.scene.moving.moving_obstacle import MovingObstacle
+from problems.scene.moving.tabulated import Tabulated
+from problems.scene.obstacle import Obstacle
+from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario.simulation import SimulationSection
+from tpbso_casadi.scenario.world.shape import ObstacleSection
+from tpbso_casadi.simulation.courses import Wandering
+
+MOST_TURNS = 10_000  # of an obstacle: changes of course on average, and meetings with walls
+
+
+class Actor(ABC):
+    """An obstacle in the scene."""
+
+    @property
+    @abstractmethod
+    def true(self) -> Obstacle:
+        """The obstacle with its true motion, on the simulation's clock."""
+
+    @abstractmethod
+    def observed(self, time: float) -> Obstacle:
+        """What the planner sees of it at a time in s, and predicts: on a clock that starts then."""
+
+
+@dataclass(frozen=True)
+class Known(Actor):
+    """An obstacle of which all is known: it stands still, or keeps to its table or to its velocity."""
+
+    obstacle: Obstacle
+
+    @property
+    def true(self) -> Obstacle:
+        """The same."""
+        return self.obstacle
+
+    def observed(self, time: float) -> Obstacle:
+        """The same, later."""
+        return self.obstacle.later(time)
+
+
+@dataclass(frozen=True)
+class Wanderer(Actor):
+    """An obstacle that changes course: the planner sees where it is and how fast, and predicts that it goes on so.
+
+    Args:
+        still: the obstacle at t = 0.
+        course: its true displacement.
+        margin_rate: what a prediction of it loses in a second, as the scenario says, m/s.
+    """
+
+    still: Obstacle
+    course: Tabulated
+    margin_rate: float
+
+    @property
+    def true(self) -> Obstacle:
+        """Along its course."""
+        return MovingObstacle(self.still, self.course)
+
+    def observed(self, time: float) -> Obstacle:
+        """At the velocity of that time from then on."""
+        piece = min(int(np.searchsorted(self.course.breaks, time, side="right")), len(self.course.breaks) - 1) - 1
+        velocity = tuple(rows[piece][-2] for rows in self.course.pieces)
+        origin = tuple(self.course.placed(np.zeros((1, self.still.dim)), time)[0].tolist())
+        return MovingObstacle(self.still, ConstantVelocity(velocity, origin), self.margin_rate)
+
+
+@dataclass(frozen=True)
+class World:
+    """All obstacles of a simulation."""
+
+    actors: tuple[Actor, ...]
+
+    @classmethod
+    def of(
+        cls,
+        obstacles: Sequence[Obstacle],
+        tables: Sequence[ObstacleSection],
+        settings: SimulationSection,
+        seed: int,
+    ) -> Self:
+        """The scene from its first moment to its last; the same for the same seed, whatever the planner does.
+
+        Args:
+            obstacles: with the motions that the scenario states.
+            tables: that state them, in the same order.
+            settings: how long, and how they change course.
+            seed: of the changes.
+
+        Raises:
+            ScenarioError: an obstacle is too fast for the changes of course that are allowed, or does not fit into the
+                region.
+        """
+        actors: list[Actor] = []
+        for number, (obstacle, table) in enumerate(zip(obstacles, tables, strict=True)):
+            changes = settings.changes_every is not None or settings.region is not None
+            if table.velocity is None or not changes:
+                actors.append(Known(obstacle))
+                continue
+            wandering = _wandering(f"obstacles.{number}", obstacle.unmoved, table.velocity, settings)
+            course = wandering.course(settings.seconds, np.random.default_rng([seed, number]))
+            actors.append(Wanderer(obstacle.unmoved, course, table.margin_rate))
+        return cls(tuple(actors))
+
+    @property
+    def true(self) -> tuple[Obstacle, ...]:
+        """The obstacles with their true motions."""
+        return tuple(actor.true for actor in self.actors)
+
+    def observed(self, time: float) -> tuple[Obstacle, ...]:
+        """What the planner sees at a time in s."""
+        return tuple(actor.observed(time) for actor in self.actors)
+
+
+def _wandering(key: str, still: Obstacle, stated: Sequence[float], settings: SimulationSection) -> Wandering:
+    """How an obstacle changes course that has a velocity."""
+    velocity, radius = np.array(stated), settings.course_rate / 2.0
+    has_walls = settings.region is not None
+    if has_walls and np.linalg.norm(velocity) > radius:
+        raise ScenarioError(
+            f"{key}.velocity: {np.linalg.norm(velocity):g} m/s; turning around takes twice that, more than "
+            f"simulation.course_rate allows, {settings.course_rate:g} m/s"
+        )
+    room = _room(key, still, settings.region) if settings.region is not None else _EVERYWHERE * np.ones(still.dim)
+    if settings.changes_every is not None and settings.seconds / settings.changes_every > MOST_TURNS:
+        raise ScenarioError(f"simulation.changes_every: more than {MOST_TURNS} changes of course are not simulated")
+    if (radius * settings.seconds > MOST_TURNS * np.ptp(room, axis=0)).any():
+        raise ScenarioError(f"{key}: fits the simulation.region so closely that it turns around all the time")
+    return Wandering(
+        velocity=velocity,
+        center=np.zeros(still.dim) if has_walls else velocity,
+        radius=radius,
+        changes_every=np.inf if settings.changes_every is None else settings.changes_every,
+        room=room,
+    )
+
+
+_EVERYWHERE = np.array([[-np.inf], [np.inf]])
+
+
+def _room(key: str, still: Obstacle, region: Sequence[Sequence[float]]) -> FloatArray:
+    """How far an obstacle can be displaced within a region, (2, dim), m."""
+    if len(region[0]) != still.dim:
+        raise ScenarioError(f"simulation.region: {len(region[0])} coordinates where obstacles have {still.dim}")
+    room = np.array(region) - still.bounding_box()
+    if (room[0] > 0.0).any() or (room[1] < 0.0).any():
+        raise ScenarioError(f"{key}: is not within the simulation.region")
+    return room
