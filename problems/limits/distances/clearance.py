@@ -48,7 +48,7 @@ class CollisionPair(Pair):
     def description(self) -> str:
         """The body, and of the obstacle its number, shape and place."""
         place = ", ".join(f"{part:.6g}" for part in self.obstacle.place)
-        return f"{self}, {type(self.obstacle).__name__} at ({place})"
+        return f"{self}, {type(self.obstacle.unmoved).__name__} at ({place})"
 
     @property
     def group(self) -> Hashable:
