@@ -127,9 +127,10 @@ class Reading:
         if id(statement) in self._seen:
             return self._seen[id(statement)][0]
         self._seen[id(statement)] = len(self._seen), statement
-        return type(statement), *[
+        kind: Any = type(statement)
+        return kind, *[
             self._number(value) if is_number and not (zero_is_structure and is_zero(value)) else self._read(value)
-            for name, is_number, zero_is_structure in _fields_of(type(statement))
+            for name, is_number, zero_is_structure in _fields_of(kind)
             for value in (getattr(statement, name),)
         ]
 
@@ -143,9 +144,9 @@ class Reading:
 
 
 @cache
-def _fields_of(kind: type[Statement]) -> tuple[tuple[str, bool, bool], ...]:
+def _fields_of(kind: type[Any]) -> tuple[tuple[str, bool, bool], ...]:
     """Of each field of a kind of statement: its name, whether it is a number, and whether zeros stay as they are."""
-    names = [field.name for field in fields(kind)] if is_dataclass(kind) else []
+    names = [field.name for field in fields(kind)]
     return tuple((name, name in kind.numbers, name in kind.zero_is_structure) for name in names)
 
 
