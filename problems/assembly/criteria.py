@@ -96,7 +96,8 @@ class Criteria:
 
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
         """Judge a finished trajectory against every constraint, far more densely than the search does."""
-        verdicts, bounds = limit_verdicts(self.limits, trajectory), self.task.duration_bounds
+        verdicts = limit_verdicts(self.limits, trajectory, self.task.end_accelerations)
+        bounds = self.task.duration_bounds
         if bounds is not None:
             durations = bounds.at(ca.DM(self.task.durations(trajectory)).T)
             verdicts.append(verdict(durations, trajectory.breakpoints[-1:]))

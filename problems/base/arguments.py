@@ -95,3 +95,51 @@ class Arguments:
             lifted = self.symbol(value) if is_number else self.twin(value)
             object.__setattr__(twin, field.name, lifted)
         return twin
+
+
+class Reading:
+    """The numbers of statements without anything symbolic, in the order in which :class:`Arguments` lifts them.
+
+    Args:
+        statements: one, or a tuple of them.
+
+    Attributes:
+        make: what statements of one make have in common: all that is no number, and how many numbers are where. Code
+            compiled from the twin of one serves all of them.
+    """
+
+    def __init__(self, statements: object) -> None:
+        self._values: list[float] = []
+        self._seen: dict[int, tuple[int, object]] = {}
+        self.make = self._read(statements)
+
+    @property
+    def values(self) -> FloatArray:
+        """The numbers, (q,)."""
+        return np.array(self._values, dtype=np.float64)
+
+    def _read(self, statement: object) -> object:
+        if isinstance(statement, tuple):
+            return tuple(map(self._read, statement))
+        if not (isinstance(statement, Statement) and is_dataclass(statement)):
+            return statement
+        if id(statement) in self._seen:
+            return self._seen[id(statement)][0]
+        self._seen[id(statement)] = len(self._seen), statement
+        return type(statement), *(self._field(statement, field.name) for field in fields(statement))
+
+    def _field(self, statement: Statement, name: str) -> object:
+        value = getattr(statement, name)
+        structural = name in statement.zero_is_structure and is_zero(value)
+        return self._number(value) if name in statement.numbers and not structural else self._read(value)
+
+    def _number(self, value: Any) -> object:
+        if value is None:
+            return None
+        if isinstance(value, tuple):
+            return tuple(map(self._number, value))
+        self._values.append(float(value))
+        return _NUMBER
+
+
+_NUMBER = object()  # stands in a make for any number

@@ -66,6 +66,10 @@ class Limit(Statement, ABC):
         """
         return []
 
+    def repeated_numbers(self) -> list[FloatArray]:
+        """The numbers of each of :meth:`repetitions`, in their order, without anything symbolic."""
+        return []
+
     def may_break(self, samples: Samples, margin: float = 0.0) -> Matrix | None:
         """Whether it can be broken at one sample, for little work; None where nothing is known for less than all."""
         return None

@@ -38,6 +38,11 @@ class Task(Statement, ABC):
         return np.zeros((2, self.robot.dof))
 
     @property
+    def end_accelerations(self) -> FloatArray:
+        """Joint accelerations before the start and after the end, (2, dof), rad/s^2; zero by default."""
+        return np.zeros((2, self.robot.dof))
+
+    @property
     def crowded(self) -> bool:
         """Whether there is anything to keep clear of: an obstacle, or the robot itself."""
         return bool(self.obstacles) or self.robot.self_collision
@@ -59,6 +64,11 @@ class Task(Statement, ABC):
     def passes_nothing(self) -> bool:
         """Whether a motion is bound by its two ends alone, and by nothing on the way; not by default."""
         return False
+
+    @property
+    def start_posture(self) -> FloatArray | None:
+        """The joint angles at the start, (dof,), rad, where they are given; None where they are not."""
+        return None
 
     @property
     def last_places(self) -> tuple[Place, ...]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import ClassVar, Self
 
 import casadi as ca
 import numpy as np
 
-from problems.base.arguments import Arguments, is_zero
+from problems.base.arguments import Arguments, Reading, is_zero
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.limits.constraint import Constraint
 from problems.limits.distances.ball_cluster import LEAST_PAIRS, Cluster, clusters_of
@@ -155,12 +155,6 @@ def _is_measured(robot: Robot, body: Body, obstacle: Obstacle) -> bool:
     return not (is_zero(body.radius) and is_zero(robot.margin) and is_zero(obstacle.growth(ca.DM(1.0))))
 
 
-def _make(obstacle: Obstacle) -> Hashable:
-    """What obstacles with the same formula have in common: their class, and which of their numbers are symbols."""
-    arguments = Arguments()
-    return type(obstacle), str(arguments.twin(obstacle))
-
-
 def _repetition(robot: Robot, clusters: Sequence[Cluster], pairs: Sequence[CollisionPair]) -> Repetition:
     """Clusters of balls of a robot, and the obstacles of pairs, all of one make."""
     arguments = [Arguments() for _ in pairs]
@@ -211,13 +205,28 @@ class Clearance(Proximity):
 
         Those that cannot touch it are among them, so that where obstacles are changes no code.
         """
+        clusters = clusters_of(self.robot, moving_bodies(self.robot)) if self._of_one_make else []
+        return [_repetition(twin.robot, clusters, pairs) for pairs in self._of_one_make]
+
+    def repeated_numbers(self) -> list[FloatArray]:
+        """Those of the obstacles of each make."""
+        return [np.array([Reading(pair.obstacle).values for pair in pairs]) for pairs in self._of_one_make]
+
+    @cached_property
+    def _of_one_make(self) -> list[list[CollisionPair]]:
+        """Among balls, a pair with each obstacle, those of one make together; the makes in order; else none."""
         if not all(pair.body.is_ball for pair in self.pairs):
             return []
-        makes: dict[Hashable, dict[int, CollisionPair]] = {}
-        for pair in self.pairs:
-            makes.setdefault((_make(pair.obstacle), pair.measured), {})[pair.number] = pair
-        clusters = clusters_of(self.robot, moving_bodies(self.robot))
-        return [_repetition(twin.robot, clusters, list(pairs.values())) for pairs in makes.values()]
+        last = {(pair.number, pair.measured): pair for pair in self.pairs}
+        makes: list[tuple[object, list[CollisionPair]]] = []
+        for pair in last.values():
+            make = Reading(pair.obstacle).make, pair.measured
+            same = next((pairs for known, pairs in makes if known == make), None)
+            if same is None:
+                makes.append((make, [pair]))
+            else:
+                same.append(pair)
+        return [pairs for _, pairs in makes]
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """Clearance of the lines from each joint's position at one sample to that at the next; none of balls."""
