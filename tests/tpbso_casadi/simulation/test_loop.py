@@ -14,6 +14,7 @@ from solvers.driver.interruption import Interruption
 from tests.helpers.quintic_planner import QuinticPlanner
 from tests.helpers.simulations import EVERY, MOVE, setting, simulated
 from tpbso_casadi.planning.replanning.step import Step
+from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.simulation.loop import Simulation
 
 CART = {"shape": "box", "center": [3.0, 0.0], "size": [0.4, 0.2], "velocity": [0.0, 0.5]}
@@ -46,7 +47,7 @@ def test_the_executed_motion_is_smooth_and_as_long_as_said() -> None:
 
 def test_the_planner_sees_the_scene_of_the_moment_and_its_own_motion() -> None:
     made = setting(obstacles=[CART])
-    planner = QuinticPlanner(EVERY, MOVE)
+    planner = QuinticPlanner(made.scenario, MOVE)
     Simulation(made, planner).run(Interruption())
     places = [seen.place for [seen] in planner.seen]
     assert np.array(places) == pytest.approx(np.column_stack([np.full(12, 3.0), 0.5 * EVERY * np.arange(12)]))
@@ -71,7 +72,8 @@ class Jumping(QuinticPlanner):
 
 
 def test_a_jump_is_noticed() -> None:
-    record = Simulation(setting(), Jumping(EVERY, MOVE)).run(Interruption())
+    made = setting()
+    record = Simulation(made, Jumping(made.scenario, MOVE)).run(Interruption())
     assert record.largest_jumps[0] == pytest.approx(1e-6)
     assert record.replans[0].jumps[0] == pytest.approx(1e-6)
 
@@ -79,8 +81,8 @@ def test_a_jump_is_noticed() -> None:
 class Interrupting(QuinticPlanner):
     """Asks for an end while it is asked."""
 
-    def __init__(self, interruption: Interruption, after: int) -> None:
-        super().__init__(EVERY, MOVE)
+    def __init__(self, scenario: Scenario, interruption: Interruption, after: int) -> None:
+        super().__init__(scenario, MOVE)
         self.interruption, self.after = interruption, after
 
     def replan(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None = None) -> Step:
@@ -90,8 +92,8 @@ class Interrupting(QuinticPlanner):
 
 
 def test_after_an_interruption_there_is_what_was_simulated_before() -> None:
-    interruption = Interruption()
-    record = Simulation(setting(), Interrupting(interruption, 5)).run(interruption)
+    made, interruption = setting(), Interruption()
+    record = Simulation(made, Interrupting(made.scenario, interruption, 5)).run(interruption)
     whole = simulated()
     assert record.interrupted
     assert len(record.replans) == 5
@@ -101,6 +103,6 @@ def test_after_an_interruption_there_is_what_was_simulated_before() -> None:
 
 
 def test_an_interruption_before_the_first_answer_leaves_nothing() -> None:
-    interruption = Interruption()
+    made, interruption = setting(), Interruption()
     with pytest.raises(KeyboardInterrupt):
-        Simulation(setting(), Interrupting(interruption, 0)).run(interruption)
+        Simulation(made, Interrupting(made.scenario, interruption, 0)).run(interruption)

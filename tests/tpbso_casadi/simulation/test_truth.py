@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from problems import CertificateStatus, Trajectory
 from problems.base.matrix import FloatArray
@@ -84,7 +85,9 @@ def test_an_obstacle_that_changes_course_is_met_where_it_really_is() -> None:
     stand = {"goals": [{"joints": [0.0, 0.0]}]}
     record = simulated(obstacles=[box([1.0, -1.0], motion_rows=rows)], simulation=stand)
     judged = stretches(record)
-    assert contacts(judged, moving=False) == 1
+    heights = CubicSpline(*np.array(rows).T[[0, 2]])(np.linspace(0.0, 3.0, TIMES)) - 1.0
+    distances, _ = oracle(record, np.column_stack([np.ones(TIMES), heights]))
+    assert contacts(judged, moving=False) == runs(distances <= 0.0) == 2  # the spline swings beyond the last rows
     assert judged[-1].distance < 0.0
 
 
