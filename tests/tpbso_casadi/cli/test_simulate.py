@@ -38,6 +38,7 @@ velocity = [0.0, 0.2]
 """
 TABLE = "[simulation]\nseconds = 0.8\nevaluations = 200\n"
 CHANGES = "changes_every = 0.3\ncourse_rate = 0.5\nregion = [[0.9, -1.0], [1.3, 1.0]]\n"
+AWAY = "[simulation]\nregion = [[2.0, 2.0], [3.0, 3.0]]\ncourse_rate = 1.0\n"
 
 
 @pytest.fixture(autouse=True)
@@ -95,7 +96,7 @@ def check_motion(content: dict[str, Any]) -> None:
 
 
 def check_obstacle(content: dict[str, Any]) -> None:
-    """The cart of the table keeps to its region and, between two rows, to what a velocity of at most 0.25 m/s allows."""
+    """The cart keeps to its region and, between two rows, to what a velocity of at most 0.25 m/s allows."""
     table = np.array([[float(row[name]) for name in ("t", "x1", "y1")] for row in rows("obstacles.csv")])
     assert table[0] == pytest.approx([0.0, 1.05, -0.6])
     speeds = np.linalg.norm(np.diff(table[:, 1:], axis=0), axis=1) / np.diff(table[:, 0])
@@ -104,7 +105,8 @@ def check_obstacle(content: dict[str, Any]) -> None:
     [course] = content["courses"]
     assert course["obstacle"] == 1
     breaks, pieces = course["true"]["motion"]["breaks"], np.array(course["true"]["motion"]["pieces"])
-    exact = PPoly(pieces.transpose(2, 1, 0), np.array(breaks))(table[:, 0]) + [1.05, -0.6]
+    displacement = PPoly(pieces.transpose(2, 1, 0), np.array(breaks))
+    exact = np.array([1.05, -0.6]) + displacement(table[:, 0])
     assert table[:, 1:] == pytest.approx(exact, abs=1e-9)
 
 
@@ -154,7 +156,7 @@ def test_help_says_that_it_drives_no_robot(capsys: pytest.CaptureFixture[str]) -
 
 @pytest.mark.parametrize(("text", "message"), [
     (ARM + CART + "[simulation]\nchanges_every = 1.0\n", "scene.toml: simulation.course_rate: missing key"),
-    (ARM + CART + "[simulation]\nregion = [[2.0, 2.0], [3.0, 3.0]]\ncourse_rate = 1.0\n", "scene.toml: obstacles.0: is not within"),
+    (ARM + CART + AWAY, "scene.toml: obstacles.0: is not within the simulation.region"),
     (ARM + "[simulation]\nsecond = 1.0\n", "scene.toml: simulation.second: unknown key; did you mean seconds?"),
     (ARM.replace("kind", 'via = [[0.5, 0.5]]\nkind'), "scene.toml: task.via: is for a move from rest to rest"),
     (ARM + "[simulation]\ngoals = [[5.0, 0.0]]\n", "scene.toml: simulation.goals.0: (5.0, 0.0) is 5 m from the base"),
