@@ -53,10 +53,6 @@ class Limit(Statement, ABC):
         """Constraints with one row per step from one sample to the next; none by default."""
         return []
 
-    def at_any_time(self) -> Self | None:
-        """What of it is the same at any time; all of it by default."""
-        return self
-
     def constraints(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """All constraints, at samples and between them."""
         steps = self.between(*samples.steps, margin) if samples.count > 1 else []

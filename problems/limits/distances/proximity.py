@@ -215,8 +215,14 @@ class Proximity(Limit):
         near, pairs = NEAR * float(self.robot.radius), zip(self.pairs, room, strict=True)
         return self._of(tuple(pair for pair, left in pairs if pair.timed or left < near))
 
-    def at_any_time(self) -> Self | None:
-        """The pairs of what does not move by itself."""
+    @property
+    def timed(self) -> Self | None:
+        """The pairs with an obstacle that moves."""
+        return self._of(tuple(pair for pair in self.pairs if pair.timed))
+
+    @property
+    def untimed(self) -> Self | None:
+        """The other pairs."""
         return self._of(tuple(pair for pair in self.pairs if not pair.timed))
 
     def _of(self, pairs: tuple[Pair, ...]) -> Self | None:

@@ -65,7 +65,7 @@ class WaypointPostures:
     @cached_property
     def _excess(self) -> ca.Function:
         theta = ca.SX.sym("theta", len(self.task.vias) + 2, self.task.robot.dof)
-        always = [kept for limit in self.limits if (kept := limit.at_any_time()) is not None]
+        always = [kept for limit in self.limits if (kept := limit.untimed) is not None]
         return ca.Function("excess", [theta], [excess(self.task.robot, always, theta)])
 
     def draw(self, rng: np.random.Generator, count: int) -> list[FloatArray]:

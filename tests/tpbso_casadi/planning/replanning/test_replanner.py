@@ -128,7 +128,7 @@ def test_a_motion_that_breaks_a_limit_is_not_certified() -> None:
 
 
 def test_the_margin_of_a_prediction_counts() -> None:
-    """Clear where the prediction holds; where it may be left at 2 m/s in any direction the arm could not stop in time."""
+    """Clear where the prediction holds; where it may be left at 2 m/s in any direction no stop would be in time."""
     executed = on(replanner().first(obstacles=[]), 0.3)
     place = crossing((-0.2, 0.8))
     certain, uncertain = (replanner(rate, within=0.0).replan(executed, [place]) for rate in (0.0, 2.0))
