@@ -1,6 +1,7 @@
 """Planning problems: robots, tasks and limits as symbolic CasADi models. Knows nothing of how they are searched."""
 
 from problems.assembly.move import MoveProblem, move
+from problems.assembly.moving.time_move import TimeMoveProblem, time_move
 from problems.assembly.path_following import PathFollowingProblem, path_following
 from problems.assembly.point_to_point import PointToPointProblem, point_to_point
 from problems.assembly.problem import Model, Problem
@@ -69,6 +70,7 @@ __all__ = [
     "Problem",
     "Rectangle",
     "Robot",
+    "TimeMoveProblem",
     "Trajectory",
     "Variable",
     "Verdict",
@@ -77,4 +79,5 @@ __all__ = [
     "path_following",
     "pentagram",
     "point_to_point",
+    "time_move",
 ]

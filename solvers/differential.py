@@ -24,7 +24,7 @@ BoolArray = NDArray[np.bool_]
 def initial_population(
     box: Box, rng: np.random.Generator, size: int | None, effort: int, evaluations: int | None
 ) -> FloatArray:
-    """Random members x (m, d).
+    """Random members x (m, d), known ones first.
 
     Args:
         box: where to search.
@@ -36,7 +36,7 @@ def initial_population(
     if size is None:
         members = (DEFAULT_EVALUATIONS if evaluations is None else evaluations) // effort
         size = int(np.clip(members, SMALLEST_POPULATION, LARGEST_POPULATION_PER_DIMENSION * box.dimension))
-    return box.sample(rng, size)
+    return box.initial(rng, size)
 
 
 @dataclass

@@ -49,7 +49,7 @@ class GA(Solver):
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
         """Select, cross over, mutate, keep the best."""
-        x = box.sample(rng, self.population)
+        x = box.initial(rng, self.population)
         cost = yield x
         for _ in iterations:
             children = self.mutate(rng, box, self.crossover(rng, box, x[self.select(rng, cost)]))

@@ -27,8 +27,8 @@ class Swarm:
 
     @classmethod
     def start(cls, box: Box, rng: np.random.Generator, size: int, v_max: FloatArray) -> Swarm:
-        """Random positions in the box and velocities within ±v_max (d,); no costs yet."""
-        x = box.sample(rng, size)
+        """Random positions in the box, known ones first, and velocities within ±v_max (d,); no costs yet."""
+        x = box.initial(rng, size)
         v = rng.uniform(-v_max, v_max, x.shape)
         return cls(x, v, x.copy(), np.full(size, np.inf))
 

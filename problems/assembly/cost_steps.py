@@ -8,7 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -21,11 +21,18 @@ from problems.base.matrix import Matrix
 from problems.encodings.encoding import CostWeights, Encoding
 from problems.encodings.slowness import Slowness
 from problems.evaluation import Program, Step
+from problems.limits.duration import DurationBounds
 from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.motions.motion import Motion
 from problems.objectives import Objective
 
 P = TypeVar("P")
+
+
+def statements_of(problem: Problem[Any]) -> tuple[Any, ...]:
+    """All that a cost depends on, in the order of its numbers."""
+    bounds = problem.task.duration_bounds
+    return problem.encoding, problem.motion, problem.searched_limits, problem.weights, bounds, problem.objective
 
 
 class CostSteps(ABC, Generic[P]):
@@ -37,14 +44,16 @@ class CostSteps(ABC, Generic[P]):
 
     def __init__(self, problem: Problem[P]) -> None:
         self.arguments = Arguments()
-        self.encoding: Encoding[P] = self.arguments.twin(problem.encoding)
-        self.motion: Motion[P] = self.arguments.twin(problem.motion)
-        self.limits: tuple[Limit, ...] = self.arguments.twin(problem.limits)
-        each = zip(problem.limits, self.limits, strict=True)
+        twins = self.arguments.twin(statements_of(problem))
+        self.encoding: Encoding[P] = twins[0]
+        self.motion: Motion[P] = twins[1]
+        self.limits: tuple[Limit, ...] = twins[2]
+        self.weights: CostWeights = twins[3]
+        self.duration_bounds: DurationBounds | None = twins[4]
+        self.objective: Objective = twins[5]
+        each = zip(problem.searched_limits, self.limits, strict=True)
         self._repetitions = {id(twin): limit.repetitions(twin) for limit, twin in each}
-        self.weights: CostWeights = self.arguments.twin(problem.weights)
-        self.duration_bounds = self.arguments.twin(problem.task.duration_bounds)
-        self.objective: Objective = self.arguments.twin(problem.objective)
+        self.seconds_stayed = problem.task.stay
         self.x = ca.SX.sym("x", len(problem.variables))
 
     @cached_property

@@ -9,9 +9,12 @@ from typing import ClassVar
 import casadi as ca
 
 from problems.base.matrix import FloatArray
+from problems.certify.arrival import AtGoal, at_goal, stay_verdicts
+from problems.certify.closest_approach import ClosestApproach, closest_approach
 from problems.certify.time_scale import exact_time_scale, safe_time_scale
 from problems.certify.verdict import Verdict, verdict
 from problems.certify.verification import limit_verdicts
+from problems.limits.distances.clearance import Clearance
 from problems.limits.limit import Limit
 from problems.motions.trajectory import Trajectory
 from problems.objectives import Objective
@@ -96,11 +99,24 @@ class Criteria:
 
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
         """Judge a finished trajectory against every constraint, far more densely than the search does."""
-        verdicts, bounds = limit_verdicts(self.limits, trajectory), self.task.duration_bounds
+        verdicts = limit_verdicts(self.limits, trajectory, self.task.end_accelerations)
+        verdicts += stay_verdicts(self.limits, trajectory, self.task.stay)
+        bounds = self.task.duration_bounds
         if bounds is not None:
             durations = bounds.at(ca.DM(self.task.durations(trajectory)).T)
             verdicts.append(verdict(durations, trajectory.breakpoints[-1:]))
         return [*verdicts, *(verdict(constraint, times) for constraint, times in self.task.conditions(trajectory))]
+
+    def closest_approach(self, trajectory: Trajectory) -> ClosestApproach | None:
+        """How near a motion comes to an obstacle, and when; None where none is within reach."""
+        near = (closest_approach(limit, trajectory) for limit in self.limits if isinstance(limit, Clearance))
+        return min((found for found in near if found is not None), key=lambda found: found.distance, default=None)
+
+    def at_goal(self, trajectory: Trajectory) -> AtGoal | None:
+        """How long a robot that stands at the end of a motion stays clear; None where nothing moves, or it goes on."""
+        if self.task.end_velocities[1].any():
+            return None
+        return at_goal(self.limits, self.obstacles, trajectory)
 
     def objective_value(self, trajectory: Trajectory, times: FloatArray) -> float:
         """The objective of a finished motion, exact where it can be; else over samples at times (n,) in s."""

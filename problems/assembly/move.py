@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
 
+import casadi as ca
 import numpy as np
 
 from problems.assembly.move_steps import MoveSteps, end_rates
@@ -15,13 +16,15 @@ from problems.assembly.spline_problem import SplineProblem
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, as_array
 from problems.encodings.control_points import ControlPoints
+from problems.encodings.pace import pace_of
 from problems.encodings.slowness import slowness_of
 from problems.encodings.waypoints import nominal, stops
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.limits import limits_of
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import MAX_STEP_SHARE, StepLimit
-from problems.limits.limit import Limit
+from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.staying import looks, stay_constraints, stay_matters
 from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.trajectory import Trajectory
 from problems.nlp.move import MoveNlp, usual_pieces
@@ -60,10 +63,13 @@ def move(
         limits: kinds of limits that hold besides those of the robot and of the obstacles.
 
     Raises:
-        InvalidProblem: an unknown name, too few samples or pieces, or a pose without a clear posture.
+        InvalidProblem: an unknown name, too few samples or pieces, a pose without a clear posture, or an
+            acceleration at the start.
     """
     check_at_least("samples", samples, 2)
     check_at_least("pieces", pieces, LEAST_PIECES)
+    if any(task.start_acceleration):
+        raise InvalidProblem("start_acceleration", "a path that is timed leaves at zero; needs motion = 'time-spline'")
     tasks = branched(task)
     segments = len(task.vias) + 1
     each = USUAL_PIECES.get(segments, LEAST_PIECES) if pieces is None else pieces
@@ -72,13 +78,16 @@ def move(
         steps *= 2  # and not what is just enough: another number is compiled anew
     kept, minimised = limits_of(task.robot, task.obstacles, limits), objective_named(objective, task.robot)
     slowness = slowness_of(minimised, task)
-    spline = PathSpline(task.robot, usual_nodes(tasks[0], each), steps, 1.0 if task.at_rest else MOVING_SHARE)
+    start, goal = (bool(velocity.any()) for velocity in task.end_velocities)
+    pace, graded = pace_of(task, (start, goal)), (task.is_timed and not start, task.is_timed and not goal)
+    share = 1.0 if task.at_rest and not task.is_timed else MOVING_SHARE
+    spline = PathSpline(task.robot, usual_nodes(tasks[0], each), steps, share, graded)
     several = tasks[0].narrowed(tasks[0].start, tasks[0].vias, tuple(goal for one in tasks for goal in one.goals))
     problem, *branches = (
         MoveProblem(
             task=stated,
             motion=spline,
-            encoding=ControlPoints(stated, spline, float(segment_durations(stated).sum()), slowness),
+            encoding=ControlPoints(stated, spline, float(segment_durations(stated).sum()), slowness, pace),
             objective=minimised,
             limits=kept,
         )
@@ -154,7 +163,7 @@ class MoveProblem(SplineProblem):
             raise InvalidProblem("branches", f"postures at {', '.join(own.branch) or 'no stop'} are needed")
         task = on_postures(self.task, branch)
         duration = float(segment_durations(task).sum())
-        encoding = ControlPoints(task, self.motion, duration, self.encoding.slowness)
+        encoding = replace(self.encoding, task=task, usual_duration=duration)
         found = replace(own, task=task, encoding=encoding, sibling=None)
         return replace(found, sibling=next((each for each in self.branches if each.make == found.make), None))
 
@@ -169,9 +178,13 @@ class MoveProblem(SplineProblem):
         return self.variables
 
     def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
-        """The length of steps, with obstacles; that the velocities at the ends, if not zero, can be attained."""
-        steps = super().point_constraints(parameters)
-        return steps if self.encoding.at_rest else [*steps, end_rates(parameters.gap)]
+        """The length of steps, with obstacles; velocities at the ends that can be attained; what stays clear after."""
+        found = super().point_constraints(parameters)
+        found += [] if self.encoding.at_rest else [end_rates(parameters.gap)]
+        if not stay_matters(self.limits, self.task.stay):
+            return found
+        goal, since = parameters.control_points[-1, :], ca.DM(looks(self.task.stay) * self.task.stay)
+        return [*found, *stay_constraints(self.limits, self.robot, goal, parameters.duration, since, SAMPLING_MARGIN)]
 
     def cost_program(self) -> Program:
         """Path, scan backward, scan forward, [slow down,] sample, finish."""

@@ -13,8 +13,9 @@ from problems.base.matrix import Matrix, Operand, split
 from problems.encodings.path_timing import PathTiming
 from problems.evaluation import Loop, Step
 from problems.limits.constraint import Constraint
-from problems.limits.limit import Limit
-from problems.motions.path_scan import Bounds, advance, before, gap, interval_time
+from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.staying import looks, stay_constraints, stay_matters
+from problems.motions.path_scan import Bounds, advance, before, gap, interval_time, paced
 from problems.motions.path_spline import ALONG, SUPPORT, PathSpline, Rates, TimedPath, in_time
 from problems.motions.torque_slopes import TorqueSlopes, limited
 
@@ -53,9 +54,29 @@ class MoveSteps(CostSteps[TimedPath]):
 
     @property
     def further_penalties(self) -> tuple[str, ...]:
-        """Those of velocities at the ends that cannot be attained, and of stops that may be missed."""
+        """Those of ends that cannot be attained, of stops that may be missed, of what comes near after arrival."""
         ends = () if self.encoding.at_rest else ("ends",)
-        return (*ends, "missed") if self.encoding.may_miss else ends
+        missed = ("missed",) if self.encoding.may_miss else ()
+        return (*ends, *missed, *(("stay",) if self.stays else ()))
+
+    @property
+    def stays(self) -> bool:
+        """Whether it matters what comes near after arrival."""
+        return stay_matters(self.limits, self.encoding.task.stay)
+
+    def further_steps(self, orders: tuple[int, ...]) -> list[Step]:
+        """A loop over the time after arrival."""
+        return [*super().further_steps(orders), *([self._stay()] if self.stays else [])]
+
+    def _stay(self) -> Step:
+        given = {"p": self.p, "window": ca.SX.sym("window", self.motion.robot.dof), "row": ca.SX.sym("row")}
+        state = {"stay": ca.SX.sym("stay"), "durations": ca.SX.sym("durations")}
+        theta, arrival, since = given["window"].T, state["durations"], given["row"] * self.encoding.task.stay
+        found = stay_constraints(self.limits, self.motion.robot, theta, arrival, since, SAMPLING_MARGIN)
+        penalty = sum((self.encoding.penalty(constraint) for constraint in found), ca.DM(0))
+        shares = looks(self.seconds_stayed)[:, None]
+        loop = Loop(rows=shares, window="goal", starts=np.zeros(len(shares), dtype=np.intp))
+        return Step.of("stay", given | state, {"stay": state["stay"] + penalty}, loop)
 
     def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
         """The steps from the candidate to the motion's samples."""
@@ -98,8 +119,14 @@ class MoveSteps(CostSteps[TimedPath]):
         """The steps that decode a candidate: control points, (du/dt)^2 at both ends, and vectors to begin with."""
         points, rates, arrival = self.encoding.path_and_arrival(self.x)
         missed = {} if arrival is None else {"missed": self.encoding.penalty(arrival)}
-        outputs = {**self.path_vectors(points, rates), **begin, **missed}
+        stays = {"goal": points[-1, :].T, "stay": ca.SX(0)} if self.stays else {}
+        outputs = {**self.path_vectors(points, rates), **self.pace_vector(), **begin, **missed, **stays}
         return [Step.of("path", {"x": self.x, "p": self.p}, outputs)]
+
+    def pace_vector(self) -> dict[str, Matrix]:
+        """How fast the path is run, where that is a variable: logarithms of shares of the speed limits, at knots."""
+        logarithms = self.encoding.pace_logarithms(self.x)
+        return {} if logarithms is None else {"pace": logarithms}
 
     def path_vectors(self, points: Matrix, rates: Rates) -> dict[str, Matrix]:
         """What the scan reads of a path."""
@@ -115,8 +142,10 @@ class MoveSteps(CostSteps[TimedPath]):
         """What b may be at each grid point, from the last to the first; kept with what the scan forward needs."""
         motion, k, grid = self.motion, self.motion.robot.dof, self.motion.path_grid
         stops = np.isin(np.arange(len(grid.rows)), motion.stops)
-        rows = np.column_stack([grid.rows, *([stops] if motion.stops else []), np.append(motion.double_steps, 0.0)])
+        further = [*([self.encoding.pace_rows] if self.encoding.pace else []), *([stops] if motion.stops else [])]
+        rows = np.column_stack([grid.rows, *further, np.append(motion.double_steps, 0.0)])
         window, row = ca.SX.sym("window", SUPPORT * k), ca.SX.sym("row", rows.shape[1])
+        given = {"p": self.p, "window": window, "row": row}
         state = {"most": ca.SX.sym("most"), "ahead": ca.SX.sym("ahead", 2 * k)}
         if self.encoding.moving_ends[1]:
             state["least"] = ca.SX.sym("least")
@@ -125,7 +154,13 @@ class MoveSteps(CostSteps[TimedPath]):
         if self.torque:
             state["torques"] = ca.SX.sym("torques", 3 * k)
         needed = {*along, 1, 2, *([0] if self.torque else [])}
-        path, step, speed = motion.along(window, row[:-1], needed), row[-1], motion.robot.limits.speed
+        path, step = motion.along(window, row[:-1], needed), row[-1]
+        speed: Sequence[Operand] = motion.robot.limits.speed
+        if self.encoding.pace is not None:
+            given["pace"] = ca.SX.sym("pace", self.encoding.pace.knots)
+            first = grid.rows.shape[1]
+            weights = row[first : first + self.encoding.pace.knots]
+            speed = paced(speed, ca.exp(ca.dot(weights, given["pace"])))
         here, ahead = (path[1], path[2]), (state["ahead"][:k].T, state["ahead"][k:].T)
         bounds, outputs = Bounds.of_interval(here, ahead, step, motion.acceleration), {}
         if self.torque:
@@ -141,7 +176,6 @@ class MoveSteps(CostSteps[TimedPath]):
             outputs["ends"] = state["ends"] + between
         outputs["scanned"] = ca.vertcat(state["most"], bounds.room, bounds.tilt, *(path[n].T for n in along))
         loop = Loop(rows=rows[::-1], window="control_points", starts=grid.pieces[::-1] * k)
-        given = {"p": self.p, "window": window, "row": row}
         return Step.of("backward", given | state, outputs, loop, stacked=("scanned",))
 
     def _ends(self) -> Step:

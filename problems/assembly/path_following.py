@@ -25,8 +25,9 @@ from problems.limits.accuracy import Accuracy
 from problems.limits.constraint import Constraint
 from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.limits.time_scale import peaks_of
-from problems.motions.knot_spline import KnotSpline, SplineShape
+from problems.motions.knot_spline import KnotSpline
 from problems.motions.samples import Samples
+from problems.motions.splines.in_time import SplineShape
 from problems.motions.splines.rest import turning_speed
 from problems.motions.trajectory import Trajectory
 from problems.nlp.path_following import PathNlp

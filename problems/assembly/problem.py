@@ -17,7 +17,7 @@ from problems.base.matrix import FloatArray, Matrix
 from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.limits.constraint import Constraint
-from problems.limits.limit import SAMPLING_MARGIN
+from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.motions.joint_path import JointPath
 from problems.motions.motion import Motion
 from problems.motions.trajectory import Trajectory
@@ -98,6 +98,11 @@ class Problem(Criteria, ABC, Generic[P]):
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper corner of the search box, both (d,)."""
         return self.encoding.bounds
+
+    @property
+    def searched_limits(self) -> tuple[Limit, ...]:
+        """The limits as a search keeps them; those of the motion by default."""
+        return self.limits
 
     @abstractmethod
     def decoded(self, x: Matrix) -> Decoded[P]:

@@ -30,10 +30,12 @@ class RepeatedLoop:
     Args:
         robot: the symbolic twin of the robot that moves.
         repetitions: at least one.
+        durations: how many parts of the motion have one.
     """
 
     robot: Robot
     repetitions: Sequence[Repetition]
+    durations: int
 
     @property
     def frames(self) -> list[int]:
@@ -67,17 +69,20 @@ class RepeatedLoop:
         repetition, dim = self.repetitions[number], self.robot.dim
         size = len(self.frames) * dim
         window, sums = ca.SX.sym("window", size + self.timed), ca.SX.sym(REPEATED, len(self.repetitions))
+        durations = ca.SX.sym("durations", self.durations)
         places = dict(zip(self.frames, ca.horzsplit(window[:size].T, dim), strict=True))
         unused = ca.DM.nan(1, dim)
         positions = tuple(places.get(frame, unused) for frame in range(max(self.frames) + 1))
         times = window[size:] if self.timed else None
-        now = Samples(robot=self.robot, derivatives=(), duration=ca.SX(1), times=times, known_positions=positions)
+        duration = ca.sum1(durations) if repetition.timed else ca.SX(1)
+        now = Samples(robot=self.robot, derivatives=(), duration=duration, times=times, known_positions=positions)
         entries = ca.vertsplit(sums)
         for limit in repetition.limits:
             found = sum((penalty(constraint) for constraint in limit.at(now, SAMPLING_MARGIN)), ca.DM(0))
             near = limit.may_break(now, SAMPLING_MARGIN)
             entries[number] += found if near is None else ca.if_else(near, found, 0.0)
-        inputs = {"p": p, "window": window, "row": repetition.symbols, REPEATED: sums}
+        clock = {"durations": durations} if repetition.timed else {}
+        inputs = {"p": p, **clock, "window": window, "row": repetition.symbols, REPEATED: sums}
         outputs = {REPEATED: ca.vertcat(*entries)}
         things = len(repetition.numbers)
         starts = np.repeat(np.arange(samples) * window.numel(), things)

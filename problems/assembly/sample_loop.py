@@ -142,7 +142,7 @@ def cost_loop(
     instant = Instant(motion)
     before, _ = instant.before(instant.probe)
     contributions, _ = _contributions(limits, objective, penalty, before, instant.probe, ca.SX(1))
-    repeated = RepeatedLoop(motion.robot, repetitions)
+    repeated = RepeatedLoop(motion.robot, repetitions, motion.duration_count)
     if contributions.numel() == 0 and not repetitions:
         return None
     needed = [contributions, *([repeated.places(instant.probe)] if repetitions else [])]

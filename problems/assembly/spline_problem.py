@@ -20,6 +20,7 @@ from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import JointLimits
 from problems.timing.retime import retime
+from problems.timing.speed_profile import SpeedProfile
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,6 +68,8 @@ class SplineProblem(Problem[TimedPath]):
     def trajectory(self, x: FloatArray) -> Trajectory:
         """The least time along the path of one candidate (d,), or one near it, in which its limits hold for all t.
 
+        Where an obstacle moves, the timing of the search instead, slower only as far as its limits ask between samples.
+
         Where there is none, as the path stands still or its ends cannot be passed at the given velocities, the motion
         of the search's own timing.
         """
@@ -77,16 +80,23 @@ class SplineProblem(Problem[TimedPath]):
         return self._timed(x, replace(self.robot.limits, jerk=None))
 
     def _timed(self, x: FloatArray, limits: JointLimits, refined: bool = True) -> Trajectory:
-        """In the least time, or in the search's own duration where that is a variable."""
+        """In the least time; in the search's own duration where that is a variable, at its times where they matter."""
         points, *rates = (as_array(part) for part in self._path(x))
         start, goal = (float(rate[0, 0]) for rate in rates)
         try:
-            least = retime(self.motion.path(points), limits, (start, goal), refined, self.robot.rigid_chain)
+            path, chain = self.motion.path(points), self.robot.rigid_chain
+            least = retime(path, limits, (start, goal), refined, chain, self._ceiling(x))
         except InvalidProblem:
             return super().trajectory(x)
         if self.encoding.slowness is None:
             return least
         return least.time_scaled(max(1.0, float(self.parameters_of(x).duration) / least.duration))
+
+    def _ceiling(self, x: FloatArray) -> SpeedProfile | None:
+        """The timing of the search, where an obstacle moves: a faster motion would come too early."""
+        if self.encoding.pace is None:
+            return None
+        return SpeedProfile(self.motion.parameters_u, as_array(self.parameters_of(x).squared).ravel())
 
     def exact_time_scale(self, trajectory: Trajectory) -> float:
         """How much slower, or faster, a trajectory has to be run; 1 where an end moves, whose velocity is given."""

@@ -10,6 +10,7 @@ from problems.assembly.point_to_point import objective_named
 from problems.base.matrix import FloatArray, Matrix
 from problems.certify.tracing import prove_tracing
 from problems.certify.verdict import Verdict
+from problems.encodings.pace import pace_of
 from problems.encodings.slowness import slowness_of
 from problems.encodings.tracing import Tracing
 from problems.evaluation import Program
@@ -51,7 +52,7 @@ def tracing(
     return TracingProblem(
         task=task,
         motion=motion,
-        encoding=Tracing(task, motion, points, redundancy_values, slowness_of(minimised, task)),
+        encoding=Tracing(task, motion, points, redundancy_values, slowness_of(minimised, task), pace_of(task)),
         objective=minimised,
         limits=limits_of(task.robot, task.obstacles, limits),
         knots=knots,

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import fields, is_dataclass
+from functools import cache
 from typing import Any, ClassVar, TypeVar
 
 import casadi as ca
@@ -116,3 +117,58 @@ class Arguments:
             lifted = self.symbol(value) if is_number else self.twin(value)
             object.__setattr__(twin, field.name, lifted)
         return twin
+
+
+class Reading:
+    """The numbers of statements without anything symbolic, in the order in which :class:`Arguments` lifts them.
+
+    Args:
+        statements: one, or a tuple of them.
+
+    Attributes:
+        make: what statements of one make have in common: all that is no number, and how many numbers are where. Code
+            compiled from the twin of one serves all of them.
+    """
+
+    def __init__(self, statements: object) -> None:
+        self._values: list[float] = []
+        self._seen: dict[int, tuple[int, object]] = {}
+        self.make = self._read(statements)
+
+    @property
+    def values(self) -> FloatArray:
+        """The numbers, (q,)."""
+        return np.array(self._values, dtype=np.float64)
+
+    def _read(self, statement: object) -> object:
+        if isinstance(statement, tuple):
+            return tuple([self._read(entry) for entry in statement])
+        if not isinstance(statement, Statement):
+            return statement
+        if id(statement) in self._seen:
+            return self._seen[id(statement)][0]
+        self._seen[id(statement)] = len(self._seen), statement
+        kind: Any = type(statement)
+        return kind, *[
+            self._number(value) if is_number and not (zero_is_structure and is_zero(value)) else self._read(value)
+            for name, is_number, zero_is_structure in _fields_of(kind)
+            for value in (getattr(statement, name),)
+        ]
+
+    def _number(self, value: Any) -> object:
+        if value is None:
+            return None
+        if isinstance(value, tuple):
+            return tuple([self._number(entry) for entry in value])
+        self._values.append(float(value))
+        return _NUMBER
+
+
+@cache
+def _fields_of(kind: type[Any]) -> tuple[tuple[str, bool, bool], ...]:
+    """Of each field of a kind of statement: its name, whether it is a number, and whether zeros stay as they are."""
+    names: list[str] = [field.name for field in fields(kind)] if is_dataclass(kind) else []
+    return tuple((name, name in kind.numbers, name in kind.zero_is_structure) for name in names)
+
+
+_NUMBER = object()  # stands in a make for any number

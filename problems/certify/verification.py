@@ -11,6 +11,7 @@ from functools import singledispatch
 
 import numpy as np
 
+from problems.base.matrix import FloatArray
 from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import prove_clearance
 from problems.certify.dynamics.torque import prove_torques
@@ -21,22 +22,35 @@ from problems.limits.torque import TorqueLimit
 from problems.motions.trajectory import Trajectory
 
 
-def limit_verdicts(limits: Iterable[Limit], trajectory: Trajectory) -> list[Verdict]:
-    """The verdicts on all limits of a motion, for all t."""
-    return [outcome for limit in limits for outcome in _verdicts_of(limit, trajectory)]
+def limit_verdicts(
+    limits: Iterable[Limit], trajectory: Trajectory, end_accelerations: FloatArray | None = None
+) -> list[Verdict]:
+    """The verdicts on all limits of a motion, for all t.
+
+    Args:
+        limits: to be kept.
+        trajectory: the motion.
+        end_accelerations: of the joints before and after it, (2, k), rad/s^2; zero if None.
+    """
+    return [outcome for limit in limits for outcome in _verdicts_of(limit, trajectory, end_accelerations)]
 
 
-def _verdicts_of(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
-    return polynomial_verdicts(limit, limit.order, trajectory) if limit.order is not None else prove(limit, trajectory)
+def _verdicts_of(limit: Limit, trajectory: Trajectory, end_accelerations: FloatArray | None) -> list[Verdict]:
+    if limit.order is None:
+        return prove(limit, trajectory)
+    return polynomial_verdicts(limit, limit.order, trajectory, end_accelerations)
 
 
-def polynomial_verdicts(limit: Limit, order: int, trajectory: Trajectory) -> list[Verdict]:
+def polynomial_verdicts(
+    limit: Limit, order: int, trajectory: Trajectory, end_accelerations: FloatArray | None = None
+) -> list[Verdict]:
     """The verdicts on a limit of a derivative of the joint angles.
 
     Where the derivative below it jumps, it is infinite for a moment. The worst values are found at the roots of
     derivatives; that they hold is proven without these, by Bernstein coefficients.
     """
-    times, jump = trajectory.extreme_times(order), trajectory.jump_time(order - 1) if order > 1 else None
+    times = trajectory.extreme_times(order)
+    jump = trajectory.jump_time(order - 1, end_accelerations) if order > 1 else None
     verdicts = []
     for constraint in limit.at(trajectory.samples(times)):
         outcome = verdict(constraint, times)

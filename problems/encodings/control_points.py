@@ -19,8 +19,9 @@ import numpy as np
 
 from problems.base.matrix import Matrix, split
 from problems.encodings.encoding import Decoded, Variable
+from problems.encodings.pace import Pace
 from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming, step_limits
-from problems.encodings.slowness import Slowness, variables_of
+from problems.encodings.slowness import Slowness
 from problems.encodings.waypoints import postures, spread, stops, variables
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
@@ -44,6 +45,7 @@ class ControlPoints(PathTiming):
         motion: that is decoded; the same number of pieces between any two stops.
         usual_duration: that a motion takes roughly, s.
         slowness: the last variable, where the duration is one.
+        pace: the variables before it, where obstacles move.
 
     Attributes:
         shares: how far from one stop to the next each control point lies where nothing is off.
@@ -59,6 +61,7 @@ class ControlPoints(PathTiming):
     motion: PathSpline
     usual_duration: float
     slowness: Slowness | None = None
+    pace: Pace | None = None
     shares: tuple[float, ...] = field(init=False)
     via_bases: tuple[tuple[float, ...], ...] = field(init=False)
     end_rates: tuple[float, float] = field(init=False)
@@ -109,19 +112,20 @@ class ControlPoints(PathTiming):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Those of the stops, bends, offsets, the pace at each moving end, [slowness]."""
+        """Those of the stops, bends, offsets, the pace at each moving end, [that along the path,] [slowness]."""
         joints = range(1, self.task.robot.dof + 1)
         segments = range(1, self.segments + 1)
         offsets = [Variable(f"bend_{segment}[{joint}]", -1.0, 1.0, "1") for segment in segments for joint in joints]
         offsets += [Variable(f"offset_{i}[{joint}]", -1.0, 1.0, "1") for i in self.free for joint in joints]
         ends = [name for name, moves in zip(("start", "goal"), self.moving_ends, strict=True) if moves]
         paces = (Variable(f"pace_{name}", *PACES, "1") for name in ends)
-        return (*variables(self.task), *offsets, *paces, *variables_of(self.slowness))
+        return (*variables(self.task), *offsets, *paces, *self.timing_variables)
 
     def decode(self, x: Matrix) -> Decoded[TimedPath]:
         """The least time along the path."""
         at_stops = postures(self.task, x)
-        return Decoded(parameters=self.motion.timed(*self._through(x, at_stops)), reach=self._arrival(at_stops))
+        timed = self.motion.timed(*self._through(x, at_stops), self.pace_at_samples(x))
+        return Decoded(parameters=timed, reach=self._arrival(at_stops))
 
     def path(self, x: Matrix) -> tuple[Matrix, Rates]:
         """Control points (N, dof), rad, and (du/dt)^2 at both ends."""

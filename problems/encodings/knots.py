@@ -24,7 +24,8 @@ from problems.encodings.slowness import Slowness, variables_of
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.limits.time_scale import longest_time_scale, minimum_time_scale, scaling
-from problems.motions.knot_spline import KnotSpline, SplineShape
+from problems.motions.knot_spline import KnotSpline
+from problems.motions.splines.in_time import SplineShape
 from problems.objectives.objective import MotionBounds
 from problems.robots.robot import Robot
 from problems.tasks.elbow import Elbow

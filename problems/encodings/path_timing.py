@@ -1,4 +1,7 @@
-"""The common part of encodings whose search vectors say where a path leads and nothing of when: its timing follows."""
+"""The common part of encodings whose search vectors say where a path leads: its timing follows.
+
+Only among obstacles that move do they say something of when, too: how fast the path is run at most.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,11 @@ from typing import ClassVar
 
 import casadi as ca
 
-from problems.base.matrix import Matrix
-from problems.encodings.encoding import Encoding
+from problems.base.matrix import FloatArray, Matrix, constant
+from problems.encodings.encoding import Encoding, Variable
+from problems.encodings.pace import Pace, pace_rows
 from problems.encodings.penalty import FeasibilityFirst
-from problems.encodings.slowness import Slowness
+from problems.encodings.slowness import Slowness, variables_of
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
@@ -32,6 +36,7 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
         moving_ends: whether start and goal are passed at a velocity that is not zero.
         step_limits: with obstacles, that none is jumped over from one sample to the next.
         slowness: the last variable, where the duration is one.
+        pace: the variables before it, where obstacles move.
     """
 
     name: ClassVar[str] = "reduced"
@@ -42,6 +47,29 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
     moving_ends: tuple[bool, bool]
     step_limits: tuple[StepLimit, ...]
     slowness: Slowness | None
+    pace: Pace | None
+
+    @property
+    def timing_variables(self) -> tuple[Variable, ...]:
+        """The last variables: [pace,] [slowness]."""
+        return (*(() if self.pace is None else self.pace.variables), *variables_of(self.slowness))
+
+    def pace_logarithms(self, x: Matrix) -> Matrix | None:
+        """Logarithms of the shares of the speed limits, at the knots of the pace; None where all are made use of."""
+        if self.pace is None:
+            return None
+        last = x.shape[0] - len(variables_of(self.slowness))
+        return self.pace.logarithms(x[last - len(self.pace.variables) : last])
+
+    def pace_at_samples(self, x: Matrix) -> Matrix | None:
+        """The shares themselves, at the grid points, (n, 1)."""
+        logarithms = self.pace_logarithms(x)
+        return None if logarithms is None else ca.exp(ca.mtimes(constant(self.pace_rows), logarithms))
+
+    @property
+    def pace_rows(self) -> FloatArray:
+        """Weights of the knots of the pace at the grid points."""
+        return pace_rows(self.motion.parameters_u)
 
     @abstractmethod
     def path(self, x: Matrix) -> tuple[Matrix, Rates]:
@@ -90,6 +118,7 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
 
     def longest(self, duration: float, limits: Sequence[Limit]) -> float:
         """The longest duration that counts of any candidate, s, given that by speed and acceleration alone."""
+        duration *= 1.0 if self.pace is None else self.pace.most_slowdown
         if self._beyond_derivatives(limits):
             duration *= LARGEST_SLOWDOWN
         bounds = self.task.duration_bounds

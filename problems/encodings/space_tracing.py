@@ -17,8 +17,9 @@ from scipy.interpolate import CubicSpline
 
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.encodings.encoding import Variable
+from problems.encodings.pace import Pace
 from problems.encodings.path_timing import step_limits
-from problems.encodings.slowness import Slowness, variables_of
+from problems.encodings.slowness import Slowness
 from problems.encodings.traced_knots import TracedKnots, longest_timing
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
@@ -45,6 +46,7 @@ class SpaceKnots(TracedKnots):
         joints: which joints wander off.
         offset_values: how many offsets are decided for each of them.
         slowness: the last variable, where the duration is one.
+        pace: the variables before it, where obstacles move.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("starts",)
@@ -56,6 +58,7 @@ class SpaceKnots(TracedKnots):
     joints: tuple[int, ...]
     offset_values: int = 5
     slowness: Slowness | None = None
+    pace: Pace | None = None
     moving_ends: tuple[bool, bool] = field(init=False, default=(False, False))
     step_limits: tuple[StepLimit, ...] = field(init=False)
 
@@ -72,7 +75,7 @@ class SpaceKnots(TracedKnots):
         ]
         if len(self.starts) > 1:
             listed.append(Variable("branch", 0.0, float(len(self.starts)), "1"))
-        return (*listed, *variables_of(self.slowness)) or (Variable("unused", 0.0, 1.0, "1"),)
+        return (*listed, *self.timing_variables) or (Variable("unused", 0.0, 1.0, "1"),)
 
     @cached_property
     def knot_rows(self) -> FloatArray:

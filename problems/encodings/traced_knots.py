@@ -22,7 +22,7 @@ class TracedKnots(PathTiming, KnotPostures[TimedPath]):
 
     def decode(self, x: Matrix) -> Decoded[TimedPath]:
         """The least time along the spline through the knots."""
-        return Decoded(parameters=self.motion.timed(*self.path(x)))
+        return Decoded(parameters=self.motion.timed(*self.path(x), self.pace_at_samples(x)))
 
     def path(self, x: Matrix) -> tuple[Matrix, Rates]:
         """Control points (N, dof), rad; both ends at rest."""

@@ -10,9 +10,10 @@ import numpy as np
 
 from problems.base.matrix import FloatArray
 from problems.encodings.encoding import Variable
+from problems.encodings.pace import Pace
 from problems.encodings.path_encoding import PathEncoding
 from problems.encodings.path_timing import step_limits
-from problems.encodings.slowness import Slowness, variables_of
+from problems.encodings.slowness import Slowness
 from problems.encodings.traced_knots import TracedKnots, longest_timing
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
@@ -34,6 +35,7 @@ class Tracing(TracedKnots, PathEncoding[TimedPath]):
         points: at the knots, m.
         redundancy_values: how many values of x_phi are decided for each redundant link.
         slowness: the last variable, where the duration is one.
+        pace: the variables before it, where obstacles move.
     """
 
     task: PathTracing
@@ -41,6 +43,7 @@ class Tracing(TracedKnots, PathEncoding[TimedPath]):
     points: tuple[tuple[float, ...], ...]
     redundancy_values: int = 5
     slowness: Slowness | None = None
+    pace: Pace | None = None
     moving_ends: tuple[bool, bool] = field(init=False, default=(False, False))
     step_limits: tuple[StepLimit, ...] = field(init=False)
 
@@ -70,7 +73,7 @@ class Tracing(TracedKnots, PathEncoding[TimedPath]):
     @property
     def variables(self) -> tuple[Variable, ...]:
         """x_phi of each redundant link, [elbow,] [slowness]; one that changes nothing where nothing is to choose."""
-        return (*self.posture_variables, *variables_of(self.slowness)) or (Variable("unused", 0.0, 1.0, "1"),)
+        return (*self.posture_variables, *self.timing_variables) or (Variable("unused", 0.0, 1.0, "1"),)
 
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
         """Bounds of the motions of the search box: joints turn by at most pi from knot to knot."""

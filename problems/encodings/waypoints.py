@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
@@ -58,10 +59,7 @@ class Stop:
         chosen, branch, which = split(own, [len(self.choices(robot)), free, int(len(self.places) > 1)])
         elbow: Operand = elbow_signs(task.elbow, branch, ends=1)[0] if self.chosen else 1.0
         postures = [place.posture(robot, chosen, elbow, near)[0] for place in self.places]
-        found = postures[-1]
-        for number in range(len(postures) - 2, -1, -1):
-            found = ca.if_else(which < number + 1.0, postures[number], found)
-        return found
+        return selected(postures, which)
 
     @property
     def may_be_missed(self) -> bool:
@@ -72,6 +70,14 @@ class Stop:
         """By how much a posture (1, dof) misses the place that it misses least, of its tolerance."""
         misses = [largest(ca.fabs(place.miss(robot, theta))) / place.tolerance(robot) for place in self.places]
         return smallest(ca.vertcat(*misses))
+
+
+def selected(postures: Sequence[Matrix], which: Matrix) -> Matrix:
+    """The posture of several that a variable from 0 to their number selects."""
+    found = postures[-1]
+    for number in range(len(postures) - 2, -1, -1):
+        found = ca.if_else(which < number + 1.0, postures[number], found)
+    return found
 
 
 def stops(task: Move) -> tuple[Stop, ...]:

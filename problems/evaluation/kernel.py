@@ -103,9 +103,18 @@ def kernel_data(split: Kernel, step: Step, parameters: FloatArray) -> KernelData
     r = rows if ROW in step.inputs else rows[:, :0]
     return KernelData(
         parameters=np.array(split.parameters_of(p)).ravel(),
-        rows=np.array([np.array(split.row_of(p, row)).ravel() for row in r]).reshape(len(rows), -1),
+        rows=_row_data(split.row_of, p, r),
         starts=np.zeros(len(rows), np.int64) if starts is None else starts.astype(np.int64),
     )
+
+
+def _row_data(row_of: ca.Function, parameters: FloatArray, rows: FloatArray) -> FloatArray:
+    """What follows from parameters (q,) and each of the rows (n, r): (n, v). Rows that repeat are evaluated once."""
+    if not row_of.numel_out(0):
+        return np.empty((len(rows), 0))
+    different, which = np.unique(rows, axis=0, return_inverse=True)
+    values = np.array(row_of(parameters, different.T)).reshape(-1, len(different))
+    return np.ascontiguousarray(values[:, which.ravel()].T)
 
 
 def kernels(program: Program) -> tuple[Kernel, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -79,11 +78,12 @@ class PopulationFunction:
     def __init__(self, program: Program | ca.Function, options: EvaluationOptions | None = None) -> None:
         self.program = program if isinstance(program, Program) else Program.of(program)
         self.options = EvaluationOptions() if options is None else options
-        self._evaluate: Callable[[FloatArray, FloatArray], None] | None = None
+        self._evaluate: Native | VirtualMachine | None = None
         self._seconds = 0.0
         self._may_compile = self.options.backend == "auto"
         self._afterwards: finalize[[str], PopulationFunction] | None = None
         self._background: BackgroundCompiler | None = None
+        self._made: Native | VirtualMachine | None = None  # of another scene
 
     def __reduce__(self) -> tuple[type[PopulationFunction], tuple[Program, EvaluationOptions]]:
         return PopulationFunction, (self.program, self.options)
@@ -116,8 +116,13 @@ class PopulationFunction:
         Raises:
             InvalidProgram: the program has not as many numbers.
         """
-        other = PopulationFunction(self.program.with_numbers(parameters), self.options)
+        return self.restated(self.program.with_numbers(parameters))
+
+    def restated(self, program: Program) -> PopulationFunction:
+        """The same for a program whose steps have the same functions, with other numbers in them."""
+        other = PopulationFunction(program, self.options)
         other._kernels, other._source = self._kernels, self._source
+        other._made = self._evaluate
         return other
 
     @property
@@ -143,8 +148,10 @@ class PopulationFunction:
     def _native(self, library: Evaluate) -> Native:
         return Native(library, self._data, self.options.threads)
 
-    def _first(self) -> Callable[[FloatArray, FloatArray], None]:
+    def _first(self) -> Native | VirtualMachine:
         """The backend to begin with."""
+        if self._made is not None:
+            return self._made.with_data(self._data)
         if self.options.backend == "vm":
             return self._virtual_machine()
         try:

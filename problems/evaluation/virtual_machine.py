@@ -8,6 +8,7 @@ no time and best for few candidates; the second is for searches.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 
 import casadi as ca
 import numpy as np
@@ -39,6 +40,14 @@ class VirtualMachine:
         self._batch: Batch | None = None
         self._evaluations = 0
 
+    def with_data(self, data: Sequence[KernelData]) -> VirtualMachine:
+        """The same program with the numbers of another scene, for which nothing is built anew."""
+        other = copy(self)
+        other._numbers = numbers_of(data)
+        other._single = self._single.with_numbers(other._numbers)
+        other._batch = None if self._batch is None else self._batch.with_numbers(other._numbers)
+        return other
+
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:
         """Write the costs (m,) of contiguous points (m, d)."""
         self._evaluations += len(points)
@@ -61,7 +70,7 @@ class VirtualMachine:
             function = self._unrolled
         else:
             function, constants = batch_of_unrolled(self._unrolled, width)
-        return Batch(function, np.append(self._numbers, constants), self._program[2], width)
+        return Batch(function, self._numbers, constants, self._program[2], width)
 
 
 class Batch:
@@ -70,18 +79,26 @@ class Batch:
     Args:
         function: of their coordinates, (width * d,), one coordinate after the other, and of the numbers.
         numbers: of the scene.
+        constants: further numbers that the function takes behind them.
         dimension: entries d of a candidate.
         width: how many; fewer cost as much.
     """
 
-    def __init__(self, function: ca.Function, numbers: FloatArray, dimension: int, width: int) -> None:
+    def __init__(
+        self, function: ca.Function, numbers: FloatArray, constants: FloatArray, dimension: int, width: int
+    ) -> None:
         self.width = width
+        self._function, self._constants = function, constants
         self._buffer, self._evaluate = function.buffer()
         self._columns, self._results = np.ones((dimension, width)), np.empty(width)
-        self._numbers = numbers
+        self._numbers = np.append(numbers, constants)
         self._buffer.set_arg(0, self._columns.data)  # type: ignore[call-arg]
         self._buffer.set_arg(1, self._numbers.data)  # type: ignore[call-arg]
         self._buffer.set_res(0, self._results.data)  # type: ignore[call-arg]
+
+    def with_numbers(self, numbers: FloatArray) -> Batch:
+        """The same for another scene."""
+        return Batch(self._function, numbers, self._constants, len(self._columns), self.width)
 
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:
         """Write the costs (m,) of at most ``width`` points (m, d)."""

@@ -66,6 +66,10 @@ class Limit(Statement, ABC):
         """
         return []
 
+    def repeated_numbers(self) -> list[FloatArray]:
+        """The numbers of each of :meth:`repetitions`, in their order, without anything symbolic."""
+        return []
+
     def may_break(self, samples: Samples, margin: float = 0.0) -> Matrix | None:
         """Whether it can be broken at one sample, for little work; None where nothing is known for less than all."""
         return None
@@ -75,6 +79,16 @@ class Limit(Statement, ABC):
         if self.order is not None:
             return self
         return self if any(constraint.room < FAR for constraint in self.constraints(samples)) else None
+
+    @property
+    def timed(self) -> Limit | None:
+        """The limit as far as it matters at which time a posture is reached: nothing of it by default."""
+        return None
+
+    @property
+    def untimed(self) -> Limit | None:
+        """The limit as far as it does not matter at which time a posture is reached: all of it by default."""
+        return self
 
     @property
     def robot_or_none(self) -> Robot | None:

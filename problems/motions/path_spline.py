@@ -61,12 +61,15 @@ class PathSpline(Motion[TimedPath]):
         nodes: of the spline, increasing from 0 to 1.
         steps: of the grid between two nodes.
         share: of the acceleration limits that the timing makes use of.
+        graded: whether steps are shorter near the start, and near the goal, for what counts by time: from rest the
+            first of equal steps along the path takes long.
     """
 
     robot: Robot
     nodes: tuple[float, ...]
     steps: int
     share: float = 1.0
+    graded: tuple[bool, bool] = (False, False)
 
     @cached_property
     def spline(self) -> ClampedSpline:
@@ -77,7 +80,13 @@ class PathSpline(Motion[TimedPath]):
     def parameters_u(self) -> FloatArray:
         """Path parameters of the grid points, (n,)."""
         starts, lengths = np.array(self.nodes[:-1]), np.diff(self.nodes)
-        return np.append((starts[:, None] + lengths[:, None] * np.arange(self.steps) / self.steps).ravel(), 1.0)
+        even = np.append((starts[:, None] + lengths[:, None] * np.arange(self.steps) / self.steps).ravel(), 1.0)
+        shares = np.square(np.arange(1, self.steps) / self.steps)  # passed at equal times by what accelerates steadily
+        if self.graded[0]:
+            even[1 : self.steps] = lengths[0] * shares
+        if self.graded[1]:
+            even[-self.steps : -1] = 1.0 - lengths[-1] * shares[::-1]
+        return even
 
     @property
     def acceleration(self) -> tuple[Operand, ...]:
@@ -87,19 +96,27 @@ class PathSpline(Motion[TimedPath]):
     @cached_property
     def double_steps(self) -> FloatArray:
         """Twice the distances of the grid points, (n - 1,)."""
-        return np.repeat(2.0 * np.diff(self.nodes) / self.steps, self.steps)
+        lengths = 2.0 * np.diff(self.nodes)
+        even = np.repeat(lengths / self.steps, self.steps)
+        shares = (2.0 * np.arange(self.steps) + 1.0) / self.steps**2
+        if self.graded[0]:
+            even[: self.steps] = lengths[0] * shares
+        if self.graded[1]:
+            even[-self.steps :] = lengths[-1] * shares[::-1]
+        return even
 
     @property
     def stops(self) -> tuple[int, ...]:
         """Grid points at which the motion comes to rest on its way; none by default."""
         return ()
 
-    def timed(self, control_points: Matrix, rates: Rates) -> TimedPath:
+    def timed(self, control_points: Matrix, rates: Rates, pace: Matrix | None = None) -> TimedPath:
         """The least time along a path.
 
         Args:
             control_points: (N, k), rad.
             rates: at both ends.
+            pace: shares of the speed limits at the grid points, (n, 1); all of them where None.
         """
         theta, first, second = (
             ca.mtimes(self.spline.sampling_matrix(self.parameters_u, n), control_points) for n in range(3)
@@ -108,7 +125,7 @@ class PathSpline(Motion[TimedPath]):
         if limited(self.robot):
             torques = TorqueSlopes.along(self.robot, theta, first, second), self.robot.limits.torque or ()
         limits, steps = (self.robot.limits.speed, self.acceleration), self.double_steps.tolist()
-        found = scan(first, second, steps, rates, *limits, self.stops, torques)
+        found = scan(first, second, steps, rates, *limits, self.stops, torques, pace)
         duration = total(interval_time(ca.DM(self.double_steps), found.squared[:-1], found.squared[1:]))
         return TimedPath(control_points, found.squared, duration, found.gap)
 

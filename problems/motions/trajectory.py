@@ -76,6 +76,11 @@ class Trajectory:
         """Joint angles or a derivative of them, (n, k), at times (n,) in s; rad / s^derivative."""
         return np.asarray(self._derivatives[derivative](times))
 
+    @property
+    def moves(self) -> bool:
+        """Whether any joint does, at any time."""
+        return bool(self.coefficients[:-1].any())
+
     def value_at_end(self, derivative: int = 0) -> FloatArray:
         """Joint angles or a derivative of them, (k,), with which it ends: where that jumps, what comes before."""
         return np.asarray(self._sides(derivative)[0][-1])
@@ -155,13 +160,18 @@ class Trajectory:
         with np.errstate(over="ignore", invalid="ignore"):
             return all(np.isfinite(part).all() for part in (self.breakpoints, *(d.c for d in self._derivatives)))
 
-    def largest_jump(self, end_velocities: FloatArray | None = None, smooth_orders: int = SMOOTH_ORDERS) -> float:
+    def largest_jump(
+        self,
+        end_velocities: FloatArray | None = None,
+        smooth_orders: int = SMOOTH_ORDERS,
+        end_accelerations: FloatArray | None = None,
+    ) -> float:
         """The largest jump of a derivative that has to be continuous, at the ends included; dimensionless.
 
         Args:
             end_velocities: of the joints before the start and after the end, (2, k), rad/s; at rest if None.
-                Accelerations are zero there.
             smooth_orders: how many derivatives have to be continuous, the angle the first.
+            end_accelerations: likewise, rad/s^2; zero if None.
 
         Returns:
             A jump is relative to the largest value over all t of its kind, but never to more than 1 rad, for speeds and
@@ -173,20 +183,22 @@ class Trajectory:
             return np.inf
         with np.errstate(over="ignore", invalid="ignore"):
             rest = np.zeros((2, self.coefficients.shape[2]))
-            outside = {1: rest if end_velocities is None else end_velocities, 2: rest}
+            stated = {1: end_velocities, 2: end_accelerations}
+            outside = {order: rest if values is None else values for order, values in stated.items()}
             relative = [self._jump(n, outside.get(n)) / self._jump_scale(n) for n in range(smooth_orders)]
         return float(max(np.inf if np.isnan(jump) else jump for jump in relative))
 
-    def jump_time(self, order: int) -> float | None:
-        """When a derivative jumps most, s; accelerations also from and to zero at the ends. None where none jumps.
+    def jump_time(self, order: int, end_accelerations: FloatArray | None = None) -> float | None:
+        """When a derivative jumps most, s; None where none jumps.
 
-        Where joints move at an end, only the acceleration along their velocity has to be zero: what is across it is
-        the curvature of a path that goes on. Jumps are relative as in :meth:`largest_jump`, and none up to 1e-6:
+        Accelerations also from and to what they are before and after the motion: zero, or ``end_accelerations``
+        (2, k), rad/s^2. Where joints move at an end, only the acceleration along their velocity counts: what is across
+        it is the curvature of a path that goes on. Jumps are relative as in :meth:`largest_jump`, and none up to 1e-6:
         rounding of pieces of a microsecond.
         """
         before, after = self._sides(order)
         inner = np.abs(after[1:] - before[:-1]).max(axis=1)
-        ends = self._accelerations_along_ends() if order == CONTINUOUS_ORDERS else (0.0, 0.0)
+        ends = self._accelerations_along_ends(end_accelerations) if order == CONTINUOUS_ORDERS else (0.0, 0.0)
         jumps = np.concatenate([ends[:1], inner, ends[1:]])
         most = int(np.argmax(jumps))
         return float(self.breakpoints[most]) if jumps[most] > JUMP * self._jump_scale(order) else None
@@ -196,11 +208,12 @@ class Trajectory:
         most = self._jump(order, None)
         return most > JUMP * LEAST_JUMP_SCALE and most > JUMP * self._jump_scale(order)
 
-    def _accelerations_along_ends(self) -> tuple[float, float]:
-        """The largest acceleration of a joint at the start and at the end, without what is across their velocity."""
+    def _accelerations_along_ends(self, outside: FloatArray | None) -> tuple[float, float]:
+        """The largest jump of a joint's acceleration at the start and at the end, without what is across velocities."""
         velocities, accelerations = (
             np.stack([after[0], before[-1]]) for before, after in (self._sides(order) for order in (1, 2))
         )
+        accelerations = accelerations if outside is None else accelerations - outside
         largest = JUMP * self._jump_scale(1)
         along = [
             a if np.abs(v).max() <= largest else v * float(v @ a) / float(v @ v)

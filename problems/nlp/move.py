@@ -29,6 +29,7 @@ from problems.encodings.waypoints import stops
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.staying import looks, stay_constraints, stay_matters
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory
 from problems.nlp.composition import composed_hessian, stand_in
@@ -177,8 +178,11 @@ class MoveNlp(TimedProgram):
             if limit.order is None:
                 rows += limit.constraints(samples.both_sides if _is_dynamic(limit) else samples, margin)
         rows += self.variables.evenness(pieces, self.pieces) if self.timed and self._is_dynamic else []
-        bounds = self.task.duration_bounds
+        bounds, stay = self.task.duration_bounds, self.task.stay
         rows += [] if bounds is None else [bounds.at(samples.duration, margin)]
+        if stay_matters(self.limits, stay):
+            goal, since = samples.derivative(0)[-1, :], ca.DM(looks(stay) * stay)
+            rows += stay_constraints(self.limits, self.robot, goal, samples.duration, since, margin)
         step = StepLimit.holding(self.robot, self.task.obstacles)
         rows += [] if step is None else step.constraints(samples)
         return (*rows, *slack_constraints(self.objective, samples, slack))

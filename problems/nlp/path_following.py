@@ -29,8 +29,9 @@ from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
 from problems.limits.time_scale import minimum_time_scale, peaks_of
-from problems.motions.knot_spline import KnotSpline, SplineShape
+from problems.motions.knot_spline import KnotSpline
 from problems.motions.samples import Samples
+from problems.motions.splines.in_time import SplineShape
 from problems.motions.splines.node_form import NodeForm, knot_operators
 from problems.motions.trajectory import Trajectory
 from problems.nlp.point_to_point import AXES

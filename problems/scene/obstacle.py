@@ -72,6 +72,13 @@ class Obstacle(Statement, ABC):
         """
         return np.zeros(len(cells))
 
+    def quiet_after(self, around: float) -> float:
+        """From which time on, in s, it comes no nearer to anything within so many m of the world's origin.
+
+        At once by default; infinite where no such time is known.
+        """
+        return 0.0
+
     def at(self, time: float) -> Obstacle:
         """The same for those who ask about one time in s: where it is then."""
         return self

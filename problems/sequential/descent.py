@@ -6,23 +6,31 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray
+from problems.sequential.clock import Clock
 from problems.sequential.freedom import Freedom
-from problems.sequential.kept_limits import KeptLimits
-from problems.sequential.linear_step import ClearanceRows, best_step, paced
+from problems.sequential.kept_limits import KeptLimits, LinearLimits
+from problems.sequential.linear_step import ClearanceRows, Step, best_step, paced
 from problems.sequential.nearness import Nearness, NearPairs
 from problems.sequential.path_speed import Grid, MotionSpace, PathSpeed
+from problems.sequential.time_shift import TimeShift
 
 LIMIT_SAMPLES, LIMIT_ROWS = 16, 4  # in each piece of the speed, a sample and, of every so many, rows of a program
 CLEARANCE_SAMPLES, CLEARANCE_ROWS = 8, 2  # likewise; rows are also where something is extreme
 ITERATIONS = 40
+WAIT_SAMPLES = 24  # of the clearance while it stands still at its start
+SHIFT = 1.0  # s/rad: by how much times may change in a step, of the trust region
 FIRST_TRUST, LEAST_TRUST, LARGEST_TRUST = 0.1, 2e-3, 0.25  # rad, how far a control point may move
 GROWS, SHRINKS, FAILS = 1.6, 0.5, 0.3  # the trust region
 GOOD, POOR = 0.5, 0.1  # shares of the promised gain
+HOPELESS = 1.5  # of a duration to beat
 LEAST_GAIN, PATIENCE = 2e-4, 3  # of the duration; and how many iterations may gain less
 ENOUGH, AT_ENDS = 0.5, 0.8  # of the spare clearance, and of that of the ends
-LOOKED_AT = 1.0  # m/rad: pairs are looked at that come no farther than that beyond what is kept, of the trust region
+LOOKED_AT = 1.0  # m/rad: pairs are looked at that come no farther than that beyond what is kept, of the trust region;
+# and by no more than that an obstacle may be elsewhere after a step, because the motion passes it at another time
+PACE = 0.06  # rad: speeds alone may change as much as in a trust region of this size
 
 
 @dataclass(frozen=True)
@@ -43,7 +51,7 @@ class Reached:
 
     def better_than(self, other: Reached) -> bool:
         """Nearer to being clear; if both are, faster."""
-        return (self.missing, self.motion.duration) < (other.missing, other.motion.duration)
+        return (self.missing, self.motion.cost) < (other.missing, other.motion.cost)
 
 
 @dataclass(frozen=True)
@@ -57,6 +65,7 @@ class Descent:
         nearness: of what has to keep a distance.
         kept: that distance, m.
         spare: to keep on top of it at samples, m, where the ends keep more; half of it is enough.
+        clearance_samples: in each piece of the speed.
     """
 
     space: MotionSpace
@@ -65,27 +74,42 @@ class Descent:
     nearness: Nearness
     kept: float
     spare: float
+    clearance_samples: int = CLEARANCE_SAMPLES
 
     @cached_property
     def _grid(self) -> Grid:
         return self.space.grid(self.space.even(LIMIT_SAMPLES))
 
     @cached_property
-    def _clearance_basis(self) -> FloatArray:
-        return self.space.path.matrix(self.space.even(CLEARANCE_SAMPLES))
+    def _clock(self) -> Clock:
+        waits = WAIT_SAMPLES if self.nearness.timed else 0
+        even = self.space.even(self.clearance_samples)
+        return Clock(self.space, np.concatenate([np.zeros(waits), even]), waits)
 
-    def __call__(self, start: PathSpeed) -> Reached:
-        """The best motion that steps from a start lead to."""
+    @cached_property
+    def _clearance_basis(self) -> FloatArray:
+        return self.space.path.matrix(self._clock.u)
+
+    @cached_property
+    def _moving(self) -> NDArray[np.bool_]:
+        """Which pairs are with an obstacle that moves, (pairs,)."""
+        return np.array([pair.timed for pair in self.nearness.pairs], dtype=bool)
+
+    def __call__(self, start: PathSpeed, to_beat: float = np.inf) -> Reached:
+        """The best motion that steps from a start lead to.
+
+        Args:
+            start: of the descent.
+            to_beat: the duration in s of a motion that is known: what becomes much slower is given up.
+        """
         trust, idle = FIRST_TRUST, 0
-        best = self._reached(replace(start, controls=self.freedom.placed(start.controls)), trust)
+        best = self.begun(start)
         for _ in range(ITERATIONS):
-            moves = self.freedom.moves(best.motion.controls)
-            linear = self.limits.linear(best.motion, self._grid, LIMIT_ROWS)
-            step = best_step(best.motion, self.limits.joints, linear, self._clearances(best, trust), moves, trust)
+            step = self._step(best, self.freedom.moves(best.motion.controls), trust)
             if step is None:
                 break
             new = self._reached(replace(step.motion, controls=self.freedom.placed(step.motion.controls)), GROWS * trust)
-            saved = best.motion.duration - new.motion.duration
+            saved = best.motion.cost - new.motion.cost
             if not new.better_than(best):
                 trust *= FAILS
             else:
@@ -93,29 +117,81 @@ class Descent:
                 trust = min(trust * (GROWS if share > GOOD else SHRINKS if share < POOR else 1.0), LARGEST_TRUST)
                 idle = idle + 1 if new.missing == best.missing and saved < LEAST_GAIN * best.motion.duration else 0
                 best = new
-            if idle == PATIENCE or trust < LEAST_TRUST:
+            if idle == PATIENCE or trust < LEAST_TRUST or best.motion.duration > HOPELESS * to_beat:
                 break
         return best
 
+    def begun(self, start: PathSpeed) -> Reached:
+        """Where a descent begins."""
+        return self._reached(replace(start, controls=self.freedom.placed(start.controls)), FIRST_TRUST)
+
     def _reached(self, motion: PathSpeed, trust: float) -> Reached:
-        """A motion as fast as it may be, and the pairs that may matter in a trust region around it."""
-        fast = paced(motion, self.limits, self.limits.linear(motion, self._grid, LIMIT_ROWS), self._grid)
-        near = self.nearness.near(self._clearance_basis @ fast.controls, self.kept + self.spare + LOOKED_AT * trust)
+        """A motion that keeps its limits, and the pairs that may matter in a trust region around it.
+
+        It is as fast as it may be, unless it matters at which times it passes: then it is no slower than it has to be,
+        or as a linear program of its speeds alone makes it.
+        """
+        if not self.nearness.timed:
+            return self.measured(paced(motion, self.limits, self._linear(motion), self._grid), trust)
+        even = self.measured(motion.slowed(max(1.0, self.limits.stretch(motion, self._grid))), max(trust, PACE))
+        still = np.empty((motion.controls.size, 0))
+        step = self._step(even, still, PACE)
+        if step is None:
+            return even
+        stretch = max(1.0, self.limits.stretch(step.motion, self._grid))
+        other = self.measured(step.motion.slowed(stretch), trust)
+        return other if other.better_than(even) else even
+
+    def _linear(self, motion: PathSpeed) -> LinearLimits:
+        return self.limits.linear(motion, self._grid, LIMIT_ROWS)
+
+    def _step(self, around: Reached, moves: FloatArray, trust: float) -> Step | None:
+        """The best one of some moves within a trust region."""
+        motion, linear = around.motion, self._linear(around.motion)
+        if not self.nearness.timed:
+            none = np.zeros((self._clock.u.size, motion.speeds.size))
+            return best_step(motion, self.limits.joints, linear, self._clearances(around, none, trust), moves, trust)
+        passing = self._clock.slopes(motion)
+        shift = TimeShift(passing[:: self.clearance_samples], SHIFT * trust)
+        clear = self._clearances(around, passing, trust)
+        return best_step(motion, self.limits.joints, linear, clear, moves, trust, shift)
+
+    def measured(self, motion: PathSpeed, trust: float) -> Reached:
+        """How near a motion comes that keeps its limits."""
+        theta, times = self._clearance_basis @ motion.controls, self._clock.times(motion)
+        looked_at = LOOKED_AT * trust * (2.0 if self.nearness.timed else 1.0)
+        near = self.nearness.near(theta, times, self.kept + self.spare + looked_at)
         spares = self._spares(near)
         missing = np.maximum(self.kept + ENOUGH * spares[near.pairs] - near.clearances, 0.0)
-        return Reached(fast, near, spares, float(missing.sum()))
+        return Reached(motion, near, spares, float(missing.sum()))
 
     def _spares(self, near: NearPairs) -> FloatArray:
-        """The spare clearance of each pair, (pairs,): no more than most of what it has at the ends, which are given."""
+        """The spare clearance of each pair, (pairs,): no more than most of what it has at the ends, which are given.
+
+        When the goal is reached is not given.
+        """
         spares = np.full(len(self.nearness.pairs), self.spare)
-        ends = (near.samples == 0) | (near.samples == len(self._clearance_basis) - 1)
+        last = (near.samples == len(self._clearance_basis) - 1) & ~self._moving[near.pairs]
+        ends = (near.samples == 0) | last
         np.minimum.at(spares, near.pairs[ends], np.maximum(AT_ENDS * (near.clearances[ends] - self.kept), 0.0))
         return spares
 
-    def _clearances(self, around: Reached, trust: float) -> ClearanceRows:
-        """Those that may become too small in a step: at the samples of rows, and where a pair is nearest."""
+    def _clearances(self, around: Reached, passing: FloatArray, trust: float) -> ClearanceRows:
+        """Those that may become too small in a step: at the samples of rows, and where a pair is nearest.
+
+        Args:
+            around: the motion.
+            passing: how the times of its samples change with its pace, (samples, M) or (samples, M + 1).
+            trust: how far a control point may move, rad.
+        """
         near = around.near.thinned(CLEARANCE_ROWS)
-        gradients = self.nearness.gradients(self._clearance_basis @ around.motion.controls, near)
+        theta, times = self._clearance_basis @ around.motion.controls, self._clock.times(around.motion)
+        gradients, by_time = self.nearness.gradients(theta, times, near)
         room = near.clearances - self.kept - around.spares[near.pairs]
-        some = room < np.abs(gradients).sum(axis=1) * trust
-        return ClearanceRows(room[some], gradients[some], self._clearance_basis[near.samples[some]])
+        reach = np.abs(gradients).sum(axis=1) * trust
+        if self.nearness.timed:
+            reach += np.abs(by_time) * SHIFT * trust
+        some = room < reach
+        samples = near.samples[some]
+        by_pace = by_time[some, None] * passing[samples]
+        return ClearanceRows(room[some], reach[some], gradients[some], self._clearance_basis[samples], by_pace)

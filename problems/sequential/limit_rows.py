@@ -32,8 +32,9 @@ class LimitRows:
 
     def slopes(self, moves: FloatArray) -> FloatArray:
         """With respect to moves (N k, free) of all control points, and to the speeds: (rows, free + M)."""
-        k = moves.shape[0] // self.by_controls.shape[1]
-        of_joint = moves.reshape(-1, k, moves.shape[1])
+        count = self.by_controls.shape[1]
+        k = moves.shape[0] // count
+        of_joint = moves.reshape(count, k, moves.shape[1])
         first = np.empty((self.values.size, moves.shape[1]))
         for joint in range(k):
             rows = self.joints == joint

@@ -11,7 +11,8 @@ from scipy.sparse import csr_array
 from problems.base.matrix import FloatArray
 from problems.robots.robot import JointLimits
 from problems.sequential.kept_limits import KeptLimits, LinearLimits
-from problems.sequential.path_speed import RESTING, Grid, PathSpeed
+from problems.sequential.path_speed import DELAY_COST, RESTING, Grid, PathSpeed
+from problems.sequential.time_shift import TimeShift
 from problems.timing.linear_program import minimizer
 
 TOUCHING = 100.0  # s/m: what a program pays for clearance that is missing
@@ -30,22 +31,28 @@ class ClearanceRows:
 
     Attributes:
         room: by how much each may fall, (m,), m.
+        reach: by how much each changes in a step at most, (m,), m.
         gradients: with respect to the joints, (m, k).
         basis: of the path at their samples, (m, N).
+        by_pace: slopes with respect to the speeds, (m, M); where an obstacle moves also to the delay, (m, M + 1).
     """
 
     room: FloatArray
+    reach: FloatArray
     gradients: FloatArray
     basis: FloatArray
+    by_pace: FloatArray
 
     def slopes(self, chosen: NDArray[np.intp], moves: FloatArray) -> FloatArray:
-        """Of some of them with respect to moves (N k, free) of the control points."""
+        """Of some with respect to moves (N k, free) of the control points, and to the pace."""
         outer = self.basis[chosen, :, None] * self.gradients[chosen, None, :]
-        return np.asarray(outer.reshape(chosen.size, moves.shape[0]) @ moves)
+        by_path = outer.reshape(chosen.size, moves.shape[0]) @ moves
+        return np.concatenate([by_path, self.by_pace[chosen]], axis=1)
 
-    def left(self, change: FloatArray) -> FloatArray:
-        """The room that a change (N, k) of the control points leaves."""
-        return np.asarray(self.room + ((self.basis @ change) * self.gradients).sum(axis=1))
+    def left(self, change: FloatArray, pace: FloatArray) -> FloatArray:
+        """The room that a change (N, k) of the control points, and one of the pace, leaves."""
+        by_path = ((self.basis @ change) * self.gradients).sum(axis=1)
+        return np.asarray(self.room + by_path + self.by_pace @ pace)
 
 
 @dataclass(frozen=True)
@@ -57,7 +64,13 @@ class Step:
 
 
 def best_step(
-    motion: PathSpeed, limits: JointLimits, linear: LinearLimits, clear: ClearanceRows, moves: FloatArray, trust: float
+    motion: PathSpeed,
+    limits: JointLimits,
+    linear: LinearLimits,
+    clear: ClearanceRows,
+    moves: FloatArray,
+    trust: float,
+    shift: TimeShift | None = None,
 ) -> Step | None:
     """The best change within a trust region; None where no program can be solved.
 
@@ -68,22 +81,28 @@ def best_step(
         limits: of the joints; their ranges are kept by the control points.
         linear: its limits.
         clear: its clearances.
-        moves: changes of the control points that keep its ends, (N k, free).
+        moves: changes of the control points that keep its ends, (N k, free); where there are none, the path stays.
         trust: how far a control point may move, rad.
+        shift: by how much times may change, where obstacles move: then the delay may change too.
     """
     lower, upper = _box(motion, limits, moves.shape[1], trust)
     free, width = moves.shape[1], np.maximum(-lower, upper)
     rows, bounds = useful_rows(linear.values, linear.slopes(moves), width)
     costs = np.concatenate([np.zeros(free), motion.duration_slopes])
+    if shift is not None:
+        at_times, most = shift.rows(free)
+        rows, bounds = np.concatenate([np.pad(rows, ((0, 0), (0, 1))), at_times]), np.append(bounds, most)
+        costs = np.append(costs, DELAY_COST)
+        lower, upper = np.append(lower, -min(motion.delay, shift.most)), np.append(upper, shift.most)
     box = np.stack([lower, upper], axis=1)
-    active = clear.room < FIRST_SHARE * trust * np.abs(clear.gradients).sum(axis=1)
+    active = clear.room < FIRST_SHARE * clear.reach
     found, change = None, np.zeros_like(motion.controls)
     for _ in range(MOST_PROGRAMS):
         chosen = np.flatnonzero(active)
         own = np.cumsum(clear.room[chosen] < 0.0) * (clear.room[chosen] < 0.0)  # 0 is what all others share
         slack = np.zeros((chosen.size, own.max(initial=0) + 1))
         slack[np.arange(chosen.size), own] = -1.0
-        touching = [-clear.slopes(chosen, moves), np.zeros((chosen.size, motion.speeds.size)), slack]
+        touching = [-clear.slopes(chosen, moves), slack]
         matrix = np.concatenate([np.pad(rows, ((0, 0), (0, slack.shape[1]))), np.concatenate(touching, axis=1)])
         paid = np.full(slack.shape[1], TOUCHING)
         solution = minimizer(
@@ -95,15 +114,17 @@ def best_step(
         if solution is None:
             break
         found, change = solution, (moves @ solution[:free]).reshape(motion.controls.shape)
-        broken = ~active & (clear.left(change) < -solution[costs.size] - NEWLY_BROKEN)
+        left = clear.left(change, solution[free : costs.size])
+        broken = ~active & (left < -solution[costs.size] - NEWLY_BROKEN)
         if not broken.any():
             break
         active |= broken
     if found is None:
         return None
-    speeds = found[free : costs.size]
-    moved = PathSpeed(motion.space, motion.controls + change, motion.speeds + speeds)
-    return Step(moved, float(-motion.duration_slopes @ speeds))
+    last = free + motion.speeds.size
+    delay = motion.delay + float(found[last : costs.size].sum())
+    moved = PathSpeed(motion.space, motion.controls + change, motion.speeds + found[free:last], delay)
+    return Step(moved, float(-costs[free:] @ found[free : costs.size]))
 
 
 def paced(motion: PathSpeed, limits: KeptLimits, linear: LinearLimits, grid: Grid) -> PathSpeed:
@@ -130,7 +151,7 @@ def useful_rows(values: FloatArray, slopes: FloatArray, width: FloatArray) -> tu
 def _box(motion: PathSpeed, limits: JointLimits, free: int, trust: float) -> tuple[FloatArray, FloatArray]:
     """Bounds (free + M,) of the variables."""
     lower, upper = np.full(free, -trust), np.full(free, trust)
-    if limits.position is not None:
+    if free and limits.position is not None:
         inner = motion.controls[RESTING:-RESTING]
         down, up = ((np.array(bound) - inner).ravel() for bound in zip(*limits.position, strict=True))
         lower[: inner.size] = np.clip(down, -trust, np.maximum(np.minimum(up, 0.0), -trust))

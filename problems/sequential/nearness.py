@@ -1,9 +1,12 @@
-"""How near things are along a path, and how that changes with the joints: distances and gradients of many pairs."""
+"""How near things are along a motion, and how that changes with joints and time: distances and gradients of many pairs.
+
+Only pairs with an obstacle that moves need the time; of the others it is neither computed with nor returned.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import casadi as ca
@@ -44,12 +47,30 @@ class NearPairs:
 
 @dataclass(frozen=True)
 class _Group:
-    """Pairs that are computed alike: their numbers, the frames of their ends (pairs, ends), the distance."""
+    """Pairs that are computed alike: their numbers, the frames of their ends (pairs, ends), the distance.
+
+    Distance and gradient are functions of the ends, and, of pairs that are timed, of the time.
+    """
 
     numbers: NDArray[np.intp]
     frames: NDArray[np.intp]
+    timed: bool
     distance: ca.Function
     gradient: ca.Function
+
+    def at(
+        self,
+        function: ca.Function,
+        positions: FloatArray,
+        times: FloatArray,
+        samples: NDArray[np.intp],
+        columns: NDArray[np.intp],
+    ) -> FloatArray:
+        """One of its functions at samples (m,), of pairs in columns (m,)."""
+        if not samples.size:
+            return np.empty((0, function.size1_out(0)))
+        inputs = positions[samples[:, None], self.frames[columns]].reshape(samples.size, -1).T
+        return as_array(function(np.vstack([inputs, times[samples]]) if self.timed else inputs)).T
 
 
 @dataclass(frozen=True)
@@ -82,15 +103,17 @@ class Nearness:
 
     def _group(self, numbers: NDArray[np.intp]) -> _Group:
         frames = np.array([self.pairs[number].frames for number in numbers])
-        ends = ca.SX.sym("ends", self.robot.dim, frames.shape[1])
-        distance = self.pairs[numbers[0]].between(*(end.T for end in ca.horzsplit(ends)))
-        stacked = ca.vec(ends)
-        gradient = ca.gradient(distance, stacked)
+        pair, ends = self.pairs[numbers[0]], ca.SX.sym("ends", self.robot.dim, frames.shape[1])
+        time = ca.SX.sym("time") if pair.timed else None
+        distance = pair.between(*(end.T for end in ca.horzsplit(ends)), times=time)
+        inputs = ca.vec(ends) if time is None else ca.vertcat(ca.vec(ends), time)
+        gradient = ca.gradient(distance, inputs)
         return _Group(
             numbers,
             frames,
-            ca.Function("distance", [stacked], [ca.densify(distance)], {"cse": True}),
-            ca.Function("gradient", [stacked], [ca.densify(gradient)], {"cse": True}),
+            pair.timed,
+            ca.Function("distance", [inputs], [ca.densify(distance)], {"cse": True}),
+            ca.Function("gradient", [inputs], [ca.densify(gradient)], {"cse": True}),
         )
 
     @cached_property
@@ -115,11 +138,28 @@ class Nearness:
         values = as_array(self._positions(theta.T)).T
         return values.reshape(len(theta), len(self._frames), self.robot.dim)
 
-    def near(self, theta: FloatArray, cutoff: float) -> NearPairs:
-        """All pairs nearer than a cutoff, m, at samples (n, k) of a path.
+    @cached_property
+    def timed(self) -> bool:
+        """Whether it matters at which times: an obstacle moves."""
+        return any(pair.timed for pair in self.pairs)
 
-        Nothing comes nearer from one sample to another than its ends move; what is far at every ``COARSE``-th sample is
-        not computed in between.
+    @property
+    def standing(self) -> Nearness:
+        """The same of those pairs alone that do not move by themselves."""
+        kept = [tuple(pair for pair in limit.pairs if not pair.timed) for limit in self.limits]
+        return replace(self, limits=tuple(replace(one, pairs=p) for one, p in zip(self.limits, kept, strict=True)))
+
+    def top_speed(self, duration: float) -> float:
+        """How fast a distance changes at most within a duration from t = 0 on though no joint moves, m/s."""
+        cell, timed = np.array([[0.0, duration]]), [group for group in self._groups if group.timed]
+        travels = [self.pairs[group.numbers[0]].own_travel(self.robot, cell)[0] for group in timed]
+        return float(max(travels, default=0.0)) / (duration / 2.0)
+
+    def near(self, theta: FloatArray, times: FloatArray, cutoff: float) -> NearPairs:
+        """All pairs nearer than a cutoff, m, at samples (n, k) of a motion, at times (n,), s.
+
+        Nothing comes nearer from one sample to another than its ends and obstacles move; what is far at every
+        ``COARSE``-th sample is not computed in between.
         """
         if not self.pairs:
             none = np.empty(0, dtype=np.intp)
@@ -127,51 +167,44 @@ class Nearness:
         positions, count = self.positions(theta), len(theta)
         nearest = np.minimum((np.arange(count) + COARSE // 2) // COARSE * COARSE, (count - 1) // COARSE * COARSE)
         moved = np.linalg.norm(positions - positions[nearest], axis=2)
+        apart = np.abs(times - times[nearest])
+        around = np.stack([times[nearest] - apart, times[nearest] + apart], axis=1)
         found: list[tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]] = []
         for group in self._groups:
-            coarse = self._distances(group, positions[::COARSE])
+            coarse = self._distances(group, positions[::COARSE], times[::COARSE])
             low = coarse[nearest // COARSE] - moved[:, group.frames].sum(axis=2)
+            if group.timed:
+                low -= self.pairs[group.numbers[0]].own_travel(self.robot, around)[:, None]
             samples, columns = np.nonzero(low < cutoff)
-            distances = self._at(group.distance, positions, group.frames, samples, columns)[:, 0]
+            distances = group.at(group.distance, positions, times, samples, columns)[:, 0]
             distances = distances - self._thickness[group.numbers[columns]]
             kept = distances < cutoff
             found.append((samples[kept], group.numbers[columns[kept]], distances[kept]))
         return NearPairs(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
-    def _distances(self, group: _Group, positions: FloatArray) -> FloatArray:
+    def _distances(self, group: _Group, positions: FloatArray, times: FloatArray) -> FloatArray:
         rows, columns = np.divmod(np.arange(len(positions) * len(group.numbers)), len(group.numbers))
-        values = self._at(group.distance, positions, group.frames, rows, columns).reshape(len(positions), -1)
+        values = group.at(group.distance, positions, times, rows, columns).reshape(len(positions), -1)
         return values - self._thickness[group.numbers]
 
-    @staticmethod
-    def _at(
-        function: ca.Function,
-        positions: FloatArray,
-        frames: NDArray[np.intp],
-        samples: NDArray[np.intp],
-        columns: NDArray[np.intp],
-    ) -> FloatArray:
-        if not samples.size:
-            return np.empty((0, function.size1_out(0)))
-        ends = positions[samples[:, None], frames[columns]].reshape(samples.size, -1)
-        return as_array(function(ends.T)).T
-
-    def gradients(self, theta: FloatArray, near: NearPairs) -> FloatArray:
-        """How clearances change with the joints, (m, k), m/rad."""
+    def gradients(self, theta: FloatArray, times: FloatArray, near: NearPairs) -> tuple[FloatArray, FloatArray]:
+        """How clearances change with the joints, (m, k), m/rad, and with the time alone, (m,), m/s."""
+        by_joints, by_time = np.empty((near.samples.size, self.robot.dof)), np.zeros(near.samples.size)
         if not near.samples.size:
-            return np.empty((0, self.robot.dof))
+            return by_joints, by_time
         used, places = np.unique(near.samples, return_inverse=True)
         k, dim = self.robot.dof, self.robot.dim
         jacobians = as_array(self._jacobian(theta[used].T)).T.reshape(used.size, len(self._frames), dim, k)
         positions = self.positions(theta[used])
-        gradients = np.empty((near.samples.size, k))
         for group in self._groups:
             column = np.full(len(self.pairs), -1)
             column[group.numbers] = np.arange(group.numbers.size)
             rows = np.flatnonzero(column[near.pairs] >= 0)
             columns = column[near.pairs[rows]]
-            normals = self._at(group.gradient, positions, group.frames, places[rows], columns)
+            slopes = group.at(group.gradient, positions, times[used], places[rows], columns)
             ends = jacobians[places[rows][:, None], group.frames[columns]]
-            normals = normals.reshape(*ends.shape[:-1])
-            gradients[rows] = np.einsum("med,medk->mk", normals, ends)
-        return gradients
+            normals = slopes[:, : ends.shape[1] * dim].reshape(*ends.shape[:-1])
+            by_joints[rows] = np.einsum("med,medk->mk", normals, ends)
+            if group.timed:
+                by_time[rows] = slopes[:, -1]
+        return by_joints, by_time

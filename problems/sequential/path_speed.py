@@ -13,6 +13,7 @@ from problems.robots.robot import JointLimits
 
 PATH_DEGREE, SPEED_DEGREE = 5, 3
 RESTING = 3  # control points at each end that are one posture: q' and q'' are zero there
+DELAY_COST = 0.999  # of a second of standing still, where one of moving costs 1
 GAUSS = 8  # nodes in each piece of the speed, to integrate 1 / w
 
 
@@ -107,21 +108,28 @@ class PathSpeed:
         space: of both.
         controls: of q(u), (N, k), rad.
         speeds: of w(u), (M,), 1/s, positive.
+        delay: for which it stands still at its start, s.
     """
 
     space: MotionSpace
     controls: FloatArray
     speeds: FloatArray
+    delay: float = 0.0
 
     @cached_property
     def duration(self) -> float:
         """T in s."""
         basis, weights = self.space.quadrature
-        return float((weights / (basis @ self.speeds)).sum())
+        return self.delay + float((weights / (basis @ self.speeds)).sum())
+
+    @property
+    def cost(self) -> float:
+        """T, where standing still counts a little less than moving does, which trade at will otherwise; s."""
+        return self.duration - (1.0 - DELAY_COST) * self.delay
 
     @property
     def duration_slopes(self) -> FloatArray:
-        """Of T with respect to the speeds, (M,)."""
+        """Of T, and of the cost, with respect to the speeds, (M,)."""
         basis, weights = self.space.quadrature
         return np.asarray(-(weights / (basis @ self.speeds) ** 2) @ basis)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,12 +13,12 @@ from problems.limits.limit import Limit
 from problems.limits.torque import TorqueLimit
 from problems.motions.trajectory import Trajectory
 from problems.sequential.descent import Descent, Reached
-from problems.sequential.fitted import bent, fitted
 from problems.sequential.freedom import Freedom
 from problems.sequential.joint_torques import JointTorques
 from problems.sequential.kept_limits import KeptLimits
 from problems.sequential.nearness import Nearness
 from problems.sequential.path_speed import MotionSpace, PathSpeed
+from problems.sequential.starts.fitted import bent, fitted
 from problems.sequential.timed import timed
 from problems.tasks.move import Move
 from problems.timing.rest_to_rest import rest_to_rest
@@ -27,6 +27,8 @@ SPACE = MotionSpace(path_pieces=12, speed_pieces=24)
 SPARES = (6e-3, 1.2e-2, 2.4e-2)  # m, kept at samples on top of the margin: one after the other where proofs fail
 NEAR_BOUND = 1.02  # of the duration in free space: what is as fast needs no other start
 USUAL_STARTS = 3  # where one of them leads to a clear motion
+DELAYS = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)  # durations of a motion, after which it begins
+SHORT = 2e-3  # s: two delays so near each other are one
 BENT, BEND = 8, 0.7  # lines, where none does; rad, the standard deviation of how far they are bent
 JOINT_ORDERS = range(4)  # derivatives of the joint angles whose limits are kept
 
@@ -61,20 +63,28 @@ class Polish:
         best = self._best(start)
         for spare in SPARES:
             if spare != SPARES[0]:
-                best = self._descent(best.motion, spare)(best.motion)
+                best = self._descent(best.motion, spare, self._nearness)(best.motion)
             if best.missing > 0.0:
                 return
             yield timed(best.motion)
 
     def _best(self, start: Trajectory) -> Reached:
         """The best that a few starts lead to."""
+        starts, bound = self._starts(start), NEAR_BOUND * self._free(start).duration
+        if not self._nearness.timed:
+            return self._best_of(starts, self._nearness, bound)
+        standing = self._best_of(starts, self._nearness.standing, bound).motion
+        return self._best_of(self._timed_starts(start, standing), self._nearness, NEAR_BOUND * standing.duration)
+
+    def _best_of(self, starts: Iterator[PathSpeed], nearness: Nearness, bound: float) -> Reached:
+        """The best that starts lead to, until it is as fast as a bound in s, or clear after a few of them."""
         best: Reached | None = None
-        bound = self._free(start).duration
-        for number, motion in enumerate(self._starts(start), start=1):
-            reached = self._descent(motion, SPARES[0])(motion)
+        for number, motion in enumerate(starts, start=1):
+            clear_one = best is not None and best.missing == 0.0 and nearness.timed
+            to_beat = best.motion.duration if best is not None and clear_one else np.inf
+            reached = self._descent(motion, SPARES[0], nearness)(motion, to_beat)
             best = reached if best is None or reached.better_than(best) else best
-            near_bound = best.motion.duration <= NEAR_BOUND * bound
-            if best.missing == 0.0 and (near_bound or number >= USUAL_STARTS):
+            if best.missing == 0.0 and (best.motion.duration <= bound or number >= USUAL_STARTS):
                 break
         assert best is not None
         return best
@@ -84,19 +94,46 @@ class Polish:
         first, last = start.at(start.breakpoints[[0, -1]])
         return rest_to_rest(first, last, self.task.robot.limits)
 
-    def _descent(self, motion: PathSpeed, spare: float) -> Descent:
+    def _descent(self, motion: PathSpeed, spare: float, nearness: Nearness) -> Descent:
         robot = self.task.robot
         freedom = Freedom(robot, self.task.start, self.task.reached_goal(motion.controls[-1]))
-        return Descent(SPACE, self._kept, freedom, self._nearness, robot.margin, spare)
+        return Descent(SPACE, self._kept, freedom, nearness, robot.margin, spare)
 
     def _starts(self, start: Trajectory) -> Iterator[PathSpeed]:
         """The motion itself, the free one between its ends, and that bent at random; the same ones every time."""
         yield fitted(start, SPACE)
         free = fitted(self._free(start), SPACE)
         yield free
+        yield from self._bent(free)
+
+    def _bent(self, motion: PathSpeed) -> Iterator[PathSpeed]:
         rng = np.random.default_rng(0)
         for _ in range(BENT):
-            yield bent(free, rng.normal(0.0, BEND, self.task.robot.dof))
+            yield bent(motion, rng.normal(0.0, BEND, self.task.robot.dof))
+
+    def _timed_starts(self, start: Trajectory, standing: PathSpeed) -> Iterator[PathSpeed]:
+        """Where obstacles move: the best among those that stand, the motion itself, and both begun later."""
+        own = fitted(start, SPACE)
+        yield from (self._later(standing), standing, self._later(own), own)
+        for motion in self._bent(standing):
+            yield from (motion, self._later(motion))
+
+    def _later(self, motion: PathSpeed) -> PathSpeed:
+        """The same begun as soon as it is clear, or when least is missing; among some delays, and by halves between."""
+        descent = self._descent(motion, SPARES[0], self._nearness)
+        first = descent.begun(motion).motion
+
+        def missing(delay: float) -> float:
+            return descent.measured(replace(first, delay=delay), 0.0).missing
+
+        delays = [first.duration * share for share in DELAYS]
+        found = [missing(delay) for delay in delays]
+        best = found.index(min(found))
+        before, after = delays[max(best - 1, 0)], delays[best]
+        while found[best] == 0.0 and after - before > SHORT:
+            middle = (before + after) / 2.0
+            before, after = (before, middle) if missing(middle) == 0.0 else (middle, after)
+        return replace(first, delay=after)
 
 
 def can_be_polished(task: Move, limits: Sequence[Limit]) -> bool:

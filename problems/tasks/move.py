@@ -11,7 +11,7 @@ import numpy as np
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, as_array
-from problems.base.ranges import check_within
+from problems.base.ranges import TIMES, check_within
 from problems.limits.constraint import Constraint
 from problems.limits.duration import DurationBounds
 from problems.motions.trajectory import Trajectory
@@ -20,9 +20,9 @@ from problems.scene.obstacle import Obstacle, standing
 from problems.tasks.checks import check_choice, check_obstacles, check_range
 from problems.tasks.drawing import Marker, MarkerKind
 from problems.tasks.elbow import Elbow, check_elbow
-from problems.tasks.end_velocities import velocity_conditions
+from problems.tasks.end_velocities import acceleration_conditions, velocity_conditions
 from problems.tasks.passing import passing_times
-from problems.tasks.place import Place
+from problems.tasks.place import Joints, Place
 from problems.tasks.task import Task
 
 
@@ -39,13 +39,22 @@ class Move(Task):
         obstacles: to keep clear of.
         start_velocity: of the joints at t = 0, rad/s; at rest where empty.
         goal_velocity: of the joints at t = T, rad/s; at rest where empty.
+        start_acceleration: of the joints at t = 0, rad/s^2; free, or zero at rest, where empty.
         total_time: bounds of T in s; None where nothing is promised.
+        stay: how long after T the robot, which stands then, has to stay clear of obstacles that move, s.
 
     Raises:
         InvalidProblem: a place cannot be reached, or a field is not one of the above.
     """
 
-    numbers: ClassVar[tuple[str, ...]] = ("start_velocity", "goal_velocity", "total_time")
+    numbers: ClassVar[tuple[str, ...]] = (
+        "start_velocity",
+        "goal_velocity",
+        "start_acceleration",
+        "total_time",
+        "stay",
+    )
+    zero_is_structure: ClassVar[tuple[str, ...]] = ("stay",)
 
     robot: Robot
     start: Place
@@ -56,6 +65,8 @@ class Move(Task):
     start_velocity: tuple[float, ...] = ()
     goal_velocity: tuple[float, ...] = ()
     total_time: tuple[float, float] | None = None
+    stay: float = 0.0
+    start_acceleration: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         check_choice("elbow", self.elbow, get_args(Elbow))
@@ -70,10 +81,15 @@ class Move(Task):
             for number, place in enumerate(places):
                 name = f"{field}[{number}]: " if len(places) > 1 else ""
                 place.check(self.robot, standing(self.obstacles), field, name)
-        for field in ("start_velocity", "goal_velocity"):
-            self._check_velocity(field, getattr(self, field))
+        limits = self.robot.limits
+        self._check_rates("start_velocity", limits.speed, "rad/s")
+        self._check_rates("goal_velocity", limits.speed, "rad/s")
+        self._check_rates("start_acceleration", limits.acceleration, "rad/s^2")
         if self.at_rest:
             self._check_held()
+        check_within("stay", (self.stay,), (0.0, TIMES[1]), "s")
+        if self.stay and self.end_velocities[1].any():
+            raise InvalidProblem("stay", "the robot does not stop at its goal: goal_velocity is not zero")
 
     def _check_held(self) -> None:
         for field, places in (("start", (self.start,)), ("goal", self.goals), ("via", self.vias)):
@@ -81,17 +97,38 @@ class Move(Task):
                 name = f"{field}[{number}]: " if len(places) > 1 else ""
                 place.check_held(self.robot, self.elbow, field, name)
 
-    def _check_velocity(self, field: str, velocity: tuple[float, ...]) -> None:
-        if velocity and len(velocity) != self.robot.dof:
-            raise InvalidProblem(field, f"{len(velocity)} values for {self.robot.dof} joints")
-        for joint, (value, most) in enumerate(zip(velocity, self.robot.limits.speed, strict=False), start=1):
-            check_within(field, (value,), (-most, most), "rad/s", f"joint {joint}: ")
+    def _check_rates(self, field: str, limits: tuple[float, ...], unit: str) -> None:
+        rates: tuple[float, ...] = getattr(self, field)
+        if rates and len(rates) != self.robot.dof:
+            raise InvalidProblem(field, f"{len(rates)} values for {self.robot.dof} joints")
+        for joint, (value, most) in enumerate(zip(rates, limits, strict=False), start=1):
+            check_within(field, (value,), (-most, most), unit, f"joint {joint}: ")
 
     def narrowed(self, start: Place, vias: tuple[Place, ...], goals: tuple[Place, ...]) -> Move:
         """The same move between places that are its own more narrowly stated, and so need no check."""
         move = copy(self)
         for name, places in (("start", start), ("vias", vias), ("goals", goals)):
             object.__setattr__(move, name, places)
+        return move
+
+    def observed(
+        self,
+        state: tuple[FloatArray, FloatArray, FloatArray],
+        obstacles: tuple[Obstacle, ...],
+        goals: tuple[Place, ...] | None = None,
+    ) -> Move:
+        """The same move from where the robot is now among what is there now: observed, so that nothing is checked.
+
+        Args:
+            state: joint angles, velocities and accelerations, each (dof,); rad, rad/s, rad/s^2.
+            obstacles: to keep clear of from now on.
+            goals: others, of which one is reached; those of this move where None.
+        """
+        theta, velocity, acceleration = (tuple(values.tolist()) for values in state)
+        move = self.narrowed(Joints(theta), self.vias, self.goals if goals is None else goals)
+        observed = {"start_velocity": velocity, "start_acceleration": acceleration, "obstacles": obstacles}
+        for name, value in observed.items():
+            object.__setattr__(move, name, value)
         return move
 
     @property
@@ -101,14 +138,27 @@ class Move(Task):
         return np.array([self.start_velocity or rest, self.goal_velocity or rest])
 
     @property
+    def end_accelerations(self) -> FloatArray:
+        """Joint accelerations at both ends, (2, dof), rad/s^2; zero where nothing is said."""
+        rest = (0.0,) * self.robot.dof
+        return np.array([self.start_acceleration or rest, rest])
+
+    @property
     def at_rest(self) -> bool:
         """Whether both ends are at rest."""
-        return not self.end_velocities.any()
+        return not self.end_velocities.any() and not self.end_accelerations.any()
 
     @property
     def passes_nothing(self) -> bool:
         """Whether there are no vias."""
         return not self.vias
+
+    @property
+    def start_posture(self) -> FloatArray | None:
+        """The joint angles at the start, where they leave no choice."""
+        if self.start.chosen_by_inverse_kinematics or self.start.choices(self.robot):
+            return None
+        return as_array(self.start.posture(self.robot, ca.DM(0, 1), 1.0, None)[0]).ravel()
 
     @property
     def last_places(self) -> tuple[Place, ...]:
@@ -142,7 +192,7 @@ class Move(Task):
         return passing_times(self.robot, trajectory, self.vias)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        """Start, vias, goal; the velocities at both ends."""
+        """Start, vias, goal; the velocities at both ends; the acceleration at the start, where it is stated."""
         times = np.concatenate([[0.0], self.via_times(trajectory), [trajectory.duration]])
         names = ["start", *(f"via {number}" for number in range(1, len(self.vias) + 1)), "goal"]
         places = [self.start, *self.vias, self.reached_goal(trajectory.at(times[-1:])[0])]
@@ -150,7 +200,8 @@ class Move(Task):
             (self._passed(name, place, trajectory.at(times[i : i + 1])), times[i : i + 1])
             for i, (name, place) in enumerate(zip(names, places, strict=True))
         ]
-        return [*passed, *velocity_conditions(self, trajectory)]
+        accelerated = acceleration_conditions(self, trajectory) if self.start_acceleration else []
+        return [*passed, *velocity_conditions(self, trajectory), *accelerated]
 
     def _passed(self, name: str, place: Place, theta: FloatArray) -> Constraint:
         miss = place.miss(self.robot, ca.DM(theta))

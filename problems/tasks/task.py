@@ -38,9 +38,24 @@ class Task(Statement, ABC):
         return np.zeros((2, self.robot.dof))
 
     @property
+    def stay(self) -> float:
+        """How long after its arrival the robot has to stay clear of what moves, s; not by default."""
+        return 0.0
+
+    @property
+    def end_accelerations(self) -> FloatArray:
+        """Joint accelerations before the start and after the end, (2, dof), rad/s^2; zero by default."""
+        return np.zeros((2, self.robot.dof))
+
+    @property
     def crowded(self) -> bool:
         """Whether there is anything to keep clear of: an obstacle, or the robot itself."""
         return bool(self.obstacles) or self.robot.self_collision
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether an obstacle moves, so that it matters when the robot is where."""
+        return any(obstacle.moves for obstacle in self.obstacles)
 
     @abstractmethod
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
@@ -59,6 +74,11 @@ class Task(Statement, ABC):
     def passes_nothing(self) -> bool:
         """Whether a motion is bound by its two ends alone, and by nothing on the way; not by default."""
         return False
+
+    @property
+    def start_posture(self) -> FloatArray | None:
+        """The joint angles at the start, (dof,), rad, where they are given; None where they are not."""
+        return None
 
     @property
     def last_places(self) -> tuple[Place, ...]:

@@ -14,7 +14,7 @@ from problems.timing.motors.path_torques import PathTorques
 from problems.timing.motors.torque_rows import torque_rows
 from problems.timing.prepared import PreparedPath
 from problems.timing.speed_profile import SpeedProfile
-from problems.timing.speed_rows import Intervals, limit_rows, necessary, steady_jerk_rows
+from problems.timing.speed_rows import Intervals, ceiling_rows, limit_rows, necessary, steady_jerk_rows
 
 INTERVALS = 40  # for each piece of a path
 FEWEST, MOST = 400, 4000  # intervals of a grid, unless it has so many pieces that
@@ -31,7 +31,10 @@ GRADING = 4  # by so many each
 
 
 def fastest_profile(
-    prepared: PreparedPath, limits: JointLimits, motors: PathTorques | None = None
+    prepared: PreparedPath,
+    limits: JointLimits,
+    motors: PathTorques | None = None,
+    ceiling: SpeedProfile | None = None,
 ) -> tuple[SpeedProfile, Intervals]:
     """The fastest profile on a grid of about equal times, and the path over that grid.
 
@@ -41,6 +44,7 @@ def fastest_profile(
         prepared: the path.
         limits: of its joints.
         motors: what torques it takes; None where they do not count.
+        ceiling: a profile that is not exceeded; none where None.
 
     Raises:
         InvalidProblem: the limits allow no motion with the velocities that the ends have to have.
@@ -49,12 +53,12 @@ def fastest_profile(
     count = min(max(INTERVALS * (breakpoints.size - 1), FEWEST), MOST)
     nodes = _subdivided(breakpoints, breakpoints, int(FIRST_SHARE * count))
     intervals = Intervals.of(prepared.path, nodes)
-    profile = _solved(prepared, intervals, limits, motors, None)
+    profile = _solved(prepared, intervals, limits, motors, ceiling, None)
     nodes = _equal_times(profile, breakpoints, count, prepared.resting)
     intervals = Intervals.of(prepared.path, nodes)
     for _ in range(1 if motors is None or not motors.viscous.any() else VISCOUS_ROUNDS):
         expected = np.interp(nodes, profile.nodes, profile.squares)
-        profile = _solved(prepared, intervals, limits, motors, expected)
+        profile = _solved(prepared, intervals, limits, motors, ceiling, expected)
     return profile, intervals
 
 
@@ -96,11 +100,15 @@ def _solved(
     intervals: Intervals,
     limits: JointLimits,
     motors: PathTorques | None,
+    ceiling: SpeedProfile | None,
     expected: FloatArray | None,
 ) -> SpeedProfile:
     """The profile of least time, to first order around the squares that are expected, (N + 1,); or about equal."""
     fixed = _fixed(prepared, intervals.nodes)
     every_row = limit_rows(intervals, limits)
+    if ceiling is not None:
+        below = np.interp(intervals.nodes, ceiling.nodes, ceiling.squares)
+        every_row = np.append(every_row, ceiling_rows(below), axis=1)
     if limits.jerk is not None:
         every_row = np.append(every_row, steady_jerk_rows(intervals, limits.jerk, STEADY_JERK), axis=1)
     if motors is not None:

@@ -14,6 +14,7 @@ from problems.timing.motors.path_torques import PathTorques
 from problems.timing.motors.torque_rows import profile_time_scale
 from problems.timing.prepared import prepared
 from problems.timing.sections import timed_by_section
+from problems.timing.speed_profile import SpeedProfile
 from problems.timing.stretch import minimum_time_scale
 
 END_TOLERANCE = 1e-9  # of a speed limit; allows for rounding only
@@ -25,6 +26,7 @@ def retime(
     rates: tuple[float, float] = (0.0, 0.0),
     refined: bool = True,
     chain: RigidChain | None = None,
+    ceiling: SpeedProfile | None = None,
 ) -> Trajectory:
     """Run a path as fast as the limits of its joints allow, between grid points as at them.
 
@@ -43,6 +45,8 @@ def retime(
             end where q' is zero the joints are at rest whatever it is.
         refined: whether, with jerk limits, the best motion is looked for; else the first that keeps them will do.
         chain: whose torques are limited; None where they do not count.
+        ceiling: (du/dt)^2 that is not exceeded, for what has to be somewhere at its time; none where None. With jerk
+            limits the motion follows it more slowly, as far as they want.
 
     Raises:
         InvalidProblem: the path stands still or jumps, or its limits are of another number of joints, or allow no
@@ -52,13 +56,15 @@ def retime(
     ready = prepared(path, rates)
     _check_ends(path, limits, rates)
     motors = PathTorques.of(ready.path, limits, chain)
+    if ceiling is not None and not np.array_equal(ready.path.breakpoints, path.breakpoints):
+        raise InvalidProblem("path", "it stands still in places, which a given profile does not allow for")
     if limits.jerk is not None:
-        return timed_by_section(ready, limits, refined, chain)
-    profile, intervals = fastest_profile(ready, limits, motors)
+        return timed_by_section(ready, limits, refined and ceiling is None, chain, ceiling)
+    profile, intervals = fastest_profile(ready, limits, motors, ceiling)
     trajectory = profile.trajectory(intervals)
     if ready.moves_at_an_end:
         return trajectory
-    scale = minimum_time_scale(trajectory, limits)
+    scale = max(minimum_time_scale(trajectory, limits), 0.0 if ceiling is None else 1.0)
     return trajectory.time_scaled(scale if motors is None else max(scale, profile_time_scale(motors, profile)))
 
 

@@ -15,13 +15,18 @@ from problems.timing.motors.path_torques import PathTorques
 from problems.timing.prepared import SAME, PreparedPath
 from problems.timing.rest_to_rest import SAME_TIME, rest_to_rest
 from problems.timing.smooth.smooth_timing import smooth_timing
+from problems.timing.speed_profile import SpeedProfile
 
 BISECTIONS = 60
 LINE_SAMPLES = 2_000  # of a move along a line, to judge its torques by
 
 
 def timed_by_section(
-    prepared: PreparedPath, limits: JointLimits, refined: bool = True, chain: RigidChain | None = None
+    prepared: PreparedPath,
+    limits: JointLimits,
+    refined: bool = True,
+    chain: RigidChain | None = None,
+    ceiling: SpeedProfile | None = None,
 ) -> Trajectory:
     """The motion along all sections, each as fast as was found.
 
@@ -30,19 +35,23 @@ def timed_by_section(
         limits: with a jerk.
         refined: whether to go on from the first motion that keeps the limits.
         chain: whose torques are limited; None where they do not count.
+        ceiling: as of :func:`smooth_timing`.
 
     Raises:
         InvalidProblem: as :func:`smooth_timing`.
     """
-    parts = []
+    parts: list[Trajectory] = []
+    begun = 0.0
     for section in prepared.sections():
+        below = None if ceiling is None else ceiling.seen_from(begun)
+        begun += float(section.path.breakpoints[-1])
         motors = PathTorques.of(section.path, limits, chain)
-        if _is_line(section) and not section.moves_at_an_end:
+        if _is_line(section) and not section.moves_at_an_end and below is None:
             move = _along_line(section.path, limits)
             if motors is None or _line_time_scale(motors, move) <= 1.0:
                 parts.append(move)
                 continue
-        parts.append(smooth_timing(section, limits, refined, motors))
+        parts.append(smooth_timing(section, limits, refined, motors, below))
     return _joined(parts)
 
 

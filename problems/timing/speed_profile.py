@@ -38,6 +38,10 @@ class SpeedProfile:
         """When the nodes are passed, (N + 1,), s."""
         return np.concatenate([[0.0], np.cumsum(self.durations)])
 
+    def seen_from(self, parameter: float) -> SpeedProfile:
+        """The same over a parameter that is 0 there."""
+        return SpeedProfile(self.nodes - parameter, self.squares)
+
     def parameters(self, times: FloatArray) -> FloatArray:
         """The parameters u at times (n,) in s, from 0 to the end."""
         nodes_at, speed = self.times, np.sqrt(self.squares)

@@ -70,6 +70,12 @@ def steady_jerk_rows(intervals: Intervals, jerk: tuple[float, ...], share: float
     return np.asarray(most[:, None, None] * np.eye(2))
 
 
+def ceiling_rows(ceiling: FloatArray) -> FloatArray:
+    """Rows (N, 2, 2) that keep b below a ceiling (N + 1,); none where that is zero, as at ends at rest."""
+    shares = np.divide(1.0, ceiling, out=np.zeros_like(ceiling), where=ceiling > 0.0)
+    return np.asarray(np.stack([shares[:-1], shares[1:]], axis=1)[:, :, None] * np.eye(2))
+
+
 def weighted(ascending: FloatArray) -> FloatArray:
     """Polynomials (n, N, k) in w times 1 - w, and times w: (n + 1, N, k, 2)."""
     padded = np.pad(ascending, ((0, 1), (0, 0), (0, 0)))

@@ -32,6 +32,7 @@ def minimize(
     seed: int | np.random.Generator,
     callback: Callable[[Status], object] | None = None,
     archive: Archive | None = None,
+    known: FloatArray | None = None,
 ) -> Result:
     """Search a box for the lowest cost.
 
@@ -43,16 +44,19 @@ def minimize(
         seed: of the search's own random generator, or a generator to draw from.
         callback: gets the status after the initial population and after every iteration.
         archive: collects good candidates that differ from each other.
+        known: candidates (m, d), clipped to the box, that take the first places of the initial population: what a
+            search of almost the same cost has found, say. A solver without a population begins at the first.
 
     Returns:
         The best candidate and the record of the search. After Ctrl-C too, with ``StopReason.INTERRUPTED``: the
         search stops once the current batch is evaluated.
 
     Raises:
-        ValueError: a candidate outside the box, or costs that do not match the candidates (a solver's bug).
+        ValueError: a candidate outside the box, or costs that do not match the candidates (a solver's bug); known
+            candidates that are not (m, d).
     """
     with deferred_interrupt() as interruption:
-        run = _Run(cost, box, budget, interruption, solver.steps, callback, archive)
+        run = _Run(cost, box.with_known(known), budget, interruption, solver.steps, callback, archive)
         run.drive(solver, np.random.default_rng(seed))
     return run.result(seed if not isinstance(seed, np.random.Generator) else None)
 

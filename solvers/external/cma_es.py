@@ -6,7 +6,7 @@ Increasing Population Size", 2005.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import cma
@@ -38,18 +38,23 @@ class CMAES(Solver):
         size = float(self.population or 4 + int(3 * np.log(box.dimension)))
         first = True
         while True:
-            strategy = self.strategy(box.dimension, rng, int(size))
+            strategy = self.strategy(box, rng, int(size))
             while not strategy.stop():
                 if not first and next(iterations, None) is None:
                     return
+                points = np.array(strategy.ask())
+                points = box.initial_shares(points) if first else points
                 first = False
-                points = strategy.ask()
-                costs = yield box.from_unit(np.array(points))
-                strategy.tell(points, np.minimum(costs, LARGEST_COST).tolist())
+                costs = yield box.from_unit(points)
+                strategy.tell(list(points), np.minimum(costs, LARGEST_COST).tolist())
             size *= self.growth
+            box = replace(box, known=None)
 
-    def strategy(self, dimension: int, rng: np.random.Generator, population: int) -> Any:
-        """A strategy of the package on the unit cube, with our random numbers and no output."""
+    def strategy(self, box: Box, rng: np.random.Generator, population: int) -> Any:
+        """A strategy of the package on the unit cube, around the first known candidate where there is one.
+
+        With our random numbers and no output.
+        """
         options = {
             "bounds": [0.0, 1.0],
             "popsize": population,
@@ -57,4 +62,4 @@ class CMAES(Solver):
             "seed": np.nan,  # leaves NumPy's global generator alone
             "verbose": -9,
         }
-        return cma.CMAEvolutionStrategy(rng.random(dimension), self.sigma, options)
+        return cma.CMAEvolutionStrategy(box.initial_shares(rng.random((1, box.dimension)))[0], self.sigma, options)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from pymoo.algorithms.soo.nonconvex.de import DE
@@ -39,7 +39,7 @@ class Pymoo(Solver):
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
         """Ask and tell."""
         problem = Problem(n_var=box.dimension, n_obj=1, xl=0.0, xu=1.0)
-        algorithm = ALGORITHMS[self.algorithm](pop_size=self.population)
+        algorithm = ALGORITHMS[self.algorithm](pop_size=self.population, **self._sampling(box, rng))
         algorithm.setup(problem, termination=NoTermination(), seed=int(rng.integers(2**31)))
         while True:
             population = algorithm.ask()
@@ -48,3 +48,9 @@ class Pymoo(Solver):
             algorithm.tell(infills=population)
             if next(iterations, None) is None:
                 return
+
+    def _sampling(self, box: Box, rng: np.random.Generator) -> dict[str, Any]:
+        """The initial population, where some of it is known; else pymoo draws it."""
+        if box.known is None:
+            return {}
+        return {"sampling": box.initial_shares(rng.random((self.population, box.dimension)))}

@@ -45,7 +45,7 @@ class SciPyDE(Solver):
                     vectorised,
                     Bounds(np.zeros(box.dimension), np.ones(box.dimension)),
                     strategy=self.strategy,
-                    init=rng.random((self.population, box.dimension)),
+                    init=box.initial_shares(rng.random((self.population, box.dimension))),
                     recombination=self.recombination,
                     maxiter=UNLIMITED,
                     rng=rng,
@@ -88,6 +88,7 @@ class DualAnnealing(Solver):
                 restart_temp_ratio=self.restart_temp_ratio,
                 no_local_search=True,
                 rng=rng,
+                x0=None if box.known is None else box.to_unit(box.known)[0],
             )
 
         return callback_to_generator(run, iterations, CALLS_PER_ITERATION)

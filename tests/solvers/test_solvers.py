@@ -12,6 +12,7 @@ import pytest
 from helpers.named_solvers import NAMES, named_solver
 
 from solvers import (
+    SOLVERS,
     Box,
     Budget,
     Iterations,
@@ -59,6 +60,34 @@ def test_finds_the_minimum_of_a_sphere(solver: Solver) -> None:
     assert result.cost < 1e-3
     assert result.x == pytest.approx(CENTRE, abs=0.05)
     assert result.cost == sphere(result.x[None])[0]
+
+
+def test_known_candidates_are_the_first_that_are_evaluated(solver: Solver) -> None:
+    evaluated: list[np.ndarray] = []
+
+    def recorded(x: np.ndarray) -> np.ndarray:
+        evaluated.append(x.copy())
+        return sphere(x)
+
+    known = np.array([CENTRE, CENTRE + 0.1, BOX.upper + 1.0])
+    result = minimize(recorded, BOX, solver, Budget(40), 1, known=known)
+    first = np.concatenate(evaluated)[: 1 if solver.population == 1 else 3]
+    assert first == pytest.approx(np.minimum(known, BOX.upper)[: len(first)], abs=1e-12)
+    assert result.cost == pytest.approx(0.0, abs=1e-20)
+    assert result.x == pytest.approx(CENTRE, abs=1e-12)
+
+
+def test_more_known_candidates_than_there_are_places(solver: Solver) -> None:
+    known = BOX.sample(np.random.default_rng(5), 500)
+    first, again = (minimize(sphere, BOX, solver, Budget(600), 1, known=known) for _ in range(2))
+    assert (first.x == again.x).all()
+    assert first.cost <= sphere(known[:1])[0]
+
+
+@pytest.mark.parametrize("known", [np.zeros(5), np.zeros((2, 4)), np.full((1, 5), np.nan)])
+def test_known_candidates_that_are_none(known: np.ndarray) -> None:
+    with pytest.raises(ValueError, match="known candidate"):
+        minimize(sphere, BOX, SOLVERS["bso"](), Budget(100), 1, known=known)
 
 
 def test_every_candidate_lies_in_the_box(solver: Solver) -> None:

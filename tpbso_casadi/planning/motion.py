@@ -12,6 +12,8 @@ import numpy as np
 from problems import CertificateStatus, Objective, Problem, Trajectory, Verdict
 from problems.assembly.criteria import Criteria
 from problems.base.matrix import FloatArray
+from problems.certify.arrival import AtGoal
+from problems.certify.closest_approach import ClosestApproach
 from problems.motions.joint_path import JointPath
 from tpbso_casadi.planning.joint_quantities import torques_of
 
@@ -88,6 +90,16 @@ class Motion:
     def torques(self, times: FloatArray) -> FloatArray | None:
         """What the motors give at times (n,) in s: (n, dof), N m or N; None where masses are not known."""
         return torques_of(self.problem.robot, self.trajectory, times)
+
+    @cached_property
+    def closest_approach(self) -> ClosestApproach | None:
+        """How near it comes to an obstacle, and when; None where none is within reach."""
+        return self.criteria.closest_approach(self.trajectory)
+
+    @cached_property
+    def at_goal(self) -> AtGoal | None:
+        """How long the robot is clear at its goal; None where nothing moves, or it does not stop there."""
+        return self.criteria.at_goal(self.trajectory)
 
     @cached_property
     def turns(self) -> FloatArray:

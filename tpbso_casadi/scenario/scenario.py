@@ -44,7 +44,7 @@ from tpbso_casadi.scenario.simulation import SimulationSection
 from tpbso_casadi.scenario.task import ModelSection
 from tpbso_casadi.scenario.tasks.registry import TASKS, AnyTask
 from tpbso_casadi.scenario.validation import as_text, describe, hint, shown
-from tpbso_casadi.scenario.world.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles
+from tpbso_casadi.scenario.world.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles, with_motions
 from tpbso_casadi.scenario.world.registry import AnyRobot
 from tpbso_casadi.scenario.world.robots import ArmSection, RobotSection, check_numbers
 from tpbso_casadi.scenario.world.spatial_robots import SpatialRobotSection
@@ -300,7 +300,7 @@ def parse_scenario(content: dict[str, Any], folder: InputFolder | None = None) -
 
 def _with_files(scenario: Scenario, folder: InputFolder) -> Scenario:
     with failures_named(scenario.plugins, "task"):
-        obstacles = [obstacle.with_files(folder) for obstacle in scenario.obstacles]
+        obstacles = with_motions(scenario.obstacles, folder)
         files: dict[str, Any] = {"task": scenario.task.with_files(folder), "obstacles": obstacles}
         if scenario.robot is not None:
             files["robot"] = scenario.robot.with_files(folder)

@@ -14,7 +14,9 @@ from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
 from tpbso_casadi.planning.refinement import Polish
 from tpbso_casadi.storage.plain import settings_of
 from tpbso_casadi.storage.result import (
+    AtGoalResult,
     CertificateResult,
+    ClosestApproachResult,
     ConstraintResult,
     HistoryResult,
     ObjectivePart,
@@ -43,12 +45,26 @@ def result_of(plan: PlannedMotion) -> RunResult:
         feasible=plan.feasible,
         constraints=[ConstraintResult(**asdict(verdict), satisfied=verdict.satisfied) for verdict in plan.verdicts],
         certificate=CertificateResult(verdict=plan.motion.status),
+        closest_approach=closest_approach_of(plan.motion),
+        at_goal=at_goal_of(plan.motion),
         solution=_solution(plan),
         retiming=None if plan.retiming is None else _retiming(plan.retiming),
         interrupted=plan.interrupted,
         versions={"python": python_version(), **versions()},
         **(_of_timing(plan) if plan.searched is None else _of_search(plan.searched)),
     )
+
+
+def closest_approach_of(motion: Motion) -> ClosestApproachResult | None:
+    """What is stored of how near a motion comes to an obstacle."""
+    found = motion.closest_approach
+    return None if found is None else ClosestApproachResult(**asdict(found))
+
+
+def at_goal_of(motion: Motion) -> AtGoalResult | None:
+    """What is stored of the time after a motion."""
+    found = motion.at_goal
+    return None if found is None else AtGoalResult(**asdict(found))
 
 
 def _parts(motion: Motion) -> list[ObjectivePart]:

@@ -114,6 +114,26 @@ class ConstraintResult(StrictModel):
     satisfied: bool
 
 
+class ClosestApproachResult(StrictModel):
+    """How near the motion comes to an obstacle: m, s."""
+
+    distance: Number
+    time: Seconds
+    pair: str
+
+
+class AtGoalResult(StrictModel):
+    """What comes after arrival.
+
+    Attributes:
+        clear_until: the robot at its goal is proven clear up to then, s; None for ever.
+        touched: whether something comes too near about then; if not, no farther was looked.
+    """
+
+    clear_until: Number
+    touched: bool
+
+
 class CertificateResult(StrictModel):
     """All constraints together, for all t."""
 
@@ -269,6 +289,8 @@ class RunResult(StrictModel):
         feasible: whether every constraint is certified.
         constraints: each judged for all t.
         certificate: all together.
+        closest_approach: to an obstacle; None, and no key, where none is within reach.
+        at_goal: what comes after arrival; likewise where nothing moves.
         solution: the motion.
         polish: None, and no key, where there was none.
         retiming: the last stage; likewise.
@@ -291,6 +313,8 @@ class RunResult(StrictModel):
     feasible: bool
     constraints: list[ConstraintResult]
     certificate: CertificateResult
+    closest_approach: ClosestApproachResult | None = None
+    at_goal: AtGoalResult | None = None
     solution: SolutionResult
     polish: PolishResult | None = None
     retiming: RetimingResult | None = None
@@ -307,7 +331,7 @@ class RunResult(StrictModel):
     @model_serializer(mode="wrap")
     def _without_missing_stages(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         content: dict[str, Any] = serialize(self)
-        for stage in ("polish", "retiming"):
+        for stage in ("polish", "retiming", "closest_approach", "at_goal"):
             if getattr(self, stage) is None:
                 del content[stage]
         return content

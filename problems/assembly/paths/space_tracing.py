@@ -17,6 +17,7 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.certify.space_tracing import ToolMotion, TracedTool
 from problems.certify.verdict import Verdict
+from problems.encodings.pace import pace_of
 from problems.encodings.slowness import slowness_of
 from problems.encodings.space_tracing import SpaceKnots
 from problems.evaluation import Program
@@ -65,7 +66,7 @@ def space_tracing(
     return SpaceTracingProblem(
         task=task,
         motion=motion,
-        encoding=replace(encoding, slowness=slowness_of(minimised, task)),
+        encoding=replace(encoding, slowness=slowness_of(minimised, task), pace=pace_of(task)),
         objective=minimised,
         limits=limits_of(task.robot, task.obstacles, limits),
         knots=knots,

@@ -99,10 +99,12 @@ class TracedSteps(MoveSteps):
         theta = ca.SX.sym("theta", k * len(self.encoding.knot_rows))
         at_knots = ca.reshape(theta[k * self.encoding.lead :], k, -1).T
         points = self.motion.spline.coefficients(at_knots)
-        outputs = {**self.path_vectors(points, AT_REST), **begin, "accuracy": ca.SX(0)}
+        pace = self.pace_vector()
+        outputs = {**self.path_vectors(points, AT_REST), **pace, **begin, "accuracy": ca.SX(0)}
+        inputs = {"p": self.p, "theta": theta, **({"x": self.x} if pace else {})}
         return [
             *posture_steps(self.encoding, k, self.x, self.p),
-            Step.of("path", {"p": self.p, "theta": theta}, outputs),
+            Step.of("path", inputs, outputs),
         ]
 
     @property

@@ -41,6 +41,10 @@ class Native:
         self._scene = self._numbers.ctypes.data, self._indices.ctypes.data
         self._threads = threads
 
+    def with_data(self, data: Sequence[KernelData]) -> Native:
+        """The same program with the numbers of another scene."""
+        return Native(self._evaluate, data, self._threads)
+
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:
         """Write the costs (m,) of contiguous, writable points (m, d)."""
         parts = min(self._threads, len(points) // CANDIDATES_PER_THREAD)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache, reduce
 from typing import ClassVar, Self
 
 import casadi as ca
 import numpy as np
 
-from problems.base.arguments import Arguments, is_zero, structure
+from problems.base.arguments import Arguments, Reading, is_zero, structure
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.limits.constraint import Constraint
 from problems.limits.distances.ball_cluster import LEAST_PAIRS, Cluster, clusters_of
@@ -220,6 +220,19 @@ class Clearance(Proximity):
         pairs = reachable_pairs(robot, obstacles, SAMPLING_MARGIN * robot.reach()[1]) if obstacles else ()
         return cls(robot, pairs) if pairs else None
 
+    @property
+    def timed(self) -> Self | None:
+        """The obstacles that move."""
+        return self._of([pair for pair in self.pairs if pair.timed])
+
+    @property
+    def untimed(self) -> Self | None:
+        """The others."""
+        return self._of([pair for pair in self.pairs if not pair.timed])
+
+    def _of(self, pairs: Sequence[CollisionPair]) -> Self | None:
+        return replace(self, pairs=tuple(pairs), around=None) if pairs else None
+
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The bodies at each sample, kept clear by a share ``margin`` of the reach on top of the robot's margin."""
         formula = "clearance(link i at t_j, obstacle) >= margin: the link's point nearest to the obstacle"
@@ -230,13 +243,22 @@ class Clearance(Proximity):
 
         Those that cannot touch it are among them, so that where obstacles are changes no code.
         """
+        clusters = clusters_of(self.robot, moving_bodies(self.robot)) if self._of_one_make else []
+        return [_repetition(twin.robot, clusters, pairs) for pairs in self._of_one_make]
+
+    def repeated_numbers(self) -> list[FloatArray]:
+        """Those of the obstacles of each make."""
+        return [np.array([Reading(pair.obstacle).values for pair in pairs]) for pairs in self._of_one_make]
+
+    @cached_property
+    def _of_one_make(self) -> list[list[CollisionPair]]:
+        """Among balls, a pair with each obstacle, those of one make together; the makes in order; else none."""
         if not all(pair.body.is_ball for pair in self.pairs):
             return []
         makes: dict[Hashable, dict[int, CollisionPair]] = {}
         for pair in self.pairs:
             makes.setdefault((structure(pair.obstacle), pair.measured), {})[pair.number] = pair
-        clusters = clusters_of(self.robot, moving_bodies(self.robot))
-        return [_repetition(twin.robot, clusters, list(pairs.values())) for pairs in makes.values()]
+        return [list(pairs.values()) for pairs in makes.values()]
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """Clearance of the lines from each joint's position at one sample to that at the next; none of balls."""
@@ -253,7 +275,8 @@ class StepLimit(Limit):
 
     The area that a link sweeps in a step shorter than an obstacle's width cannot contain that obstacle: if the links at
     the samples and the lines between them are clear, so is all of it, except for the curvature of the motion. Of an
-    obstacle that moves that is so for steps as the obstacle sees them.
+    obstacle that moves that is so for steps as the obstacle sees them; they may also be as long as the link is away
+    from it afterwards, so that a robot can wait for it to pass at a distance.
 
     Args:
         robot: whose joints.
@@ -280,6 +303,11 @@ class StepLimit(Limit):
         moving = tuple(obstacle for obstacle in obstacles if obstacle.moves)
         return cls(robot, width, moving, any_standing=len(moving) < len(obstacles))
 
+    @property
+    def _longest(self) -> Operand:
+        """The longest step, m."""
+        return MAX_STEP_SHARE * self.width
+
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """None: the limit is on steps."""
         return []
@@ -288,16 +316,16 @@ class StepLimit(Limit):
         """The squared length of each joint's step."""
         bodies = self.robot.bodies
         ends = [(before.positions[body.end], after.positions[body.end]) for body in bodies]
-        steps = [last - first for first, last in ends] if self.any_standing else []
+        steps: list[Matrix] = [_squared(last - first) for first, last in ends] if self.any_standing else []
         for obstacle in self.moving:
-            steps += [obstacle.seen(last, after.times) - obstacle.seen(first, before.times) for first, last in ends]
-        bound = ca.repmat(ca.horzcat((MAX_STEP_SHARE * self.width) ** 2), 1, len(steps))
+            steps += [self._seen(body, obstacle, before, after) for body in bodies]
+        bound = ca.repmat(ca.horzcat(self._longest**2), 1, len(steps))
         views = [""] * self.any_standing + [" as a moving obstacle sees it"] * len(self.moving)
         return [
             Constraint(
                 name=self.name,
                 unit="m^2",
-                expression=ca.horzcat(*(ca.sum2(step * step) for step in steps)),
+                expression=ca.horzcat(*steps),
                 lower=None,
                 upper=bound,
                 columns=tuple(f"end of {body.name}{view}" for view in views for body in bodies),
@@ -305,3 +333,18 @@ class StepLimit(Limit):
                 formula="|end of link i at t_j+1 - at t_j|^2 <= (0.9 x the smallest obstacle's width)^2",
             )
         ]
+
+    def _seen(self, body: Body, obstacle: Obstacle, before: Samples, after: Samples) -> Matrix:
+        """The squared length of the longer step of a body's ends as an obstacle sees them, (n, 1), m^2.
+
+        It is made shorter by as much as a step may be longer for the distance that is kept afterwards.
+        """
+        ends = ((obstacle.seen(one.positions[end], one.times) for one in (after, before)) for end in body.frames)
+        longest = reduce(ca.fmax, (_squared(last - first) for last, first in ends))
+        pair, allowed = CollisionPair(body, 0, obstacle, _is_measured(self.robot, body, obstacle)), self._longest
+        return longest * (allowed / ca.fmax(allowed, pair.clearance(after.positions, after.times))) ** 2
+
+
+def _squared(step: Matrix) -> Matrix:
+    """The squared lengths of steps (n, dim), (n, 1)."""
+    return ca.sum2(step * step)

@@ -111,6 +111,11 @@ class SelfClearance(Proximity):
         frames = tuple(body.start for body in bodies)
         return [Repetition(limits=tuple(limits), symbols=ca.SX(0, 1), numbers=np.empty((1, 0)), frames=frames)]
 
+    def repeated_numbers(self) -> list[FloatArray]:
+        """None: nothing is repeated."""
+        bodies = (body for pair in self.pairs for body in (pair.first, pair.second))
+        return [np.empty((1, 0))] if all(body.is_ball for body in bodies) else []
+
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The bodies at each sample, kept apart by a share ``margin`` of the reach on top of the robot's margin."""
         formula = "clearance(link i at t_j, link l at t_j) >= margin, for links with another in between"

@@ -152,9 +152,13 @@ class WaypointPostures:
 
 
 def excess(robot: Robot, limits: Iterable[Limit], theta: Matrix) -> Matrix:
-    """By how much postures (m, k) in rad break limits, without regard to how they move; of many units, 0 if not."""
+    """By how much postures (m, k) in rad break limits, without regard to how they move; of many units, 0 if not.
+
+    What moves by itself is left out: when they are reached is not known.
+    """
+    of_postures = [kept for limit in limits if (kept := limit.untimed) is not None]
     rest = ca.DM.zeros(*theta.shape)
     at_rest = Samples(robot=robot, derivatives=(theta, rest, rest, rest), duration=ca.DM(1.0))
     return ca.sum1(
-        ca.vertcat(0.0, *(total(row.excess()) for limit in limits for row in limit.at(at_rest, SAMPLING_MARGIN)))
+        ca.vertcat(0.0, *(total(row.excess()) for limit in of_postures for row in limit.at(at_rest, SAMPLING_MARGIN)))
     )

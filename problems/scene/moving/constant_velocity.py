@@ -65,6 +65,16 @@ class ConstantVelocity(ObstacleMotion):
         """That of one of the two: on a line nothing in between is farther."""
         return float(max(np.linalg.norm(self._place(time)) for time in (first, last)))
 
+    def quiet_after(self, around: float) -> float:
+        """When it has left the ball for good."""
+        p, v = np.array(self.origin), np.array(self.velocity)
+        if not v.any():
+            return 0.0
+        speed = float(np.linalg.norm(v))
+        nearest = -float(p @ v) / speed**2  # s
+        beside = float(np.linalg.norm(p + nearest * v))
+        return max(0.0, nearest + float(np.sqrt(max(0.0, around**2 - beside**2))) / speed)
+
     def later(self, seconds: float) -> Self:
         """From where it is then."""
         return replace(self, origin=tuple(self._place(seconds).tolist()))

@@ -84,6 +84,10 @@ class MovingObstacle(Obstacle):
         half = (cells[:, 1] - cells[:, 0]) / 2.0
         return np.asarray(self.motion.travel(cells, extent) + self.margin_rate * half)
 
+    def quiet_after(self, around: float) -> float:
+        """When its frame stands still or has left, unless more is kept from it with every second."""
+        return np.inf if self.margin_rate else self.motion.quiet_after(around + self.still.extent)
+
     def at(self, time: float) -> Self:
         """The same, drawn and checked for another time in s."""
         return replace(self, now=time)

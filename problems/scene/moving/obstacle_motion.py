@@ -51,6 +51,13 @@ class ObstacleMotion(Statement, ABC):
     def offset(self, first: float, last: float) -> float:
         """An upper bound of how far the frame's origin is from that of the world from one time in s to another, m."""
 
+    def quiet_after(self, around: float) -> float:
+        """From which time on, in s, the frame stands still or its origin is farther than so many m from the world's.
+
+        Infinite by default: no such time is known.
+        """
+        return np.inf
+
     @abstractmethod
     def later(self, seconds: float) -> Self:
         """The same motion on a clock that starts so many seconds later."""

@@ -15,13 +15,13 @@ from scipy.spatial.transform import Rotation
 from problems.base.bernstein import bernstein
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, columns
-from problems.base.ranges import ANGLES, COORDINATES, check_within, is_of_length_one
+from problems.base.ranges import COORDINATES
 from problems.scene.moving.frames import Frames
 from problems.scene.moving.obstacle_motion import ObstacleMotion
 from problems.scene.moving.piecewise import piecewise
+from problems.scene.moving.rows import LEAST_COSINE, as_numbers, first_fault
 
 POWERS = 4  # coefficients of a piece
-LEAST_COSINE = 0.7  # between the quaternions of two rows: a turn of 90 degrees; farther, a spline of them is no turn
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,15 @@ class Tabulated(ObstacleMotion):
             turns: (n, 1), rad, in the plane, (n, 4), x, y, z, w, in space; None where the frame does not turn.
 
         Raises:
-            InvalidProblem: times do not increase, a number is out of range, a quaternion is not of length 1, or two
-                rows are turned by more than 90 degrees from each other.
+            InvalidProblem: times do not increase, a number is out of range, a quaternion is not of length 1, two rows
+                are turned by more than 90 degrees from each other, or the frame moves too fast in between.
         """
-        if len(times) < 2 or not (np.diff(times) > 0.0).all() or not np.isfinite(times).all():
-            raise InvalidProblem("motion", "two rows at least are needed, and times that increase")
-        check_within("motion", positions.ravel(), COORDINATES, "m")
-        values = positions if turns is None else np.hstack([positions, _checked(turns, positions.shape[1])])
+        if len(times) < 2:
+            raise InvalidProblem("motion", "two rows at least are needed")
+        fault = first_fault(times, positions, turns)
+        if fault is not None:
+            raise InvalidProblem("motion", f"row {fault[0] + 1}: {fault[1]}")
+        values = positions if turns is None else np.hstack([positions, as_numbers(turns)])
         spline = CubicSpline(np.array(times, dtype=np.float64), values)
         coefficients = np.zeros((POWERS, len(times) - 1, values.shape[1]))
         coefficients[-len(spline.c) :] = spline.c
@@ -68,6 +70,10 @@ class Tabulated(ObstacleMotion):
         motion = cls(tuple(float(time) for time in times), pieces, positions.shape[1])
         if motion.dim == 3 and motion.turns and motion._least_length < LEAST_COSINE / 2.0:
             raise InvalidProblem("motion", "rows are turned too far from each other; more rows are needed")
+        fastest = np.maximum(*motion._bounds)
+        if fastest.max() > COORDINATES[1]:
+            row, most = int(fastest.argmax()) + 2, COORDINATES[1]
+            raise InvalidProblem("motion", f"row {row}: faster than {most:g} m/s or rad/s from the row before")
         return motion
 
     @classmethod
@@ -95,7 +101,23 @@ class Tabulated(ObstacleMotion):
         return len(self.pieces) > self.dim
 
     def _values(self, times: Matrix) -> list[Matrix]:
-        return [piecewise(times, self.breaks, pieces) for pieces in self.pieces]
+        """Coordinates and turn at times (n, 1), each (n, 1); of symbols each is written down once."""
+        if not isinstance(times, ca.SX):
+            return [piecewise(times, self.breaks, pieces) for pieces in self.pieces]
+        each = [self._values_at(time) for time in ca.vertsplit(ca.densify(times))]
+        return [ca.vertcat(*values) for values in zip(*each, strict=True)]
+
+    def _values_at(self, time: ca.SX) -> list[Matrix]:
+        known = self._written.get(time.element_hash())
+        if known is None:
+            known = time, [piecewise(time, self.breaks, pieces) for pieces in self.pieces]
+            self._written[time.element_hash()] = known
+        return known[1]
+
+    @cached_property
+    def _written(self) -> dict[int, tuple[ca.SX, list[Matrix]]]:
+        """By the identity of a symbolic time, which it keeps: that time, and the values then."""
+        return {}
 
     def seen(self, points: Matrix, times: Matrix) -> Matrix:
         """Points less the frame's place, turned back."""
@@ -155,6 +177,10 @@ class Tabulated(ObstacleMotion):
         curves = bernstein(np.asarray(self._spline.c), np.diff(self.breaks))[..., : self.dim]
         return float(np.linalg.norm(np.abs(curves).max(axis=(0, 1))))
 
+    def quiet_after(self, around: float) -> float:
+        """The end of the table."""
+        return max(0.0, self.breaks[-1])
+
     def later(self, seconds: float) -> Self:
         """The same table with earlier times."""
         return replace(self, breaks=tuple(time - seconds for time in self.breaks))
@@ -191,18 +217,3 @@ def axes_of(turns: FloatArray) -> FloatArray:
         cosine, sine = np.cos(turns[:, 0]), np.sin(turns[:, 0])
         return np.moveaxis(np.array([[cosine, -sine], [sine, cosine]]), 2, 0)
     return np.asarray(Rotation.from_quat(turns).as_matrix())
-
-
-def _checked(turns: FloatArray, dim: int) -> FloatArray:
-    """Turns of the rows, each quaternion with the sign that is nearer to the one before."""
-    if dim == 2:
-        check_within("motion", turns.ravel(), ANGLES, "rad")
-        return turns
-    for row in turns:
-        if not is_of_length_one(row):
-            raise InvalidProblem("motion", f"{tuple(row.tolist())} is not of length 1")
-    units = turns / np.linalg.norm(turns, axis=1, keepdims=True)
-    cosines = (units[1:] * units[:-1]).sum(axis=1)
-    if (np.abs(cosines) < LEAST_COSINE).any():
-        raise InvalidProblem("motion", "rows are turned by more than 90 degrees from each other; more are needed")
-    return np.asarray(units * np.cumprod(np.append(1.0, np.where(cosines < 0.0, -1.0, 1.0)))[:, None])

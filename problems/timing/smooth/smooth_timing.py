@@ -30,7 +30,11 @@ MARGINS = (1e-3, 4e-3, 1.6e-2, 6.4e-2)  # at the samples, for what lies between 
 
 
 def smooth_timing(
-    prepared: PreparedPath, limits: JointLimits, refined: bool = True, motors: PathTorques | None = None
+    prepared: PreparedPath,
+    limits: JointLimits,
+    refined: bool = True,
+    motors: PathTorques | None = None,
+    ceiling: SpeedProfile | None = None,
 ) -> Trajectory:
     """The fastest motion found.
 
@@ -39,11 +43,12 @@ def smooth_timing(
         limits: with a jerk.
         refined: whether to go on from the first motion that keeps the limits.
         motors: what torques the path takes; None where they do not count.
+        ceiling: of the profile from which the first motion is made.
 
     Raises:
         InvalidProblem: no motion was found that keeps the limits with the velocities of its ends.
     """
-    profile, _ = fastest_profile(prepared, limits, motors)
+    profile, _ = fastest_profile(prepared, limits, motors, ceiling)
     ends, breakpoints = LawEnds.of(prepared), prepared.path.breakpoints
     count = max(FEWEST, min(INTERVALS * (breakpoints.size - 1), MOST))
     passed = profile.times[np.searchsorted(profile.nodes, breakpoints)] / profile.times[-1]

@@ -12,10 +12,11 @@ import pytest
 from helpers.cases import equal_links
 
 from problems.base.matrix import as_array
-from problems.motions.knot_spline import KnotSpline, SplineShape
+from problems.motions.knot_spline import KnotSpline
 from problems.motions.motion import Motion
 from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.samples import Samples
+from problems.motions.splines.in_time import SplineShape
 from problems.motions.trajectory import SMOOTH_ORDERS
 from problems.motions.two_segments import Quantities, TwoSegments
 

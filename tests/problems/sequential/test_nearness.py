@@ -22,6 +22,7 @@ ROOM: tuple[Obstacle, ...] = (
     Box(center=(0.5, 0.1, 0.6), size=(0.2, 0.3, 0.4), quaternion=(0.0, 0.0, 0.3826834, 0.9238795)),
     Box(center=(-0.4, 0.3, 0.3), size=(0.3, 0.1, 0.2)),
 )
+TIMES = np.linspace(0.0, 1.0, 101)
 
 
 def space() -> tuple[Robot, Nearness]:
@@ -59,7 +60,7 @@ def test_all_pairs_nearer_than_the_cutoff_are_found(case: tuple[Robot, Nearness]
     robot, nearness = case
     theta = path(robot)
     expected = all_clearances(robot, nearness, theta)
-    near = nearness.near(theta, cutoff)
+    near = nearness.near(theta, TIMES, cutoff)
     found = np.full_like(expected, np.inf)
     found[near.samples, near.pairs] = near.clearances
     assert (np.isfinite(found) == (expected < cutoff)).all()
@@ -69,9 +70,9 @@ def test_all_pairs_nearer_than_the_cutoff_are_found(case: tuple[Robot, Nearness]
 def test_gradients_are_finite_differences(case: tuple[Robot, Nearness]) -> None:
     robot, nearness = case
     theta = path(robot)
-    near = nearness.near(theta, 1.0)
+    near = nearness.near(theta, TIMES, 1.0)
     assert near.samples.size > 20
-    gradients, h = nearness.gradients(theta, near), 1e-6
+    gradients, h = nearness.gradients(theta, TIMES, near)[0], 1e-6
     for joint in range(robot.dof):
         moved = [all_clearances(robot, nearness, theta + s * h * np.eye(robot.dof)[joint]) for s in (1.0, -1.0)]
         expected = ((moved[0] - moved[1]) / (2.0 * h))[near.samples, near.pairs]
@@ -81,7 +82,7 @@ def test_gradients_are_finite_differences(case: tuple[Robot, Nearness]) -> None:
 def test_nothing_to_keep_clear_of_is_no_pair() -> None:
     robot = small_arm()
     nearness = Nearness(robot, ())
-    assert nearness.near(path(robot), 1.0).samples.size == 0
+    assert nearness.near(path(robot), TIMES, 1.0).samples.size == 0
 
 
 def test_thinned_pairs_are_those_at_few_samples_and_all_minima() -> None:

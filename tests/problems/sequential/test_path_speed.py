@@ -5,9 +5,9 @@ import pytest
 from scipy.integrate import quad
 
 from problems.robots.robot import JointLimits
-from problems.sequential.fitted import fitted
 from problems.sequential.limit_rows import limit_rows
 from problems.sequential.path_speed import RESTING, MotionSpace, PathSpeed
+from problems.sequential.starts.fitted import fitted
 from problems.sequential.timed import timed
 from problems.timing.rest_to_rest import rest_to_rest
 

@@ -15,12 +15,12 @@ from problems.motions.trajectory import Trajectory
 from problems.robots.spatial.spatial_arm import SpatialArm, Sphere
 from problems.scene.solids.box import Box
 from problems.sequential.descent import Descent
-from problems.sequential.fitted import fitted
 from problems.sequential.freedom import Freedom
 from problems.sequential.kept_limits import KeptLimits
 from problems.sequential.nearness import Nearness
 from problems.sequential.path_speed import MotionSpace
 from problems.sequential.polish import can_be_polished
+from problems.sequential.starts.fitted import fitted
 from problems.tasks.place import Joints
 from problems.tasks.pose import Pose
 from problems.timing.rest_to_rest import rest_to_rest

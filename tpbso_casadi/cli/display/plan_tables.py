@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import isinf
 
 import numpy as np
 from rich.text import Text
 
 from problems import CertificateStatus, Verdict
+from problems.certify.arrival import AtGoal
 from tpbso_casadi.cli.display.console import OutputConsole, number, prose, table_of, word
 from tpbso_casadi.planning.finishing import Retiming
+from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
 from tpbso_casadi.planning.refinement import Polish
 from tpbso_casadi.scenario.best_known import best_known
@@ -47,9 +50,29 @@ def print_plan(plan: PlannedMotion, console: OutputConsole) -> None:
         print_polish(plan.searched, plan.searched.polish, console)
     if plan.retiming is not None:
         print_retiming(plan.retiming, console)
+    for line in nearness_of(plan.motion):
+        console.say(line)
     console.say(effort_of(plan))
     for remark in remarks(plan):
         console.say(remark)
+
+
+def nearness_of(motion: Motion) -> Iterator[str]:
+    """How near the motion comes to an obstacle, and what comes after arrival, in a line each."""
+    closest = motion.closest_approach
+    if closest is not None:
+        yield f"closest approach: {closest.distance:.6g} m, {closest.pair}, t = {closest.time:.4g} s"
+    after = motion.at_goal
+    if after is not None:
+        yield f"at the goal: clear {_how_long(after, motion.trajectory.duration)}"
+
+
+def _how_long(after: AtGoal, arrival: float) -> str:
+    if isinf(after.clear_until):
+        return "for ever"
+    if after.touched:
+        return f"until t = {after.clear_until:.4g} s"
+    return f"for {after.clear_until - arrival:.4g} s, and no farther was looked"
 
 
 def effort_of(plan: PlannedMotion) -> str:

@@ -51,16 +51,20 @@ def remaining(trajectory: Trajectory, seconds: float, least: float) -> Trajector
     return trajectory.part(seconds, trajectory.duration)
 
 
-def is_rest_of(rest: Trajectory, whole: Trajectory) -> bool:
-    """Whether a motion is what is left of another one, standing at its end included."""
-    if (np.abs(rest.coefficients[:-1]) < SAME).all():
-        return bool((np.abs(rest.value_at_end() - whole.value_at_end()) < SAME).all())
-    passed = whole.duration - rest.duration
-    if passed < -SAME:
-        return False
-    own = whole.part(max(passed, 0.0), whole.duration)
+def passed(rest: Trajectory, whole: Trajectory) -> float | None:
+    """How many seconds of a motion are over where another one is what is left of it; None where it is not."""
+    seconds = whole.duration - rest.duration
+    if not -SAME < seconds < whole.duration:
+        return None
+    seconds = max(seconds, 0.0)
+    own = whole.part(seconds, whole.duration)
     same = own.coefficients.shape == rest.coefficients.shape and np.allclose(own.breakpoints, rest.breakpoints)
-    return bool(same and np.allclose(own.coefficients, rest.coefficients, rtol=SAME, atol=SAME))
+    return seconds if same and np.allclose(own.coefficients, rest.coefficients, rtol=SAME, atol=SAME) else None
+
+
+def stands_at_end_of(rest: Trajectory, whole: Trajectory) -> bool:
+    """Whether a motion is none, in the posture to which another one leads."""
+    return not rest.moves and bool((np.abs(rest.value_at_end() - whole.value_at_end()) < SAME).all())
 
 
 def stops(state: MotionState, limits: JointLimits) -> Iterator[Trajectory]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
@@ -11,12 +11,15 @@ import numpy as np
 
 from problems import Trajectory
 from problems.base.matrix import FloatArray
-from problems.certify.clearance import ClearanceProof
+from problems.certify.clearance import ClearanceProof, prove_clearance
+from problems.motions.trajectory import SLIVER
 from problems.timing.from_motion.motion_state import MotionState
 from tpbso_casadi.planning.replanning.candidates import Candidate, direct_moves, lasting, stops
-from tpbso_casadi.planning.replanning.proofs import RobotLimits, Scene, is_clear, proof_of_clearance
+from tpbso_casadi.planning.replanning.proofs import RobotLimits, Scene, is_clear, stays_clear
+from tpbso_casadi.planning.replanning.search import Search
 
 SOONER = 0.99  # of the time until the arm arrives: another motion has to take no more than this share of it
+SLOW = 1.1  # times the least time that there is: what takes longer is worth a search
 SAME_POSTURE = 1e-6  # rad
 
 
@@ -56,7 +59,10 @@ class Decision:
         scene: as it is predicted.
         executed: the motion that goes on until a decision takes effect.
         is_proven: whether it is known to keep the limits, and clear of what stands still.
+        foreseen: the proof that it stays clear of what moves, where that is known too.
         goals: postures (k,), rad, of which one is to be reached.
+        search: for a way round.
+        seconds: that are left for it when it begins; None where only evaluations count.
         every: how long a decision may take, s.
         rate: how fast what moves may leave its prediction, m/s.
     """
@@ -65,7 +71,10 @@ class Decision:
     scene: Scene
     executed: Trajectory
     is_proven: bool
+    foreseen: ClearanceProof | None
     goals: Sequence[FloatArray]
+    search: Search
+    seconds: Callable[[], float | None]
     every: float
     rate: float
 
@@ -91,24 +100,51 @@ class Decision:
         return self.executed.duration if any(np.abs(goal - end).max() < SAME_POSTURE for goal in self.goals) else inf
 
     def chosen(self) -> Judged:
-        """What is executed from now on."""
-        best = self._best_of_old_and_direct()
-        return best if best is not None else self.stop()
-
-    def _best_of_old_and_direct(self) -> Judged | None:
+        """What is executed from now on: what arrives first of what may be executed; a stop where nothing may."""
         old = self.judged(self.old) if self.arrival < inf else None
         best = old if old is not None and old.accepted else None
-        arrival = inf if best is None else self.arrival
-        for efforts in direct_moves(self.state, self.goals, self.scene.robot.limits):
+        moves = direct_moves(self.state, self.goals, self.scene.robot.limits) if self._has_far_to_go else []
+        direct = self._direct(moves, inf if best is None else self.arrival)
+        if direct is not None:
+            return direct
+        bound = self.every + min((move.duration for move, *_ in moves), default=inf)
+        if best is None or self.arrival > SLOW * bound:
+            found = self._way_round([move for move, *_ in moves], inf if best is None else self.arrival)
+            best = found or best
+        return best or self.stop()
+
+    @property
+    def _has_far_to_go(self) -> bool:
+        """Whether the arm is not at a goal already when the decision takes effect."""
+        return self.state.moves or all(np.abs(goal - self.state.angles).max() > SAME_POSTURE for goal in self.goals)
+
+    def _direct(self, moves: Sequence[tuple[Trajectory, ...]], arrival: float) -> Judged | None:
+        """The first of the fastest moves to the goals that may be executed and arrives before another motion."""
+        for efforts in moves:
             for move in efforts:
                 if self.every + move.duration > SOONER * arrival:
                     break
-                direct = self.judged(self.new(move))
-                if direct.accepted:
-                    return direct
-                if direct.fixed or not is_clear(direct.proof):
+                judged = self.judged(self.new(move))
+                if judged.accepted:
+                    return judged
+                if judged.fixed or not is_clear(judged.proof):
                     break  # less effort is for motors that cannot give the whole
-        return best
+        return None
+
+    def _way_round(self, moves: Sequence[Trajectory], arrival: float) -> Judged | None:
+        """The first motion that is searched for, may be executed, and arrives before another one."""
+        if not moves:
+            return None
+        rest = self.executed.duration - self.every
+        old = [self.executed.part(self.every, self.executed.duration)] if self.arrival < inf and rest > SLIVER else []
+        obstacles = [obstacle.later(self.every) for obstacle in self.scene.obstacles]
+        for found in self.search.best(self.state, self.goals, obstacles, [*old, *moves], self.seconds()):
+            if self.every + found.trajectory.duration > SOONER * arrival:
+                return None
+            judged = self.judged(self.new(found.trajectory, found.x))
+            if judged.accepted:
+                return judged
+        return None
 
     def stop(self) -> Judged:
         """The first stop that is proven, or else the fastest one."""
@@ -121,16 +157,17 @@ class Decision:
 
     def judged(self, candidate: Candidate) -> Judged:
         """The proofs, as far as they can still matter."""
-        proof = proof_of_clearance(self.scene.moving, candidate.trajectory)
+        known = self.foreseen if candidate.added is None else None
+        proof = known or prove_clearance(self.scene.moving, candidate.trajectory)
         fixed = is_clear(proof) and self._keeps(candidate)
         return Judged(candidate, proof, fixed, fixed and self._can_stop(candidate.trajectory))
 
     def _judged_stop(self, added: Trajectory) -> Judged:
         candidate = Candidate("stop", self.until_then.followed_by(added), added)
-        proof = proof_of_clearance(self.scene.moving, candidate.trajectory)
-        certain = proof_of_clearance(self._uncertain.moving, candidate.trajectory)
-        fixed = self._keeps(candidate)
-        return Judged(candidate, proof, fixed, fixed and (is_clear(certain) or _stands(candidate.trajectory)))
+        proof, fixed = prove_clearance(self.scene.moving, candidate.trajectory), self._keeps(candidate)
+        stands = not candidate.trajectory.moves
+        certain = fixed and (stands or stays_clear(self._uncertain.moving, candidate.trajectory))
+        return Judged(candidate, proof, fixed, certain)
 
     def _keeps(self, candidate: Candidate) -> bool:
         """Whether a motion keeps the robot's limits, and clear of what stands still."""
@@ -143,7 +180,7 @@ class Decision:
         return self._is_kept_by(self.until_then)
 
     def _is_kept_by(self, trajectory: Trajectory) -> bool:
-        return is_clear(proof_of_clearance(self.scene.standing, trajectory)) and self.limits.hold(trajectory)
+        return stays_clear(self.scene.fixed, trajectory) and self.limits.hold(trajectory)
 
     @cached_property
     def _uncertain(self) -> Scene:
@@ -152,17 +189,11 @@ class Decision:
     def _can_stop(self, trajectory: Trajectory) -> bool:
         """Whether a motion, until the next decision takes effect, and a stop from then on are proven."""
         beginning = trajectory.part(0.0, min(2.0 * self.every, trajectory.duration))
-        if _stands(beginning):
+        if not beginning.moves:
             return True
         for stop in stops(MotionState.at_end(beginning), self.scene.robot.limits):
-            clear = proof_of_clearance(self._uncertain.moving, beginning.followed_by(stop))
-            if not is_clear(clear):
-                return False  # a slower stop takes longer
-            if self._is_kept_by(stop):
+            if not stays_clear(self._uncertain.all, beginning.followed_by(stop)):
+                return False  # a stop with less effort takes longer
+            if self.limits.hold(stop):
                 return True
         return False
-
-
-def _stands(trajectory: Trajectory) -> bool:
-    """Whether no joint moves at any time."""
-    return not trajectory.coefficients[:-1].any()

@@ -1,27 +1,43 @@
-"""What is proven of motions while an arm moves: each thing once, the cheapest first."""
+"""What is proven of motions while an arm moves."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
-from problems import Limit, Robot, Trajectory
+from problems import Constraint, Limit, Robot, Trajectory
+from problems.base.arguments import Arguments
 from problems.base.matrix import FloatArray
 from problems.certify.clearance import ClearanceProof, prove_clearance
 from problems.certify.verdict import TOLERANCE, CertificateStatus
 from problems.certify.verification import prove
-from problems.limits import limits_of
-from problems.limits.constraint import Constraint
+from problems.limits import limits_of, proximity_limits
 from problems.limits.distances.clearance import Clearance
+from problems.limits.distances.proximity import Pair, Proximity
+from problems.motions.samples import Samples
 from problems.scene.obstacle import Obstacle
+
+ROUNDING = 1e-9  # of numbers of obstacles that are one
+
+
+@dataclass(frozen=True)
+class Together(Proximity):
+    """Pairs of several limits, which are proven together: where the robot is, is computed once."""
+
+    name: ClassVar[str] = "clearance"
+
+    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """All pairs at each sample."""
+        return [self.constraint(self.name, "", self.clearances(samples), margin, "clearance >= margin")]
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Obstacles at one time, and what the robot has to keep from them.
+    """Obstacles at one time, and what the robot has to keep from them and from itself.
 
     Args:
         robot: that moves.
@@ -32,31 +48,47 @@ class Scene:
     obstacles: tuple[Obstacle, ...]
 
     @cached_property
-    def _clearance(self) -> Clearance | None:
-        return Clearance.holding(self.robot, self.obstacles)
-
-    def _part(self, timed: bool) -> Clearance | None:
-        pairs = [] if self._clearance is None else [pair for pair in self._clearance.pairs if pair.timed is timed]
-        return Clearance(self.robot, tuple(pairs)) if pairs else None
+    def _clearance(self) -> tuple[Pair, ...]:
+        limit = Clearance.holding(self.robot, self.obstacles)
+        return () if limit is None else limit.pairs
 
     @cached_property
-    def standing(self) -> Clearance | None:
-        """From the obstacles that stand still; None where none is within reach."""
-        return self._part(timed=False)
+    def _own(self) -> tuple[Pair, ...]:
+        return tuple(pair for limit in proximity_limits(self.robot, ()) for pair in limit.pairs)
 
     @cached_property
-    def moving(self) -> Clearance | None:
-        """From those that move."""
-        return self._part(timed=True)
+    def moving(self) -> Together:
+        """What is kept from obstacles that move."""
+        return Together(self.robot, tuple(pair for pair in self._clearance if pair.timed))
+
+    @cached_property
+    def fixed(self) -> Together:
+        """What is kept from obstacles that stand still, and from the robot itself."""
+        return Together(self.robot, (*(pair for pair in self._clearance if not pair.timed), *self._own))
+
+    @cached_property
+    def all(self) -> Together:
+        """Both."""
+        return Together(self.robot, (*self.moving.pairs, *self.fixed.pairs))
 
     def less_certain(self, rate: float) -> Scene:
         """The same where what moves may leave its motion at a rate in m/s."""
         return Scene(self.robot, tuple(obstacle.less_certain(rate) for obstacle in self.obstacles))
 
+    def is_as_predicted(self, before: Scene, seconds: float) -> bool:
+        """Whether nothing is other than one has expected so many seconds before, but for rounding."""
+        return len(self.obstacles) == len(before.obstacles) and all(
+            _is_one(obstacle, earlier.later(seconds) if earlier.moves else earlier)
+            for obstacle, earlier in zip(self.obstacles, before.obstacles, strict=True)
+        )
 
-def proof_of_clearance(limit: Clearance | None, trajectory: Trajectory) -> ClearanceProof | None:
-    """For all t; None where there is nothing to meet."""
-    return None if limit is None else prove_clearance(limit, trajectory)
+
+def _is_one(first: Obstacle, second: Obstacle) -> bool:
+    """Whether two obstacles are the same, but for rounding."""
+    one, other = Arguments(), Arguments()
+    if str(one.twin(first)) != str(other.twin(second)):
+        return False
+    return np.allclose(one.values, other.values, rtol=ROUNDING, atol=ROUNDING)
 
 
 def is_clear(proof: ClearanceProof | None) -> bool:
@@ -64,8 +96,13 @@ def is_clear(proof: ClearanceProof | None) -> bool:
     return proof is None or proof.status is CertificateStatus.CERTIFIED
 
 
+def stays_clear(limit: Proximity, trajectory: Trajectory) -> bool:
+    """Whether it does, for all t."""
+    return is_clear(prove_clearance(limit, trajectory))
+
+
 class RobotLimits:
-    """The limits of a robot that have nothing to do with obstacles.
+    """The limits of a robot that have nothing to do with what may touch it.
 
     Args:
         robot: whose limits.
@@ -73,7 +110,8 @@ class RobotLimits:
     """
 
     def __init__(self, robot: Robot, more: Sequence[type[Limit]] = ()) -> None:
-        limits = limits_of(robot, (), more)
+        near = {limit.name for limit in proximity_limits(robot, ())}
+        limits = [limit for limit in limits_of(robot, (), more) if limit.name not in near]
         anywhere = Trajectory.standing(np.zeros(robot.dof), 1.0).samples(np.zeros(1))
         self._bounds = [
             (limit.order, *_with_slack(constraint))

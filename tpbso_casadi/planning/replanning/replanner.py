@@ -13,19 +13,56 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from problems import InvalidProblem, Place, Trajectory
 from problems.base.matrix import FloatArray
+from problems.base.ranges import COORDINATES, check_within
+from problems.certify.clearance import ClearanceProof
 from problems.scene.obstacle import Obstacle, standing
-from problems.tasks.checks import check_obstacles
-from tpbso_casadi.planning.replanning.candidates import is_rest_of
-from tpbso_casadi.planning.replanning.decision import Decision
-from tpbso_casadi.planning.replanning.proofs import RobotLimits, Scene
+from problems.tasks.checks import check_at_least, check_obstacles
+from problems.timing.from_motion.motion_state import MotionState
+from tpbso_casadi.planning.replanning.candidates import passed, stands_at_end_of
+from tpbso_casadi.planning.replanning.decision import Decision, Judged
+from tpbso_casadi.planning.replanning.proofs import RobotLimits, Scene, is_clear
+from tpbso_casadi.planning.replanning.search import Search
 from tpbso_casadi.planning.replanning.step import Approach, Step
 from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.scenario.section import ScenarioError
+
+SHORTEST, LONGEST = 1e-3, 1e4  # s: between two steps
+
+
+@dataclass(frozen=True)
+class Known:
+    """What the last step has proven.
+
+    Attributes:
+        judged: its motion, which keeps the robot's limits and clear of what stands still.
+        scene: in which.
+    """
+
+    judged: Judged
+    scene: Scene
+
+    def holds(self, executed: Trajectory, scene: Scene) -> bool:
+        """Whether that is still so of what is executed now: the rest of that motion, among the same that stands."""
+        whole = self.judged.candidate.trajectory
+        if standing(self.scene.obstacles) != standing(scene.obstacles):
+            return False
+        return stands_at_end_of(executed, whole) or passed(executed, whole) is not None
+
+    def foreseen(self, executed: Trajectory, scene: Scene) -> ClearanceProof | None:
+        """The proof of its clearance from what moves, on the clock of now; None where it has to be made again.
+
+        That is so where anything moves otherwise than predicted, and where the closest approach is over.
+        """
+        seconds, proof = passed(executed, self.judged.candidate.trajectory), self.judged.proof
+        if proof is None or not is_clear(proof) or seconds is None or proof.time < seconds:
+            return None
+        return replace(proof, time=proof.time - seconds) if scene.is_as_predicted(self.scene, seconds) else None
 
 
 class Replanner:
@@ -35,23 +72,45 @@ class Replanner:
         scenario: the robot, its limits, its goal; the obstacles where none are given.
         every: how long a decision may take, s: what is executed goes on for as long.
         fail_safe_rate: how fast obstacles that move may leave their prediction, m/s, in any direction.
+        evaluations: of a search.
+        within: how long a decision may take, s, the proofs of what the search has found not counted; as many
+            evaluations as asked for where None. What is found then depends on the machine.
+        seed: of the first search; the next ones count on from it.
 
     Raises:
         ScenarioError: the scenario is no move to a goal at rest.
         InvalidProblem: a number is out of range.
     """
 
-    def __init__(self, scenario: Scenario, every: float = 0.1, fail_safe_rate: float = 0.0) -> None:
-        for name, value, least in (("every", every, 1e-3), ("fail_safe_rate", fail_safe_rate, 0.0)):
-            if not least <= value < np.inf:
-                raise InvalidProblem(name, f"{value:g} is not a number of at least {least:g}")
+    def __init__(
+        self,
+        scenario: Scenario,
+        every: float = 0.1,
+        fail_safe_rate: float = 0.0,
+        evaluations: int = 1500,
+        within: float | None = None,
+        seed: int = 1,
+    ) -> None:
+        check_within("every", (every,), (SHORTEST, LONGEST), "s")
+        check_within("fail_safe_rate", (fail_safe_rate,), (0.0, COORDINATES[1]), "m/s")
+        check_at_least("evaluations", evaluations, 1)
+        check_at_least("seed", seed, 0)
+        if within is not None:
+            check_within("within", (within,), (0.0, LONGEST), "s")
         self.scenario, self.every, self.fail_safe_rate = scenario, every, fail_safe_rate
+        self.within = within
         criteria = scenario.criteria()
         self.task, self.robot, self._goals = criteria.task, criteria.robot, criteria.task.last_places
         if not self._goals:
             raise ScenarioError("task: only a move to a goal at rest, without places on the way, is planned again")
+        self.search = Search(self.robot, scenario.model.further_limits, evaluations, seed)
         self._limits = RobotLimits(self.robot, scenario.model.further_limits)
-        self._known: tuple[Trajectory, Scene] | None = None  # the last motion, if it keeps what does not change
+        if self.task.start_posture is not None:
+            rest = np.zeros(self.robot.dof)
+            standing_there = MotionState(self.task.start_posture, rest, rest)
+            goals = self._postures(self.task.start_posture, None)
+            self.search.prepare(standing_there, goals, self.task.obstacles)
+        self._known: Known | None = None  # the last motion, if it keeps what does not change
 
     def first(self, executed: Trajectory | None = None, obstacles: Sequence[Obstacle] | None = None) -> Step:
         """The first step: the arm stands at the start, or a motion has been planned for it that begins now.
@@ -65,10 +124,9 @@ class Replanner:
             ScenarioError: the start is no posture, so that the motion has to be given.
         """
         if executed is None:
-            start = self.task.given_postures
-            if not len(start):
+            if self.task.start_posture is None:
                 raise ScenarioError("task.start: joints are needed, or a motion that is planned already")
-            executed = Trajectory.standing(start[0], self.every)
+            executed = Trajectory.standing(self.task.start_posture, self.every)
         return self.replan(executed, self.task.obstacles if obstacles is None else obstacles)
 
     def replan(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None = None) -> Step:
@@ -90,29 +148,26 @@ class Replanner:
             limits=self._limits,
             scene=scene,
             executed=executed,
-            is_proven=self._is_known(executed, scene),
-            goals=self._postures(executed, goal),
+            is_proven=self._known is not None and self._known.holds(executed, scene),
+            foreseen=None if self._known is None else self._known.foreseen(executed, scene),
+            goals=self._postures(executed.value_at_end(), goal),
+            search=self.search,
+            seconds=lambda: None if self.within is None else self.within - (time.perf_counter() - began),
             every=self.every,
             rate=self.fail_safe_rate,
         )
         chosen = decision.chosen()
-        self._known = (chosen.candidate.trajectory, scene) if chosen.fixed else None
+        self._known = Known(chosen, scene) if chosen.fixed else None
         return Step(
             kind=chosen.candidate.kind,
             trajectory=chosen.candidate.trajectory,
             certified=chosen.certified,
             fail_safe=chosen.fail_safe,
             seconds=time.perf_counter() - began,
+            scenario=self.scenario,
             closest=Approach.of(chosen.proof),
             x=chosen.candidate.x,
         )
-
-    def _is_known(self, executed: Trajectory, scene: Scene) -> bool:
-        """Whether the last step has proven what does not depend on what moves."""
-        if self._known is None:
-            return False
-        trajectory, before = self._known
-        return standing(before.obstacles) == standing(scene.obstacles) and is_rest_of(executed, trajectory)
 
     def _check(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None) -> None:
         joints = executed.coefficients.shape[2]
@@ -126,7 +181,6 @@ class Replanner:
         if goal is not None:
             goal.check(self.robot, standing(obstacles), "goal")
 
-    def _postures(self, executed: Trajectory, goal: Place | None) -> list[FloatArray]:
+    def _postures(self, end: FloatArray, goal: Place | None) -> list[FloatArray]:
         """Where to go, (k,) each, rad: of a place that leaves a choice, what is nearest to where the motion ends."""
-        end = executed.value_at_end()
         return [place.projected(self.robot, end) for place in (self._goals if goal is None else (goal,))]

@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias
 from problems import Trajectory
 from problems.base.matrix import FloatArray
 from problems.certify.clearance import ClearanceProof
+from tpbso_casadi.scenario.scenario import Scenario
 
 Kind: TypeAlias = Literal["new", "old", "stop"]
 
@@ -44,6 +45,7 @@ class Step:
             leave their prediction; of a stop whether that itself is. An arm that stands is not in motion when touched.
         seconds: that the decision took.
         closest: where it comes nearest to obstacles that move, as they are predicted; None where none does.
+        scenario: of the robot and its goal.
         x: the candidate (d,) of the search that led to it; None where there was none.
     """
 
@@ -52,5 +54,6 @@ class Step:
     certified: bool
     fail_safe: bool
     seconds: float
+    scenario: Scenario
     closest: Approach | None = None
     x: FloatArray | None = None

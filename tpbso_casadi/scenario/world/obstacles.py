@@ -10,6 +10,7 @@ from pydantic import Field, PlainValidator, SerializeAsAny
 from problems import Ellipse, InvalidProblem, Obstacle, Polygon, Rectangle
 from problems.scene.polygon import MAX_CORNERS
 from tpbso_casadi.plugins import Catalogue, PluginError, subclass_of
+from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import Angle, PlanarPoint, Positive, ScenarioError, read_section
 from tpbso_casadi.scenario.validation import NestedError, hint, in_words, shown
 from tpbso_casadi.scenario.world.shape import ObstacleSection
@@ -23,6 +24,7 @@ from tpbso_casadi.scenario.world.solids import (
 )
 
 DEFAULT_SHAPE = "ellipse"
+MOST_ROWS = 600  # of all tables of motion together
 MOST_JOINT_CORNERS = 10_000  # joints times corners, those of all convex parts of a polygon
 
 
@@ -103,19 +105,40 @@ def build_obstacles(tables: list[ObstacleSection], joints: int) -> tuple[Obstacl
     """The obstacles themselves, for a robot with so many joints.
 
     Raises:
-        ScenarioError: naming the one that cannot be, or the most corners for which a model is built in reasonable time.
+        ScenarioError: naming the one that cannot be, or the most corners, or rows of motion, for which a model is built
+            in reasonable time.
     """
     obstacles: list[Obstacle] = []
-    corners, most = 0, MOST_JOINT_CORNERS // joints
+    corners, most, rows = 0, MOST_JOINT_CORNERS // joints, 0
     for number, table in enumerate(tables):
         try:
             obstacles.append(table.built())
             corners += table.corners
             if corners > most:
                 raise InvalidProblem("shape", f"more than {most} corners of obstacles for {joints} joints")
+            rows += table.rows
+            if rows > MOST_ROWS:
+                raise InvalidProblem("motion", f"more than {MOST_ROWS} rows in all tables of motion together")
         except InvalidProblem as error:
             raise ScenarioError(f"obstacles.{number}.{error.field}: {error.reason}") from error
     return tuple(obstacles)
+
+
+def with_motions(tables: list[ObstacleSection], folder: InputFolder) -> list[ObstacleSection]:
+    """The same tables with the rows of the files that they name.
+
+    Raises:
+        ScenarioError: naming the table, the file and what is wrong with it.
+    """
+    found = []
+    for number, table in enumerate(tables):
+        try:
+            found.append(table.with_files(folder))
+        except ScenarioError as error:
+            raise ScenarioError(f"obstacles.{number}.{error}") from error
+        except InvalidProblem as error:
+            raise ScenarioError(f"obstacles.{number}.{error.field}: {error.reason}") from error
+    return found
 
 
 def read_obstacle(table: Any) -> ObstacleSection:

@@ -1,43 +1,69 @@
-"""The interface of the [[obstacles]] tables of a scenario file."""
+"""The interface of [[obstacles]] tables, by which plug-ins add shapes, and how an obstacle moves."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from problems import InvalidProblem, Obstacle
 from problems.scene.moving.constant_velocity import ConstantVelocity
 from problems.scene.moving.moving_obstacle import MovingObstacle
 from problems.scene.moving.obstacle_motion import ObstacleMotion
 from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.section import NotNegative, Number, Section, Word
-from tpbso_casadi.scenario.world.obstacle_motions import motion_through, read_motion_rows
+from tpbso_casadi.scenario.section import NotNegative, Number, ScenarioError, Section, Word
+from tpbso_casadi.scenario.world.obstacle_motions import (
+    MOST_MOTION_ROWS,
+    in_radians,
+    motion_through,
+    read_motion_rows,
+)
+
+MOST_NUMBERS = 8  # of a row
+MotionRow = Annotated[list[Number], Field(max_length=MOST_NUMBERS)]
 
 
 class ObstacleSection(Section):
     """One of the [[obstacles]]: the interface of every shape, and how the obstacle moves.
 
-    ``velocity`` is in m/s. ``motion`` names a file with the header ``t,x,y[,angle]`` or ``t,x,y,z[,qx,qy,qz,qw]``:
-    where the frame is over time in which the rest of the table is stated; its rows come into ``motion_rows``.
+    ``velocity`` is in m/s. ``motion`` names a file with the header ``t,x,y[,angle]`` or ``t,x,y,z[,qx,qy,qz,qw]``: s, m
+    and the unit of the file's angles; where the frame is over time in which the rest of the table is stated. Once it is
+    read its rows stand in ``motion_rows``, so that a result is complete without the file.
     """
+
+    of_motion: ClassVar[tuple[str, ...]] = ("velocity", "motion", "motion_rows", "margin_rate")
 
     shape: Word
     velocity: Annotated[list[Number], Field(min_length=2, max_length=3)] | None = None
     motion: Word | None = None
-    motion_rows: list[list[Number]] | None = None
+    motion_rows: Annotated[list[MotionRow], Field(max_length=MOST_MOTION_ROWS)] | None = None
     margin_rate: NotNegative = 0.0
+
+    @model_serializer(mode="wrap")
+    def _as_stated(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Nothing of a motion where there is none."""
+        content: dict[str, Any] = serialize(self)
+        return {
+            key: value
+            for key, value in content.items()
+            if key not in self.of_motion or not (value is None or value == 0.0)
+        }
 
     @classmethod
     def variant(cls, table: Mapping[str, Any]) -> type[ObstacleSection]:
-        """The section that reads a table of this shape; this one, where the shape is the same in plane and space."""
+        """The class that reads a table of this shape: itself, unless the same word means two shapes."""
         return cls
 
     @property
     def corners(self) -> int:
-        """How many corners its clearance is computed from; 1 for what has none."""
+        """How much the shape adds to a model, in corners of a polygon."""
         return 1
+
+    @property
+    def rows(self) -> int:
+        """Those of its table of motion."""
+        return len(self.motion_rows or ())
 
     def build(self) -> Obstacle:
         """The obstacle itself, standing still.
@@ -52,15 +78,34 @@ class ObstacleSection(Section):
         """Whether anything is said of a motion."""
         return self.velocity is not None or self.motion is not None or self.motion_rows is not None
 
-    def with_files(self, folder: InputFolder) -> ObstacleSection:
+    def with_files(self, folder: InputFolder) -> Self:
         """The same obstacle with the rows of the file that it names.
 
         Raises:
-            ScenarioError: it cannot be read, or may not be.
+            InvalidProblem: it cannot be.
+            ScenarioError: the file cannot be read, may not be, or does not say how an obstacle moves.
         """
         if self.motion is None or self.motion_rows is not None:
             return self
-        return self.model_copy(update={"motion_rows": read_motion_rows(folder, self.motion)})
+        try:
+            rows = read_motion_rows(folder, self.motion, self.build().dim)
+        except ScenarioError as error:
+            raise ScenarioError(f"motion: {error}") from error
+        return self.model_copy(update={"motion_rows": rows})
+
+    def in_radians(self) -> Self:
+        """The same, read as a table in degrees; so is the angle of a table of motion."""
+        converted = super().in_radians()
+        if self.motion_rows is None or not self._is_planar:
+            return converted
+        return converted.model_copy(update={"motion_rows": in_radians(self.motion_rows)})
+
+    @property
+    def _is_planar(self) -> bool:
+        try:
+            return self.build().dim == 2
+        except InvalidProblem:  # said when it is built
+            return False
 
     def built(self) -> Obstacle:
         """The obstacle, with its motion where it has one.
@@ -78,8 +123,13 @@ class ObstacleSection(Section):
     def _motion(self, dim: int) -> ObstacleMotion:
         if self.velocity is not None:
             if self.motion is not None or self.motion_rows is not None:
-                raise InvalidProblem("velocity", "the motion says already how the obstacle moves")
+                raise InvalidProblem(
+                    "velocity", "the motion says already how the obstacle moves; leave one of them out"
+                )
+            if len(self.velocity) != dim:
+                reason = f"{len(self.velocity)} numbers of an obstacle in {dim} dimensions"
+                raise InvalidProblem("velocity", reason)
             return ConstantVelocity(tuple(self.velocity))
         if self.motion_rows is None:
-            raise InvalidProblem("motion", "its file has not been read")
+            raise InvalidProblem("motion", f"{self.motion!r} has not been read; only a scenario file can name a CSV")
         return motion_through(self.motion_rows, dim)

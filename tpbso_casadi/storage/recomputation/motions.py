@@ -37,7 +37,7 @@ def check_trajectory(key: str, motion: Motion, problem: Problem[Any] | None) -> 
     if trajectory.breakpoints.size != trajectory.coefficients.shape[1] + 1 or not _increase(trajectory):
         raise Contradiction(f"{key}.breakpoints: increasing times are needed, one more than pieces")
     orders = CONTINUOUS_ORDERS if motion.free_timing else SMOOTH_ORDERS
-    jump = trajectory.largest_jump(criteria.task.end_velocities, orders)
+    jump = trajectory.largest_jump(criteria.task.end_velocities, orders, criteria.task.end_accelerations)
     if not jump <= TOLERANCE:
         how = "at rest" if not criteria.task.end_velocities.any() else "at the velocities of the task"
         raise Contradiction(f"{key}.coefficients: the pieces do not join smoothly, or not {how} (by {jump:.2g})")

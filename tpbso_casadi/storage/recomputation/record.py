@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from problems import Verdict
 from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.storage.content import at_goal_of, closest_approach_of
 from tpbso_casadi.storage.recomputation.agreement import Contradiction, agree, same
-from tpbso_casadi.storage.result import ConstraintResult, RunResult
+from tpbso_casadi.storage.result import AtGoalResult, ClosestApproachResult, ConstraintResult, RunResult
 from tpbso_casadi.storage.versions import versions
+
+SEARCHED_TOLERANCE = 1e-6  # m, of a smallest distance, which is searched for
+WHEN_TOLERANCE = 1e-3  # s, of when that is, and of when something comes near; relative beyond 1 s
 
 
 def check_motion(result: RunResult, motion: Motion) -> None:
@@ -30,8 +36,28 @@ def check_motion(result: RunResult, motion: Motion) -> None:
         _check_constraint(stored, verdict)
     same("feasible", result.feasible, motion.feasible)
     same("certificate.verdict", result.certificate.verdict, motion.status)
+    if result.closest_approach is not None:  # older results have none
+        _check_closest_approach(result.closest_approach, closest_approach_of(motion))
+    if result.at_goal is not None:
+        _check_at_goal(result.at_goal, at_goal_of(motion))
     if set(result.versions) != {"python", *versions()}:
         raise Contradiction(f"versions: those of python, {', '.join(versions())} are needed")
+
+
+def _check_closest_approach(stored: ClosestApproachResult, computed: ClosestApproachResult | None) -> None:
+    if computed is None or computed.distance is None:
+        raise Contradiction("closest_approach: there is no obstacle within reach")
+    agree("closest_approach.distance", stored.distance, computed.distance, 1.0, SEARCHED_TOLERANCE)
+    agree("closest_approach.time", stored.time, computed.time, 1.0, WHEN_TOLERANCE)
+    same("closest_approach.pair", stored.pair, computed.pair)
+
+
+def _check_at_goal(stored: AtGoalResult, computed: AtGoalResult | None) -> None:
+    if computed is None:
+        raise Contradiction("at_goal: nothing moves that could come near")
+    same("at_goal.touched", stored.touched, computed.touched)
+    computed_until = np.inf if computed.clear_until is None else computed.clear_until
+    agree("at_goal.clear_until", stored.clear_until, computed_until, 1.0, WHEN_TOLERANCE)
 
 
 def check_no_search(result: RunResult) -> None:

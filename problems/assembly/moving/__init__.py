@@ -1,0 +1,1 @@
+"""Problems of motions that leave while the robot moves."""

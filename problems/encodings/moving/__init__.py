@@ -1,0 +1,1 @@
+"""Encodings of motions that leave while the robot moves."""

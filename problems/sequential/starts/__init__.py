@@ -1,0 +1,1 @@
+"""Motions from which sequential linear programs may begin."""
