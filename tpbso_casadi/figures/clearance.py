@@ -27,7 +27,7 @@ def clearance_figures(plan: PlannedMotion) -> dict[str, Figure]:
     figure = Figure(figsize=(7.2, 4.2), layout="constrained")
     axes = figure.subplots()
     draw_distances(axes, distance_curves(*scene, plan.trajectory.times(TIMES)), approach)
-    axes.set_title(f"{description(approach)} ({approach.pair})", parse_math=False)
+    axes.set_title(f"obstacles that move, {description(approach)} ({approach.pair})", parse_math=False)
     figure.legend(loc="outside lower center", ncols=2, frameon=False)
     return {"clearance": figure}
 

@@ -127,7 +127,10 @@ def test_the_figure_of_distances_marks_the_closest_approach() -> None:
     closest = closest_to_moving(plan.criteria.robot, plan.criteria.obstacles, plan.trajectory)
     assert closest is not None
     np.testing.assert_allclose(lines["closest approach"].get_xydata(), [[closest.time, closest.distance]])
-    assert axes.get_title() == f"closest: {1000 * closest.distance:.1f} mm at {closest.time:.3g} s ({closest.pair})"
+    assert (
+        axes.get_title()
+        == f"obstacles that move, closest: {1000 * closest.distance:.1f} mm at {closest.time:.3g} s ({closest.pair})"
+    )
     times, kept = lines["kept from obstacle 2"].get_data()
     np.testing.assert_allclose(kept, 0.05 * np.asarray(times))
 
