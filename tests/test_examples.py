@@ -15,12 +15,14 @@ from tpbso_casadi.cli import audit, retime, simulate, solve
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 LONG = {
+    "cart",
     "circle-in-space",
     "crowded",
     "jerk-limited",
     "letter",
     "list-of-goals",
     "panda-cage",
+    "panda-conveyor",
     "pareto",
     "payload",
 }  # tens of seconds

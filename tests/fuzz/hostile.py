@@ -147,6 +147,7 @@ def write_files(folder: Path, scenario: str) -> None:
         (folder / f"gone.{suffix}").symlink_to("nowhere")
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(os.path.relpath(folder / "socket.toml"))
+    (folder / "cart.csv").write_text("t,x,y\n0,1.9,1.9\n1,1.8,1.9\n")
     (folder / "binary.toml").write_bytes(bytes(range(256)))
     (folder / "empty.toml").write_bytes(b"")
     with (folder / "huge.toml").open("wb") as file:

@@ -99,6 +99,37 @@ def test_files_of_points(workplace: Path, tally: Tally, examples: int) -> None:
     trial()
 
 
+MOVED = """
+[arm]
+link_lengths = [1.0, 1.0]
+max_speed = 4.0
+max_acceleration = 20.0
+[task]
+kind = "point-to-point"
+start = [1.5, 0.0]
+goal = [1.0, 1.0]
+[[obstacles]]
+center = [0.0, 0.0]
+semi_axes = [0.1, 0.1]
+motion = "moved.csv"
+"""
+ROWS = st.lists(st.lists(CELLS, min_size=2, max_size=4).map(",".join), max_size=5).map("\n".join)
+
+
+@pytest.mark.parametrize("examples", EXAMPLES)
+def test_tables_of_motion(workplace: Path, tally: Tally, examples: int) -> None:
+    headers = st.sampled_from(["t,x,y\n", "t,x,y,angle\n", "t,x,y\n0,3,3\n"])
+    tables = st.tuples(headers, ROWS).map("".join) | st.just("t,x,y,angle\n0,3,3,0\n1,3,2,1\n")
+
+    @fuzzed(examples, data=mangled(tables))
+    def trial(data: bytes) -> None:
+        Path("moved.csv").write_bytes(data)
+        Path("mine.toml").write_text(MOVED)
+        tally.check(data, run(solve.main, ["mine.toml", *QUICK, "--iterations", "5", "--out", "out"]))
+
+    trial()
+
+
 COUNTED = ["--links", "--population", "--iterations", "--evaluations", "--polish-starts", "--threads", "--seed"]
 TYPED = {
     **dict.fromkeys([*COUNTED, "--rate", "--time-limit"], NUMBERS + WORDS),

@@ -52,6 +52,18 @@ POINT = {
     "model": {"samples": 10, "formulation": "reduced", "limits": [], "knots": 5, "redundancy_values": 3},
     "solver": {"name": "bso", "seed": 1, "population": 10, "polish_starts": 0, "settings": {"c1": 1.0}},
 }
+MOVING = POINT | {
+    "obstacles": [
+        {"center": [0.8, 0.8], "semi_axes": [0.15, 0.25], "angle": 0.1, "velocity": [-0.3, 0.1], "margin_rate": 0.01},
+        {
+            "shape": "box",
+            "center": [0.0, 0.0],
+            "size": [0.1, 0.1],
+            "motion_rows": [[0.0, 1.2, 1.2, 0.0], [1.0, 1.2, 0.9, 0.5], [2.0, 1.4, 0.9, 1.0]],
+        },
+        {"center": [1.9, 1.9], "semi_axes": [0.1, 0.1], "motion": "cart.csv"},
+    ]
+}
 PATH = POINT | {
     "arm": ARM,
     "task": {
@@ -117,7 +129,7 @@ def edited(content: Any, path: tuple[str | int, ...], value: Any, remove: bool =
 @st.composite
 def scenarios(draw: st.DrawFn) -> str:
     """The text of a scenario file with up to three odd values."""
-    content = draw(st.sampled_from([POINT, PATH, STAR, CURVE, ROBOT]))
+    content = draw(st.sampled_from([POINT, MOVING, PATH, STAR, CURVE, ROBOT]))
     content = edited(content, ("solver", "name"), draw(st.sampled_from(SOLVERS)))
     if draw(st.booleans()):
         content = edited(content, ("solver", "settings"), {})
@@ -139,7 +151,7 @@ def scenarios(draw: st.DrawFn) -> str:
 
 def scaled(content: Any, factor: float) -> Any:
     """Plain data in another unit of length."""
-    lengths = {"link_lengths", "start", "goal", "center", "semi_axes", "accuracy", "radius", "points"}
+    lengths = {"link_lengths", "start", "goal", "center", "semi_axes", "accuracy", "radius", "points", "velocity"}
 
     def times(value: Any) -> Any:
         return [times(entry) for entry in value] if isinstance(value, list) else value * factor
@@ -154,7 +166,7 @@ def scaled(content: Any, factor: float) -> Any:
 @st.composite
 def extremes(draw: st.DrawFn) -> str:
     """The text of a scenario file of an unusual size, and with up to three numbers that are allowed but unusual."""
-    content = draw(st.sampled_from([POINT, PATH, STAR, CURVE]))
+    content = draw(st.sampled_from([POINT, MOVING, PATH, STAR, CURVE]))
     content = edited(content, ("solver", "name"), draw(st.sampled_from(SOLVERS)))
     content = edited(content, ("solver", "settings"), {})
     content = edited(content, ("model", "formulation"), draw(st.sampled_from(["paper", "reduced"])))
