@@ -87,7 +87,7 @@ class Arm(ABC):
     def room(self, theta: FloatArray, times: FloatArray, things: Sequence[Thing]) -> FloatArray:
         """The least room around the arm at times (n,), (n,), m."""
         points = self.points(theta)
-        return np.min([self.around(points, thing, times) for thing in things], axis=0)
+        return np.asarray(np.min([self.around(points, thing, times) for thing in things], axis=0))
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class Panda(Arm):
         bodies = self._moved.bodies
         pairs = np.array(np.triu_indices(len(bodies), 1)).T
         pairs = pairs[np.abs(np.diff(bodies[pairs], axis=1)[:, 0]) >= APART]
-        return pairs[self._own_distances(READY[None], pairs)[0] > 0.0]
+        return np.asarray(pairs[self._own_distances(READY[None], pairs)[0] > 0.0])
 
     def _own_distances(self, theta: FloatArray, pairs: IntArray) -> FloatArray:
         one, two = pairs.T

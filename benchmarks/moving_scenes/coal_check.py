@@ -16,8 +16,14 @@ except ImportError:
 TOLERANCE = 1e-5  # m: what coal's iterations may lack
 
 
-def check_with_coal(things: tuple[Thing, ...], theta: FloatArray, times: FloatArray) -> None:
+def check_with_coal(things: tuple[Thing, ...], theta: FloatArray, times: FloatArray, shift: float = 0.0) -> None:
     """Compare the nearest sphere and each thing that it does not touch, in postures (n, k) at times (n,).
+
+    Args:
+        things: of a scene.
+        theta: postures of the Panda, rad.
+        times: s.
+        shift: of the times at which coal looks, s: to see that a difference is found.
 
     Raises:
         AssertionError: they are not the same.
@@ -30,7 +36,7 @@ def check_with_coal(things: tuple[Thing, ...], theta: FloatArray, times: FloatAr
         rooms = thing.room(points, times) - arm.radii
         for k, sphere in enumerate(rooms.argmin(axis=1)):
             if rooms[k, sphere] > 0.0:  # how deep they are in each other is another matter
-                found = _distance(thing, times[k], points[k, sphere], float(arm.radii[sphere]))
+                found = _distance(thing, times[k] + shift, points[k, sphere], float(arm.radii[sphere]))
                 assert abs(found - rooms[k, sphere]) < TOLERANCE, f"coal {found}, NumPy {rooms[k, sphere]}"
 
 

@@ -86,7 +86,7 @@ def _random_turns(rng: np.random.Generator, dim: int) -> FloatArray:
     """From row to row by one angle, (ROWS, 1) or (ROWS, 4)."""
     angles = rng.uniform(-MOST_TURN, MOST_TURN) * np.arange(ROWS)
     if dim == 2:
-        return angles[:, None] + rng.uniform(0.0, 3.0)
+        return np.asarray(angles[:, None] + rng.uniform(0.0, 3.0))
     axis = rng.normal(size=3)
     turned = Rotation.from_rotvec(np.outer(angles, axis / np.linalg.norm(axis)))
     quaternions = (turned * Rotation.random(random_state=int(rng.integers(1 << 30)))).as_quat()

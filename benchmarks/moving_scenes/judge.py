@@ -13,7 +13,7 @@ from benchmarks.moving_scenes.coal_check import check_with_coal
 from benchmarks.moving_scenes.scenes import MOST_WAIT, Scene, line_time
 from problems import Trajectory
 from tpbso_casadi import plan, read_scenario
-from tpbso_casadi.planning.planned_motion import PlannedMotion
+from tpbso_casadi.planning.planned_motion import Plan
 
 SAMPLES, CHUNK = 20_000, 1000  # times of a motion; of them computed at once
 ROUNDING = 1e-7  # m: of two ways to compute a distance
@@ -77,7 +77,7 @@ def judged(scene: Scene, evaluations: int, seed: int, compared: bool) -> Outcome
         clear=clear,
         seconds=seconds,
         duration=planned.trajectory.duration,
-        bound=planned.criteria.free_space_time,
+        bound=planned.problem.free_space_time,
         known=MOST_WAIT + line_time(scene.arm, scene.start, scene.goal),
         room=least_room(scene, planned.trajectory) if clear else None,
         still_feasible=still_feasible,
@@ -85,13 +85,15 @@ def judged(scene: Scene, evaluations: int, seed: int, compared: bool) -> Outcome
     )
 
 
-def _planned(scene: Scene, evaluations: int, seed: int) -> tuple[PlannedMotion, float]:
+def _planned(scene: Scene, evaluations: int, seed: int) -> tuple[Plan, float]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scene.toml"
         path.write_text(scene.scenario(evaluations, seed))
         scenario = read_scenario(path)
     began = time.perf_counter()
-    return plan(scenario), time.perf_counter() - began
+    planned = plan(scenario)
+    assert isinstance(planned, Plan)
+    return planned, time.perf_counter() - began
 
 
 def _compared(scene: Scene, evaluations: int, seed: int) -> tuple[bool, bool | None]:

@@ -79,7 +79,7 @@ class PlanarPolygon(Shape):
 
     def room(self, points: FloatArray) -> FloatArray:
         """The largest gap along a normal of a side or of the segment, of the part where it is least."""
-        return np.min([_gap(np.array(part), points) for part in self.parts], axis=0)
+        return np.asarray(np.min([_gap(np.array(part), points) for part in self.parts], axis=0))
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def _gap(corners: FloatArray, points: FloatArray) -> FloatArray:
     way = end - start
     across = np.stack([-way[..., 1], way[..., 0]], axis=2) / np.linalg.norm(way, axis=2, keepdims=True)
     shadows = np.stack([((corner - start) * across).sum(axis=2) for corner in corners])
-    return np.maximum(best, np.maximum(shadows.min(axis=0), -shadows.max(axis=0)))
+    return np.asarray(np.maximum(best, np.maximum(shadows.min(axis=0), -shadows.max(axis=0))))
 
 
 @dataclass(frozen=True)

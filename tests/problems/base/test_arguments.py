@@ -13,8 +13,8 @@ from helpers.cases import equal_links
 from hypothesis import given
 from hypothesis import strategies as st
 
-from problems import Ellipse, PlanarArm
-from problems.base.arguments import Arguments, Statement
+from problems import Ball, Ellipse, PlanarArm, Polygon
+from problems.base.arguments import Arguments, Statement, structure
 from problems.base.matrix import as_array
 from problems.limits import limits_of
 from problems.limits.derivative import AccelerationLimit, SpeedLimit
@@ -147,3 +147,18 @@ def test_limits_share_their_robot() -> None:
     numbers = arguments.values[[int(str(symbol)[1:]) for symbol in (*speed.bounds, *acceleration.bounds)]]
     assert numbers.tolist() == [4.0] * 3 + [20.0] * 3
     assert np.unique(arguments.values).size < arguments.values.size
+
+
+def test_structure_is_all_but_the_numbers() -> None:
+    assert structure(Ellipse((0.1, 0.2), (0.3, 0.4), 0.5)) == structure(Ellipse((1.0, 2.0), (3.0, 4.0), 5.0))
+    assert structure(Ellipse((0.1, 0.2), (0.3, 0.4))) != structure(Ellipse((0.1, 0.2), (0.3, 0.4), 0.5))
+    upright, turned = (Ball(center=(0.0, 0.0, 0.0), radius=0.1, quaternion=q) for q in (None, (0.0, 0.0, 0.0, 1.0)))
+    assert structure(upright) != structure(turned)
+    assert hash(structure((upright, turned))) is not None
+
+
+def test_polygons_with_other_parts_have_another_structure() -> None:
+    """As many corners, but one is convex and the other not: their formulas differ."""
+    square, arrow = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)), ((0.0, 0.0), (1.0, 0.0), (0.2, 0.2), (0.0, 1.0))
+    assert structure(Polygon(square)) != structure(Polygon(arrow))
+    assert structure(Polygon(square)) == structure(Polygon(tuple((2.0 * x, 3.0 * y) for x, y in square)))

@@ -9,7 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from oracles.moving import random_table
+from helpers.space import LENGTHS, small_arm
+from oracles.moving import Table, random_table
 from oracles.outlines import dense, inside, skeletons, to_segment
 
 from problems import (
@@ -32,11 +33,11 @@ from problems.certify.clearance import ClearanceProof, prove_clearance
 from problems.certify.closest_approach import ClosestApproach, closest_approach
 from problems.limits.distances.clearance import Clearance, reachable_pairs
 from problems.robots.robot import Robot
+from problems.robots.spatial.spatial_arm import Sphere
 from problems.scene.moving.constant_velocity import ConstantVelocity
 from problems.scene.moving.moving_obstacle import MovingObstacle
 from problems.scene.moving.obstacle_motion import ObstacleMotion
 from problems.scene.moving.tabulated import Tabulated
-from tests.helpers.space import small_arm
 from tests.problems.certify.test_space import SPHERES, motion, sphere_centers
 
 SAMPLES = 2000
@@ -218,3 +219,85 @@ def test_some_are_certified_and_some_are_not() -> None:
     statuses = Counter(solid_case("box", kind, seed).check(0.01, 0.005) for kind in KINDS for seed in range(4))
     assert statuses[CertificateStatus.CERTIFIED] >= 2
     assert statuses[CertificateStatus.VIOLATED] >= 2
+
+
+def still_arm(seconds: float) -> Trajectory:
+    """The planar arm stretched along x for so long."""
+    return Trajectory(np.array([0.0, seconds]), np.zeros((1, 1, 3)))
+
+
+def limit_of(obstacle: Obstacle) -> Clearance:
+    return Clearance(ARM, reachable_pairs(ARM, [obstacle]))
+
+
+def test_by_hand_a_disc_that_comes_down_onto_the_arm() -> None:
+    """Its lower edge is at y = 1 - 0.5 t; with 0.1 m/s of doubt, 1 - 0.6 t is left of what 1 cm has to be kept."""
+    disc = Ellipse((1.0, 1.2), (0.2, 0.2))
+    motion = ConstantVelocity((0.0, -0.5))
+    for rate, fine, wrong in ((0.0, 1.9, 2.0), (0.1, 1.6, 1.7)):
+        limit = limit_of(MovingObstacle(disc, motion, rate))
+        proofs = [prove_clearance(limit, still_arm(seconds)) for seconds in (fine, wrong)]
+        assert [proof and proof.status for proof in proofs] == [CertificateStatus.CERTIFIED, CertificateStatus.VIOLATED]
+        proof, closest = proofs[0], closest_approach(limit, still_arm(fine))
+        assert proof is not None and closest is not None
+        left = 1.0 - (0.5 + rate) * fine
+        assert left - 0.1 * (left - 0.01) - 1e-3 <= proof.proven <= left
+        assert closest.distance == pytest.approx(1.0 - 0.5 * fine, abs=1e-6)  # the disc itself, without any doubt
+        assert closest.time == pytest.approx(fine, abs=1e-6)
+        assert closest.pair == "link 2, obstacle 1"
+
+
+def test_by_hand_a_disc_that_passes() -> None:
+    """From (3, 0.5) to the left: nearest to the tip at (1.5, 0) where it is above it, and from then on to the links."""
+    passing = MovingObstacle(Ellipse((3.0, 0.5), (0.1, 0.1)), ConstantVelocity((-1.0, 0.1)))
+    closest = closest_approach(limit_of(passing), still_arm(2.0))
+    assert closest is not None
+    t = (1.5 - 0.05) / 1.01  # of the line from the tip: (1.5 - t)^2 + (0.5 + 0.1 t)^2 is least
+    assert closest.time == pytest.approx(t, abs=1e-4)
+    assert closest.distance == pytest.approx(np.hypot(1.5 - t, 0.5 + 0.1 * t) - 0.1, abs=1e-7)
+    assert closest.pair == "link 3, obstacle 1"
+
+
+def test_the_end_of_the_motion_is_covered_and_a_table_may_end_in_between() -> None:
+    """It reaches the arm at t = 1 exactly, where its table ends; until then all is well."""
+    table = Tabulated.through([0.0, 0.5, 1.0], np.array([[0.0, 0.0], [0.0, -0.5], [0.0, -1.0]]))
+    limit = limit_of(MovingObstacle(Ellipse((1.0, 1.2), (0.2, 0.2)), table))
+    statuses = [prove_clearance(limit, still_arm(seconds)) for seconds in (0.98, 1.0, 5.0)]
+    assert [proof and proof.status for proof in statuses] == [
+        CertificateStatus.CERTIFIED,
+        CertificateStatus.VIOLATED,
+        CertificateStatus.VIOLATED,
+    ]
+
+
+def test_a_half_space_without_end_may_turn() -> None:
+    """A wall far below that swings up about the origin by a quarter turn: how far it is, the sphere's place says."""
+    turns = np.array([[np.sin(a / 2.0), 0.0, 0.0, np.cos(a / 2.0)] for a in np.linspace(0.0, 1.2, 4)])
+    swinging = Tabulated.through([0.0, 1.0, 2.0, 3.0], np.zeros((4, 3)), turns)
+    limit = Clearance(SPATIAL, reachable_pairs(SPATIAL, [MovingObstacle(HalfSpace(center=(0.0, 0.0, -0.9)), swinging)]))
+    still = Trajectory(np.array([0.0, 3.0]), np.zeros((1, 1, 7)))
+    proof = prove_clearance(limit, still)
+    assert proof is not None and proof.status is CertificateStatus.CERTIFIED
+    times = np.linspace(0.0, 3.0, 2000)
+    _, axes = swinging_axes(turns, times)
+    heights = np.einsum("ni,mi->nm", axes[:, :, 2], sphere_centers(np.zeros((1, 7)))[0, 1:]) + 0.9
+    sampled = (heights - [sphere.radius for sphere in SPHERES[1:]]).min()
+    assert 0.85 * sampled < proof.proven <= sampled
+
+
+def swinging_axes(turns: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return Table(np.arange(4.0), np.zeros((4, 3)), turns).frames(times)
+
+
+def test_bodies_farther_out_than_the_tool_count() -> None:
+    """The bound of a turning wall without end goes by the farthest body, here 1 m beside the last link."""
+    far = small_arm(spheres=(Sphere(7, (1.0, 0.0, 0.0), 0.05, "boom"),))
+    turns = np.array([[0.0, 0.0, np.sin(a / 2.0), np.cos(a / 2.0)] for a in (0.0, 0.5, 1.0)])
+    wall = HalfSpace(center=(0.0, 0.0, -0.5))
+    (pair,) = reachable_pairs(far, [MovingObstacle(wall, Tabulated.through([0.0, 1.0, 2.0], np.zeros((3, 3)), turns))])
+    (travel,) = pair.own_travel(far, np.array([[0.4, 0.6]]))
+    assert travel >= 0.5 * 0.1 * np.hypot(sum(LENGTHS), 1.0) * 0.99
+
+
+def test_where_nothing_can_come_near_there_is_no_closest_approach() -> None:
+    assert closest_approach(Clearance(ARM, ()), still_arm(1.0)) is None
