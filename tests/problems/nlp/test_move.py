@@ -163,9 +163,8 @@ def test_it_waits_for_an_obstacle_that_moves_away() -> None:
 
 def test_a_limit_far_from_a_motion_is_forgotten_but_for_what_may_come_near() -> None:
     motion = rest_to_rest(np.array(HERE.values), np.array(THERE.values), WAITING.robot.limits)
-    far = replace(
-        WAITING, obstacles=(MovingObstacle(OVAL, ConstantVelocity((9.0, 9.0))), Ellipse((0.9, 1.1), (0.1, 0.1)))
-    )
+    behind = Ellipse((-0.9, 0.3), (0.1, 0.1))
+    far = replace(WAITING, obstacles=(MovingObstacle(OVAL, ConstantVelocity((9.0, 9.0))), behind))
     (clearance,) = [limit for limit in nlp(far).near(motion).limits if limit.name == "clearance"]
     assert all(pair.timed for pair in clearance.pairs)  # type: ignore[attr-defined]
     (standing,) = [kept for limit in nlp(far).limits if limit.name == "clearance" and (kept := limit.at_any_time())]

@@ -375,5 +375,5 @@ def test_a_ceiling_above_every_limit_changes_nothing() -> None:
 
 def test_a_ceiling_of_a_path_that_stands_still_in_places_is_refused() -> None:
     path = polyline(np.repeat(WAYPOINTS[:3], [1, 2, 1], axis=0))
-    with pytest.raises(InvalidProblem, match="^path: it stands still in places"):
+    with pytest.raises(InvalidProblem, match=r"^path: it stands still in places"):
         retime(path, LIMITS, ceiling=SpeedProfile(path.breakpoints, np.array([0.0, 1.0, 1.0, 0.0])))
