@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from helpers.cases import OVAL, equal_links
 from helpers.evaluation import needs_compiler, same_bits
+from helpers.moving_scenes import CROSSED
 from helpers.named_solvers import NAMES, named_solver
 
 from problems import Ellipse, InvalidProblem, Joints, Limit, Move, MoveProblem, Position, Robot, move
@@ -70,6 +71,9 @@ MOVES: dict[str, MoveProblem] = {
     "moving ends, joint ranges": move(Move(RANGED, HOME, (AWAY,), **FAST)),
     "moving start": move(Move(TWO, Joints((0.1, 0.2)), (Joints((1.0, -1.0)),), start_velocity=(0.0, 2.0)), "rotation"),
     "moving goal": move(Move(TWO, Joints((0.1, 0.2)), (Joints((1.0, -1.0)),), goal_velocity=(-1.0, 0.0))),
+    "moving obstacle": move(CROSSED, samples=30),
+    "moving obstacle, moving ends": move(replace(CROSSED, start_velocity=(0.5, 0.0), goal_velocity=(0.0, -0.5))),
+    "moving obstacle, bounded time": move(replace(CROSSED, total_time=(1.0, 6.0)), "rotation"),
     "bounded time": move(Move(THREE, HOME, (AWAY,), total_time=(2.0, 3.0)), "rotation"),
     "bounded time, moving ends": move(Move(THREE, HOME, (AWAY,), total_time=(0.5, 1.5), **FAST)),
 }

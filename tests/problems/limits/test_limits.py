@@ -25,6 +25,8 @@ from problems.limits.time_scale import minimum_time_scale, peaks_of, scaling
 from problems.motions.samples import Samples
 from problems.motions.two_segments import Quantities
 from problems.robots.robot import JointLimits
+from problems.scene.moving.constant_velocity import ConstantVelocity
+from problems.scene.moving.moving_obstacle import MovingObstacle
 
 RANGES = ((-2.0, 3.0), (-1.0, 1.0), (-3.0, 2.0))
 ARM = PlanarArm((0.8, 0.7, 0.5), (4.0, 3.0, 2.0), (20.0, 10.0, 30.0), RANGES)
@@ -172,6 +174,17 @@ def test_steps_by_hand() -> None:
     assert rows_of(step)[0] == pytest.approx([2 * 0.8**2, 2 * 1.5**2, 2 * 2.0**2])
     assert step.bounds[1] == pytest.approx((MAX_STEP_SHARE * 0.2) ** 2)
     assert StepLimit.holding(ARM, []) is None
+
+
+@pytest.mark.parametrize(("beside", "left"), [(1.1, 0.9), (0.5, 0.3)])
+def test_steps_as_a_moving_obstacle_sees_them_by_hand(beside: float, left: float) -> None:
+    """The arm stands along x while a disc of 0.2 m comes 1 m nearer: a step may be as long as what is left then."""
+    disc = MovingObstacle(Ellipse((0.4, beside + 1.0), (0.2, 0.2)), ConstantVelocity((0.0, -1.0)))
+    step, longest = StepLimit.holding(ARM, [disc]), MAX_STEP_SHARE * 0.4
+    assert step is not None
+    (found,) = step.constraints(replace(some_samples(2), derivatives=(ca.DM.zeros(2, 3),)))
+    assert as_array(ca.DM(found.upper)) == pytest.approx(np.full((1, 3), longest**2))
+    assert rows_of(found)[0, 0] == pytest.approx((longest / max(longest, left)) ** 2, rel=1e-9)
 
 
 def test_accuracy_by_hand() -> None:

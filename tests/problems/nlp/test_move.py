@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.moving_scenes import HERE, THERE, WAITING, WAITING_BOUND
 from scipy.optimize import lsq_linear
 
 from benchmarks.peers.moving_ends import random_move
@@ -23,6 +24,8 @@ from problems.nlp.optimum.optimality import least_squares_multipliers, optimalit
 from problems.nlp.starts.displacement import LONGEST
 from problems.nlp.starts.waypoint_postures import WaypointPostures
 from problems.robots.robot import JointLimits
+from problems.scene.moving.constant_velocity import ConstantVelocity
+from problems.scene.moving.moving_obstacle import MovingObstacle
 from problems.tasks.move import Move
 from problems.tasks.place import Joints, Position
 from problems.timing.free_space.acceleration_pieces import AccelerationPieces
@@ -148,6 +151,26 @@ def test_around_an_obstacle(robot: PlanarArm, objective: str) -> None:
     kept(task, motion)
 
 
+def test_it_waits_for_an_obstacle_that_moves_away() -> None:
+    """Random starts differ in how slowly they are run; those that are clear at their times are descended from."""
+    program = nlp(WAITING, 12)
+    durations = [sum(x[program.variables.slices[-1]]) for x in islice(program.starts(np.random.default_rng(0)), 4)]
+    assert max(durations) > 1.2 * min(durations)
+    motion = solved(program, starts=2)
+    kept(WAITING, motion)
+    assert WAITING_BOUND <= motion.duration <= 1.05 * WAITING_BOUND
+
+
+def test_a_limit_far_from_a_motion_is_forgotten_but_for_what_may_come_near() -> None:
+    motion = rest_to_rest(np.array(HERE.values), np.array(THERE.values), WAITING.robot.limits)
+    behind = Ellipse((-0.9, 0.3), (0.1, 0.1))
+    far = replace(WAITING, obstacles=(MovingObstacle(OVAL, ConstantVelocity((9.0, 9.0))), behind))
+    (clearance,) = [limit for limit in nlp(far).near(motion).limits if limit.name == "clearance"]
+    assert all(pair.timed for pair in clearance.pairs)  # type: ignore[attr-defined]
+    (standing,) = [kept for limit in nlp(far).limits if limit.name == "clearance" and (kept := limit.at_any_time())]
+    assert not any(pair.timed for pair in standing.pairs)  # type: ignore[attr-defined]
+
+
 def test_shapes_alone_are_as_short_as_they_can_be() -> None:
     straight = solved(nlp(Move(ARM, Position((1.0, 0.0)), (GOAL,), elbow="up"), 8, "length"))
     length = OBJECTIVES["length"].of_motion(straight, ARM, straight.times(100))
@@ -195,8 +218,10 @@ def test_a_descent_keeps_to_the_goal_that_its_start_misses_least() -> None:
         assert end.at(end.breakpoints[-1:])[0] == pytest.approx(goal.values, abs=1e-9)
 
 
-def test_derivatives_around_obstacles_are_those_of_casadi() -> None:
-    program = nlp(Move(ARM, HOME, (GOAL,), obstacles=(OVAL,)), 3)
+@pytest.mark.parametrize("velocity", [None, (-0.3, 0.1)])
+def test_derivatives_around_obstacles_are_those_of_casadi(velocity: tuple[float, float] | None) -> None:
+    obstacle = OVAL if velocity is None else MovingObstacle(OVAL, ConstantVelocity(velocity))
+    program = nlp(Move(ARM, HOME, (GOAL,), obstacles=(obstacle,)), 3)
     x = next(program.starts(np.random.default_rng(3)))
     assert program.hessian is not None
     weights = np.random.default_rng(4).normal(size=program.g.shape[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,12 +15,14 @@ from problems.motions.joint_path import JointPath
 from problems.motions.trajectory import Trajectory
 from problems.robots.robot import JointLimits
 from problems.timing import linear_program
+from problems.timing.following import departure
 from problems.timing.rest_to_rest import least_durations, rest_to_rest
 from problems.timing.retime import retime
 from problems.timing.smooth.law_ends import LawEnds
 from problems.timing.smooth.law_search import LawSearch
 from problems.timing.smooth.smooth_timing import _refined
 from problems.timing.smooth.time_law import DEGREE
+from problems.timing.speed_profile import SpeedProfile
 from problems.timing.stretch import minimum_time_scale
 
 LIMITS = JointLimits(speed=(2.0, 3.0), acceleration=(10.0, 5.0))
@@ -330,3 +333,47 @@ def test_many_corners_after_pieces_that_grow_faster_do_not_add_up() -> None:
     limits = JointLimits(speed=(2.0, 2.0), acceleration=(8.0, 8.0))
     each = 2.0 * 0.25 + (1.02 - 2.0 * 0.25) / 2.0  # a trapezoid of speed
     assert retime(path, limits).duration == pytest.approx(pieces * each, rel=0.02)
+
+
+# Not faster than a given profile
+
+
+def ceiling(path: JointPath, seed: int, least: float, most: float) -> SpeedProfile:
+    nodes = np.linspace(*path.breakpoints[[0, -1]], 31)
+    squares = np.random.default_rng(seed).uniform(least, most, nodes.size)
+    squares[[0, -1]] = 0.0
+    return SpeedProfile(nodes, squares)
+
+
+@pytest.mark.parametrize("jerk", [None, (400.0, 400.0)])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ceiling_is_not_exceeded(seed: int, jerk: tuple[float, float] | None) -> None:
+    path, limits = curve(), replace(LIMITS, jerk=jerk)
+    below = ceiling(path, seed, 0.05, 4.0)
+    trajectory, least = retime(path, limits, ceiling=below), retime(path, limits)
+    check_kept(trajectory)
+    assert departure(path, trajectory) < 1e-9
+    assert trajectory.duration >= max(float(below.times[-1]), least.duration) * (1.0 - 1e-3)
+
+
+def test_a_ceiling_that_can_be_followed_is_followed() -> None:
+    """Much slower than any limit asks for: nothing is changed but the shape of the ceiling at its own nodes."""
+    path = curve()
+    below = ceiling(path, 0, 0.010, 0.012)
+    trajectory = retime(path, LIMITS, ceiling=below)
+    check_kept(trajectory)
+    assert trajectory.duration == pytest.approx(float(below.times[-1]), rel=2e-3)
+    times = np.linspace(0.0, 1.0, 50) * trajectory.duration
+    assert trajectory.at(times) == pytest.approx(path.at(below.parameters(times)), abs=5e-3)
+
+
+def test_a_ceiling_above_every_limit_changes_nothing() -> None:
+    path = curve()
+    high = SpeedProfile(path.breakpoints[[0, -1]], np.array([1e6, 1e6]))
+    assert retime(path, LIMITS, ceiling=high).duration == pytest.approx(retime(path, LIMITS).duration, rel=1e-6)
+
+
+def test_a_ceiling_of_a_path_that_stands_still_in_places_is_refused() -> None:
+    path = polyline(np.repeat(WAYPOINTS[:3], [1, 2, 1], axis=0))
+    with pytest.raises(InvalidProblem, match=r"^path: it stands still in places"):
+        retime(path, LIMITS, ceiling=SpeedProfile(path.breakpoints, np.array([0.0, 1.0, 1.0, 0.0])))
