@@ -23,6 +23,7 @@ ITERATIONS = 40
 WAIT_SAMPLES = 24  # of the clearance while it stands still at its start
 SHIFT = 1.0  # s/rad: by how much times may change in a step, of the trust region
 FIRST_TRUST, LEAST_TRUST, LARGEST_TRUST = 0.1, 2e-3, 0.25  # rad, how far a control point may move
+TIMED_TRUST, LARGEST_TIMED = 0.04, 0.1  # rad, the first and the largest where obstacles move
 GROWS, SHRINKS, FAILS = 1.6, 0.5, 0.3  # the trust region
 GOOD, POOR = 0.5, 0.1  # shares of the promised gain
 HOPELESS = 1.5  # of a duration to beat
@@ -102,8 +103,8 @@ class Descent:
             start: of the descent.
             to_beat: the duration in s of a motion that is known: what becomes much slower is given up.
         """
-        trust, idle = FIRST_TRUST, 0
-        best = self.begun(start)
+        trust, largest = (TIMED_TRUST, LARGEST_TIMED) if self.nearness.timed else (FIRST_TRUST, LARGEST_TRUST)
+        best, idle = self.begun(start), 0
         for _ in range(ITERATIONS):
             step = self._step(best, self.freedom.moves(best.motion.controls), trust)
             if step is None:
@@ -114,7 +115,7 @@ class Descent:
                 trust *= FAILS
             else:
                 share = 1.0 if new.missing < best.missing else saved / max(step.promised, saved, 1e-9)
-                trust = min(trust * (GROWS if share > GOOD else SHRINKS if share < POOR else 1.0), LARGEST_TRUST)
+                trust = min(trust * (GROWS if share > GOOD else SHRINKS if share < POOR else 1.0), largest)
                 idle = idle + 1 if new.missing == best.missing and saved < LEAST_GAIN * best.motion.duration else 0
                 best = new
             if idle == PATIENCE or trust < LEAST_TRUST or best.motion.duration > HOPELESS * to_beat:

@@ -116,9 +116,9 @@ class Polish:
             yield bent(motion, rng.normal(0.0, BEND, self.task.robot.dof))
 
     def _timed_starts(self, start: Trajectory, standing: PathSpeed) -> Iterator[PathSpeed]:
-        """Where obstacles move: the best among those that stand, the motion itself, and both begun later."""
+        """Where obstacles move: the motion itself, the best among those that stand, and both begun later."""
         own = fitted(start, SPACE)
-        yield from (self._later(standing), standing, self._later(own), own)
+        yield from (own, self._later(standing), standing, self._later(own))
         for motion in self._bent(standing):
             yield from (motion, self._later(motion))
 
