@@ -30,7 +30,8 @@ def at(limit: Limit, share: float) -> tuple[np.ndarray, np.ndarray]:
     still = (ca.DM.zeros(1, 2),) * 4
     now = Samples(robot=ARM, derivatives=still, duration=ca.DM(DURATION), times=ca.DM(share * DURATION))
     constraint = Eased(limit).at(now)[0]
-    return tuple(np.array([]) if b is None else as_array(b).ravel() for b in (constraint.lower, constraint.upper))
+    lower, upper = (np.empty(0) if b is None else as_array(b).ravel() for b in (constraint.lower, constraint.upper))
+    return lower, upper
 
 
 @pytest.mark.parametrize(("share", "part"), [(0.0, 0.0), (RATE_EASING / 2.0, 0.5), (RATE_EASING, 1.0), (1.0, 1.0)])
