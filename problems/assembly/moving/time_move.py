@@ -243,6 +243,10 @@ class TimeMoveProblem(Problem[SplineShape]):
         found[:, :, :which] = np.arange(goals)[:, None] + 0.5
         return found.reshape(-1, d)
 
+    def nearest_candidate(self, trajectory: Trajectory) -> FloatArray:
+        """That of :meth:`vector_of`."""
+        return self.vector_of(trajectory)
+
     def vector_of(self, trajectory: Trajectory) -> FloatArray:
         """The search vector (d,) whose motion is nearest to a given one: what is left of a plan, say."""
         u = np.linspace(0.0, 1.0, FITTED * self.motion.spline.size)
