@@ -1,8 +1,8 @@
 """A thousand replans among obstacles that change course: how fast they come, and whether anything is touched.
 
 Simulations of a scene in the plane and of one with a Panda, seed after seed, until there have been as many replans as
-asked for, half of them in each scene. Obstacles are judged by their true motions, for all t. Simulated time waits for the
-planner: an answer that takes longer than the period counts as a missed deadline, and is executed all the same.
+asked for, half of them in each scene. Obstacles are judged by their true motions, for all t. Simulated time waits for
+the planner: an answer that takes longer than the period counts as a missed deadline, and is executed all the same.
 
     python -m benchmarks.replanning --replans 1000
 """
