@@ -18,6 +18,9 @@ from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import BSO, GA, PSO, SOLVERS, Box, Budget, Result, Solver, StopReason, minimize
 from tpbso_casadi.planning.plan import plan
 from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi.planning.replanning.replan import replan
+from tpbso_casadi.planning.replanning.replanner import Replanner
+from tpbso_casadi.planning.replanning.step import Step
 from tpbso_casadi.planning.retime import retime
 from tpbso_casadi.scenario.builtin import builtin
 from tpbso_casadi.scenario.catalogues import find_solver
@@ -45,11 +48,13 @@ __all__ = [
     "PointToPoint",
     "PopulationFunction",
     "Problem",
+    "Replanner",
     "Result",
     "RunResult",
     "Scenario",
     "ScenarioError",
     "Solver",
+    "Step",
     "StopReason",
     "Trajectory",
     "Verdict",
@@ -61,6 +66,7 @@ __all__ = [
     "pentagram",
     "plan",
     "read_scenario",
+    "replan",
     "result_of",
     "retime",
     "write_run",

@@ -60,10 +60,13 @@ def move(
         limits: kinds of limits that hold besides those of the robot and of the obstacles.
 
     Raises:
-        InvalidProblem: an unknown name, too few samples or pieces, or a pose without a clear posture.
+        InvalidProblem: an unknown name, too few samples or pieces, a pose without a clear posture, or an
+            acceleration at the start.
     """
     check_at_least("samples", samples, 2)
     check_at_least("pieces", pieces, LEAST_PIECES)
+    if any(task.start_acceleration):
+        raise InvalidProblem("start_acceleration", "a path that is timed leaves at zero; needs motion = 'time-spline'")
     tasks = branched(task)
     segments = len(task.vias) + 1
     each = USUAL_PIECES.get(segments, LEAST_PIECES) if pieces is None else pieces

@@ -99,6 +99,10 @@ class Problem(Criteria, ABC, Generic[P]):
         """Lower and upper corner of the search box, both (d,)."""
         return self.encoding.bounds
 
+    def nearest_candidate(self, trajectory: Trajectory) -> FloatArray | None:
+        """The search vector (d,) whose motion is nearest to a given one; None where that is not known, by default."""
+        return None
+
     @property
     def searched_limits(self) -> tuple[Limit, ...]:
         """The limits as a search keeps them; those of the motion by default."""

@@ -7,8 +7,9 @@ in which every number is a symbol. Code compiled from the twin serves every stat
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import fields, is_dataclass
+from functools import cache
 from typing import Any, ClassVar, TypeVar
 
 import casadi as ca
@@ -36,6 +37,27 @@ def is_zero(value: Any) -> bool:
     if isinstance(value, tuple):
         return all(is_zero(entry) for entry in value)
     return isinstance(value, (int, float)) and value == 0.0
+
+
+def structure(value: Any) -> Hashable:
+    """All of a statement but its numbers, hashable: what statements of one formula have in common."""
+    if isinstance(value, tuple):
+        return tuple(structure(entry) for entry in value)
+    if not (isinstance(value, Statement) and is_dataclass(value)):
+        return value  # type: ignore[no-any-return]
+    parts: list[Hashable] = [type(value)]
+    for field in fields(value):
+        own = getattr(value, field.name)
+        is_number = field.name in value.numbers and not (field.name in value.zero_is_structure and is_zero(own))
+        parts.append(_shape(own) if is_number else structure(own))
+    return tuple(parts)
+
+
+def _shape(value: Any) -> Hashable:
+    """How many numbers there are, and in which tuples."""
+    if isinstance(value, tuple):
+        return tuple(_shape(entry) for entry in value)
+    return None if value is None else float
 
 
 class Arguments:
@@ -120,26 +142,33 @@ class Reading:
 
     def _read(self, statement: object) -> object:
         if isinstance(statement, tuple):
-            return tuple(map(self._read, statement))
-        if not (isinstance(statement, Statement) and is_dataclass(statement)):
+            return tuple([self._read(entry) for entry in statement])
+        if not isinstance(statement, Statement):
             return statement
         if id(statement) in self._seen:
             return self._seen[id(statement)][0]
         self._seen[id(statement)] = len(self._seen), statement
-        return type(statement), *(self._field(statement, field.name) for field in fields(statement))
-
-    def _field(self, statement: Statement, name: str) -> object:
-        value = getattr(statement, name)
-        structural = name in statement.zero_is_structure and is_zero(value)
-        return self._number(value) if name in statement.numbers and not structural else self._read(value)
+        kind: Any = type(statement)
+        return kind, *[
+            self._number(value) if is_number and not (zero_is_structure and is_zero(value)) else self._read(value)
+            for name, is_number, zero_is_structure in _fields_of(kind)
+            for value in (getattr(statement, name),)
+        ]
 
     def _number(self, value: Any) -> object:
         if value is None:
             return None
         if isinstance(value, tuple):
-            return tuple(map(self._number, value))
+            return tuple([self._number(entry) for entry in value])
         self._values.append(float(value))
         return _NUMBER
+
+
+@cache
+def _fields_of(kind: type[Any]) -> tuple[tuple[str, bool, bool], ...]:
+    """Of each field of a kind of statement: its name, whether it is a number, and whether zeros stay as they are."""
+    names = [field.name for field in fields(kind)]
+    return tuple((name, name in kind.numbers, name in kind.zero_is_structure) for name in names)
 
 
 _NUMBER = object()  # stands in a make for any number

@@ -66,13 +66,13 @@ def _inverse(a: Interval) -> Interval:
 
 
 def _square(a: Interval) -> Interval:
-    low = 0.0 if a[0] <= 0.0 <= a[1] else min(a[0] ** 2, a[1] ** 2)
-    return low, max(a[0] ** 2, a[1] ** 2)
+    squares = a[0] * a[0], a[1] * a[1]  # infinite where a power would raise OverflowError
+    return (0.0 if a[0] <= 0.0 <= a[1] else min(squares)), max(squares)
 
 
 def _power(a: Interval, b: Interval) -> Interval:
     if b[0] == b[1] and b[0] == int(b[0]) and b[0] > 0:
-        low, high = a[0] ** b[0], a[1] ** b[0]
+        low, high = (float(np.power(np.float64(value), b[0])) for value in a)
         if int(b[0]) % 2:
             return low, high
         return (0.0 if a[0] <= 0.0 <= a[1] else min(low, high)), max(low, high)

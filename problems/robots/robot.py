@@ -61,6 +61,11 @@ class Body(Statement):
         return self.start == self.end
 
     @property
+    def form(self) -> Body:
+        """A body of the same form somewhere: a ball, or a line."""
+        return Body("ball", 0, 0) if self.is_ball else Body("line", 0, 1)
+
+    @property
     def frames(self) -> tuple[int, ...]:
         """Where it begins and ends; of a ball that is one frame."""
         return (self.start,) if self.is_ball else (self.start, self.end)

@@ -10,6 +10,7 @@ import numpy as np
 
 from problems.base.arguments import Statement
 from problems.base.matrix import FloatArray, Matrix, Operand
+from problems.scene.moving.frames import Frames
 
 
 class Obstacle(Statement, ABC):
@@ -41,6 +42,19 @@ class Obstacle(Statement, ABC):
     def seen(self, points: Matrix, times: Matrix | None) -> Matrix:
         """Points (n, dim), m, as seen from that frame at times (n, 1) in s: the same points by default."""
         return points
+
+    def frames(self, times: FloatArray) -> Frames | None:
+        """That frame at times (n,) in s; None for that of the world."""
+        return None
+
+    def without_growth(self) -> Obstacle:
+        """The same, from which nothing more is kept as time goes by: itself by default."""
+        return self
+
+    @property
+    def growth_rate(self) -> float:
+        """How much more is kept from it with every second, m/s: nothing by default."""
+        return 0.0
 
     def growth(self, times: Matrix | None) -> Operand:
         """What is kept from it at times (n, 1) in s, on top of what is kept from any obstacle, (n, 1), m."""

@@ -109,6 +109,8 @@ def of_run(folder: Path, options: argparse.Namespace) -> Scenario:
             raise ScenarioError(f"--{option}: {folder} is a run, whose path is complete")
     run = read_run(folder)
     given_path, (start, goal) = path_of(run), run.motion.criteria.task.end_velocities
+    if run.motion.criteria.task.end_accelerations.any():
+        raise ScenarioError(f"{folder}: leaves with an acceleration, which the timing of a path does not keep")
     given = {
         "kind": "joint-path",
         "shape": "pieces",

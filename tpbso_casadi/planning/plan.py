@@ -17,10 +17,11 @@ from solvers.driver.interruption import Interruption, deferred_interrupt
 from tpbso_casadi.planning.branches import best_of_branches
 from tpbso_casadi.planning.finishing import is_better, retimed
 from tpbso_casadi.planning.given_path import timed
-from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, motion_of
+from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
 from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.refinement import Refinement, polish
+from tpbso_casadi.planning.replanning.warm_start import candidates_of
 from tpbso_casadi.planning.within import best_within
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection
 from tpbso_casadi.scenario.section import ScenarioError
@@ -35,6 +36,7 @@ def plan(
     evaluation: EvaluationOptions | None = None,
     problem: Problem[Any] | None = None,
     starts: Sequence[Trajectory] = (),
+    warm_start: PlannedMotion | Motion | None = None,
 ) -> PlannedMotion:
     """Plan a scenario; a :class:`Plan` where there is something to search.
 
@@ -46,12 +48,14 @@ def plan(
         starts: motions from which IPOPT descends before it does from candidates of the search; they count among the
             starts that the scenario asks for. Not where a scenario gives a time (``within``), nor in space where
             sequential programs refine.
+        warm_start: a plan of a similar scenario, or its motion: the search begins with it, a descent too.
 
     Returns:
         The plan. After Ctrl-C too, once there is a candidate: the best so far.
 
     Raises:
-        ScenarioError: the task cannot be done, or the solver is unknown.
+        ScenarioError: the task cannot be done, the solver is unknown, or there is nothing to learn from the plan to
+            start from.
         KeyboardInterrupt: Ctrl-C, before there was a candidate.
     """
     with deferred_interrupt() as interruption:
@@ -63,7 +67,7 @@ def plan(
 
         def once(branch: Problem[Any], settings: SolverSection) -> Plan:
             stated = scenario.model_copy(update={"solver": settings})
-            found = untimed(stated, branch, solver, evaluation, progress, interruption, starts)
+            found = untimed(stated, branch, solver, evaluation, progress, interruption, starts, warm_start)
             found = finished(found, progress, interruption) if scenario.model.retime else found
             return replace(found, scenario=scenario)
 
@@ -95,6 +99,7 @@ def untimed(
     progress: Progress,
     interruption: Interruption,
     starts: Sequence[Trajectory] = (),
+    warm_start: PlannedMotion | Motion | None = None,
 ) -> Plan:
     """A plan as search and polish find it.
 
@@ -106,10 +111,12 @@ def untimed(
             if asked:
                 raise ScenarioError(f"solver.{key}: this task has no nonlinear program to descend")
     if solver.solves_program:
-        return descended(scenario, problem, solver, progress, interruption, starts)
+        first = starts if warm_start is None else (warm_start.trajectory, *starts)
+        return descended(scenario, problem, solver, progress, interruption, first)
+    known = candidates_of(problem, warm_start)
     if scenario.solver.within is None:
-        return searched(scenario, problem, solver, evaluation, progress, interruption, starts)
-    best, rounds = best_within(problem, solver, scenario.solver, evaluation, progress, interruption)
+        return searched(scenario, problem, solver, evaluation, progress, interruption, starts, known)
+    best, rounds = best_within(problem, solver, scenario.solver, evaluation, progress, interruption, known)
     return Plan(
         scenario=scenario,
         problem=problem,
@@ -152,13 +159,14 @@ def searched(
     progress: Progress,
     interruption: Interruption,
     starts: Sequence[Trajectory] = (),
+    known: FloatArray | None = None,
 ) -> Plan:
     """A plan by a metaheuristic, polished if the scenario says so."""
     settings, box = scenario.solver, Box(*problem.bounds)
     archive = Archive(box) if settings.polish_starts and problem.is_descended else None
     evaluate = interruption.breakable(partial(problem.evaluator, evaluation))
     progress.phase("searching")
-    search = minimize(evaluate, box, solver, settings.budget(), settings.seed, progress.status, archive)
+    search = minimize(evaluate, box, solver, settings.budget(), settings.seed, progress.status, archive, known)
     motion = motion_of(problem, search.x)
     refined = None
     if archive is not None:

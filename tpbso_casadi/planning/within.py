@@ -60,10 +60,12 @@ def best_within(
     evaluation: EvaluationOptions | None,
     progress: Progress,
     interruption: Interruption,
+    known: FloatArray | None = None,
 ) -> tuple[Round, int]:
     """The best round of ``asked.within`` seconds, and how many there were: search, refine, and again with a new seed.
 
-    The first search is done in any case; refining follows if time is left. Results depend on the machine.
+    The first search is done in any case, and begins with what is known, candidates (m, d); refining follows if time is
+    left. Results depend on the machine.
     """
     assert asked.within is not None
     ends = time.perf_counter() + asked.within
@@ -75,7 +77,8 @@ def best_within(
         left, archive = ends - time.perf_counter(), Archive(box)
         budget = Budget(asked.evaluations or ROUND, asked.iterations, SEARCH_SHARE * left if left > 0.0 else None)
         progress.phase("searching")
-        search = minimize(evaluate, box, solver, budget, asked.seed + len(rounds), progress.status, archive)
+        search = minimize(evaluate, box, solver, budget, asked.seed + len(rounds), progress.status, archive, known)
+        known = None
         motion, left = motion_of(problem, search.x), ends - time.perf_counter()
         last = left <= 0.0 or interruption.requested
         rounds.append(Round(search, motion, None, motion) if last else improve(search, motion, archive, left))

@@ -24,20 +24,22 @@ class MotionFamily:
         keys: of the [model] table, that belong to it alone.
         formulations: of the search vector, the default first.
         timed_at_the_end: whether its motions are always timed anew along their paths.
+        keeps_its_timing: whether they never are, as when they leave while the robot moves.
     """
 
     keys: tuple[str, ...]
     formulations: tuple[str, ...]
-    timed_at_the_end: bool
+    timed_at_the_end: bool = False
+    keeps_its_timing: bool = False
 
 
 FAMILIES = {
     "paper": MotionFamily(
         keys=("formulation", "knots", "knot_redundancy"),
         formulations=("paper", "reduced"),
-        timed_at_the_end=False,
     ),
     "spline": MotionFamily(keys=("pieces",), formulations=("reduced",), timed_at_the_end=True),
+    "time-spline": MotionFamily(keys=("pieces",), formulations=("reduced",), keeps_its_timing=True),
 }
 
 
@@ -59,7 +61,10 @@ def with_motion(model: ModelSection, task: TaskSection) -> ModelSection:
         raise ValueError(f"model.formulation: {formulation!r} needs motion = {in_words([repr(o) for o in owners])}")
     for key, owner in _foreign(model, task, motion):
         raise ValueError(f"{key}: needs motion = {owner!r} in [model]")
-    retime = model.retime if "retime" in stated else family.timed_at_the_end or _leaves_time_free(task)
+    if family.keeps_its_timing and "retime" in stated and model.retime:
+        raise ValueError(f"model.retime: motion = {motion!r} keeps the timing that is searched")
+    usual = family.timed_at_the_end or (not family.keeps_its_timing and _leaves_time_free(task))
+    retime = model.retime if "retime" in stated else usual
     values = {**dict(model), "motion": motion, "formulation": formulation, "retime": retime}
     return ModelSection.model_construct(stated, **values)
 
@@ -79,13 +84,18 @@ def _foreign(model: ModelSection, task: TaskSection, motion: str) -> Iterator[tu
     for name, family in FAMILIES.items():
         if name == motion:
             continue
-        for key in family.keys:
+        for key in set(family.keys) - set(FAMILIES[motion].keys):
             chosen = key in fields and getattr(model, key) != fields[key].default
             if key != "formulation" and key in model.model_fields_set and chosen:
                 yield f"model.{key}", name
     owners = [name for name in task.motions if name != motion]
     if owners:
-        yield from ((f"task.{key}", owners[0]) for key in task.foreign_keys(motion))
+        yield from ((f"task.{key}", _owner(key, task, owners)) for key in task.foreign_keys(motion))
+
+
+def _owner(key: str, task: TaskSection, owners: list[str]) -> str:
+    """The family to which a key of a task belongs; the first where none claims it."""
+    return next((name for name in owners if key in task.keys_of.get(name, ())), owners[0])
 
 
 def _leaves_time_free(task: TaskSection) -> bool:

@@ -60,7 +60,7 @@ class ModelSection(Section):
     """
 
     samples: int = Field(default=50, ge=2, le=MOST_SAMPLES)
-    motion: Literal["paper", "spline"] = "paper"
+    motion: Literal["paper", "spline", "time-spline"] = "paper"
     formulation: Formulation = "paper"
     pieces: int | None = Field(default=None, ge=2, le=MOST_PIECES)
     retime: bool = False
@@ -111,7 +111,7 @@ class TaskSection(Section):
     Attributes:
         is_searched: whether a motion has to be searched for; if not, there is nothing but a path to be timed.
         motions: families of motions that it can be planned with, the default first.
-        keys_of: by family, keys that belong to it alone.
+        keys_of: by family, keys that not all of them have.
     """
 
     is_searched: ClassVar[bool] = True
@@ -128,8 +128,9 @@ class TaskSection(Section):
 
     def foreign_keys(self, motion: str) -> Iterator[str]:
         """Keys that are stated although this family of motions does not have them."""
-        for owner, keys in self.keys_of.items():
-            yield from (key for key in keys if owner != motion and getattr(self, key) is not None)
+        for keys in self.keys_of.values():
+            own = self.keys_of.get(motion, ())
+            yield from (key for key in keys if key not in own and getattr(self, key) is not None)
 
     def with_files(self, folder: InputFolder) -> Self:
         """The same task with the content of the files that it names.

@@ -64,7 +64,7 @@ class Objectives:
     def duration(self) -> int | None:
         """Which of them is the duration, where the scenario can bound that; None where none is."""
         task, motion = self.scenario.task, self.scenario.model.motion
-        foreign = {key for owner, keys in task.keys_of.items() if owner != motion for key in keys}
+        foreign = {key for keys in task.keys_of.values() for key in keys} - set(task.keys_of.get(motion, ()))
         if BOUND not in type(task).model_fields or BOUND in foreign:
             return None
         return next((i for i, objective in enumerate(self.both) if objective.is_duration), None)

@@ -157,14 +157,12 @@ class TimeMoveProblem(Problem[SplineShape]):
         Raises:
             InvalidProblem: as :func:`time_move`.
         """
+        same_robot = task.robot is self.robot
+        motion = self.motion if same_robot else replace(self.motion, robot=task.robot)
         limits = limits_of(task.robot, task.obstacles, self.further_limits)
-        if task.robot is not self.robot:
-            motion = replace(self.motion, robot=task.robot)
-            return replace(
-                self, task=task, motion=motion, encoding=encoding_of(task, motion), limits=limits, first=None
-            )
-        other = replace(self, task=task, encoding=encoding_of(task, self.motion), limits=limits, first=None)
-        if other._reading.make == self._reading.make:
+        encoding = encoding_of(task, motion)
+        other = replace(self, task=task, motion=motion, encoding=encoding, limits=limits, first=None)
+        if same_robot and other._reading.make == self._reading.make:
             object.__setattr__(other, "first", self.first or self)  # frozen from now on
         return other
 
@@ -235,6 +233,19 @@ class TimeMoveProblem(Problem[SplineShape]):
     def safe_time_scale(self, trajectory: Trajectory) -> float:
         """The same and a little more, so that rounding breaks no limit."""
         return super().safe_time_scale(trajectory) if self.task.at_rest else 1.0
+
+    def quintics(self, count: int) -> FloatArray:
+        """Search vectors (count goals, d) of motions in free space to each goal: of durations that grow."""
+        goals, d = len(self.encoding.goals), len(self.variables)
+        found = np.zeros((count, goals, d))
+        which = d - 1 - self.robot.dof * self.motion.inner
+        found[:, :, which] = np.linspace(0.0, 1.0, count)[:, None]
+        found[:, :, :which] = np.arange(goals)[:, None] + 0.5
+        return found.reshape(-1, d)
+
+    def nearest_candidate(self, trajectory: Trajectory) -> FloatArray:
+        """That of :meth:`vector_of`."""
+        return self.vector_of(trajectory)
 
     def vector_of(self, trajectory: Trajectory) -> FloatArray:
         """The search vector (d,) whose motion is nearest to a given one: what is left of a plan, say."""

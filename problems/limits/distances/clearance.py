@@ -18,6 +18,7 @@ from problems.limits.distances.proximity import Pair, Proximity
 from problems.limits.limit import SAMPLING_MARGIN, Limit, Repetition
 from problems.motions.samples import Samples
 from problems.robots.robot import Body, Robot
+from problems.scene.moving.frames import Frames
 from problems.scene.obstacle import Obstacle
 
 EQUATION = "(14), (18)"
@@ -55,9 +56,32 @@ class CollisionPair(Pair):
         return self.number, self.measured, self.body.is_ball
 
     @property
+    def form(self) -> CollisionPair:
+        """Of a body without a name, and the obstacle as seen from its frame."""
+        return replace(self, body=self.body.form, number=0, obstacle=self.obstacle.unmoved)
+
+    def view(self, times: FloatArray) -> Frames | None:
+        """The obstacle's."""
+        return self.obstacle.frames(times)
+
+    @property
+    def growth_rate(self) -> float:
+        """The obstacle's."""
+        return self.obstacle.growth_rate
+
+    def without_growth(self) -> CollisionPair:
+        """Of the obstacle where it is predicted."""
+        return replace(self, obstacle=self.obstacle.without_growth())
+
+    @property
     def thickness(self) -> Operand:
         """The body's radius."""
         return self.body.radius
+
+    @property
+    def dim(self) -> int:
+        """That of the obstacle."""
+        return self.obstacle.dim
 
     @property
     def radii(self) -> tuple[Operand, ...]:
@@ -111,8 +135,9 @@ class CollisionPair(Pair):
         return robot.turns, robot.levers[robot.number_of(self.body)]
 
     def own_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
-        """That of the obstacle."""
-        return self.obstacle.travel(cells, robot.reach()[1] + float(np.linalg.norm(robot.base)))
+        """That of the obstacle, for all bodies of the robot."""
+        reach = max(robot.reach(frame)[1] for body in robot.bodies for frame in body.frames if frame > 0)
+        return self.obstacle.travel(cells, reach + float(np.linalg.norm(robot.base)))
 
     def can_touch(self, robot: Robot, spare: float = 0.0) -> bool:
         """Whether the body reaches as near as the margin, and ``spare`` m farther."""

@@ -16,6 +16,7 @@ from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.motions.samples import Samples
 from problems.robots.robot import Robot
+from problems.scene.moving.frames import Frames
 
 NEAR = 0.1  # of the reach: pairs that stay farther apart, on top of what they have to keep, may be forgotten
 
@@ -45,6 +46,11 @@ class Pair(Statement, ABC):
 
     @property
     @abstractmethod
+    def dim(self) -> int:
+        """2 in the plane, 3 in space."""
+
+    @property
+    @abstractmethod
     def frames(self) -> tuple[int, ...]:
         """Numbers of the frames in which their middle lines end, as far as these move."""
 
@@ -56,6 +62,20 @@ class Pair(Statement, ABC):
     def timed(self) -> bool:
         """Whether it matters at which times; not by default."""
         return False
+
+    @property
+    @abstractmethod
+    def form(self) -> Pair:
+        """The pair without what :meth:`apart` does not depend on: whose ends they are, and how what moves does."""
+
+    def view(self, times: FloatArray) -> Frames | None:
+        """The frames in which one has to see the other at times (n,), s; None for that of the world."""
+        return None
+
+    @property
+    def growth_rate(self) -> float:
+        """How much more they have to keep with every second, m/s; nothing by default."""
+        return 0.0
 
     @abstractmethod
     def apart(self, *ends: Matrix) -> Matrix:
@@ -96,8 +116,20 @@ class Pair(Statement, ABC):
         """
 
     def own_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
-        """How much their distance can change within cells of time (n, 2), s, though no joint moves: (n,), m."""
+        """How much the distance of any pair of its group can change within cells of time though no joint moves.
+
+        Args:
+            robot: of which they are pairs.
+            cells: start and end of each, (n, 2), s.
+
+        Returns:
+            (n,), m: an upper bound of the difference to the middle of each cell.
+        """
         return np.zeros(len(cells))
+
+    def without_growth(self) -> Pair:
+        """The same, to which nothing more is kept as time goes by: itself by default."""
+        return self
 
     def can_touch(self, robot: Robot) -> bool:
         """Whether they can come as near as they must not."""

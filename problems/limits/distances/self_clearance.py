@@ -38,9 +38,19 @@ class BodyPair(Pair):
         return self.first.is_ball, self.second.is_ball
 
     @property
+    def form(self) -> BodyPair:
+        """Of bodies without a name."""
+        return BodyPair(self.first.form, self.second.form)
+
+    @property
     def thickness(self) -> Operand:
         """Both radii."""
         return self.first.radius + self.second.radius
+
+    @property
+    def dim(self) -> int:
+        """That of the bodies: lines in the plane, balls in space."""
+        return 3 if self.first.is_ball else 2
 
     @property
     def radii(self) -> tuple[Operand, ...]:

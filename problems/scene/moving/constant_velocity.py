@@ -11,6 +11,7 @@ import numpy as np
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, columns
 from problems.base.ranges import COORDINATES, check_within
+from problems.scene.moving.frames import Frames
 from problems.scene.moving.obstacle_motion import ObstacleMotion
 
 
@@ -52,9 +53,9 @@ class ConstantVelocity(ObstacleMotion):
     def _place(self, time: float) -> FloatArray:
         return np.asarray(np.array(self.origin) + time * np.array(self.velocity))
 
-    def placed(self, points: FloatArray, time: float) -> FloatArray:
-        """Points moved to where the frame is."""
-        return np.asarray(points + self._place(time))
+    def frames(self, times: FloatArray) -> Frames:
+        """On a line, not turned."""
+        return Frames(np.array(self.origin) + times[:, None] * np.array(self.velocity))
 
     def travel(self, cells: FloatArray, extent: float) -> FloatArray:
         """Half a cell at the speed."""

@@ -11,6 +11,7 @@ import numpy as np
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand
 from problems.base.ranges import COORDINATES, check_within
+from problems.scene.moving.frames import Frames
 from problems.scene.moving.obstacle_motion import ObstacleMotion
 from problems.scene.obstacle import Obstacle
 
@@ -58,6 +59,19 @@ class MovingObstacle(Obstacle):
         if times is None:
             raise ValueError("of an obstacle that moves it matters at which times")
         return self.motion.seen(points, times)
+
+    def frames(self, times: FloatArray) -> Frames:
+        """That of its motion."""
+        return self.motion.frames(times)
+
+    def without_growth(self) -> Self:
+        """The same as it is predicted, without doubt."""
+        return replace(self, margin_rate=0.0)
+
+    @property
+    def growth_rate(self) -> float:
+        """The rate."""
+        return self.margin_rate
 
     def growth(self, times: Matrix | None) -> Operand:
         """What is kept from it at times, (n, 1), m, on top of what is kept from any obstacle."""

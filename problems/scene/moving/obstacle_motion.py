@@ -5,8 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Self
 
+import numpy as np
+
 from problems.base.arguments import Statement
 from problems.base.matrix import FloatArray, Matrix
+from problems.scene.moving.frames import Frames
 
 
 class ObstacleMotion(Statement, ABC):
@@ -25,8 +28,12 @@ class ObstacleMotion(Statement, ABC):
         """Points (n, dim), m, at times (n, 1) in s, or all at one, as seen from the frame at that time: (n, dim), m."""
 
     @abstractmethod
+    def frames(self, times: FloatArray) -> Frames:
+        """Where the frame is at times (n,) in s."""
+
     def placed(self, points: FloatArray, time: float) -> FloatArray:
         """Points (n, dim) of the frame as seen from outside at a time in s: (n, dim), m."""
+        return np.asarray(self.frames(np.array([time])).placed(points)[0])
 
     @abstractmethod
     def travel(self, cells: FloatArray, extent: float) -> FloatArray:

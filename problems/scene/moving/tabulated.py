@@ -10,11 +10,13 @@ from typing import ClassVar, Self
 import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
+from scipy.spatial.transform import Rotation
 
 from problems.base.bernstein import bernstein
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, columns
 from problems.base.ranges import ANGLES, COORDINATES, check_within, is_of_length_one
+from problems.scene.moving.frames import Frames
 from problems.scene.moving.obstacle_motion import ObstacleMotion
 from problems.scene.moving.piecewise import piecewise
 
@@ -101,28 +103,30 @@ class Tabulated(ObstacleMotion):
         away = [column - place for column, place in zip(columns(points), values[: self.dim], strict=True)]
         return ca.horzcat(*(turned_back(away, values[self.dim :]) if self.turns else away))
 
-    def placed(self, points: FloatArray, time: float) -> FloatArray:
-        """Points turned and moved to where the frame is."""
-        origin, *units = (
-            np.asarray(ca.DM(self.seen(ca.DM(point[None]), ca.DM(time))).full())[0]
-            for point in (np.zeros(self.dim), *np.eye(self.dim))
-        )
-        axes = np.array([unit - origin for unit in units])  # of the world, as seen from the frame
-        return np.asarray((points - origin) @ axes.T)
+    def frames(self, times: FloatArray) -> Frames:
+        """On the splines; before and after them, at their ends."""
+        values = self._spline(np.clip(times, self.breaks[0], self.breaks[-1]))
+        return Frames(values[:, : self.dim], axes_of(values[:, self.dim :]) if self.turns else None)
 
     @cached_property
     def _spline(self) -> PPoly:
         return PPoly(np.array(self.pieces).transpose(2, 1, 0), np.array(self.breaks))
 
     @cached_property
-    def _bounds(self) -> tuple[FloatArray, FloatArray]:
-        """In each piece, an upper bound of the speed of the origin, m/s, and of the turning, rad/s; (p,) each."""
+    def _bounds(self) -> FloatArray:
+        """Upper bounds of speeds and accelerations, of origin and turning, in each piece: (2, p, 2); see ``_sizes``."""
         lengths = np.diff(self.breaks)
-        rates = np.abs(bernstein(np.asarray(self._spline.derivative().c), lengths)).max(axis=0)
-        speeds, turning = (np.linalg.norm(part, axis=1) for part in (rates[:, : self.dim], rates[:, self.dim :]))
-        if self.dim == 3 and self.turns:
-            turning = 2.0 * turning / self._least_length
-        return speeds, turning
+        curves = [bernstein(np.asarray(self._spline.derivative(order).c), lengths) for order in (1, 2)]
+        return np.stack([self._sizes(np.abs(curve).max(axis=0)) for curve in curves])
+
+    def _sizes(self, derivatives: FloatArray) -> FloatArray:
+        """How fast the origin moves, m/s, and the frame turns, rad/s, at most: (n, 2); of derivatives (n, c)."""
+        origin, turn = (
+            np.linalg.norm(part, axis=1) for part in (derivatives[:, : self.dim], derivatives[:, self.dim :])
+        )
+        if self.turns and self.dim == 3:
+            turn = 2.0 * turn / self._least_length  # a unit quaternion moves half as fast as what it turns
+        return np.column_stack([origin, turn])
 
     @cached_property
     def _least_length(self) -> float:
@@ -133,13 +137,18 @@ class Tabulated(ObstacleMotion):
         return float(np.einsum("nps,ps->np", curves, along).min())
 
     def travel(self, cells: FloatArray, extent: float) -> FloatArray:
-        """Half a cell at the largest speed of all pieces that it meets."""
-        speeds, turning = self._bounds
-        moving = np.concatenate([[0.0], speeds + (turning * extent if self.turns else 0.0), [0.0]])
+        """Half a cell at the largest speed of all pieces that it meets; within one piece, what is less than that.
+
+        There the speed in the middle and the largest acceleration bound the way: |v| h / 2 + max |a| h^2 / 8.
+        """
+        middles, h, lever = cells.mean(axis=1), cells[:, 1] - cells[:, 0], np.array([1.0, extent])
+        speeds, accelerations = (np.pad(bounds @ lever, 1) for bounds in self._bounds)  # it stands still outside
         first = np.searchsorted(self.breaks, cells[:, 0], side="right")
-        last = np.searchsorted(self.breaks, cells[:, 1], side="left")
-        largest = np.array([moving[i : max(i, j) + 1].max() for i, j in zip(first, last, strict=True)])
-        return np.asarray(largest * (cells[:, 1] - cells[:, 0]) / 2.0)
+        last = np.maximum(first, np.searchsorted(self.breaks, cells[:, 1], side="left"))
+        spans = np.column_stack([first, last + 1]).ravel()
+        coarse = np.maximum.reduceat(np.append(speeds, 0.0), spans)[::2] * h / 2.0
+        now = np.where(speeds[first] > 0.0, self._sizes(self._spline(middles, 1)) @ lever, 0.0)
+        return np.where(first == last, np.minimum(coarse, now * h / 2.0 + accelerations[first] * h**2 / 8.0), coarse)
 
     def offset(self, first: float, last: float) -> float:
         """By the Bernstein coefficients of the whole table."""
@@ -174,6 +183,14 @@ def turned_back(away: Sequence[Matrix], turn: Sequence[Matrix]) -> list[Matrix]:
         [s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)],
     ]
     return [u * rotation[0][axis] + v * rotation[1][axis] + t * rotation[2][axis] for axis in range(3)]
+
+
+def axes_of(turns: FloatArray) -> FloatArray:
+    """The axes of turned frames, one in each column, (n, dim, dim); angles (n, 1), or quaternions of any length."""
+    if turns.shape[1] == 1:
+        cosine, sine = np.cos(turns[:, 0]), np.sin(turns[:, 0])
+        return np.moveaxis(np.array([[cosine, -sine], [sine, cosine]]), 2, 0)
+    return np.asarray(Rotation.from_quat(turns).as_matrix())
 
 
 def _checked(turns: FloatArray, dim: int) -> FloatArray:

@@ -81,10 +81,9 @@ def print_run_audit(audit: dict[str, Any], console: OutputConsole) -> None:
     if audit["retiming"] is not None:
         print_retiming(audit["retiming"], console)
     if audit["optimality"] is None:
-        known = (
-            "there was nothing else to choose" if not audit["searched"] else "there is no nonlinear program to judge by"
-        )
-        console.say(f"the timing is the fastest of its path; {known}")
+        known = "there is no nonlinear program to judge by" if audit["searched"] else "there was nothing else to choose"
+        timed = audit["retiming"] is not None or not audit["searched"]
+        console.say(f"the timing is the fastest of its path; {known}" if timed else known)
     else:
         print_optimality(audit, console)
 

@@ -121,11 +121,11 @@ class Replanner:
 
         Raises:
             InvalidProblem: as :meth:`replan`.
-            ScenarioError: the start is no posture, so that the motion has to be given.
+            ScenarioError: the start is no posture at rest, so that the motion has to be given.
         """
         if executed is None:
-            if self.task.start_posture is None:
-                raise ScenarioError("task.start: joints are needed, or a motion that is planned already")
+            if self.task.start_posture is None or self.task.end_velocities[0].any():
+                raise ScenarioError("task.start: joints at rest are needed, or a motion that is planned already")
             executed = Trajectory.standing(self.task.start_posture, self.every)
         return self.replan(executed, self.task.obstacles if obstacles is None else obstacles)
 
@@ -144,11 +144,13 @@ class Replanner:
         began = time.perf_counter()
         self._check(executed, obstacles, goal)
         scene = Scene(self.robot, tuple(obstacles))
+        known = self._known is not None and self._known.holds(executed, scene)
         decision = Decision(
             limits=self._limits,
             scene=scene,
             executed=executed,
-            is_proven=self._known is not None and self._known.holds(executed, scene),
+            is_proven=known,
+            can_stop=known and self._known is not None and self._known.judged.fail_safe,
             foreseen=None if self._known is None else self._known.foreseen(executed, scene),
             goals=self._postures(executed.value_at_end(), goal),
             search=self.search,

@@ -16,6 +16,7 @@ from solvers import Archive, Box, Budget, minimize
 from solvers.lshade import LSHADE
 
 KEPT = 8  # candidates of a search from which the next one begins
+QUINTICS = 4  # durations of the motions in free space from which it begins too
 PROVEN = 3  # the best of a search are proven, in order of cost
 
 
@@ -126,7 +127,7 @@ class Search:
         width = len(problem.bounds[0])
         rows = [problem.vector_of(trajectory)[None] for trajectory in known]
         kept = self._known if self._known.shape[1] == width else np.empty((0, width))
-        return np.concatenate([np.empty((0, width)), *rows, kept])
+        return np.concatenate([*rows, problem.quintics(QUINTICS), kept])
 
 
 def _clipped(values: FloatArray, most: tuple[float, ...]) -> FloatArray:

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from problems import InvalidProblem, PointToPoint, Problem, Robot, point_to_point
 from problems.assembly.move import move
+from problems.assembly.moving.time_move import time_move
 from problems.scene.obstacle import Obstacle
 from problems.tasks.elbow import Elbow
 from problems.tasks.move import Move
@@ -24,9 +25,13 @@ Velocities = Annotated[list[Number], Field(min_length=1, max_length=MOST_LINKS)]
 class PointToPointTask(TaskSection):
     """[task] from a start to a goal: points in m, angles in rad, times in s."""
 
-    motions: ClassVar[tuple[str, ...]] = ("spline", "paper")
+    motions: ClassVar[tuple[str, ...]] = ("spline", "paper", "time-spline")
     keys_of: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType(
-        {"paper": ("segment_time",), "spline": ("via", "start_velocity", "goal_velocity", "total_time")}
+        {
+            "paper": ("segment_time",),
+            "spline": ("via", "start_velocity", "goal_velocity", "total_time"),
+            "time-spline": ("start_velocity", "start_acceleration", "total_time"),
+        }
     )
 
     kind: Literal["point-to-point"]
@@ -35,6 +40,7 @@ class PointToPointTask(TaskSection):
     via: AnyPlaces | None = None
     start_velocity: Annotated[Velocities | None, ANGULAR] = None
     goal_velocity: Annotated[Velocities | None, ANGULAR] = None
+    start_acceleration: Annotated[Velocities | None, ANGULAR] = None
     objective: ObjectiveChoice = "time"
     elbow: Elbow = "free"
     segment_time: tuple[Positive, Positive] | None = None
@@ -69,12 +75,10 @@ def _paper(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...
     return point_to_point(task, objective, model.formulation, model.samples, model.further_limits)
 
 
-def _spline(
-    table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection
-) -> Problem[Any]:
+def _move(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...]) -> Move:
     """Ours: places, any of several goals, vias, velocities at the ends."""
     goals = table.goal if isinstance(table.goal, list) else [table.goal]
-    task = Move(
+    return Move(
         robot,
         built(table.start),
         tuple(map(built, goals)),
@@ -84,12 +88,30 @@ def _spline(
         tuple(table.start_velocity or ()),
         tuple(table.goal_velocity or ()),
         table.total_time,
+        tuple(table.start_acceleration or ()),
     )
-    return move(task, find_objective(table.objective), model.samples, model.pieces, model.further_limits)
+
+
+def _spline(
+    table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection
+) -> Problem[Any]:
+    """A path that is timed."""
+    task, objective = _move(table, robot, obstacles), find_objective(table.objective)
+    return move(task, objective, model.samples, model.pieces, model.further_limits)
+
+
+def _time_spline(
+    table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection
+) -> Problem[Any]:
+    """A motion over time that leaves from any state."""
+    task, objective = _move(table, robot, obstacles), find_objective(table.objective)
+    pieces = {} if model.pieces is None else {"pieces": model.pieces}
+    return time_move(task, objective, model.samples, limits=model.further_limits, **pieces)
 
 
 BUILDERS: dict[str, Callable[[PointToPointTask, Robot, tuple[Obstacle, ...], ModelSection], Problem[Any]]] = {
     "paper": _paper,
     "spline": _spline,
+    "time-spline": _time_spline,
 }
-POSTURES_ALLOWED = ("spline",)  # motions whose ends may be postures, or one of several goals
+POSTURES_ALLOWED = ("spline", "time-spline")  # motions whose ends may be postures, or one of several goals

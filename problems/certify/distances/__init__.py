@@ -1,0 +1,1 @@
+"""How far pairs are apart over time: what proofs of clearance evaluate."""
