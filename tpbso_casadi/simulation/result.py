@@ -51,6 +51,7 @@ class SummaryResult(StrictModel):
         standing_contacts: how often something touched the arm where it stood.
         unproven: stretches of motion of which it is not proven, nor disproven, that they touched nothing.
         closest: over the whole simulation.
+        closest_moving: the smallest distance while the arm moved, m.
         largest_jumps: of angle, speed and acceleration where motions join, rad, rad/s, rad/s^2.
         goals_reached: in all.
     """
@@ -70,6 +71,7 @@ class SummaryResult(StrictModel):
     standing_contacts: Count
     unproven: Count
     closest: ClosestResult
+    closest_moving: Number
     largest_jumps: tuple[float, float, float]
     goals_reached: Count
 
@@ -181,6 +183,7 @@ def summary_of(record: SimulationRecord, judged: list[Stretch]) -> SummaryResult
         standing_contacts=contacts(judged, moving=False),
         unproven=sum(stretch.is_open for stretch in judged),
         closest=ClosestResult(distance=nearest.distance, time=nearest.time, pair=nearest.pair, moving=nearest.moves),
+        closest_moving=min((stretch.distance for stretch in judged if stretch.moves), default=np.inf),
         largest_jumps=(*record.largest_jumps.tolist(),),
         goals_reached=len(record.visits),
     )
