@@ -42,9 +42,10 @@ def plane_plan(*obstacles: Obstacle) -> PlannedMotion:
 
 
 @cache
-def moving_space_plan() -> PlannedMotion:
+def moving_space_plan(spheres: bool = True) -> PlannedMotion:
     """A small arm turns while a ball crosses its way."""
-    robot = small_arm(4, max_jerk=(100.0,) * 4, spheres=SPHERES, kept_pairs=((0, 3),), self_collision=True)
+    balls = {"spheres": SPHERES, "kept_pairs": ((0, 3),), "self_collision": True} if spheres else {}
+    robot = small_arm(4, max_jerk=(100.0,) * 4, **balls)
     return _plan(robot, (0.0, 0.3, 0.2, 0.8), (1.2, 0.9, -0.4, 1.1), IN_SPACE)
 
 

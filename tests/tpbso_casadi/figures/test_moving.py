@@ -166,3 +166,10 @@ def test_a_path_in_space_shows_obstacles_at_the_times_of_the_postures(
     assert [path.name for path in paths] == ["path.png", "joints.png", "limits.png", "clearance.png"]
     with Image.open(paths[-1]) as image:
         assert np.asarray(image.convert("L")).std() > 10.0
+
+
+def test_a_robot_without_spheres_is_close_to_nothing() -> None:
+    plan = moving_space_plan(spheres=False)
+    assert len(snapshots(plan)) == 3 and clearance_figures(plan) == {}
+    top, *_ = path_figure(plan).axes
+    assert "its way" in [line.get_label() for line in top.lines]
