@@ -11,7 +11,7 @@ import pytest
 from scipy.interpolate import PPoly
 
 from tpbso_casadi import parse_scenario
-from tpbso_casadi.cli import audit, retime, solve
+from tpbso_casadi.cli import audit, retime, simulate, solve
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 LONG = {
@@ -24,10 +24,11 @@ LONG = {
     "pareto",
     "payload",
 }  # tens of seconds
+SIMULATED = ("simulation-panda", "simulation-plane")
 SCENARIOS = [
     pytest.param(path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
     for path in sorted(EXAMPLES.glob("*.toml"))
-    if path.stem != "arm"
+    if path.stem != "arm" and path.stem not in SIMULATED
 ]
 TIMES = 20_000
 
@@ -88,3 +89,13 @@ def test_the_command_line_times_the_same_waypoints(tmp_path: Path) -> None:
     assert theta.x[-1] == pytest.approx(scenario.x[-1], rel=1e-9)
     nodes = theta(theta.x)
     assert all(np.abs(nodes - waypoint).max(axis=1).min() < 1e-9 for waypoint in waypoints)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SIMULATED)
+def test_the_arm_touches_nothing_while_it_moves_among_what_moves(name: str, tmp_path: Path) -> None:
+    options = ["--quiet", "--seconds", "3", "--out", str(tmp_path / "run")]
+    assert simulate.main([str(EXAMPLES / f"{name}.toml"), *options]) == 0
+    summary = json.loads((tmp_path / "run/result.json").read_text())["summary"]
+    assert summary["collisions"] == summary["unproven"] == 0
+    assert summary["new"] > 0

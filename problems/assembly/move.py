@@ -219,8 +219,12 @@ class MoveProblem(SplineProblem):
         return self.is_polished and not all(place.always_reached for place in ends)
 
     def polished(self, start: Trajectory) -> Iterator[Trajectory]:
-        """What sequential linear programs over path and speed make of a motion; in the plane, of one with torques."""
-        needed = self.robot.dim == 3 or self.robot.limits.torque is not None
+        """What sequential linear programs over path and speed make of a motion.
+
+        In the plane a nonlinear program does as well, unless torques are limited or obstacles move.
+        """
+        hard = self.robot.limits.torque is not None or any(obstacle.moves for obstacle in self.obstacles)
+        needed = self.robot.dim == 3 or hard
         return self._polish(start) if needed and self._has_polish else iter(())
 
     @cached_property

@@ -66,7 +66,8 @@ def at_goal(limits: Iterable[Limit], obstacles: Sequence[Obstacle], trajectory: 
     if not moving:
         return None
     arrival, around = trajectory.duration, max(_around(limit.robot) for limit in moving)
-    quiet = max(arrival, *(obstacle.quiet_after(around) for obstacle in obstacles))
+    one_look = arrival + RESOLUTION  # at what has come to rest
+    quiet = max(one_look, *(obstacle.quiet_after(around) for obstacle in obstacles))
     horizon = min(quiet, arrival + LOOKED_AHEAD)
     until = min(_clear_until(limit, trajectory.at(np.array([arrival])), arrival, horizon) for limit in moving)
     if until < horizon:
@@ -82,8 +83,6 @@ def _around(robot: Robot) -> float:
 
 def _clear_until(limit: Proximity, theta: FloatArray, start: float, end: float) -> float:
     """Up to which time in s a posture (1, dof) is proven to keep a limit, at the latest ``end``."""
-    if end <= start:
-        end = start + RESOLUTION  # nothing moves any more: one look
     edges = np.linspace(start, end, INITIAL_CELLS + 1)
     cells, until = np.column_stack([edges[:-1], edges[1:]]), end
     while len(cells):

@@ -20,7 +20,8 @@ from problems.robots.robot import Robot
 
 RATE_SHARE = 0.02  # of the bound of a limit that a longer duration restores: margin for what is between samples
 PLACE_SHARE = 4e-3  # of the reach or of a joint's range: the same for limits on postures
-EASING = 0.15  # of the duration, from either end: margins are complete in between
+PLACE_EASING = 0.15  # of the duration, from either end: margins of postures are complete in between
+RATE_EASING = 0.03  # of the duration, from the start: those of rates, which all vanish at the end, are complete then
 
 
 @dataclass(frozen=True)
@@ -69,9 +70,9 @@ class Eased(Limit):
     def _between_bounds(
         self, loose: Sequence[Constraint], tight: Sequence[Constraint], samples: Samples
     ) -> list[Constraint]:
-        begun, left = (ca.fmin(1.0, u / EASING) for u in _shares(samples))
-        rate = RATE_SHARE * begun if self.limit.scales_with_time else 0.0  # which all vanish at the end
-        share = ca.fmin(begun, left)
+        past, left = _shares(samples)
+        share = ca.fmin(1.0, ca.fmin(past, left) / PLACE_EASING)
+        rate = RATE_SHARE * ca.fmin(1.0, past / RATE_EASING) if self.limit.scales_with_time else 0.0
         return [
             replace(
                 one,

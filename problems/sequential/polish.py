@@ -25,6 +25,7 @@ from problems.timing.rest_to_rest import rest_to_rest
 
 SPACE = MotionSpace(path_pieces=12, speed_pieces=24)
 SPARES = (6e-3, 1.2e-2, 2.4e-2)  # m, kept at samples on top of the margin: one after the other where proofs fail
+LEAST_SPARE = 2e-3  # m, likewise, tried first among obstacles that move, where a little room is much time
 NEAR_BOUND = 1.02  # of the duration in free space: what is as fast needs no other start
 USUAL_STARTS = 3  # where one of them leads to a clear motion
 DELAYS = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)  # durations of a motion, after which it begins
@@ -55,12 +56,15 @@ class Polish:
         return KeptLimits(self.task.robot.limits, None if torque is None else JointTorques(torque))
 
     def __call__(self, start: Trajectory) -> Iterator[Trajectory]:
-        """Clear motions made of one that may break limits, each with more clearance at its samples than the last.
+        """Motions made of one that may break limits, clear at samples, each with more clearance there than the last.
 
         Where what comes of it is not clear or much slower than without obstacles, others between the same ends are
         tried too: a line, and lines that are bent at random.
         """
         best = self._best(start)
+        held_up = best.motion.duration > NEAR_BOUND * self._free(start).duration
+        if self._nearness.timed and best.missing == 0.0 and held_up:
+            yield timed(self._descent(best.motion, LEAST_SPARE, self._nearness)(best.motion).motion)
         for spare in SPARES:
             if spare != SPARES[0]:
                 best = self._descent(best.motion, spare, self._nearness)(best.motion)

@@ -44,7 +44,7 @@ def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
     """
     for number, obstacle in enumerate(obstacles, start=1):
         if obstacle.dim != robot.dim:
-            name = f"obstacle {number}, {type(obstacle).__name__} at {obstacle.place}"
+            name = f"obstacle {number}, {type(obstacle.unmoved).__name__} at {obstacle.place}"
             raise InvalidProblem("obstacles", f"{name}: it has {obstacle.dim} dimensions, the robot {robot.dim}")
     if not any(body.start == 0 for body in robot.bodies):
         return

@@ -65,8 +65,8 @@ class Move(Task):
     start_velocity: tuple[float, ...] = ()
     goal_velocity: tuple[float, ...] = ()
     total_time: tuple[float, float] | None = None
-    stay: float = 0.0
     start_acceleration: tuple[float, ...] = ()
+    stay: float = 0.0
 
     def __post_init__(self) -> None:
         check_choice("elbow", self.elbow, get_args(Elbow))

@@ -12,13 +12,15 @@ from problems.base.matrix import FloatArray
 from problems.scene.obstacle import Obstacle
 from problems.tasks.place import Place
 from tpbso_casadi.planning.replanning.step import Step
+from tpbso_casadi.scenario.scenario import Scenario
 
 
 class QuinticPlanner:
     """Joins a quintic to what is executed; keeps what it was given to see."""
 
-    def __init__(self, every: float, seconds: float) -> None:
-        self.every, self.seconds = every, seconds
+    def __init__(self, scenario: Scenario, seconds: float) -> None:
+        assert scenario.simulation is not None
+        self.scenario, self.every, self.seconds = scenario, scenario.simulation.every, seconds
         self.seen: list[tuple[Obstacle, ...]] = []
         self.goals: list[Place | None] = []
         self.last: tuple[Place | None, float] = None, 0.0
@@ -40,6 +42,7 @@ class QuinticPlanner:
         trajectory = Trajectory(np.concatenate([breaks, [now, now + left]]), np.concatenate(pieces, axis=1))
         return Step(
             kind="new",
+            scenario=self.scenario,
             trajectory=trajectory,
             certified=False,
             fail_safe=False,

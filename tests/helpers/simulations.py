@@ -8,7 +8,7 @@ from solvers.driver.interruption import Interruption
 from tests.helpers.quintic_planner import QuinticPlanner
 from tpbso_casadi.scenario.scenario import parse_scenario
 from tpbso_casadi.simulation.loop import Simulation
-from tpbso_casadi.simulation.record import SimulationRecord
+from tpbso_casadi.simulation.record import Replan, SimulationRecord
 from tpbso_casadi.simulation.setting import Setting
 
 EVERY = 0.25  # exact in binary
@@ -38,4 +38,21 @@ def setting(**tables: Any) -> Setting:
 
 def simulated(interruption: Interruption | None = None, **tables: Any) -> SimulationRecord:
     made = setting(**tables)
-    return Simulation(made, QuinticPlanner(EVERY, MOVE)).run(interruption or Interruption())
+    return Simulation(made, QuinticPlanner(made.scenario, MOVE)).run(interruption or Interruption())
+
+
+def replan_at(tick: int, **changed: Any) -> Replan:
+    """An answer of a planner that is as it should be, but for what is changed."""
+    stated: dict[str, Any] = {
+        "tick": tick,
+        "time": tick * EVERY,
+        "goal": 0,
+        "kind": "new",
+        "certified": True,
+        "fail_safe": True,
+        "seconds": 0.05,
+        "predicted_distance": 0.2,
+        "arrival": tick * EVERY + MOVE,
+        "jumps": (0.0, 0.0, 0.0),
+    }
+    return Replan(**(stated | changed))

@@ -21,7 +21,7 @@ from tpbso_casadi.cli.common import (
     whole_number,
 )
 from tpbso_casadi.cli.display.console import OutputConsole
-from tpbso_casadi.cli.display.simulation_tables import print_simulation, say_replan
+from tpbso_casadi.cli.display.simulation_tables import ReplanLines, print_simulation
 from tpbso_casadi.cli.run_name import free_folder
 from tpbso_casadi.planning.replanning.replanner import Replanner
 from tpbso_casadi.scenario.loading import load
@@ -98,8 +98,7 @@ def simulate(options: argparse.Namespace) -> int:
             folder = options.out or free_folder(name, setting.scenario)
             check_run_folder(folder)
             simulation = Simulation(setting, interruption.breakable(partial(planner_of, setting)))
-            errors = OutputConsole(stderr=True, quiet=options.quiet)
-            record = simulation.run(interruption, lambda replan: say_replan(replan, errors))
+            record = simulation.run(interruption, ReplanLines(OutputConsole(stderr=True, quiet=options.quiet)))
             views = [] if options.no_plots else views_of(record, Path(options.scenario).stem)
             return written(record, folder, views, interruption, OutputConsole(quiet=options.quiet))
     except ScenarioError as error:
@@ -128,6 +127,9 @@ def planner_of(setting: Setting) -> Planner:
             setting.scenario,
             every=settings.every,
             fail_safe_rate=settings.course_rate,
+            evaluations=settings.evaluations,
+            within=settings.within,
+            seed=setting.scenario.solver.seed,
         )
     except InvalidProblem as error:
         raise ScenarioError(f"simulation.{error.field}: {error.reason}") from error

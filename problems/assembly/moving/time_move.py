@@ -234,6 +234,15 @@ class TimeMoveProblem(Problem[SplineShape]):
         """The same and a little more, so that rounding breaks no limit."""
         return super().safe_time_scale(trajectory) if self.task.at_rest else 1.0
 
+    def quintics(self, count: int) -> FloatArray:
+        """Search vectors (count goals, d) of motions in free space to each goal: of durations that grow."""
+        goals, d = len(self.encoding.goals), len(self.variables)
+        found = np.zeros((count, goals, d))
+        which = d - 1 - self.robot.dof * self.motion.inner
+        found[:, :, which] = np.linspace(0.0, 1.0, count)[:, None]
+        found[:, :, :which] = np.arange(goals)[:, None] + 0.5
+        return found.reshape(-1, d)
+
     def vector_of(self, trajectory: Trajectory) -> FloatArray:
         """The search vector (d,) whose motion is nearest to a given one: what is left of a plan, say."""
         u = np.linspace(0.0, 1.0, FITTED * self.motion.spline.size)

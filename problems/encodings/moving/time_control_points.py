@@ -23,7 +23,7 @@ from problems.motions.splines.in_time import SplineShape
 from problems.motions.splines.time_spline import FIXED, TimeSpline
 from problems.objectives.objective import MotionBounds
 
-OFFSET = 1.0  # rad, the largest; what is decided is its square root, so that small ones are found too
+OFFSET = 1.5  # rad, the largest; what is decided is its square root, so that small ones are found too
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ class CollisionPair(Pair):
     def description(self) -> str:
         """The body, and of the obstacle its number, shape and place."""
         place = ", ".join(f"{part:.6g}" for part in self.obstacle.place)
-        return f"{self}, {type(self.obstacle).__name__} at ({place})"
+        return f"{self}, {type(self.obstacle.unmoved).__name__} at ({place})"
 
     @property
     def group(self) -> Hashable:
@@ -219,19 +219,6 @@ class Clearance(Proximity):
         """The limit, where there is anything within reach."""
         pairs = reachable_pairs(robot, obstacles, SAMPLING_MARGIN * robot.reach()[1]) if obstacles else ()
         return cls(robot, pairs) if pairs else None
-
-    @property
-    def timed(self) -> Self | None:
-        """The obstacles that move."""
-        return self._of([pair for pair in self.pairs if pair.timed])
-
-    @property
-    def untimed(self) -> Self | None:
-        """The others."""
-        return self._of([pair for pair in self.pairs if not pair.timed])
-
-    def _of(self, pairs: Sequence[CollisionPair]) -> Self | None:
-        return replace(self, pairs=tuple(pairs), around=None) if pairs else None
 
     def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The bodies at each sample, kept clear by a share ``margin`` of the reach on top of the robot's margin."""

@@ -210,11 +210,23 @@ class Proximity(Limit):
         return between < self.kept(margin) + length
 
     def near(self, samples: Samples) -> Self | None:
-        """The pairs that come within a share of the reach of what they have to keep."""
+        """The pairs within a share of the reach of what they have to keep, and those that time may bring near."""
         room = as_array(self.clearances(samples)).min(axis=0) - float(self.kept(0.0))
-        pairs = tuple(
-            pair for pair, left in zip(self.pairs, room, strict=True) if left < NEAR * float(self.robot.radius)
-        )
+        near, pairs = NEAR * float(self.robot.radius), zip(self.pairs, room, strict=True)
+        return self._of(tuple(pair for pair, left in pairs if pair.timed or left < near))
+
+    @property
+    def timed(self) -> Self | None:
+        """The pairs with an obstacle that moves."""
+        return self._of(tuple(pair for pair in self.pairs if pair.timed))
+
+    @property
+    def untimed(self) -> Self | None:
+        """The other pairs."""
+        return self._of(tuple(pair for pair in self.pairs if not pair.timed))
+
+    def _of(self, pairs: tuple[Pair, ...]) -> Self | None:
+        """The limit of some of its pairs, if there are any."""
         return replace(self, pairs=pairs, around=None) if pairs else None
 
     def clearances(self, samples: Samples) -> Matrix:

@@ -2,7 +2,7 @@
 
 Each start is a motion within the limits of speed, acceleration and jerk, through all places. By turns: between the
 postures at the places between which the joints turn least; and between random ones, by way of a random posture.
-Around obstacles a random one is the clearest of many.
+Around obstacles a random one is the clearest of many; where they move, of many that are run more or less slowly.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from problems.nlp.starts.waypoint_postures import WaypointPostures, excess
 from problems.objectives import Objective
 from problems.tasks.move import Move
 from problems.timing.free_space.moving_ends import least_time_move
+from problems.timing.rest_to_rest import least_durations
 
 DRAWS = 64  # random postures at the places, of which the best become starts
 DESCENTS = 8  # of them that are improved first
@@ -36,6 +37,7 @@ FARTHEST_DETOUR = {False: 0.3, True: 2.0}  # rad
 CANDIDATES = {False: 8, True: 512}  # for a random start; the clearest counts, of several clear ones the shortest
 RANDOM_STARTS = {False: 1, True: 4}  # between those of least displacement
 PATH_STEPS = 16  # from each posture to the next, where a path is looked at
+SLOWEST = 4.0  # times longer than as fast as possible, a random start among obstacles that move
 PASSING_SPEED = 0.5  # of what speed and acceleration allow on the shorter way, where a joint passes a posture
 
 
@@ -89,10 +91,33 @@ class MoveStarts:
     def random(self, rng: np.random.Generator) -> PassedMotion:
         """Between random postures, in each segment by way of random ones."""
         candidates = [self._detour(theta, rng) for theta in self.postures.draw(rng, CANDIDATES[self._around])]
-        broken = as_array(self._excess.map(len(candidates))(np.hstack(candidates))).ravel()
-        best = min(range(len(candidates)), key=lambda i: (broken[i], self.postures.value(candidates[i])))
+        slower = self._slowdowns(rng, len(candidates))
+        times = np.zeros((self._shares.size, len(candidates)))
+        if self.task.is_timed:
+            times = slower * np.stack([self._times(theta) for theta in candidates], axis=1)
+        broken = as_array(self._excess.map(len(candidates))(np.hstack(candidates), times)).ravel()
+        best = min(range(len(candidates)), key=lambda i: (broken[i], slower[i] * self.postures.value(candidates[i])))
         motion = self.along(candidates[best])
-        return PassedMotion(motion.trajectory, motion.times[:: self._ways])
+        times = slower[best] * motion.times[:: self._ways]
+        return PassedMotion(motion.trajectory.time_scaled(slower[best]), times)
+
+    def _slowdowns(self, rng: np.random.Generator, count: int) -> FloatArray:
+        """How many times longer than as fast as possible so many random starts take, (count,)."""
+        if not (self.task.is_timed and self.task.at_rest):
+            return np.ones(count)
+        return np.asarray(np.exp(rng.uniform(0.0, np.log(SLOWEST), count)))
+
+    def _times(self, theta: FloatArray) -> FloatArray:
+        """About when a motion through postures (m, k) is where its path is looked at, (n,), s."""
+        durations = least_durations(np.abs(np.diff(theta, axis=0)), self.task.robot.limits).max(axis=1)
+        passed = np.concatenate([[0.0], np.cumsum(durations)])
+        return np.asarray(np.interp(self._shares, np.arange(passed.size), passed))
+
+    @cached_property
+    def _shares(self) -> FloatArray:
+        """Where the path of a random start is looked at, from 0 to the number of its ways, (n,)."""
+        ways = self._ways * (len(self.task.vias) + 1)
+        return np.linspace(0.0, ways, ways * PATH_STEPS + 1)
 
     @property
     def _around(self) -> bool:
@@ -119,10 +144,9 @@ class MoveStarts:
     def _excess(self) -> ca.Function:
         """By how much the straight lines between the postures of a random start break limits."""
         count = self._ways * (len(self.task.vias) + 1) + 1
-        theta = ca.SX.sym("theta", count, self.task.robot.dof)
-        shares = np.linspace(0.0, count - 1.0, (count - 1) * PATH_STEPS + 1)
-        path = ca.mtimes(constant(np.maximum(0.0, 1.0 - np.abs(shares[:, None] - np.arange(count)))), theta)
-        return ca.Function("excess", [theta], [excess(self.task.robot, self.limits, path)])
+        theta, times = ca.SX.sym("theta", count, self.task.robot.dof), ca.SX.sym("times", self._shares.size)
+        path = ca.mtimes(constant(np.maximum(0.0, 1.0 - np.abs(self._shares[:, None] - np.arange(count)))), theta)
+        return ca.Function("excess", [theta, times], [excess(self.task.robot, self.limits, path, times)])
 
     def along(self, theta: FloatArray) -> PassedMotion:
         """Through postures (m, k), as fast as possible from each to the next, none of them at rest that need not be."""

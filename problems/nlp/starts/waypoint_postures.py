@@ -32,7 +32,7 @@ class WaypointPostures:
     Args:
         task: whose places.
         displacement: how the joints' turns count.
-        limits: of which those on postures count too where postures are drawn.
+        limits: of which those on postures, whenever they are taken, count too where postures are drawn.
     """
 
     task: Move
@@ -65,7 +65,8 @@ class WaypointPostures:
     @cached_property
     def _excess(self) -> ca.Function:
         theta = ca.SX.sym("theta", len(self.task.vias) + 2, self.task.robot.dof)
-        return ca.Function("excess", [theta], [excess(self.task.robot, self.limits, theta)])
+        always = [kept for limit in self.limits if (kept := limit.untimed) is not None]
+        return ca.Function("excess", [theta], [excess(self.task.robot, always, theta)])
 
     def draw(self, rng: np.random.Generator, count: int) -> list[FloatArray]:
         """Random postures, ``count`` times (m, k) in rad, each in the turn nearest to the one before.
@@ -151,14 +152,19 @@ class WaypointPostures:
         return ways if limits.jerk is None else [*ways, repeated(limits.jerk, rows) * time**3 / 32.0]
 
 
-def excess(robot: Robot, limits: Iterable[Limit], theta: Matrix) -> Matrix:
+def excess(robot: Robot, limits: Iterable[Limit], theta: Matrix, times: Matrix | None = None) -> Matrix:
     """By how much postures (m, k) in rad break limits, without regard to how they move; of many units, 0 if not.
 
-    What moves by itself is left out: when they are reached is not known.
+    Args:
+        robot: that takes them.
+        limits: to keep.
+        theta: the postures.
+        times: when, (m, 1), s; None where that is not known: what moves by itself is then left out.
     """
-    of_postures = [kept for limit in limits if (kept := limit.untimed) is not None]
+    given = limits if times is not None else (limit.untimed for limit in limits)
+    of_postures = [limit for limit in given if limit is not None]
     rest = ca.DM.zeros(*theta.shape)
-    at_rest = Samples(robot=robot, derivatives=(theta, rest, rest, rest), duration=ca.DM(1.0))
+    at_rest = Samples(robot=robot, derivatives=(theta, rest, rest, rest), duration=ca.DM(1.0), times=times)
     return ca.sum1(
         ca.vertcat(0.0, *(total(row.excess()) for limit in of_postures for row in limit.at(at_rest, SAMPLING_MARGIN)))
     )

@@ -3,15 +3,19 @@
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from problems.base.matrix import as_array
+from problems.base.matrix import FloatArray, as_array
 from problems.limits.distances.clearance import Clearance
 from problems.limits.distances.proximity import clearances
 from problems.limits.distances.self_clearance import SelfClearance
 from problems.robots.planar import PlanarArm
 from problems.robots.robot import Robot
-from problems.robots.spatial.spatial_arm import Sphere
+from problems.robots.spatial.collision.sphere import Sphere
 from problems.scene.ellipse import Ellipse
+from problems.scene.moving.constant_velocity import ConstantVelocity
+from problems.scene.moving.moving_obstacle import MovingObstacle
+from problems.scene.moving.tabulated import Tabulated
 from problems.scene.obstacle import Obstacle
 from problems.scene.solids.box import Box
 from problems.sequential.nearness import Nearness, NearPairs
@@ -40,19 +44,42 @@ def plane() -> tuple[Robot, Nearness]:
     return robot, Nearness(robot, (limit,))
 
 
-@pytest.fixture(params=[space, plane], ids=["space", "plane"])
+def moving_space() -> tuple[Robot, Nearness]:
+    robot = small_arm(spheres=SPHERES, kept_pairs=((0, 4), (1, 5)), self_collision=True)
+    rises = Tabulated.through(
+        (0.0, 0.4, 1.0),
+        np.array([[-0.2, 0.3, 0.0], [0.1, 0.3, 0.2], [0.3, -0.2, 0.4]]),
+        Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.0, 0.3, 0.5], [0.2, 0.9, 0.0]]).as_quat(),
+    )
+    room = (ROOM[0], MovingObstacle(Box(center=(0.0, 0.0, 0.3), size=(0.1, 0.2, 0.3)), rises, margin_rate=0.05))
+    limits = [Clearance.holding(robot, room), SelfClearance.holding(robot, room)]
+    return robot, Nearness(robot, tuple(limit for limit in limits if limit is not None))
+
+
+def moving_plane() -> tuple[Robot, Nearness]:
+    robot, _ = plane()
+    still = Ellipse(center=(0.9, 0.8), semi_axes=(0.2, 0.1))
+    limit = Clearance.holding(robot, (MovingObstacle(still, ConstantVelocity((-0.4, 0.1))),))
+    assert limit is not None
+    return robot, Nearness(robot, (limit,))
+
+
+CASES = (space, plane, moving_space, moving_plane)
+
+
+@pytest.fixture(params=CASES, ids=[make.__name__ for make in CASES])
 def case(request: pytest.FixtureRequest) -> tuple[Robot, Nearness]:
     made: tuple[Robot, Nearness] = request.param()
     return made
 
 
-def path(robot: Robot) -> np.ndarray:
+def path(robot: Robot) -> FloatArray:
     first, last = np.random.default_rng(2).uniform(-0.5, 1.2, (2, robot.dof))
-    return first + np.linspace(0.0, 1.0, 101)[:, None] ** 2 * (last - first)
+    return np.asarray(first + np.linspace(0.0, 1.0, 101)[:, None] ** 2 * (last - first))
 
 
-def all_clearances(robot: Robot, near: Nearness, theta: np.ndarray) -> np.ndarray:
-    return as_array(clearances(near.pairs, robot.positions(ca.DM(theta))))
+def all_clearances(robot: Robot, near: Nearness, theta: FloatArray, times: FloatArray = TIMES) -> FloatArray:
+    return as_array(clearances(near.pairs, robot.positions(ca.DM(theta)), ca.DM(times)))
 
 
 @pytest.mark.parametrize("cutoff", [0.05, 0.2, 10.0])
@@ -72,11 +99,33 @@ def test_gradients_are_finite_differences(case: tuple[Robot, Nearness]) -> None:
     theta = path(robot)
     near = nearness.near(theta, TIMES, 1.0)
     assert near.samples.size > 20
-    gradients, h = nearness.gradients(theta, TIMES, near)[0], 1e-6
+    (gradients, by_time), h = nearness.gradients(theta, TIMES, near), 1e-6
     for joint in range(robot.dof):
         moved = [all_clearances(robot, nearness, theta + s * h * np.eye(robot.dof)[joint]) for s in (1.0, -1.0)]
         expected = ((moved[0] - moved[1]) / (2.0 * h))[near.samples, near.pairs]
         assert np.abs(gradients[:, joint] - expected).max() < 1e-5
+    later = [all_clearances(robot, nearness, theta, TIMES + s * h) for s in (1.0, -1.0)]
+    expected = ((later[0] - later[1]) / (2.0 * h))[near.samples, near.pairs]
+    assert np.abs(by_time - expected).max() < 1e-5
+    assert by_time.any() == nearness.timed
+
+
+def test_a_path_that_waits_is_searched_all_through_its_times(case: tuple[Robot, Nearness]) -> None:
+    robot, nearness = case
+    theta = np.repeat(path(robot)[60:61], 101, axis=0)
+    expected = all_clearances(robot, nearness, theta)
+    near = nearness.near(theta, TIMES, 0.1)
+    assert near.samples.size == (expected < 0.1).sum()
+
+
+def test_of_what_moves_the_speed_is_bounded_and_the_rest_stands() -> None:
+    nearness = moving_plane()[1]
+    assert nearness.timed
+    assert nearness.top_speed(2.0) == pytest.approx(np.hypot(0.4, 0.1))
+    assert plane()[1].top_speed(2.0) == 0.0
+    mixed = moving_space()[1]
+    assert not mixed.standing.timed
+    assert mixed.standing.pairs == [pair for pair in mixed.pairs if not pair.timed]
 
 
 def test_nothing_to_keep_clear_of_is_no_pair() -> None:

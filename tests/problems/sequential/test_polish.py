@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import islice
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,7 +13,8 @@ from problems import Move
 from problems.assembly.move import MoveProblem, move
 from problems.certify.verdict import CertificateStatus
 from problems.motions.trajectory import Trajectory
-from problems.robots.spatial.spatial_arm import SpatialArm, Sphere
+from problems.robots.spatial.collision.sphere import Sphere
+from problems.robots.spatial.spatial_arm import SpatialArm
 from problems.scene.solids.box import Box
 from problems.sequential.descent import Descent
 from problems.sequential.freedom import Freedom
@@ -35,7 +37,7 @@ FAR = Box(center=(-0.5, -0.5, 0.1), size=(0.1, 0.1, 0.1))
 JERK = (400.0,) * 7
 
 
-def case(*obstacles: Box, **changes: object) -> MoveProblem:
+def case(*obstacles: Box, **changes: Any) -> MoveProblem:
     robot = small_arm(spheres=SPHERES, **({"max_jerk": JERK} | changes))
     return move(Move(robot, Joints(START), (Joints(GOAL),), obstacles=obstacles), pieces=4)
 

@@ -11,12 +11,21 @@ from tpbso_casadi.simulation.result import LARGEST_JUMP, WHAT, SimulationResult,
 GOOD, BAD = "green", "red"
 
 
-def say_replan(replan: Replan, console: OutputConsole) -> None:
-    """A line of an answer of the planner that is not just another motion."""
-    unproven = "" if replan.certified else ", not certified"
-    unsafe = "" if replan.fail_safe else ", no stop in time is proven"
-    if replan.kind == "stop" or unproven or unsafe:
-        console.say(f"t = {replan.time:.4g} s: {replan.kind}{unproven}{unsafe}")
+class ReplanLines:
+    """Lines on what becomes otherwise while a simulation runs: the arm stops, goes on, or is without a proof."""
+
+    def __init__(self, console: OutputConsole) -> None:
+        self._console = console
+        self._last = "goes on"
+
+    def __call__(self, replan: Replan) -> None:
+        """Say what an answer of the planner changes; nothing where that is nothing."""
+        unproven = "" if replan.certified else ", not certified"
+        unsafe = "" if replan.fail_safe else ", no stop in time is proven"
+        words = f"{'stops' if replan.kind == 'stop' else 'goes on'}{unproven}{unsafe}"
+        if words != self._last:
+            self._console.say(f"t = {replan.time:.4g} s: {words}")
+        self._last = words
 
 
 def print_simulation(result: SimulationResult, console: OutputConsole) -> None:

@@ -59,6 +59,7 @@ class Decision:
         scene: as it is predicted.
         executed: the motion that goes on until a decision takes effect.
         is_proven: whether it is known to keep the limits, and clear of what stands still.
+        can_stop: whether the last step has proven the stop that begins when this decision takes effect.
         foreseen: the proof that it stays clear of what moves, where that is known too.
         goals: postures (k,), rad, of which one is to be reached.
         search: for a way round.
@@ -71,6 +72,7 @@ class Decision:
     scene: Scene
     executed: Trajectory
     is_proven: bool
+    can_stop: bool
     foreseen: ClearanceProof | None
     goals: Sequence[FloatArray]
     search: Search
@@ -165,9 +167,9 @@ class Decision:
     def _judged_stop(self, added: Trajectory) -> Judged:
         candidate = Candidate("stop", self.until_then.followed_by(added), added)
         proof, fixed = prove_clearance(self.scene.moving, candidate.trajectory), self._keeps(candidate)
-        stands = not candidate.trajectory.moves
-        certain = fixed and (stands or stays_clear(self._uncertain.moving, candidate.trajectory))
-        return Judged(candidate, proof, fixed, certain)
+        known = (self.can_stop and is_clear(proof)) or not candidate.trajectory.moves
+        safe = fixed and (known or stays_clear(self._uncertain.moving, candidate.trajectory))
+        return Judged(candidate, proof, fixed, safe)
 
     def _keeps(self, candidate: Candidate) -> bool:
         """Whether a motion keeps the robot's limits, and clear of what stands still."""

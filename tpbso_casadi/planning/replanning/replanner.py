@@ -144,11 +144,13 @@ class Replanner:
         began = time.perf_counter()
         self._check(executed, obstacles, goal)
         scene = Scene(self.robot, tuple(obstacles))
+        known = self._known is not None and self._known.holds(executed, scene)
         decision = Decision(
             limits=self._limits,
             scene=scene,
             executed=executed,
-            is_proven=self._known is not None and self._known.holds(executed, scene),
+            is_proven=known,
+            can_stop=known and self._known is not None and self._known.judged.fail_safe,
             foreseen=None if self._known is None else self._known.foreseen(executed, scene),
             goals=self._postures(executed.value_at_end(), goal),
             search=self.search,

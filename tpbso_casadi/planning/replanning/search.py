@@ -70,7 +70,7 @@ class Search:
         rates = _clipped(state.velocity, limits.speed), _clipped(state.acceleration, limits.acceleration)
         if self._problem is None:
             start, (speeds, changes) = Joints(tuple(state.angles.tolist())), (tuple(rate.tolist()) for rate in rates)
-            task = Move(self._robot, start, places, (), "free", tuple(obstacles), speeds, (), None, changes)
+            task = Move(self._robot, start, places, (), "free", tuple(obstacles), speeds, start_acceleration=changes)
             self._problem = time_move(task, limits=self._further)
         else:
             task = self._problem.task.observed((state.angles, *rates), tuple(obstacles), places)

@@ -89,8 +89,8 @@ def _move(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...]
         tuple(table.start_velocity or ()),
         tuple(table.goal_velocity or ()),
         table.total_time,
-        table.stay or 0.0,
         tuple(table.start_acceleration or ()),
+        table.stay or 0.0,
     )
 
 

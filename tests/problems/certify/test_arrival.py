@@ -1,0 +1,221 @@
+"""What comes after arrival: against times by hand and dense sampling, and what a search makes of [task] stay."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from problems import CertificateStatus, Ellipse, InvalidProblem, PlanarArm, Rectangle, Trajectory
+from problems.assembly.move import MoveProblem, move
+from problems.base.matrix import as_array
+from problems.certify.arrival import LOOKED_AHEAD, AtGoal, at_goal, stay_verdicts
+from problems.limits import limits_of
+from problems.limits.distances.proximity import clearances
+from problems.limits.staying import looks
+from problems.scene.moving.constant_velocity import ConstantVelocity
+from problems.scene.moving.moving_obstacle import MovingObstacle
+from problems.scene.moving.tabulated import Tabulated
+from problems.scene.obstacle import Obstacle
+from problems.tasks.move import Move
+from problems.tasks.place import Joints
+
+ARM = PlanarArm((1.0, 1.0), (4.0,) * 2, (20.0,) * 2)
+STRAIGHT = Trajectory(np.array([0.0, 2.0]), np.zeros((1, 1, 2)))  # along the x axis, from t = 0 to its arrival at 2 s
+DISC = Ellipse((0.0, 0.0), (0.1, 0.1))
+
+
+def moving(origin: tuple[float, float], velocity: tuple[float, float], rate: float = 0.0) -> MovingObstacle:
+    return MovingObstacle(DISC, ConstantVelocity(velocity, origin), rate)
+
+
+def after(*obstacles: Obstacle, robot: PlanarArm = ARM, trajectory: Trajectory = STRAIGHT) -> AtGoal | None:
+    return at_goal(limits_of(robot, obstacles), obstacles, trajectory)
+
+
+def found(*obstacles: Obstacle, robot: PlanarArm = ARM) -> AtGoal:
+    result = after(*obstacles, robot=robot)
+    assert result is not None
+    return result
+
+
+def test_nothing_moves() -> None:
+    assert after() is None
+    assert after(replace(DISC, center=(0.0, 1.0))) is None
+
+
+def test_a_disc_comes_down_on_the_arm() -> None:
+    """From 3 m above at 0.5 m/s: it touches at (3 - 0.1) / 0.5 = 5.8 s."""
+    result = found(moving((1.0, 3.0), (0.0, -0.5)))
+    assert result.touched
+    assert 5.8 - 2e-3 <= result.clear_until <= 5.8
+
+
+def test_a_margin_is_kept_and_grows() -> None:
+    """3 - 0.1 - 0.5 t = 0.2 at 5.4 s; = 0.2 + 0.1 t at 4.5 s."""
+    kept = replace(ARM, margin=0.2)
+    assert found(moving((1.0, 3.0), (0.0, -0.5)), robot=kept).clear_until == pytest.approx(5.4, abs=2e-3)
+    assert found(moving((1.0, 3.0), (0.0, -0.5), 0.1), robot=kept).clear_until == pytest.approx(4.5, abs=2e-3)
+
+
+def test_what_has_passed_never_comes_back() -> None:
+    assert found(moving((1.0, -0.3), (0.0, -0.5))) == AtGoal(math.inf, touched=False)
+
+
+def test_what_flies_past_beside_the_arm() -> None:
+    assert found(moving((-5.0, 0.2), (1.0, 0.0))) == AtGoal(math.inf, touched=False)
+
+
+def test_what_creeps_is_followed_for_a_minute() -> None:
+    result = found(moving((1.0, 0.5), (0.0, 1e-3)))
+    assert result == AtGoal(2.0 + LOOKED_AHEAD, touched=False)
+
+
+def test_what_may_be_anywhere_is_never_clear_for_ever() -> None:
+    """It stands 0.5 m above, but 1 cm more is kept with every second: (0.5 - 0.1) / 0.01 = 40 s."""
+    assert found(moving((1.0, 0.5), (0.0, 0.0), 0.01)).clear_until == pytest.approx(40.0, abs=2e-3)
+    assert not found(moving((1.0, 0.9), (0.0, 0.0), 0.01)).touched  # at 80 s, which is not looked at
+
+
+def test_it_touches_already() -> None:
+    result = found(moving((1.0, 0.0), (0.0, 0.0)))
+    assert result == AtGoal(2.0, touched=True)
+
+
+def test_a_table_ends_and_what_it_moves_stands() -> None:
+    rows = np.array([[1.0, 3.0], [1.0, 2.0], [1.0, 1.0]])
+    assert found(MovingObstacle(DISC, Tabulated.through([0.0, 1.0, 5.0], rows))) == AtGoal(math.inf, touched=False)
+    ended = Tabulated.through([0.0, 0.5, 1.0], rows)
+    assert found(MovingObstacle(DISC, ended)) == AtGoal(math.inf, touched=False)
+    down = Tabulated.through([0.0, 1.0, 5.0], np.array([[1.0, 3.0], [1.0, 2.4], [1.0, 0.0]]))
+    result = found(MovingObstacle(DISC, down))
+    heights = Tabulated.through([0.0, 1.0, 5.0], np.array([[1.0, 3.0], [1.0, 2.4], [1.0, 0.0]]))
+    assert heights.placed(np.zeros((1, 2)), result.clear_until)[0, 1] == pytest.approx(0.1, abs=2e-3)
+
+
+def test_the_first_of_several_counts() -> None:
+    slow, fast = moving((1.0, 3.0), (0.0, -0.2)), moving((1.5, -3.0), (0.0, 1.0))
+    assert found(slow, fast).clear_until == pytest.approx(2.9, abs=2e-3)
+
+
+def test_a_goal_that_is_passed() -> None:
+    start, goal = Joints((0.0, 0.5)), Joints((0.5, 0.5))
+    obstacle = moving((5.0, 5.0), (0.0, -1.0))
+    passing = move(Move(ARM, start, (goal,), obstacles=(obstacle,), goal_velocity=(1.0, 0.0)))
+    trajectory = passing.trajectory(np.mean(passing.bounds, axis=0))
+    assert passing.at_goal(trajectory) is None
+
+
+numbers = st.floats(-3.0, 3.0)
+
+
+@settings(max_examples=25, deadline=None)
+@given(numbers, numbers, numbers, numbers, st.floats(0.0, 0.3), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+def test_against_dense_samples(
+    x: float, y: float, u: float, v: float, rate: float, first: float, second: float
+) -> None:
+    """What is said to be clear is, at 5,000 times; what is said to touch does so a moment later."""
+    box = MovingObstacle(Rectangle((0.0, 0.0), (0.3, 0.2), 0.4), ConstantVelocity((u, v), (x, y)), rate)
+    posture = np.array([[[first, second]]])
+    result = after(box, trajectory=Trajectory(np.array([0.0, 1.0]), posture))
+    assert result is not None
+    [limit] = (limit for limit in limits_of(ARM, (box,)) if limit.timed is not None)
+    last = min(result.clear_until, 1.0 + LOOKED_AHEAD)
+
+    def nearest(times: np.ndarray) -> np.ndarray:
+        positions = ARM.positions(ca.DM(np.repeat(posture[0], times.size, axis=0)))
+        return as_array(clearances(limit.pairs, positions, ca.DM(times))).min(axis=1)  # type: ignore[attr-defined]
+
+    if last > 1.0:
+        assert (nearest(np.linspace(1.0, last, 5_000, endpoint=False)) >= 0.0).all()
+    if result.touched:
+        speed = float(np.hypot(u, v)) + rate
+        assert nearest(np.array([result.clear_until]))[0] <= 3e-3 * speed + 1e-9
+
+
+# [task] stay
+
+
+def crossing(stay: float, **more: object) -> Move:
+    """Two postures reach the goal; a disc flies through one of them at 1.8 s, through the other at 2.6 s."""
+    return Move(
+        robot=ARM,
+        start=Joints((0.0, 0.6)),
+        goals=(Joints((0.3, 1.2)), Joints((1.5, -1.2))),
+        obstacles=(moving((0.75, -2.0), (0.0, 1.2)),),
+        stay=stay,
+        **more,  # type: ignore[arg-type]
+    )
+
+
+def test_a_stay_is_a_number_of_the_statement() -> None:
+    with pytest.raises(InvalidProblem, match=r"stay: .*within 0 and 1e\+09 s"):
+        crossing(-1.0)
+    with pytest.raises(InvalidProblem, match="stay: the robot does not stop at its goal"):
+        crossing(1.0, goal_velocity=(1.0, 0.0))
+
+
+def test_the_verdict_is_about_the_posture_at_the_end() -> None:
+    """The disc touches at 5.8 s: 3.8 s after arrival."""
+    limits = limits_of(ARM, (moving((1.0, 3.0), (0.0, -0.5)),))
+    assert stay_verdicts(limits, STRAIGHT, 0.0) == []
+    [kept], [broken] = (stay_verdicts(limits, STRAIGHT, seconds) for seconds in (3.0, 3.9))
+    assert kept.name == broken.name == "clearance at the goal"
+    assert kept.status is CertificateStatus.CERTIFIED
+    assert 0.3 <= kept.worst <= 0.4  # the distance at 5 s, less what a proof gives away
+    assert broken.status is CertificateStatus.VIOLATED
+    assert broken.worst < 0.0
+
+
+def test_nothing_is_asked_where_nothing_moves() -> None:
+    limits = limits_of(ARM, (Ellipse((0.0, 1.5), (0.1, 0.1)),))
+    assert stay_verdicts(limits, STRAIGHT, 5.0) == []
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.3, 10.0, 1e9])
+def test_looks(seconds: float) -> None:
+    shares = looks(seconds)
+    assert shares[0] == 0.0
+    assert shares[-1] == 1.0
+    assert all(before < later for before, later in pairwise(shares))
+    assert 21 <= shares.size <= 600
+
+
+@pytest.fixture(scope="module")
+def problems() -> tuple[MoveProblem, MoveProblem]:
+    """Without and with a stay."""
+    return move(crossing(0.0), samples=20), move(crossing(1.4), samples=20)
+
+
+def test_a_stay_costs_where_the_goal_is_reached_later(problems: tuple[MoveProblem, MoveProblem]) -> None:
+    """The compiled cost against the constraints written out: infeasible exactly where the posture at the goal is."""
+    rng = np.random.default_rng(3)
+    without, staying = problems
+    lower, upper = staying.bounds
+    of_path = [variable.name.startswith(("bend", "offset")) for variable in staying.variables]
+    x = rng.uniform(lower, upper, (60, lower.size)) * np.where(of_path, 0.3, 1.0)
+    feasible, kept = without.cost(x) <= without.objective_upper_bound, staying.cost(x) <= staying.objective_upper_bound
+    assert not (kept & ~feasible).any()
+    decided = 0
+    for row, cost in zip(x[feasible], staying.cost(x[feasible]), strict=True):
+        trajectory = staying.trajectory(row)
+        [verdict] = stay_verdicts(staying.limits, trajectory, 1.4)
+        if abs(verdict.worst) > 0.02:  # else the margin of samples decides
+            decided += 1
+            assert (cost <= staying.objective_upper_bound) == verdict.satisfied
+    assert decided > 20
+    assert 0 < kept.sum() < feasible.sum()
+
+
+def test_the_model_says_the_same_as_the_program(problems: tuple[MoveProblem, MoveProblem]) -> None:
+    names = [constraint.name for constraint in problems[1].constraints]
+    assert names.count("clearance at the goal") == 1
+    assert "clearance at the goal" not in [constraint.name for constraint in problems[0].constraints]
+    program = problems[1].nlp()
+    assert "clearance at the goal" in [constraint.name for constraint in program.constraints(0.0)]

@@ -1,0 +1,149 @@
+"""How fast a path is run: the shares of the speed limits, what timing makes of them, and who has such variables."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from helpers.moving_scenes import CROSSED, CROSSING, HERE, THERE, WAITING, WAITING_BOUND
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from problems import Move, PlanarArm, move
+from problems.assembly.tracing import tracing
+from problems.base.matrix import as_array
+from problems.certify.verdict import CertificateStatus
+from problems.encodings.pace import KNOTS, LEAST, Pace, pace_rows
+from problems.evaluation import EvaluationOptions
+from problems.motions.path_spline import PathSpline
+from problems.tasks.paths.path import Path
+from problems.tasks.paths.path_tracing import PathTracing
+from solvers import LSHADE, Box, Budget, minimize
+
+VM = EvaluationOptions("vm")
+AT_REST = (ca.DM(0.0), None)
+STILL = replace(CROSSED, obstacles=(CROSSING.still,))
+CROSSED_PROBLEM = move(CROSSED, samples=30)
+MOTION = PathSpline(PlanarArm((1.0, 1.0), (1.0, 9.0), (2.5, 9.0)), (0.0, 0.5, 1.0), 10)
+
+
+def test_a_variable_from_0_on_makes_use_of_all_and_minus_1_crawls() -> None:
+    shares = np.exp(as_array(Pace().logarithms(ca.DM([1.0, 0.0, -0.5, -1.0, 0.3]))).ravel())
+    assert shares == pytest.approx([1.0, 1.0, np.sqrt(LEAST), LEAST, 1.0], rel=1e-12)
+
+
+@pytest.mark.parametrize("ends", [(False, False), (True, False), (False, True), (True, True)])
+def test_ends_that_move_are_passed_at_all_of_the_limits(ends: tuple[bool, bool]) -> None:
+    pace = Pace(ends)
+    assert len(pace.variables) == KNOTS - sum(ends)
+    found = as_array(pace.logarithms(-ca.DM.ones(len(pace.variables)))).ravel()
+    assert (found[[0, -1]] == 0.0).tolist() == list(ends)
+    assert (found[1:-1] == np.log(LEAST)).all()
+
+
+def test_logarithms_are_linear_between_the_knots() -> None:
+    u = np.array([0.0, 0.125, 0.25, 0.9, 1.0])
+    rows = pace_rows(u)
+    assert rows.sum(axis=1) == pytest.approx(1.0, abs=1e-15)
+    assert rows @ np.arange(KNOTS) == pytest.approx((KNOTS - 1) * u, abs=1e-15)
+    assert (rows >= 0.0).all()
+
+
+def test_a_line_at_half_of_the_speed_limits() -> None:
+    """1 rad at 2.5 rad/s^2 up to 0.5 rad/s: two ramps of 0.2 s and 0.05 rad, 0.9 rad in 1.8 s."""
+    line = ca.DM(MOTION.spline.greville[:, None] * np.array([1.0, 0.0]))
+    timed = MOTION.timed(line, AT_REST, ca.DM.ones(MOTION.parameters_u.size, 1) / 2.0)
+    assert float(timed.duration) == pytest.approx(2.2, rel=1e-9)
+
+
+def test_a_graded_grid_is_passed_at_equal_times() -> None:
+    """1 rad at 4 rad/s^2 takes 1 s and 0.5 s to its middle: each of the ten steps of either half takes 0.05 s."""
+    motion = PathSpline(PlanarArm((1.0, 1.0), (9.0, 9.0), (4.0, 9.0)), (0.0, 0.5, 1.0), 10, graded=(True, True))
+    assert np.diff(motion.parameters_u) == pytest.approx(motion.double_steps / 2.0, rel=1e-12)
+    timed = motion.timed(ca.DM(motion.spline.greville[:, None] * np.array([1.0, 0.0])), AT_REST)
+    assert float(timed.duration) == pytest.approx(1.0, rel=1e-9)
+    times = motion.samples(timed).times
+    assert times is not None
+    assert as_array(times).ravel() == pytest.approx(np.linspace(0.0, 1.0, 21), abs=1e-7)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000), st.lists(st.floats(LEAST, 1.0), min_size=21, max_size=21))
+def test_whatever_the_shares_limits_hold_and_less_is_slower(seed: int, shares: list[float]) -> None:
+    points = ca.DM(np.random.default_rng(seed).uniform(-1.5, 1.5, (MOTION.spline.size, 2)))
+    full, pace = MOTION.timed(points, AT_REST), np.array(shares)
+    slowed = MOTION.timed(points, AT_REST, ca.DM(pace))
+    unchanged = MOTION.timed(points, AT_REST, ca.DM.ones(21, 1))
+    assert float(ca.norm_inf(unchanged.squared - full.squared)) == 0.0
+    assert float(slowed.duration) >= float(full.duration) * (1.0 - 1e-9)
+    samples, limits = MOTION.samples(slowed), MOTION.robot.limits
+    assert (np.abs(as_array(samples.speed)) <= np.array(limits.speed) * pace[:, None] * (1.0 + 1e-9)).all()
+    first, second = (as_array(MOTION.spline.sampling_matrix(MOTION.parameters_u, n)) @ as_array(points) for n in (1, 2))
+    squared = as_array(slowed.squared)
+    c = np.diff(squared, axis=0) / MOTION.double_steps[:, None]
+    for end in (slice(None, -1), slice(1, None)):
+        reached = np.abs(second[end] * squared[end] + first[end] * c) / np.array(limits.acceleration)
+        assert reached.max() <= 1.0 + 1e-6
+
+
+def test_only_where_an_obstacle_moves_there_is_something_to_wait_for() -> None:
+    def names(task: Move) -> list[str]:
+        return [variable.name for variable in move(task).variables]
+
+    def without_pace(listed: list[str]) -> list[str]:
+        return [name for name in listed if not name.startswith("pace_")]
+
+    assert sum(name.startswith("pace_") for name in names(CROSSED)) == KNOTS
+    assert without_pace(names(CROSSED)) == names(STILL)
+    moving = replace(CROSSED, start_velocity=(0.5, 0.0))
+    assert names(moving)[-KNOTS:] == ["pace_start", *(f"pace_{knot}" for knot in range(2, KNOTS + 1))]
+
+
+def test_with_all_of_the_limits_an_obstacle_out_of_reach_changes_nothing_but_the_share_and_the_grid() -> None:
+    x = np.random.default_rng(0).uniform(*move(STILL, samples=30).bounds)
+    still, timed = move(STILL, samples=30), CROSSED_PROBLEM
+    even = replace(still.motion, share=timed.motion.share, graded=timed.motion.graded)
+    least = float(even.timed(*still.encoding.path(ca.DM(x))).duration)
+    assert float(timed.parameters_of(np.append(x, np.ones(KNOTS))).duration) == least
+
+
+def test_steps_over_samples_cost_what_the_model_costs_of_a_traced_path() -> None:
+    arm = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3)
+    task = PathTracing(arm, Path(((1.0, 0.5), (1.1, 0.6), (1.2, 0.6))), 0.1, "up", obstacles=(CROSSING,))
+    problem = tracing(task, "time", 20, 3)
+    assert len(problem.variables) == 3 + KNOTS
+    x = Box(*problem.bounds).sample(np.random.default_rng(0), 20)
+    function = problem.cost_function
+    np.testing.assert_allclose(problem.evaluator(VM)(x), as_array(function.map(20)(x.T)).ravel(), rtol=1e-12)
+    durations = [float(problem.parameters_of(row).duration) for row in (x[0], np.append(x[0, :3], np.ones(KNOTS)))]
+    assert durations[0] > durations[1]
+
+
+def test_the_motion_of_a_candidate_has_the_times_of_its_search_and_keeps_its_limits() -> None:
+    box = Box(*CROSSED_PROBLEM.bounds)
+    for x in box.sample(np.random.default_rng(1), 5):
+        searched = CROSSED_PROBLEM.motion.samples(CROSSED_PROBLEM.parameters_of(x))
+        assert searched.times is not None
+        trajectory = CROSSED_PROBLEM.trajectory(x)
+        duration, times = float(searched.duration), as_array(searched.times).ravel()
+        assert duration * (1.0 - 1e-4) <= trajectory.duration <= duration * 1.01
+        assert CROSSED_PROBLEM.safe_time_scale(trajectory) <= 1.0 + 1e-6
+        speeds = np.abs(as_array(searched.speed)).max()
+        late = trajectory.at(times * trajectory.duration / duration) - as_array(searched.theta)
+        assert np.abs(late).max() <= 0.02 * speeds * duration
+
+
+def test_it_waits_for_the_way_to_be_free() -> None:
+    problem = move(WAITING)
+    best = minimize(problem.evaluator(VM), Box(*problem.bounds), LSHADE(), Budget(6000), 0)
+    trajectory = problem.trajectory(best.x)
+    assert {verdict.status for verdict in problem.verify(trajectory)} == {CertificateStatus.CERTIFIED}
+    assert WAITING_BOUND <= trajectory.duration <= 1.04 * WAITING_BOUND
+    hurried = problem.trajectory(np.append(best.x[:-KNOTS], np.ones(KNOTS)))
+    assert hurried.duration < WAITING_BOUND - 0.5
+    assert any(v.status is CertificateStatus.VIOLATED for v in problem.verify(hurried) if v.name == "clearance")
+    start, goal = trajectory.at(trajectory.breakpoints[[0, -1]])
+    assert start == pytest.approx(np.array(HERE.values), abs=1e-12)
+    assert goal == pytest.approx(np.array(THERE.values), abs=1e-9)

@@ -1,0 +1,210 @@
+"""Steps of planning while an arm moves: what goes on, what replaces it, and when it stops."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.replanning import EVERY, GOAL, START, Erratic, Simulation, crossing, scenario
+
+from problems import Ellipse, InvalidProblem, Joints, Trajectory
+from problems.certify.clearance import ClearanceProof, prove_clearance
+from problems.limits.distances.proximity import Proximity
+from problems.timing.from_motion.fastest import fastest_move
+from problems.timing.from_motion.motion_state import MotionState
+from tpbso_casadi.planning.replanning import decision
+from tpbso_casadi.planning.replanning.candidates import remaining
+from tpbso_casadi.planning.replanning.replanner import Replanner
+from tpbso_casadi.planning.replanning.step import Step
+from tpbso_casadi.scenario.scenario import parse_scenario
+from tpbso_casadi.scenario.section import ScenarioError
+
+FAR = crossing((3.0, 3.0))
+IN_THE_WAY = crossing((1.55, 0.75))
+AT_REST = MotionState(np.array(START), np.zeros(3), np.zeros(3))
+
+
+def replanner(rate: float = 0.0, evaluations: int = 400, within: float | None = None) -> Replanner:
+    """Of the planar arm."""
+    return Replanner(scenario(), EVERY, rate, evaluations, within)
+
+
+def on(step: Step, seconds: float = EVERY) -> Trajectory:
+    """What is left of a step's motion so many seconds later."""
+    return remaining(step.trajectory, seconds, EVERY)
+
+
+def assert_continues(step: Step, executed: Trajectory) -> None:
+    """It begins as what is executed goes on, leaves that smoothly, and ends at rest."""
+    until_then = np.linspace(0.0, min(EVERY, executed.duration), 11)
+    for order in range(3):
+        assert step.trajectory.at(until_then, order) == pytest.approx(executed.at(until_then, order), abs=1e-9)
+        assert not step.trajectory.jumps_inside(order)
+        before, after = step.trajectory._sides(order)
+        assert np.abs(after[1:] - before[:-1]).max(initial=0.0) < 1e-9
+    for order in (1, 2):
+        assert step.trajectory.value_at_end(order) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_from_rest_it_takes_the_least_time_and_what_it_does_then_goes_on() -> None:
+    planner = replanner()
+    step = planner.first(obstacles=[])
+    least = fastest_move(AT_REST, np.array(GOAL), planner.robot.limits).duration
+    assert (step.kind, step.certified, step.fail_safe, step.closest, step.x) == ("new", True, True, None, None)
+    assert step.trajectory.duration == pytest.approx(EVERY + least)
+    assert step.trajectory.value_at_end() == pytest.approx(GOAL, abs=1e-9)
+    assert_continues(step, Trajectory.standing(np.array(START), EVERY))
+    for _ in range(3):
+        executed = on(step)
+        step = planner.replan(executed, [])
+        assert (step.kind, step.certified, step.fail_safe) == ("old", True, True)
+        assert step.trajectory == executed
+
+
+def test_at_the_goal_it_stays() -> None:
+    step = replanner().replan(Trajectory.standing(np.array(GOAL), 1.0), [FAR])
+    assert (step.kind, step.certified, step.fail_safe) == ("old", True, True)
+    assert not step.trajectory.moves
+
+
+def test_another_goal_is_gone_to() -> None:
+    planner = replanner()
+    executed = on(planner.first(obstacles=[]), 0.4)
+    step = planner.replan(executed, [], Joints((0.0, 0.5, 0.5)))
+    assert (step.kind, step.certified) == ("new", True)
+    assert step.trajectory.value_at_end() == pytest.approx([0.0, 0.5, 0.5], abs=1e-9)
+    assert_continues(step, executed)
+
+
+def test_a_way_round_is_searched_for_where_the_direct_one_is_closed() -> None:
+    planner = replanner()
+    executed = Trajectory.standing(np.array(START), EVERY)
+    step = planner.replan(executed, [IN_THE_WAY])
+    assert (step.kind, step.certified, step.fail_safe) == ("new", True, True)
+    assert step.x is not None
+    assert step.closest is not None
+    assert step.closest.distance > 0.0
+    assert step.closest.pair.endswith("obstacle 1")
+    assert_continues(step, executed)
+
+
+def test_the_same_seed_decides_the_same() -> None:
+    first, second = (replanner().replan(Trajectory.standing(np.array(START), EVERY), [IN_THE_WAY]) for _ in range(2))
+    assert first.x is not None
+    assert second.x is not None
+    assert first.x.tolist() == second.x.tolist()
+
+
+def test_where_nothing_is_found_it_stops() -> None:
+    """Something stands between the arm and its goal all of a sudden, and there is no time for a search."""
+    planner = replanner(within=0.0)
+    executed = on(planner.first(obstacles=[]), 0.2)
+    step = planner.replan(executed, [IN_THE_WAY])
+    assert (step.kind, step.certified, step.fail_safe, step.x) == ("stop", True, True, None)
+    assert_continues(step, executed)
+    again = planner.replan(on(step), [IN_THE_WAY])
+    assert (again.kind, again.certified) == ("stop", True)
+    assert again.trajectory.value_at_end() == pytest.approx(step.trajectory.value_at_end(), abs=1e-9)
+    freed = planner.replan(on(again), [])
+    assert (freed.kind, freed.certified) == ("new", True)
+
+
+def test_what_cannot_be_avoided_is_said() -> None:
+    planner = replanner()
+    executed = on(planner.first(obstacles=[]), 0.4)
+    hand = planner.robot.skeleton(executed.at(np.array([0.05])))[0, -1]
+    step = planner.replan(executed, [crossing((float(hand[0]), float(hand[1])))])
+    assert (step.kind, step.certified, step.fail_safe) == ("stop", False, False)
+    assert step.closest is not None
+    assert step.closest.distance < 0.0
+
+
+def test_a_motion_that_breaks_a_limit_is_not_certified() -> None:
+    planner = replanner()
+    fast = planner.first(obstacles=[]).trajectory.part(EVERY, 0.9).time_scaled(0.5)
+    step = planner.replan(fast, [FAR])
+    assert not step.certified
+
+
+def test_the_margin_of_a_prediction_counts() -> None:
+    """Clear where the prediction holds; where it may be left at 2 m/s in any direction no stop would be in time."""
+    executed = on(replanner().first(obstacles=[]), 0.3)
+    place = crossing((-0.2, 0.8))
+    certain, uncertain = (replanner(rate, within=0.0).replan(executed, [place]) for rate in (0.0, 2.0))
+    assert (certain.kind, certain.fail_safe) == ("old", True)
+    assert (uncertain.kind, uncertain.certified) == ("stop", True)
+
+
+@pytest.mark.parametrize("seed", [2, 6])
+def test_while_it_moves_nothing_touches_it(seed: int) -> None:
+    """Whatever course an obstacle takes, as long as it changes its velocity by no more than has been said."""
+    planner = Replanner(scenario(), EVERY, fail_safe_rate=0.8, evaluations=200)
+    simulation = Simulation().run(planner, Erratic(np.random.default_rng(seed), 0.4), 12)
+    assert len(simulation.moved) > 50
+    assert simulation.touched == []
+    assert all(step.certified and step.fail_safe for step in simulation.steps)
+
+
+def test_without_the_rule_it_is_touched() -> None:
+    """The same obstacle, if predictions are taken for the truth."""
+    planner = Replanner(scenario(), EVERY, fail_safe_rate=0.0, evaluations=200)
+    assert Simulation().run(planner, Erratic(np.random.default_rng(6), 0.4), 12).touched
+
+
+def test_what_is_known_is_not_proven_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    planner = replanner()
+    obstacle = crossing((2.4, 1.6), (-0.3, 0.0))
+    standing = Ellipse((-1.0, -1.0), (0.2, 0.2))
+    step = planner.first(obstacles=[obstacle, standing])
+    proofs: list[int] = []
+
+    def counted(limit: Proximity, trajectory: Trajectory) -> ClearanceProof | None:
+        proofs.append(1)
+        return prove_clearance(limit, trajectory)
+
+    monkeypatch.setattr(decision, "prove_clearance", counted)
+    executed = on(step)
+    as_predicted = planner.replan(executed, [obstacle.later(EVERY), standing])
+    assert as_predicted.kind == "old"
+    assert not proofs
+    other = replace(obstacle.later(2 * EVERY), margin_rate=0.01)
+    assert planner.replan(on(as_predicted), [other, standing]).kind == "old"
+    assert proofs
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"every": 0.0}, "every: 0 is not within"),
+        ({"every": float("nan")}, "every: nan is not within"),
+        ({"fail_safe_rate": -0.1}, "fail_safe_rate: -0.1 is not within"),
+        ({"evaluations": 0}, "evaluations: 0 is fewer than 1"),
+        ({"seed": -1}, "seed: -1 is fewer than 0"),
+        ({"within": -1.0}, "within: -1 is not within"),
+    ],
+)
+def test_settings_that_are_refused(settings: dict[str, float], message: str) -> None:
+    with pytest.raises(InvalidProblem, match=message):
+        Replanner(scenario(), **settings)  # type: ignore[arg-type]
+
+
+def test_what_does_not_fit_is_refused() -> None:
+    planner = replanner()
+    there = Trajectory.standing(np.array(START), 1.0)
+    with pytest.raises(InvalidProblem, match="executed: a motion of 2 joints for a robot of 3"):
+        planner.replan(Trajectory.standing(np.zeros(2), 1.0), [])
+    with pytest.raises(InvalidProblem, match="executed: it is no motion"):
+        planner.replan(Trajectory.standing(np.array([0.0, np.nan, 0.0]), 1.0), [])
+    with pytest.raises(InvalidProblem, match="goal: 2 joints for a robot of 3"):
+        planner.replan(there, [], Joints((0.0, 0.0)))
+
+
+def test_tasks_that_are_not_planned_again() -> None:
+    content = scenario().model_dump(exclude_none=True, exclude_defaults=True)
+    content["task"] |= {"via": [{"joints": [0.0, 0.2, 0.2]}]}
+    with pytest.raises(ScenarioError, match="task: only a move to a goal at rest"):
+        Replanner(parse_scenario(content))
+    content["task"] = {"kind": "point-to-point", "start": [1.0, -0.5], "goal": [0.5, 1.2]}
+    with pytest.raises(ScenarioError, match=r"task.start: joints are needed"):
+        Replanner(parse_scenario(content)).first()
