@@ -42,10 +42,9 @@ def plane_plan(*obstacles: Obstacle) -> PlannedMotion:
 
 
 @cache
-def moving_space_plan(spheres: bool = True) -> PlannedMotion:
+def moving_space_plan() -> PlannedMotion:
     """A small arm turns while a ball crosses its way."""
-    balls = {"spheres": SPHERES, "kept_pairs": ((0, 3),), "self_collision": True} if spheres else {}
-    robot = small_arm(4, max_jerk=(100.0,) * 4, **balls)
+    robot = small_arm(4, max_jerk=(100.0,) * 4, spheres=SPHERES, kept_pairs=((0, 3),), self_collision=True)
     return _plan(robot, (0.0, 0.3, 0.2, 0.8), (1.2, 0.9, -0.4, 1.1), IN_SPACE)
 
 
