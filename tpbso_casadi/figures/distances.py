@@ -66,6 +66,8 @@ def _number(pair: CollisionPair) -> int:
 
 def closest_to_moving(robot: Robot, obstacles: Sequence[Obstacle], trajectory: Trajectory) -> ClosestApproach | None:
     """When a robot is closest to an obstacle that moves; None where nothing can touch one."""
+    if not any(obstacle.moves for obstacle in obstacles):
+        return None
     pairs = tuple(pair for pair in pairs_of(robot, obstacles) if pair.timed)
     return closest_approach(Clearance(robot, pairs), trajectory)
 

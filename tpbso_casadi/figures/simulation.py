@@ -125,6 +125,7 @@ def in_space(figure: Figure, place: SubplotSpec, record: SimulationRecord, motio
         draw_ways(axes, [course.middles[:, columns] for course in courses])
         draw_times(axes, shown_courses(record), columns)
         draw_replans(axes, record, motion, columns)
+        axes.set_title(name, loc="left", fontsize="medium")
         axes.grid(alpha=0.3)
     return panels[0]
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.moving_plans import IN_PLANE, IN_SPACE, moving_space_plan, plane_plan
+from helpers.space import small_arm
 from helpers.space_plans import space_plan
 from matplotlib.patches import Polygon
 from PIL import Image
@@ -166,3 +167,9 @@ def test_a_path_in_space_shows_obstacles_at_the_times_of_the_postures(
     assert [path.name for path in paths] == ["path.png", "joints.png", "limits.png", "clearance.png"]
     with Image.open(paths[-1]) as image:
         assert np.asarray(image.convert("L")).std() > 10.0
+
+
+def test_a_robot_without_spheres_is_close_to_nothing() -> None:
+    rest = Trajectory(np.array([0.0, 1.0]), np.zeros((1, 1, 4)))
+    assert closest_to_moving(small_arm(4), IN_SPACE, rest) is None
+    assert distance_curves(small_arm(4), IN_SPACE, rest, TIMES) == []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -17,7 +17,8 @@ from tpbso_casadi.animation.simulated import simulation_page
 from tpbso_casadi.cli.simulate import main
 from tpbso_casadi.figures import simulation
 from tpbso_casadi.figures.simulation import SHOWN, STYLES, draw_simulation, simulation_figure
-from tpbso_casadi.simulation.motion import simulated_motion
+from tpbso_casadi.planning.replanning.step import Kind
+from tpbso_casadi.simulation.motion import MEANINGS, simulated_motion
 
 
 def data_of(text: str) -> dict[str, Any]:
@@ -64,6 +65,10 @@ def test_distances_are_true_and_standstills_are_shaded() -> None:
     assert goals == [1.5]
     bars = sorted((bar.get_x(), bar.get_height()) for bar in answers.patches)
     np.testing.assert_allclose(bars, [(EVERY * tick, 10.0 * (tick + 1)) for tick in range(8)])
+
+
+def test_every_kind_of_answer_has_a_style_and_a_meaning() -> None:
+    assert set(STYLES) == set(MEANINGS) == set(get_args(Kind))
 
 
 @pytest.mark.parametrize("dim", [2, 3])
