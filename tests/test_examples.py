@@ -59,7 +59,12 @@ def test_an_example_is_planned_and_audited(name: str, tmp_path: Path, capsys: py
     if limits.torque is not None:
         torques = np.array(robot.inverse_dynamics(*(ca.DM(theta(times, order)) for order in range(3))))
         assert (np.abs(torques) <= np.array(limits.torque) * (1.0 + 1e-9)).all()
-    assert np.abs(theta(theta.x[[0, -1]], 1)).max() < 1e-8
+    task = result["scenario"]["task"]  # type: ignore[index]
+    given = np.zeros((2, robot.dof))
+    for order, key in enumerate(("start_velocity", "start_acceleration"), start=1):
+        given[0] = 0.0 if task.get(key) is None else task[key]
+        if order == 1 or given[0].any():
+            assert theta(theta.x[[0, -1]], order) == pytest.approx(given, abs=1e-8)
     assert audit.main([str(tmp_path / name)]) == 0
     assert "certified" in capsys.readouterr().out
 

@@ -208,7 +208,7 @@ class Trajectory:
         most = self._jump(order, None)
         return most > JUMP * LEAST_JUMP_SCALE and most > JUMP * self._jump_scale(order)
 
-    def _accelerations_along_ends(self, outside: FloatArray | None) -> tuple[float, float]:
+    def _accelerations_along_ends(self, outside: FloatArray | None = None) -> tuple[float, float]:
         """The largest jump of a joint's acceleration at the start and at the end, without what is across velocities."""
         velocities, accelerations = (
             np.stack([after[0], before[-1]]) for before, after in (self._sides(order) for order in (1, 2))

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from problems import Ellipse, PlanarArm
-from problems.base.arguments import Arguments, Statement
+from problems.base.arguments import Arguments, Reading, Statement
 from problems.base.matrix import as_array
 from problems.limits import limits_of
 from problems.limits.derivative import AccelerationLimit, SpeedLimit
@@ -97,6 +97,43 @@ def test_a_zero_may_be_structure() -> None:
     arguments = Arguments()
     arguments.twin(Inner(0.0))
     assert arguments.values.tolist() == [0.0]  # only where the statement says so
+
+
+ARM = equal_links(3, margin=0.01)
+STATEMENTS = {
+    "inner": Inner(1.0, ((1.0, 2.0), (3.0, 4.0)), 0.5),
+    "outer": Outer((1.0, 2.0), 3.0, (Inner(1.0), Inner(2.0, turn=0.1)), Inner(5.0)),
+    "robot": ARM,
+    "limits": limits_of(ARM, (Ellipse((1.5, 1.5), (0.1, 0.2)), Ellipse((-1.5, 1.5), (0.1, 0.2)))),
+    "nothing": None,
+}
+
+
+@pytest.mark.parametrize("statement", STATEMENTS.values(), ids=STATEMENTS)
+def test_a_reading_has_the_numbers_of_the_twin(statement: object) -> None:
+    arguments = Arguments()
+    arguments.twin((statement, statement))
+    assert Reading((statement, statement)).values.tolist() == arguments.values.tolist()
+
+
+def test_a_make_is_all_but_the_numbers() -> None:
+    make = Reading(Inner(1.0, ((1.0, 2.0),), 0.5, "a")).make
+    assert make == Reading(Inner(9.0, ((7.0, 8.0),), -3.0, "a")).make
+    others = [
+        Inner(1.0, ((1.0, 2.0),), 0.5, "b"),
+        Inner(1.0, ((1.0, 2.0),), 0.0, "a"),
+        Inner(1.0, ((1.0, 2.0), (1.0, 2.0)), 0.5, "a"),
+        Inner(1.0, None, 0.5, "a"),
+        Outer((1.0,), 2.0, (), Inner(1.0)),
+    ]
+    assert all(Reading(other).make != make for other in others)
+
+
+def test_a_make_knows_what_occurs_twice() -> None:
+    one, other = Inner(1.0), Inner(1.0)
+    assert Reading((one, one)).make == Reading((other, other)).make
+    assert Reading((one, one)).make != Reading((one, other)).make
+    assert Reading((one, one)).values.tolist() == [1.0]
 
 
 def test_nothing_to_say() -> None:

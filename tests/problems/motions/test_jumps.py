@@ -137,3 +137,14 @@ def test_a_moving_end_may_be_curved_but_not_accelerated() -> None:
     assert across._accelerations_along_ends()[0] == 0.0
     assert braking._accelerations_along_ends()[0] == pytest.approx(0.5)
     assert braking.jump_time(2) == 0.0
+
+
+def test_an_acceleration_that_is_given_at_the_start_is_no_jump() -> None:
+    ramp = Trajectory(np.array([0.0, 1.0]), np.array([[-1.0], [1.5], [0.0], [0.0]])[:, None])  # a = 3 - 6 t
+    outside = np.array([[3.0], [-3.0]])
+    assert ramp.jump_time(2) == 0.0
+    assert ramp.jump_time(2, outside) is None
+    assert ramp.jump_time(2, outside * [[1.0], [0.0]]) == 1.0
+    rates = np.array([[0.0], [0.0]])
+    assert ramp.largest_jump(rates, end_accelerations=outside) < 1e-12
+    assert ramp.largest_jump(rates) == pytest.approx(3.0)  # relative to 1 rad / s^2, the most that counts

@@ -17,6 +17,7 @@ from problems.motions.motion import Motion
 from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.samples import Samples
 from problems.motions.splines.in_time import SplineShape
+from problems.motions.splines.time_spline import TimeSpline
 from problems.motions.trajectory import SMOOTH_ORDERS
 from problems.motions.two_segments import Quantities, TwoSegments
 
@@ -41,6 +42,11 @@ def path(nodes: Sequence[float], steps: int, slower: float) -> tuple[PathSpline,
     return motion, motion.timed(points, (ca.DM(0.0), None)).slowed(slower, 0.0)
 
 
+def time_spline(pieces: int, steps: int, time: float) -> tuple[TimeSpline, SplineShape]:
+    motion = TimeSpline(ROBOT, pieces, steps)
+    return motion, SplineShape(ca.DM(RNG.normal(size=(motion.spline.size, 3))), ca.DM(time))
+
+
 MOTIONS: dict[str, tuple[Motion[Any], Any]] = {
     "two segments": (TwoSegments(ROBOT, 7), quantities(0.3, 1.7)),
     "two segments, few steps": (TwoSegments(ROBOT, 1), quantities(2.1, 0.4)),
@@ -49,6 +55,8 @@ MOTIONS: dict[str, tuple[Motion[Any], Any]] = {
     "spline of two knots": spline((0.0, 1.0), 2, 2.0),
     "path": path(np.linspace(0.0, 1.0, 5).tolist(), 6, 1.0),
     "path, uneven nodes, slowly": path(UNEVEN, 5, 1.7),
+    "spline in time": time_spline(4, 13, 1.9),
+    "spline in time of two pieces": time_spline(2, 5, 0.4),
 }
 ORDERS = list(chain.from_iterable(combinations(range(3), n) for n in (1, 2, 3)))
 each_motion = pytest.mark.parametrize(("motion", "parameters"), MOTIONS.values(), ids=MOTIONS)

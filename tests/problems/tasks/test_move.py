@@ -32,6 +32,8 @@ def made(**changes: Any) -> Move:
         ({"vias": (POINT,), "obstacles": (DISC,)}, "via", "inside the obstacle"),
         ({"vias": (HOME, AWAY, Joints((1.0, 2.0, 3.0)))}, "via", "via[2]: 3 joints"),
         ({"start_velocity": (1.0,)}, "start_velocity", "1 values for 2 joints"),
+        ({"start_acceleration": (1.0,)}, "start_acceleration", "1 values for 2 joints"),
+        ({"start_acceleration": (0.0, 20.5)}, "start_acceleration", "joint 2: 20.5 is not within -20 and 20 rad/s^2"),
         ({"goal_velocity": (1.0, -4.5)}, "goal_velocity", "joint 2: -4.5"),
         ({"goal_velocity": (float("nan"), 0.0)}, "goal_velocity", "joint 1: nan"),
         ({"total_time": (2.0, 1.0)}, "total_time", "0 < 2 < 1 does not hold"),
@@ -49,6 +51,8 @@ def test_what_cannot_be_stated_is_refused_in_one_line(changes: dict[str, Any], f
 def test_velocities_left_out_are_zero() -> None:
     assert made().at_rest
     assert made(start_velocity=(0.0, 0.0)).at_rest
+    assert made(start_acceleration=(0.0, 0.0)).at_rest
+    assert not made(start_acceleration=(0.0, 0.1)).at_rest
     moving = made(goal_velocity=(0.0, -1.0))
     assert not moving.at_rest
     assert moving.end_velocities.tolist() == [[0.0, 0.0], [0.0, -1.0]]

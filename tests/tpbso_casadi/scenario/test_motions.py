@@ -14,6 +14,7 @@ from tpbso_casadi.scenario.tasks.places import built
 ARM = {"link_lengths": [0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
 POINTS = {"kind": "point-to-point", "start": [1.0, 0.0], "goal": [0.5, 1.0]}
 PATH = {"kind": "path", "accuracy": 0.05, "points": [[1.0, 0.0], [1.0, 0.5], [0.5, 1.0]]}
+POSTURES = POINTS | {"start": {"joints": [0.1, 0.2, 0.3]}, "goal": {"joints": [0.5, 0.2, 0.1]}}
 VIA = {"via": [{"joints": [0.1, 0.2, 0.3]}]}
 
 
@@ -40,6 +41,9 @@ def error_of(task: dict[str, Any], **model: Any) -> str:
         (POINTS | VIA, {}, "spline"),
         (PATH, {}, "spline"),
         (PATH, {"knots": 3}, "paper"),
+        (POSTURES | {"start_acceleration": [1.0, 0.0, 0.0]}, {}, "time-spline"),
+        (POSTURES | {"start_acceleration": [1.0, 0.0, 0.0], "start_velocity": [0.1, 0.0, 0.0]}, {}, "time-spline"),
+        (POSTURES | {"total_time": [0.5, 3.0]}, {"motion": "time-spline", "pieces": 4}, "time-spline"),
     ],
 )
 def test_the_motion_follows_from_the_keys(task: dict[str, Any], model: dict[str, Any], motion: str) -> None:
@@ -118,6 +122,40 @@ def test_what_does_not_belong_to_the_motion_is_one_line(
 )
 def test_a_wrong_place_is_one_line(key: str, value: object, expected: str) -> None:
     assert error_of(POINTS | {key: value}).startswith(expected), error_of(POINTS | {key: value})
+
+
+@pytest.mark.parametrize(
+    ("task", "model", "expected"),
+    [
+        (POSTURES | {"start_acceleration": [1.0]}, {}, "task.start_acceleration: 1 values for 3 joints"),
+        (POSTURES | {"start_acceleration": [21.0, 0.0, 0.0]}, {}, "task.start_acceleration: joint 1: 21 is not within"),
+        (
+            POSTURES | {"start_acceleration": [1.0, 0.0, 0.0]},
+            {"motion": "spline"},
+            "task.start_acceleration: needs motion = 'time-spline' in [model]",
+        ),
+        (
+            POSTURES | {"start_acceleration": [1.0, 0.0, 0.0]},
+            {"motion": "paper"},
+            "task.start_acceleration: needs motion = 'time-spline' in [model]",
+        ),
+        (POSTURES, {"motion": "time-spline", "retime": True}, "model.retime: motion = 'time-spline' keeps the timing"),
+        (POSTURES, {"motion": "time-spline", "knots": 4}, "model.knots: needs motion = 'paper' in [model]"),
+        (POSTURES, {"motion": "time-spline", "formulation": "paper"}, "model.formulation: 'paper' needs motion"),
+        (POSTURES | VIA, {"motion": "time-spline"}, "task.via: needs motion = 'spline' in [model]"),
+        (POSTURES | {"goal_velocity": [0.1, 0.0, 0.0]}, {"motion": "time-spline"}, "task.goal_velocity: needs motion"),
+        (POINTS, {"motion": "time-spline"}, "task.start: motion 'time-spline' needs joint angles there"),
+        (PATH, {"motion": "time-spline"}, "model.motion: kind = 'path' is planned with"),
+    ],
+)
+def test_what_a_spline_over_time_does_not_do(task: dict[str, Any], model: dict[str, Any], expected: str) -> None:
+    assert error_of(task, **model).startswith(expected), error_of(task, **model)
+
+
+def test_a_spline_over_time_keeps_its_timing() -> None:
+    scenario = parsed(POSTURES | {"objective": "length"}, motion="time-spline")
+    assert not scenario.model.retime
+    assert scenario.model.formulation == "reduced"
 
 
 def test_places_of_all_kinds_are_read_and_written_back() -> None:
