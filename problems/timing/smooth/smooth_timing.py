@@ -26,6 +26,7 @@ FEWEST, MOST = 120, 600  # intervals of a law
 IN_PIECE = 8  # of them in a piece of the path, if there are not too many
 COARSER = 4  # times fewer, at first
 SMOOTHING_SAMPLES = 33
+SWINGS = (2.0, 3.0, 5.0)  # times that accelerations need, of averages that follow a profile with little slowing
 MARGINS = (1e-3, 4e-3, 1.6e-2, 6.4e-2)  # at the samples, for what lies between them, where nothing can be slowed
 
 
@@ -52,9 +53,11 @@ def smooth_timing(
     ends, breakpoints = LawEnds.of(prepared), prepared.path.breakpoints
     count = max(FEWEST, min(INTERVALS * (breakpoints.size - 1), MOST))
     passed = profile.times[np.searchsorted(profile.nodes, breakpoints)] / profile.times[-1]
-    knots = graded_knots(passed, count // COARSER, IN_PIECE / COARSER, MOST // COARSER)
+    coarser = COARSER if ceiling is None else 1  # what follows a profile is not improved afterwards
+    knots = graded_knots(passed, count // coarser, IN_PIECE / coarser, MOST // coarser)
     coarse = LawSearch(prepared.path, limits, ends, knots, motors=motors)
-    starts = [coarse.candidate(*start) for start in _smoothed(profile, limits, ends, coarse.knots)]
+    swings = (1.0,) if ceiling is None else SWINGS
+    starts = [coarse.candidate(*start) for start in _smoothed(profile, limits, ends, coarse.knots, swings)]
     best = min(starts, key=lambda candidate: candidate.merit)
     if best.keeps_limits and not refined:
         return best.law.trajectory(prepared.path, best.duration)
@@ -77,16 +80,16 @@ def _refined(coarse: Candidate, fine: LawSearch) -> Candidate:
 
 
 def _smoothed(
-    profile: SpeedProfile, limits: JointLimits, ends: LawEnds, knots: FloatArray
+    profile: SpeedProfile, limits: JointLimits, ends: LawEnds, knots: FloatArray, swings: tuple[float, ...]
 ) -> Iterator[tuple[FloatArray, float]]:
-    """Control points and durations: moving averages of a profile, over the time accelerations need and over all.
+    """Control points and durations: moving averages of a profile, over times accelerations need and over all.
 
     Beyond an end the profile goes on at the end's velocity; an end at rest takes half of the averaged time longer.
     """
     total = float(profile.times[-1])
     before, after = (given[0] if any(given) else 0.0 for given in (ends.start, ends.goal))
     swing = float((np.array(limits.acceleration) / np.array(limits.jerk)).max())
-    for width in sorted({min(swing, total), total}):
+    for width in sorted({*(min(times * swing, total) for times in swings), total}):
         delay, tail = (0.0 if rate > 0.0 else width / 2.0 for rate in (before, after))
         duration = delay + total + tail
         shifts = width * ((np.arange(SMOOTHING_SAMPLES) + 0.5) / SMOOTHING_SAMPLES - 0.5)
