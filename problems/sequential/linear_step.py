@@ -22,6 +22,7 @@ MOST_PROGRAMS = 5  # for one step
 MOST_CHANGE = 0.8  # of a speed, in one step
 SPEED_CHANGE = 0.25 / 0.06  # share of a speed that may change, for each rad of the path
 PACING = 0.25  # share of a speed that may change where the path stays
+SLOWEST = 0.2  # of a constant speed, where times matter: to stand still between two samples is to look away
 NONE = 1e-9  # slopes that are none
 
 
@@ -93,6 +94,8 @@ def best_step(
         at_times, most = shift.rows(free)
         rows, bounds = np.concatenate([np.pad(rows, ((0, 0), (0, 1))), at_times]), np.append(bounds, most)
         costs = np.append(costs, DELAY_COST)
+        slowest = SLOWEST / (motion.duration - motion.delay)
+        lower[free:] = np.maximum(lower[free:], np.minimum(slowest - motion.speeds, 0.0))
         lower, upper = np.append(lower, -min(motion.delay, shift.most)), np.append(upper, shift.most)
     box = np.stack([lower, upper], axis=1)
     active = clear.room < FIRST_SHARE * clear.reach

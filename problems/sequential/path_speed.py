@@ -67,10 +67,12 @@ class MotionSpace:
     Args:
         path_pieces: of q(u).
         speed_pieces: of w(u), a multiple of those.
+        parts: of each of the latter, over which 1 / w is integrated: more where a motion may all but stand still.
     """
 
     path_pieces: int
     speed_pieces: int
+    parts: int = 1
 
     @cached_property
     def path(self) -> SplineBasis:
@@ -95,9 +97,10 @@ class MotionSpace:
     def quadrature(self) -> tuple[FloatArray, FloatArray]:
         """Basis functions of the speed at Gauss's nodes (n, M), and their weights (n,)."""
         nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
-        starts = np.arange(self.speed_pieces) / self.speed_pieces
-        u = (starts[:, None] + (nodes + 1.0) / (2.0 * self.speed_pieces)).ravel()
-        return self.speed.matrix(u), np.tile(weights / (2.0 * self.speed_pieces), self.speed_pieces)
+        cells = self.speed_pieces * self.parts
+        starts = np.arange(cells) / cells
+        u = (starts[:, None] + (nodes + 1.0) / (2.0 * cells)).ravel()
+        return self.speed.matrix(u), np.tile(weights / (2.0 * cells), cells)
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,12 @@ from problems.sequential.kept_limits import KeptLimits
 from problems.sequential.nearness import Nearness
 from problems.sequential.path_speed import MotionSpace, PathSpeed
 from problems.sequential.starts.fitted import bent, fitted
-from problems.sequential.timed import timed
+from problems.sequential.timed import IN_PIECE, timed
 from problems.tasks.move import Move
 from problems.timing.rest_to_rest import rest_to_rest
 
 SPACE = MotionSpace(path_pieces=12, speed_pieces=24)
+TIMED_SPACE = replace(SPACE, parts=IN_PIECE)  # where obstacles move
 SPARES = (6e-3, 1.2e-2, 2.4e-2)  # m, kept at samples on top of the margin: one after the other where proofs fail
 LEAST_SPARE = 2e-3  # m, likewise, tried first among obstacles that move, where a little room is much time
 NEAR_BOUND = 1.02  # of the duration in free space: what is as fast needs no other start
@@ -101,7 +102,7 @@ class Polish:
     def _descent(self, motion: PathSpeed, spare: float, nearness: Nearness) -> Descent:
         robot = self.task.robot
         freedom = Freedom(robot, self.task.start, self.task.reached_goal(motion.controls[-1]))
-        return Descent(SPACE, self._kept, freedom, nearness, robot.margin, spare)
+        return Descent(motion.space, self._kept, freedom, nearness, robot.margin, spare)
 
     def _starts(self, start: Trajectory) -> Iterator[PathSpeed]:
         """The motion itself, the free one between its ends, and that bent at random; the same ones every time."""
@@ -117,7 +118,7 @@ class Polish:
 
     def _timed_starts(self, start: Trajectory, standing: PathSpeed) -> Iterator[PathSpeed]:
         """Where obstacles move: the motion itself, the best among those that stand, and both begun later."""
-        own = fitted(start, SPACE)
+        own, standing = fitted(start, TIMED_SPACE), replace(standing, space=TIMED_SPACE)
         yield from (own, self._later(standing), standing, self._later(own))
         for motion in self._bent(standing):
             yield from (motion, self._later(motion))

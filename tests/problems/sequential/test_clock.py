@@ -70,3 +70,16 @@ def test_rows_of_a_time_shift_bound_it_on_both_sides() -> None:
     rows, bounds = TimeShift(np.array([[-0.5, -0.25, 1.0]]), most=0.1).rows(free=2)
     assert rows.tolist() == [[0.0, 0.0, -5.0, -2.5, 10.0], [0.0, 0.0, 5.0, 2.5, -10.0]]
     assert bounds.tolist() == [1.0, 1.0]
+
+
+def test_with_more_parts_a_motion_that_all_but_stands_still_takes_as_long_as_its_samples_say(motion: PathSpeed) -> None:
+    speeds = motion.speeds.copy()
+    speeds[4:7] = 0.005
+    slow = replace(motion, space=replace(SPACE, parts=8), speeds=speeds)
+    exact = timed(slow, in_piece=64).duration
+    assert slow.duration == pytest.approx(exact, rel=1e-4)
+    assert CLOCK.times(slow)[-1] == pytest.approx(exact, rel=1e-2)
+    h = 1e-7
+    for number, step in enumerate(np.eye(SPACE.speed.size) * h):
+        moved = [replace(slow, speeds=speeds + s * step).duration for s in (1.0, -1.0)]
+        assert slow.duration_slopes[number] == pytest.approx((moved[0] - moved[1]) / (2.0 * h), rel=1e-4, abs=1e-4)
