@@ -95,7 +95,7 @@ class Trajectory:
             raise ValueError(f"from {first:g} to {last:g} s is no part of 0 to {self.duration:g} s")
         inner = self.breakpoints[(self.breakpoints > first + SLIVER) & (self.breakpoints < last - SLIVER)]
         edges = np.concatenate([[first], inner, [last]])
-        pieces = np.searchsorted(self.breakpoints, (edges[:-1] + edges[1:]) / 2.0, side="right") - 1
+        pieces = np.searchsorted(self.breakpoints[1:-1], (edges[:-1] + edges[1:]) / 2.0, side="right")
         shifts, n = edges[:-1] - self.breakpoints[pieces], self.coefficients.shape[0] - 1
         powers = self.coefficients[::-1, pieces]
         taylor = [
