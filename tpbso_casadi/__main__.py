@@ -12,6 +12,7 @@ COMMANDS = """\
   python -m tpbso_casadi.pareto SCENARIO --objectives time,length       a front of plans: one objective for another
   python -m tpbso_casadi.reproduce --out DIR                            the paper's Section IV, reproduced
   python -m tpbso_casadi.retime PATH.csv --robot ARM.toml               the least time along a given path
+  python -m tpbso_casadi.simulate SCENE.toml --every 0.1                plan again and again, in a simulation
   python -m tpbso_casadi.audit RUN_FOLDER|SCENARIO                      certificate of a run; structure of a scenario
   python -m tpbso_casadi.robots show panda|FILE.urdf                    robots in space, built in or described
   python -m tpbso_casadi.solve --list                                   the built-in scenarios

@@ -71,6 +71,7 @@ def test_the_scenario_of_a_simulation_is_complete() -> None:
 @pytest.mark.parametrize(("task", "message"), [
     ({"via": [[1.0, 1.0]]}, "task.via: is for a move from rest to rest"),
     ({"start_velocity": [0.1, 0.0]}, "task.start_velocity: is for a move from rest to rest"),
+    ({"start_acceleration": [0.1, 0.0]}, "task.start_acceleration: "),
     ({"goal": [[1.0, 1.0], [0.5, 1.0]]}, "task.goal: is a list; state in simulation.goals"),
     ({"goal": [1.0, 9.0]}, "task.goal: (1.0, 9.0) is 9.05539 m from the base"),
 ])  # fmt: skip

@@ -55,7 +55,7 @@ class PointToPointTask(TaskSection):
 
     def rest_places(self) -> tuple[Any, Any]:
         """Start and goal; a goal may be a list."""
-        for key in ("via", "start_velocity", "goal_velocity"):
+        for key in ("via", "start_velocity", "goal_velocity", "start_acceleration"):
             if getattr(self, key):
                 raise ScenarioError(f"task.{key}: is for a move from rest to rest that passes nothing; leave it out")
         return self.start, self.goal
