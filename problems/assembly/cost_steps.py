@@ -19,7 +19,7 @@ from problems.assembly.sample_loop import Instant, SampleLoop, cost_loop
 from problems.base.arguments import Arguments
 from problems.base.matrix import Matrix
 from problems.encodings.encoding import CostWeights, Encoding
-from problems.encodings.slowness import Slowness
+from problems.encodings.timing.slowness import Slowness
 from problems.evaluation import Program, Step
 from problems.limits.duration import DurationBounds
 from problems.limits.limit import SAMPLING_MARGIN, Limit

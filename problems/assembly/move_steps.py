@@ -10,7 +10,7 @@ import numpy as np
 from problems.assembly.cost_steps import CostSteps
 from problems.assembly.sample_loop import peak_loop
 from problems.base.matrix import Matrix, Operand, split
-from problems.encodings.path_timing import PathTiming
+from problems.encodings.timing.path_timing import PathTiming
 from problems.evaluation import Loop, Step
 from problems.limits.constraint import Constraint
 from problems.limits.limit import SAMPLING_MARGIN, Limit

@@ -18,7 +18,7 @@ from problems.base.matrix import FloatArray, Matrix, as_array, largest
 from problems.encodings import KNOT_ENCODINGS, KnotsEncoding
 from problems.encodings.encoding import Decoded
 from problems.encodings.knots import DEFAULT_TIME_BOUNDS
-from problems.encodings.slowness import slowness_of
+from problems.encodings.timing.slowness import slowness_of
 from problems.evaluation import Loop, PopulationFunction, Program, Step
 from problems.limits import limits_of
 from problems.limits.accuracy import Accuracy

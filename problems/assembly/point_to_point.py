@@ -13,7 +13,7 @@ from problems.assembly.sample_loop import peak_loop
 from problems.base.matrix import FloatArray, Matrix
 from problems.encodings import SEGMENT_ENCODINGS, SegmentsEncoding
 from problems.encodings.encoding import Decoded
-from problems.encodings.slowness import slowness_of
+from problems.encodings.timing.slowness import slowness_of
 from problems.evaluation import Program, Step
 from problems.limits import limits_of
 from problems.limits.constraint import Constraint

@@ -12,7 +12,7 @@ from problems.assembly.problem import Problem
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.encodings.encoding import CostWeights, Decoded
-from problems.encodings.path_timing import PathTiming
+from problems.encodings.timing.path_timing import PathTiming
 from problems.limits.constraint import Constraint
 from problems.limits.time_scale import peaks_of
 from problems.motions.joint_path import JointPath

@@ -20,7 +20,7 @@ from problems.encodings.encoding import CostWeights, Decoded, Variable
 from problems.encodings.knot_postures import largest_values
 from problems.encodings.path_encoding import PathEncoding
 from problems.encodings.penalty import FeasibilityFirst, limit_weight, paper_cost
-from problems.encodings.slowness import Slowness, variables_of
+from problems.encodings.timing.slowness import Slowness, variables_of
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.limits.time_scale import longest_time_scale, minimum_time_scale, scaling

@@ -19,7 +19,7 @@ import numpy as np
 from problems.base.matrix import FloatArray, Matrix, split
 from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
 from problems.encodings.penalty import FeasibilityFirst, paper_cost, paper_weights
-from problems.encodings.slowness import Slowness, variables_of
+from problems.encodings.timing.slowness import Slowness, variables_of
 from problems.limits.constraint import Constraint
 from problems.limits.limit import Limit
 from problems.limits.point_constraints import reach_limit

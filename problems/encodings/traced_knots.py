@@ -8,7 +8,7 @@ import numpy as np
 from problems.base.matrix import Matrix
 from problems.encodings.encoding import Decoded
 from problems.encodings.knot_postures import KnotPostures, largest_values
-from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming
+from problems.encodings.timing.path_timing import GRID_ALLOWANCE, PathTiming
 from problems.motions.path_spline import Rates, TimedPath
 from problems.motions.traced_spline import TracedSpline
 

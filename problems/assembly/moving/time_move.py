@@ -23,7 +23,7 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.encodings.encoding import CostWeights, Decoded
 from problems.encodings.moving.time_control_points import TimeControlPoints
-from problems.encodings.path_timing import step_limits
+from problems.encodings.timing.path_timing import step_limits
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program, Step
 from problems.limits import limits_of
 from problems.limits.constraint import Constraint

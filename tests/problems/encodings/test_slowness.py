@@ -12,7 +12,7 @@ from helpers.cases import equal_links, following, moving
 from problems import OBJECTIVES, Problem
 from problems.assembly.move import move
 from problems.assembly.tracing import tracing
-from problems.encodings.slowness import MOST, Slowness
+from problems.encodings.timing.slowness import MOST, Slowness
 from problems.tasks.move import Move
 from problems.tasks.paths.path import Path
 from problems.tasks.paths.path_tracing import PathTracing

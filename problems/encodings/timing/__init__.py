@@ -1,0 +1,1 @@
+"""What search vectors say, or leave to the limits, of when a path is where."""
