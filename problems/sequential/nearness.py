@@ -149,12 +149,6 @@ class Nearness:
         kept = [tuple(pair for pair in limit.pairs if not pair.timed) for limit in self.limits]
         return replace(self, limits=tuple(replace(one, pairs=p) for one, p in zip(self.limits, kept, strict=True)))
 
-    def top_speed(self, duration: float) -> float:
-        """How fast a distance changes at most within a duration from t = 0 on though no joint moves, m/s."""
-        cell, timed = np.array([[0.0, duration]]), [group for group in self._groups if group.timed]
-        travels = [self.pairs[group.numbers[0]].own_travel(self.robot, cell)[0] for group in timed]
-        return float(max(travels, default=0.0)) / (duration / 2.0)
-
     def near(self, theta: FloatArray, times: FloatArray, cutoff: float) -> NearPairs:
         """All pairs nearer than a cutoff, m, at samples (n, k) of a motion, at times (n,), s.
 

@@ -118,11 +118,10 @@ def test_a_path_that_waits_is_searched_all_through_its_times(case: tuple[Robot, 
     assert near.samples.size == (expected < 0.1).sum()
 
 
-def test_of_what_moves_the_speed_is_bounded_and_the_rest_stands() -> None:
+def test_pairs_that_stand_are_told_from_those_that_move() -> None:
     nearness = moving_plane()[1]
     assert nearness.timed
-    assert nearness.top_speed(2.0) == pytest.approx(np.hypot(0.4, 0.1))
-    assert plane()[1].top_speed(2.0) == 0.0
+    assert not plane()[1].timed
     mixed = moving_space()[1]
     assert not mixed.standing.timed
     assert mixed.standing.pairs == [pair for pair in mixed.pairs if not pair.timed]
