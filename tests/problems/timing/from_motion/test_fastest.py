@@ -89,7 +89,7 @@ def states(draw: st.DrawFn) -> MotionState:
     angles, velocities, accelerations = (np.array([draw(share), draw(share)]) for _ in range(3))
     top, most, jerk = np.array(SMOOTH.speed), np.array(SMOOTH.acceleration), np.array(SMOOTH.jerk)
     accelerations = accelerations * np.minimum(most, np.sqrt(2.0 * jerk * 0.5 * top))
-    room = top - accelerations**2 / (2.0 * jerk)
+    room = 0.999 * top - accelerations**2 / (2.0 * jerk)  # a little is left for rounding
     return MotionState(3.0 * angles, velocities * room, accelerations)
 
 
