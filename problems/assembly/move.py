@@ -15,8 +15,8 @@ from problems.assembly.spline_problem import SplineProblem
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, as_array
 from problems.encodings.control_points import ControlPoints
-from problems.encodings.pace import pace_of
 from problems.encodings.slowness import slowness_of
+from problems.encodings.waiting.pace import pace_of
 from problems.encodings.waypoints import nominal, stops
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.limits import limits_of

@@ -10,9 +10,9 @@ from problems.assembly.point_to_point import objective_named
 from problems.base.matrix import FloatArray, Matrix
 from problems.certify.tracing import prove_tracing
 from problems.certify.verdict import Verdict
-from problems.encodings.pace import pace_of
 from problems.encodings.slowness import slowness_of
 from problems.encodings.tracing import Tracing
+from problems.encodings.waiting.pace import pace_of
 from problems.evaluation import Program
 from problems.limits import limits_of
 from problems.limits.constraint import Constraint

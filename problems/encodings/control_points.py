@@ -19,9 +19,9 @@ import numpy as np
 
 from problems.base.matrix import Matrix, split
 from problems.encodings.encoding import Decoded, Variable
-from problems.encodings.pace import Pace
 from problems.encodings.path_timing import GRID_ALLOWANCE, PathTiming, step_limits
 from problems.encodings.slowness import Slowness
+from problems.encodings.waiting.pace import Pace
 from problems.encodings.waypoints import postures, spread, stops, variables
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit

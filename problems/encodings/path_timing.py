@@ -13,9 +13,9 @@ import casadi as ca
 
 from problems.base.matrix import FloatArray, Matrix, constant
 from problems.encodings.encoding import Encoding, Variable
-from problems.encodings.pace import Pace, pace_rows
 from problems.encodings.penalty import FeasibilityFirst
 from problems.encodings.slowness import Slowness, variables_of
+from problems.encodings.waiting.pace import Pace, pace_rows
 from problems.limits.constraint import Constraint
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit

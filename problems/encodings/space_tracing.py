@@ -17,10 +17,10 @@ from scipy.interpolate import CubicSpline
 
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.encodings.encoding import Variable
-from problems.encodings.pace import Pace
 from problems.encodings.path_timing import step_limits
 from problems.encodings.slowness import Slowness
 from problems.encodings.traced_knots import TracedKnots, longest_timing
+from problems.encodings.waiting.pace import Pace
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
 from problems.motions.traced_spline import TracedSpline

@@ -10,11 +10,11 @@ import numpy as np
 
 from problems.base.matrix import FloatArray
 from problems.encodings.encoding import Variable
-from problems.encodings.pace import Pace
 from problems.encodings.path_encoding import PathEncoding
 from problems.encodings.path_timing import step_limits
 from problems.encodings.slowness import Slowness
 from problems.encodings.traced_knots import TracedKnots, longest_timing
+from problems.encodings.waiting.pace import Pace
 from problems.limits.distances.clearance import StepLimit
 from problems.limits.limit import Limit
 from problems.motions.path_spline import TimedPath

@@ -17,9 +17,9 @@ from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.certify.space_tracing import ToolMotion, TracedTool
 from problems.certify.verdict import Verdict
-from problems.encodings.pace import pace_of
 from problems.encodings.slowness import slowness_of
 from problems.encodings.space_tracing import SpaceKnots
+from problems.encodings.waiting.pace import pace_of
 from problems.evaluation import Program
 from problems.limits import limits_of
 from problems.limits.accuracy import Accuracy, shares_along

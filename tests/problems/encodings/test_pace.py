@@ -15,7 +15,7 @@ from problems import Move, PlanarArm, move
 from problems.assembly.tracing import tracing
 from problems.base.matrix import as_array
 from problems.certify.verdict import CertificateStatus
-from problems.encodings.pace import KNOTS, LEAST, Pace, pace_rows
+from problems.encodings.waiting.pace import KNOTS, LEAST, Pace, pace_rows
 from problems.evaluation import EvaluationOptions
 from problems.motions.path_spline import PathSpline
 from problems.tasks.paths.path import Path

@@ -1,0 +1,1 @@
+"""What a search decides about when to be where, among obstacles that move."""
