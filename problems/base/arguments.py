@@ -7,7 +7,7 @@ in which every number is a symbol. Code compiled from the twin serves every stat
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any, ClassVar, TypeVar
@@ -37,27 +37,6 @@ def is_zero(value: Any) -> bool:
     if isinstance(value, tuple):
         return all(is_zero(entry) for entry in value)
     return isinstance(value, (int, float)) and value == 0.0
-
-
-def structure(value: Any) -> Hashable:
-    """All of a statement but its numbers, hashable: what statements of one formula have in common."""
-    if isinstance(value, tuple):
-        return tuple(structure(entry) for entry in value)
-    if not (isinstance(value, Statement) and is_dataclass(value)):
-        return value  # type: ignore[no-any-return]
-    parts: list[Hashable] = [type(value)]
-    for field in fields(value):
-        own = getattr(value, field.name)
-        is_number = field.name in value.numbers and not (field.name in value.zero_is_structure and is_zero(own))
-        parts.append(_shape(own) if is_number else structure(own))
-    return tuple(parts)
-
-
-def _shape(value: Any) -> Hashable:
-    """How many numbers there are, and in which tuples."""
-    if isinstance(value, tuple):
-        return tuple(_shape(entry) for entry in value)
-    return None if value is None else float
 
 
 class Arguments:
@@ -127,7 +106,7 @@ class Reading:
 
     Attributes:
         make: what statements of one make have in common: all that is no number, and how many numbers are where. Code
-            compiled from the twin of one serves all of them.
+            compiled from the twin of one serves all of them. Hashable, where all that is no number is.
     """
 
     def __init__(self, statements: object) -> None:

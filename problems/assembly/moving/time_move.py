@@ -36,7 +36,8 @@ from problems.nlp.program import NonlinearProgram
 from problems.objectives import Objective
 from problems.tasks.checks import check_at_least
 from problems.tasks.move import Move
-from problems.timing.free_space.state_to_rest import least_time_to_rest
+from problems.timing.from_motion.fastest import least_duration
+from problems.timing.from_motion.motion_state import MotionState
 
 LEAST_PIECES = 2
 LONGER, WAIT = 3.0, 2.0  # the longest duration: so many times the shortest, and s to wait for something to pass
@@ -118,7 +119,8 @@ def _durations(
 ) -> tuple[float, float]:
     """The shortest and the longest duration that are searched, s: what limits and the task leave."""
     robot, bounds = task.robot, task.duration_bounds
-    least = [least_time_to_rest(start, velocity, acceleration, goal, robot.limits) for goal in goals]
+    state = MotionState(start, velocity, acceleration)
+    least = [least_duration(state, goal, robot.limits) for goal in goals]
     shortest, longest = max(min(least), LEAST_DURATION), LONGER * max(*least, LEAST_DURATION) + WAIT
     if bounds is None:
         return shortest, longest

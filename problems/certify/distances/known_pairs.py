@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base.arguments import Arguments, structure
+from problems.base.arguments import Arguments, Reading
 from problems.base.matrix import FloatArray
 from problems.evaluation.row_function import RowFunction
 from problems.evaluation.step import PARAMETERS
@@ -85,7 +85,7 @@ class PairGroup:
     def _formula(self) -> tuple[RowFunction, FloatArray]:
         form, arguments = self.first.form, Arguments()
         arguments.twin(form)
-        return _distances(_Formula(structure(form), form)), arguments.values
+        return _distances(_Formula(Reading(form).make, form)), arguments.values
 
     def distances(self, times: FloatArray, rows: NDArray[np.intp], ends: list[FloatArray]) -> FloatArray:
         """How far middle lines are apart, (m,), m, less what is kept as time goes by.
@@ -104,9 +104,9 @@ class PairGroup:
 
 @dataclass(frozen=True)
 class _Formula:
-    """That of a distance; pairs of the same structure have the same."""
+    """That of a distance; pairs of the same make have the same."""
 
-    structure: Hashable
+    make: Hashable
     pair: Pair = field(compare=False)
 
 

@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 import casadi as ca
 import numpy as np
 
-from problems.base.arguments import Arguments, Reading, is_zero, structure
+from problems.base.arguments import Arguments, Reading, is_zero
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.limits.constraint import Constraint
 from problems.limits.distances.ball_cluster import LEAST_PAIRS, Cluster, clusters_of
@@ -244,7 +244,7 @@ class Clearance(Proximity):
             return []
         makes: dict[Hashable, dict[int, CollisionPair]] = {}
         for pair in self.pairs:
-            makes.setdefault((structure(pair.obstacle), pair.measured), {})[pair.number] = pair
+            makes.setdefault((Reading(pair.obstacle).make, pair.measured), {})[pair.number] = pair
         return [list(pairs.values()) for pairs in makes.values()]
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:

@@ -8,6 +8,9 @@ acceleration and jerk; a state beyond a limit is brought back first. Ranges of j
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import inf
+
 import numpy as np
 from ruckig import ControlInterface, InputParameter, Profile, Ruckig, Synchronization
 from ruckig import Trajectory as Profiles
@@ -64,8 +67,30 @@ def fastest_move(state: MotionState, goal: FloatArray, limits: JointLimits) -> T
     return found
 
 
-def _stated(state: MotionState, limits: JointLimits) -> InputParameter:
-    """The state, the limits, and rest as the target."""
+def least_duration(state: MotionState, goal: FloatArray, limits: JointLimits) -> float:
+    """How long the fastest motion to a posture at rest takes, s; where jerk is not limited accelerations may jump.
+
+    Args:
+        state: of k joints; what is beyond a limit by rounding counts as the limit.
+        goal: (k,), rad.
+        limits: of speed, acceleration and jerk.
+
+    Raises:
+        InvalidProblem: as :func:`fastest_stop`.
+    """
+    speed, acceleration = np.array(limits.speed), np.array(limits.acceleration)
+    within = MotionState(
+        state.angles,
+        np.clip(state.velocity, -speed, speed),
+        np.clip(state.acceleration, -acceleration, acceleration),
+    )
+    wanted = _stated(within, replace(limits, jerk=limits.jerk or (inf,) * speed.size), share=1.0)
+    wanted.target_position = goal.tolist()
+    return float(_profiles(wanted).duration)
+
+
+def _stated(state: MotionState, limits: JointLimits, share: float = 1.0 - ALLOWANCE) -> InputParameter:
+    """The state, a share of the limits, and rest as the target."""
     dof = len(limits.speed)
     if state.angles.size != dof:
         raise InvalidProblem("state", f"{state.angles.size} joints where the limits have {dof}")
@@ -75,12 +100,12 @@ def _stated(state: MotionState, limits: JointLimits) -> InputParameter:
     wanted.current_velocity = state.velocity.tolist()
     wanted.current_acceleration = state.acceleration.tolist()
     for name, bounds in (("velocity", limits.speed), ("acceleration", limits.acceleration), ("jerk", jerk)):
-        setattr(wanted, f"max_{name}", [(1.0 - ALLOWANCE) * bound for bound in bounds])
+        setattr(wanted, f"max_{name}", [share * bound for bound in bounds])
     return wanted
 
 
-def _motion(state: MotionState, wanted: InputParameter, goal: FloatArray | None = None) -> Trajectory:
-    """What Ruckig finds, as cubic pieces that begin with the state and end at the goal, where there is one."""
+def _profiles(wanted: InputParameter) -> Profiles:
+    """What Ruckig finds."""
     profiles = Profiles(wanted.degrees_of_freedom)
     try:
         outcome = Ruckig(wanted.degrees_of_freedom).calculate(wanted, profiles)
@@ -88,7 +113,12 @@ def _motion(state: MotionState, wanted: InputParameter, goal: FloatArray | None 
         raise InvalidProblem("state", f"there is no fastest motion from it: {error}") from error
     if outcome < 0:
         raise InvalidProblem("state", f"there is no fastest motion from it: {outcome.name}")
-    joints = [_jerks(profile) for profile in profiles.profiles[0]]
+    return profiles
+
+
+def _motion(state: MotionState, wanted: InputParameter, goal: FloatArray | None = None) -> Trajectory:
+    """The same as cubic pieces that begin with the state and end at the goal, where there is one."""
+    joints = [_jerks(profile) for profile in _profiles(wanted).profiles[0]]
     if goal is not None:
         joints = [(h, _corrected(h, j, state, joint, goal[joint])) for joint, (h, j) in enumerate(joints)]
     duration = max((float(durations.sum()) for durations, _ in joints), default=0.0)
