@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from problems import Constraint, Limit, Robot, Trajectory
-from problems.base.arguments import Arguments
+from problems.base.arguments import Reading
 from problems.base.matrix import FloatArray
 from problems.certify.clearance import ClearanceProof, prove_clearance
 from problems.certify.verdict import TOLERANCE, CertificateStatus
@@ -85,10 +85,8 @@ class Scene:
 
 def _is_one(first: Obstacle, second: Obstacle) -> bool:
     """Whether two obstacles are the same, but for rounding."""
-    one, other = Arguments(), Arguments()
-    if str(one.twin(first)) != str(other.twin(second)):
-        return False
-    return np.allclose(one.values, other.values, rtol=ROUNDING, atol=ROUNDING)
+    one, other = Reading(first), Reading(second)
+    return one.make == other.make and np.allclose(one.values, other.values, rtol=ROUNDING, atol=ROUNDING)
 
 
 def is_clear(proof: ClearanceProof | None) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 
+from tpbso_casadi.scenario.csv_rows import numbers_of
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import MOST_LINKS, ScenarioError
 
@@ -64,12 +65,7 @@ def _header(place: str, line: str) -> tuple[int, bool, int]:
 
 
 def _row(place: str, line: str, joints: int, timed: bool, width: int) -> tuple[float, list[float]]:
-    try:
-        numbers = [float(cell) for cell in line.split(",")]
-    except ValueError as error:
-        raise ScenarioError(f"{place}: {width} numbers are needed") from error
-    if len(numbers) != width:
-        raise ScenarioError(f"{place}: {len(numbers)} numbers where the header has {width} names")
+    numbers = numbers_of(place, line, width)
     angles = numbers[timed : timed + joints]
     if not all(abs(number) <= LARGEST_ANGLE for number in angles) or not math.isfinite(numbers[0]):
         raise ScenarioError(f"{place}: a number is not finite, or an angle larger than {LARGEST_ANGLE:g}")

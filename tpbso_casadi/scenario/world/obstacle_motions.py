@@ -10,6 +10,7 @@ from problems import InvalidProblem
 from problems.base.matrix import FloatArray
 from problems.scene.moving.rows import first_fault
 from problems.scene.moving.tabulated import Tabulated
+from tpbso_casadi.scenario.csv_rows import numbers_of
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import LARGEST, ScenarioError
 
@@ -51,12 +52,7 @@ def read_motion_rows(folder: InputFolder, name: str, dim: int) -> list[list[floa
 
 
 def _row(place: str, line: str, width: int) -> list[float]:
-    try:
-        numbers = [float(cell) for cell in line.split(",")]
-    except ValueError as error:
-        raise ScenarioError(f"{place}: {width} numbers are needed") from error
-    if len(numbers) != width:
-        raise ScenarioError(f"{place}: {len(numbers)} numbers where the header has {width} names")
+    numbers = numbers_of(place, line, width)
     if not all(math.isfinite(number) and abs(number) <= LARGEST for number in numbers):
         raise ScenarioError(f"{place}: a number is not finite, or larger than {LARGEST:g}")
     return numbers
