@@ -111,6 +111,7 @@ class Replanner:
             goals = self._postures(self.task.start_posture, None)
             self.search.prepare(standing_there, goals, self.task.obstacles)
         self._known: Known | None = None  # the last motion, if it keeps what does not change
+        self._checked: tuple[Place, tuple[Obstacle, ...]] | None = None  # a goal that can be reached among them
 
     def first(self, executed: Trajectory | None = None, obstacles: Sequence[Obstacle] | None = None) -> Step:
         """The first step: the arm stands at the start, or a motion has been planned for it that begins now.
@@ -180,8 +181,10 @@ class Replanner:
         check_obstacles(self.robot, standing(obstacles))
         if any(obstacle.dim != self.robot.dim for obstacle in obstacles):
             raise InvalidProblem("obstacles", f"the robot is in {self.robot.dim} dimensions, an obstacle is not")
-        if goal is not None:
-            goal.check(self.robot, standing(obstacles), "goal")
+        still = standing(obstacles)
+        if goal is not None and (goal, still) != self._checked:
+            goal.check(self.robot, still, "goal")
+            self._checked = goal, still
 
     def _postures(self, end: FloatArray, goal: Place | None) -> list[FloatArray]:
         """Where to go, (k,) each, rad: of a place that leaves a choice, what is nearest to where the motion ends."""

@@ -13,9 +13,9 @@ from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions
 from problems.timing.from_motion.motion_state import MotionState
 from solvers import Archive, Box, Budget, minimize
-from solvers.lshade import LSHADE
+from solvers.pso import PSO
 
-MEMBERS = 40  # of the population: with fewer a search has more iterations, each of which takes time of its own
+MEMBERS = 80  # of a swarm whose iterations take little time of their own: a step has little
 KEPT = 8  # candidates of a search from which the next one begins
 QUINTICS = 4  # durations of the motions in free space from which it begins too
 PROVEN = 3  # the best of a search are proven, in order of cost
@@ -46,7 +46,7 @@ class Search:
 
     def __init__(self, robot: Robot, further: Sequence[type[Limit]], evaluations: int, seed: int) -> None:
         self._robot, self._further, self._evaluations, self._seed = robot, further, evaluations, seed
-        self._solver, self._evaluation = LSHADE(population=MEMBERS), _compiled_at_once()
+        self._solver, self._evaluation = PSO(population=MEMBERS), _compiled_at_once()
         self._problem: TimeMoveProblem | None = None
         self._known: FloatArray = np.empty((0, 0))
 
