@@ -84,18 +84,18 @@ def _around(robot: Robot) -> float:
 def _clear_until(limit: Proximity, theta: FloatArray, start: float, end: float) -> float:
     """Up to which time in s a posture (1, dof) is proven to keep a limit, at the latest ``end``."""
     edges = np.linspace(start, end, INITIAL_CELLS + 1)
-    cells, until = np.column_stack([edges[:-1], edges[1:]]), end
+    cells, until, touched = np.column_stack([edges[:-1], edges[1:]]), end, end
     while len(cells):
         nearest, low = _clearances(limit, theta, cells)
         touching = cells[nearest < limit.robot.margin].mean(axis=1)
         cells = cells[low < limit.robot.margin]
         until = min(until, *cells[np.diff(cells, axis=1)[:, 0] < RESOLUTION, 0], np.inf)
-        first = min([until, *touching])
+        first = touched = min([until, touched, *touching])
         cells = halves(cells[(cells[:, 0] < first) & (np.diff(cells, axis=1)[:, 0] >= RESOLUTION)])
         cells = cells[np.argsort(cells[:, 0])]
         if len(cells) > MOST_CELLS:
             cells, until = cells[:MOST_CELLS], min(until, float(cells[MOST_CELLS, 0]))
-    return float(until)
+    return float(min(until, touched))  # what comes after a touch has not been looked at
 
 
 def _clearances(limit: Proximity, theta: FloatArray, cells: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -70,9 +70,10 @@ class ConstantVelocity(ObstacleMotion):
         p, v = np.array(self.origin), np.array(self.velocity)
         if not v.any():
             return 0.0
-        speed = float(np.linalg.norm(v))
-        nearest = -float(p @ v) / speed**2  # s
-        beside = float(np.linalg.norm(p + nearest * v))
+        speed = float(np.hypot.reduce(v))  # of the least numbers too, whose squares are zero
+        way = v / speed
+        beside = float(np.linalg.norm(p - (p @ way) * way))
+        nearest = -float(p @ way) / speed  # s
         return max(0.0, nearest + float(np.sqrt(max(0.0, around**2 - beside**2))) / speed)
 
     def later(self, seconds: float) -> Self:

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from problems import CertificateStatus, Ellipse, InvalidProblem, PlanarArm, Rectangle, Trajectory
 from problems.assembly.move import MoveProblem, move
-from problems.base.matrix import as_array
+from problems.base.matrix import FloatArray, as_array
+from problems.certify import arrival
 from problems.certify.arrival import LOOKED_AHEAD, AtGoal, at_goal, stay_verdicts
 from problems.limits import limits_of
 from problems.limits.distances.proximity import clearances
@@ -219,3 +220,25 @@ def test_the_model_says_the_same_as_the_program(problems: tuple[MoveProblem, Mov
     assert "clearance at the goal" not in [constraint.name for constraint in problems[0].constraints]
     program = problems[1].nlp()
     assert "clearance at the goal" in [constraint.name for constraint in program.constraints(0.0)]
+
+
+def test_what_comes_after_a_doubtful_moment_is_not_promised(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lower bounds of distances may dip for a moment, and not be seen there again once cells are smaller."""
+    looked: list[float] = []
+
+    def seen(limit: object, theta: object, cells: FloatArray) -> tuple[FloatArray, FloatArray]:
+        middles = cells.mean(axis=1)
+        first, later = not looked, middles > 40.0  # from 40 s on something is there
+        looked.extend(middles)
+        near = np.where(later, -1.0, 1.0)
+        near[len(near) // 4] = -1.0 if first else near[len(near) // 4]
+        return near, near.copy()
+
+    monkeypatch.setattr(arrival, "_clearances", seen)
+    assert found(moving((1.0, 300.0), (0.0, -0.5))).clear_until <= 40.0
+
+
+def test_the_least_velocity_is_one() -> None:
+    """Its square is zero."""
+    assert ConstantVelocity((0.0, 1e-170), (3.0, 0.0)).quiet_after(2.0) == 0.0
+    assert ConstantVelocity((1e-170, 0.0), (-1.0, 0.0)).quiet_after(2.0) == pytest.approx(3e170)

@@ -52,7 +52,12 @@ def remaining(trajectory: Trajectory, seconds: float, least: float) -> Trajector
 
 
 def passed(rest: Trajectory, whole: Trajectory) -> float | None:
-    """How many seconds of a motion are over where another one is what is left of it; None where it is not."""
+    """How many seconds of a motion are over where another one is what is left of it; None where it is not.
+
+    How long either stands at its end does not matter, but where nothing is left but standing.
+    """
+    if rest.moves:
+        rest, whole = _until_rest(rest), _until_rest(whole)
     seconds = whole.duration - rest.duration
     if not -SAME < seconds < whole.duration:
         return None
@@ -60,6 +65,13 @@ def passed(rest: Trajectory, whole: Trajectory) -> float | None:
     own = whole.part(seconds, whole.duration)
     same = own.coefficients.shape == rest.coefficients.shape and np.allclose(own.breakpoints, rest.breakpoints)
     return seconds if same and np.allclose(own.coefficients, rest.coefficients, rtol=SAME, atol=SAME) else None
+
+
+def _until_rest(trajectory: Trajectory) -> Trajectory:
+    """A motion without the time for which it stands at its end."""
+    moving = np.flatnonzero(trajectory.coefficients[:-1].any(axis=(0, 2)))
+    count = int(moving[-1]) + 1 if moving.size else len(trajectory.breakpoints) - 1
+    return Trajectory(trajectory.breakpoints[: count + 1], trajectory.coefficients[:, :count])
 
 
 def stands_at_end_of(rest: Trajectory, whole: Trajectory) -> bool:

@@ -159,7 +159,7 @@ class Decision:
 
     def judged(self, candidate: Candidate) -> Judged:
         """The proofs, as far as they can still matter."""
-        known = self.foreseen if candidate.added is None else None
+        known = self.foreseen if candidate.trajectory is self.executed else None  # of no more than that
         proof = known or prove_clearance(self.scene.moving, candidate.trajectory)
         fixed = is_clear(proof) and self._keeps(candidate)
         return Judged(candidate, proof, fixed, fixed and self._can_stop(candidate.trajectory))
@@ -174,7 +174,8 @@ class Decision:
     def _keeps(self, candidate: Candidate) -> bool:
         """Whether a motion keeps the robot's limits, and clear of what stands still."""
         if candidate.added is None:
-            return self.is_proven or self._is_kept_by(self.executed)
+            standing_then = lasting(self.executed, self.executed.duration + self.every)  # at rest, or it jumps
+            return self.is_proven or self._is_kept_by(standing_then)
         return (self.is_proven or self._until_then_is_proven) and self._is_kept_by(candidate.added)
 
     @cached_property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -19,6 +19,8 @@ from problems.limits import limits_of, proximity_limits
 from problems.limits.distances.clearance import Clearance
 from problems.limits.distances.proximity import Pair, Proximity
 from problems.motions.samples import Samples
+from problems.scene.moving.constant_velocity import ConstantVelocity
+from problems.scene.moving.moving_obstacle import MovingObstacle
 from problems.scene.obstacle import Obstacle
 
 ROUNDING = 1e-9  # of numbers of obstacles that are one
@@ -82,11 +84,31 @@ class Scene:
             for obstacle, earlier in zip(self.obstacles, before.obstacles, strict=True)
         )
 
+    def is_within(self, before: Scene, seconds: float, rate: float) -> bool:
+        """Whether nothing has left what one has expected so many seconds before faster than at a rate in m/s."""
+        return len(self.obstacles) == len(before.obstacles) and all(
+            _is_within(obstacle, earlier.later(seconds) if earlier.moves else earlier, rate * seconds, rate)
+            for obstacle, earlier in zip(self.obstacles, before.obstacles, strict=True)
+        )
+
 
 def _is_one(first: Obstacle, second: Obstacle) -> bool:
     """Whether two obstacles are the same, but for rounding."""
     one, other = Reading(first), Reading(second)
     return one.make == other.make and np.allclose(one.values, other.values, rtol=ROUNDING, atol=ROUNDING)
+
+
+def _is_within(first: Obstacle, second: Obstacle, way: float, rate: float) -> bool:
+    """Whether two obstacles are one, but for a way in m and a velocity in m/s, where they keep theirs."""
+    if not (isinstance(first, MovingObstacle) and isinstance(second, MovingObstacle)):
+        return _is_one(first, second)
+    one, other = first.motion, second.motion
+    if not (isinstance(one, ConstantVelocity) and isinstance(other, ConstantVelocity)):
+        return _is_one(first, second)
+    away = np.linalg.norm(np.subtract(one.origin, other.origin))
+    change = np.linalg.norm(np.subtract(one.velocity, other.velocity))
+    is_near = bool(away <= way + ROUNDING and change <= rate + ROUNDING)
+    return is_near and _is_one(replace(first, motion=other), second)
 
 
 def is_clear(proof: ClearanceProof | None) -> bool:
@@ -121,9 +143,9 @@ class RobotLimits:
 
     def hold(self, trajectory: Trajectory) -> bool:
         """Whether all are proven for all t of a motion, which may begin and end in motion."""
-        return all(_stays_within(trajectory, *bound) for bound in self._bounds) and all(
-            verdict.satisfied for limit in self._other for verdict in prove(limit, trajectory)
-        )
+        if trajectory.jumps_inside(0) or not all(_stays_within(trajectory, *bound) for bound in self._bounds):
+            return False
+        return all(verdict.satisfied for limit in self._other for verdict in prove(limit, trajectory))
 
 
 def _with_slack(constraint: Constraint) -> tuple[FloatArray, FloatArray]:

@@ -24,7 +24,7 @@ from problems.certify.clearance import ClearanceProof
 from problems.scene.obstacle import Obstacle, standing
 from problems.tasks.checks import check_at_least, check_obstacles
 from problems.timing.from_motion.motion_state import MotionState
-from tpbso_casadi.planning.replanning.candidates import passed, stands_at_end_of
+from tpbso_casadi.planning.replanning.candidates import SAME, passed, stands_at_end_of
 from tpbso_casadi.planning.replanning.decision import Decision, Judged
 from tpbso_casadi.planning.replanning.proofs import RobotLimits, Scene, is_clear
 from tpbso_casadi.planning.replanning.search import Search
@@ -54,13 +54,30 @@ class Known:
             return False
         return stands_at_end_of(executed, whole) or passed(executed, whole) is not None
 
+    def can_stop(self, executed: Trajectory, scene: Scene, every: float, rate: float) -> bool:
+        """Whether a stop is proven that begins when the decision takes effect, every so many s.
+
+        Not where the step comes too soon or too late for that, nor where obstacles have left their prediction faster
+        than at the rate, in m/s, for which it was proven.
+        """
+        if not self.judged.fail_safe or not self.holds(executed, scene):
+            return False
+        seconds = passed(executed, self.judged.candidate.trajectory)
+        if seconds is None or not (self.judged.candidate.kind == "stop" or abs(seconds - every) < SAME):
+            return False
+        return scene.is_within(self.scene, seconds, rate)
+
     def foreseen(self, executed: Trajectory, scene: Scene) -> ClearanceProof | None:
         """The proof of its clearance from what moves, on the clock of now; None where it has to be made again.
 
-        That is so where anything moves otherwise than predicted, and where the closest approach is over.
+        That is so where anything moves otherwise than predicted, where the closest approach is over, and where the
+        arm now stands at the end for longer than has been proven.
         """
-        seconds, proof = passed(executed, self.judged.candidate.trajectory), self.judged.proof
+        whole, proof = self.judged.candidate.trajectory, self.judged.proof
+        seconds = passed(executed, whole)
         if proof is None or not is_clear(proof) or seconds is None or proof.time < seconds:
+            return None
+        if seconds + executed.duration > whole.duration + SAME:
             return None
         return replace(proof, time=proof.time - seconds) if scene.is_as_predicted(self.scene, seconds) else None
 
@@ -151,7 +168,7 @@ class Replanner:
             scene=scene,
             executed=executed,
             is_proven=known,
-            can_stop=known and self._known is not None and self._known.judged.fail_safe,
+            can_stop=self._known is not None and self._known.can_stop(executed, scene, self.every, self.fail_safe_rate),
             foreseen=None if self._known is None else self._known.foreseen(executed, scene),
             goals=self._postures(executed.value_at_end(), goal),
             search=self.search,

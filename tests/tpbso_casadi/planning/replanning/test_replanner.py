@@ -6,15 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.replanning import EVERY, GOAL, START, Erratic, Simulation, crossing, scenario
+from helpers.replanning import AXES, EVERY, GOAL, START, Erratic, Simulation, crossing, scenario
 
-from problems import Ellipse, InvalidProblem, Joints, Trajectory
+from problems import CertificateStatus, Ellipse, InvalidProblem, Joints, Trajectory
 from problems.certify.clearance import ClearanceProof, prove_clearance
+from problems.limits import proximity_limits
 from problems.limits.distances.proximity import Proximity
 from problems.timing.from_motion.fastest import fastest_move
 from problems.timing.from_motion.motion_state import MotionState
 from tpbso_casadi.planning.replanning import decision
-from tpbso_casadi.planning.replanning.candidates import remaining
+from tpbso_casadi.planning.replanning.candidates import passed, remaining
 from tpbso_casadi.planning.replanning.replanner import Replanner
 from tpbso_casadi.planning.replanning.step import Step
 from tpbso_casadi.scenario.scenario import parse_scenario
@@ -173,6 +174,63 @@ def test_what_is_known_is_not_proven_again(monkeypatch: pytest.MonkeyPatch) -> N
     other = replace(obstacle.later(2 * EVERY), margin_rate=0.01)
     assert planner.replan(on(as_predicted), [other, standing]).kind == "old"
     assert proofs
+
+
+def test_it_stands_no_longer_than_has_been_proven() -> None:
+    """What comes after the end of a motion that is shorter than a step is looked at."""
+    planner, goal = replanner(), np.array(GOAL)
+    x, y = planner.robot.skeleton(goal[None])[0, -1].tolist()
+    falling = crossing((x, y + AXES[1] + 0.22), (0.0, -1.0))  # it is there after 0.22 s
+    first = planner.replan(Trajectory.standing(goal, 0.2), [falling])
+    assert (first.kind, first.certified) == ("old", True)
+    then = planner.replan(Trajectory.standing(goal, 0.05), [falling.later(0.15)])
+    assert not then.certified
+
+
+@pytest.mark.parametrize("every", [0.1, 0.05])
+def test_a_motion_that_does_not_end_at_rest_does_not_go_on(every: float) -> None:
+    turn = np.array([0.1, 0.0, 0.0])
+    executed = Trajectory(np.array([0.0, 0.1]), np.array([[turn / 0.1], [np.array(GOAL) - turn]]))
+    step = Replanner(scenario(), every, evaluations=50).replan(executed, [FAR])
+    assert step.kind != "old"
+    assert step.trajectory.value_at_end(1) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_motion_that_jumps_is_not_certified() -> None:
+    goal = np.array(GOAL)
+    executed = Trajectory(np.array([0.0, 0.05, 0.1]), np.array([[goal - 0.1, goal]]))
+    assert not replanner().replan(executed, [FAR]).certified
+
+
+def _in_motion(planner: Replanner) -> Step:
+    """Two steps after the start."""
+    step = planner.first(obstacles=[FAR])
+    for _ in range(2):
+        step = planner.replan(on(step), [FAR])
+    return step
+
+
+@pytest.mark.parametrize("seconds", [0.0, EVERY, 0.3])
+def test_a_stop_is_fail_safe_where_that_is_proven(seconds: float) -> None:
+    """Not where another stop has been proven, nor among other obstacles than those that are there now."""
+    rate = 0.5
+    planner = replanner(rate, within=0.0)
+    for y in np.linspace(0.6, 1.4, 33):
+        executed, obstacle = on(_in_motion(planner), seconds), crossing((1.75, float(y)))
+        step = planner.replan(executed, [obstacle])
+        if step.kind == "stop" and step.fail_safe and step.trajectory.moves:
+            (limit,) = proximity_limits(planner.robot, [obstacle.less_certain(rate)])
+            proof = prove_clearance(limit, step.trajectory)
+            assert proof is not None
+            assert proof.status is CertificateStatus.CERTIFIED
+
+
+@pytest.mark.parametrize("seconds", [0.1, 0.3])
+def test_how_long_it_stands_at_its_end_does_not_matter(seconds: float) -> None:
+    """What is left of a stop is shorter than a step, and filled with standing; it is that stop all the same."""
+    whole = replanner().first(obstacles=[FAR]).trajectory
+    over = whole.duration - 0.05
+    assert passed(remaining(whole, over, 0.05 + seconds), whole) == pytest.approx(over)
 
 
 @pytest.mark.parametrize(
