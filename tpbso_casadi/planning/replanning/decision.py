@@ -59,7 +59,8 @@ class Decision:
         scene: as it is predicted.
         executed: the motion that goes on until a decision takes effect.
         is_proven: whether it is known to keep the limits, and clear of what stands still.
-        can_stop: whether the last step has proven the stop that begins when this decision takes effect.
+        can_stop: whether the last step has proven the stop that begins when this decision takes effect, or goes on.
+        stopping: whether a stop is executed.
         foreseen: the proof that it stays clear of what moves, where that is known too.
         goals: postures (k,), rad, of which one is to be reached.
         search: for a way round.
@@ -73,6 +74,7 @@ class Decision:
     executed: Trajectory
     is_proven: bool
     can_stop: bool
+    stopping: bool
     foreseen: ClearanceProof | None
     goals: Sequence[FloatArray]
     search: Search
@@ -150,8 +152,16 @@ class Decision:
 
     def stop(self) -> Judged:
         """The first stop that is proven, or else the fastest one."""
-        judged = [self._judged_stop(stop) for stop in stops(self.state, self.scene.robot.limits)]
+        under_way = [self.executed.part(self.every, self.executed.duration)] if self._is_stopping else []
+        fresh = stops(self.state, self.scene.robot.limits)
+        judged = [self._judged_stop(stop, proven=self.can_stop) for stop in under_way]
+        judged += [self._judged_stop(stop, proven=self.can_stop and not under_way) for stop in fresh]
         return next((each for each in judged if each.accepted), next((e for e in judged if e.certified), judged[0]))
+
+    @property
+    def _is_stopping(self) -> bool:
+        """Whether the arm goes on in a stop when the decision takes effect."""
+        return self.stopping and self.executed.duration > self.every + SLIVER
 
     def new(self, added: Trajectory, x: FloatArray | None = None) -> Candidate:
         """A motion that begins when the decision takes effect, with what is executed before."""
@@ -164,10 +174,10 @@ class Decision:
         fixed = is_clear(proof) and self._keeps(candidate)
         return Judged(candidate, proof, fixed, fixed and self._can_stop(candidate.trajectory))
 
-    def _judged_stop(self, added: Trajectory) -> Judged:
+    def _judged_stop(self, added: Trajectory, proven: bool) -> Judged:
         candidate = Candidate("stop", self.until_then.followed_by(added), added)
         proof, fixed = prove_clearance(self.scene.moving, candidate.trajectory), self._keeps(candidate)
-        known = (self.can_stop and is_clear(proof)) or not candidate.trajectory.moves
+        known = (proven and is_clear(proof)) or not candidate.trajectory.moves
         safe = fixed and (known or stays_clear(self._uncertain.moving, candidate.trajectory))
         return Judged(candidate, proof, fixed, safe)
 

@@ -169,6 +169,7 @@ class Replanner:
             executed=executed,
             is_proven=known,
             can_stop=self._known is not None and self._known.can_stop(executed, scene, self.every, self.fail_safe_rate),
+            stopping=known and self._known is not None and self._known.judged.candidate.kind == "stop",
             foreseen=None if self._known is None else self._known.foreseen(executed, scene),
             goals=self._postures(executed.value_at_end(), goal),
             search=self.search,
