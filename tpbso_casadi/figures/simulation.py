@@ -162,7 +162,8 @@ def draw_distances(axes: Axes, record: SimulationRecord) -> None:
         axes.axvline(visit.time, color="#2ca02c", linestyle=":", linewidth=1.2)
     for kind, times in answer_times(record):
         colour, *_ = STYLES[kind]
-        axes.plot(times, np.zeros(len(times)), "|", color=colour, markersize=14, markeredgewidth=1.5, clip_on=False)
+        if len(times):  # a line without points would be laid out as if it reached the figure's corner
+            axes.plot(times, np.zeros(len(times)), "|", color=colour, markersize=14, markeredgewidth=1.5, clip_on=False)
     axes.set_ylabel("distance of\nthe arm [m]")
     axes.set_xlim(0.0, record.duration)
     axes.grid(alpha=0.3)

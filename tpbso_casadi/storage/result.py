@@ -29,6 +29,8 @@ from tpbso_casadi.scenario.validation import NestedError, StrictModel, describe
 from tpbso_casadi.storage.plain import NotJSON, as_json, parsed_json, plain
 from tpbso_casadi.storage.seal import KEY, BrokenSeal, check_seal, sealed
 
+SIMULATED = "what"  # the key that only the results of simulations have
+
 
 class InvalidResult(ValueError):
     """Text that is not a ``result.json``; the message is one line: key path and reason."""
@@ -345,10 +347,13 @@ class RunResult(StrictModel):
         """Read a ``result.json``.
 
         Raises:
-            InvalidResult: naming the first wrong key.
+            InvalidResult: naming the first wrong key; or that it is a simulation's.
         """
         try:
             document = parsed_json(text)
+            if SIMULATED in document:
+                check_seal(document)
+                raise InvalidResult(f"{SIMULATED}: a simulation of the planner, as it was written; it holds no plan")
             content = {key: value for key, value in document.items() if key != KEY}
             result = cls.model_validate_json(json.dumps(content), strict=True)
             check_seal(document)

@@ -283,7 +283,7 @@ class StepLimit(Limit):
     @classmethod
     def holding(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
         """The limit, where there are obstacles and bodies that are lines: a ball is too thick to pass unnoticed."""
-        if not obstacles or any(body.is_ball for body in robot.bodies):
+        if not (obstacles and robot.bodies) or any(body.is_ball for body in robot.bodies):
             return None
         kept = robot.margin + min(float(body.radius) for body in robot.bodies)
         width = min(obstacle.width for obstacle in obstacles) + 2.0 * kept

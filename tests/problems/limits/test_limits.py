@@ -9,8 +9,9 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import OVAL, equal_links, moving
+from helpers.space import small_arm
 
-from problems import CertificateStatus, Constraint, Ellipse, InvalidProblem, Limit, PlanarArm, Trajectory
+from problems import Ball, CertificateStatus, Constraint, Ellipse, InvalidProblem, Limit, PlanarArm, Trajectory
 from problems.base.matrix import FloatArray, as_array
 from problems.certify.time_scale import exact_time_scale, safe_time_scale
 from problems.certify.verification import limit_verdicts
@@ -174,6 +175,11 @@ def test_steps_by_hand() -> None:
     assert rows_of(step)[0] == pytest.approx([2 * 0.8**2, 2 * 1.5**2, 2 * 2.0**2])
     assert step.bounds[1] == pytest.approx((MAX_STEP_SHARE * 0.2) ** 2)
     assert StepLimit.holding(ARM, []) is None
+
+
+def test_a_robot_without_bodies_may_make_any_step() -> None:
+    assert not small_arm().bodies
+    assert StepLimit.holding(small_arm(), [Ball(center=(1.0, 0.0, 0.5), radius=0.1)]) is None
 
 
 @pytest.mark.parametrize(("beside", "left"), [(1.1, 0.9), (0.5, 0.3)])

@@ -182,9 +182,12 @@ def test_a_folder_of_something_else_is_left_alone(capsys: pytest.CaptureFixture[
 def test_an_audit_says_that_it_is_no_plan(capsys: pytest.CaptureFixture[str]) -> None:
     run("--out", "out", "--seconds", "0.2")
     assert audit.main(["out"]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("error: out")
-    assert error.count("\n") == 1
+    [line] = capsys.readouterr().err.splitlines()
+    file = Path("out", "result.json")
+    assert line == f"error: {file}: what: a simulation of the planner, as it was written; it holds no plan"
+    file.write_text(json.dumps({**result(), "seed": 99}))
+    assert audit.main(["out"]) == 2
+    assert capsys.readouterr().err == f"error: {file}: seed: was changed after the file was written\n"
 
 
 SLOW_AND_LOUD = """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -106,3 +107,15 @@ def test_a_simulation_is_drawn_unless_it_must_not_be(tmp_path: Path, monkeypatch
     names = {folder: {path.name for path in Path(folder).iterdir()} for folder in ("drawn", "bare")}
     assert names["drawn"] - names["bare"] == {"simulation.png", "simulation.html"}
     assert set(json.loads(Path("drawn/result.json").read_text())["files"]) == names["drawn"] - {"result.json"}
+
+
+def test_the_scene_keeps_its_place_where_nothing_had_to_stop() -> None:
+    record = record_of(2)
+    went_on = replace(record, replans=tuple(replan for replan in record.replans if replan.kind == "old"))
+    heights = []
+    for one in (record, went_on):
+        figure = simulation_figure(one)
+        figure.draw_without_rendering()
+        heights.append([axes.get_position().height for axes in figure.axes])
+    assert heights[1] == pytest.approx(heights[0], abs=0.03)
+    assert heights[1][0] > 0.4

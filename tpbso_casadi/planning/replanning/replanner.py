@@ -196,6 +196,10 @@ class Replanner:
             raise InvalidProblem("executed", f"a motion of {joints} joints for a robot of {self.robot.dof}")
         if not executed.is_finite or not executed.duration > 0.0:
             raise InvalidProblem("executed", "it is no motion: its numbers are not finite, or it takes no time")
+        for number, obstacle in enumerate(obstacles, start=1):
+            if not isinstance(obstacle, Obstacle):  # a scenario's own are sections of a file
+                reason = "not an Obstacle; those of a scenario are in the task of its replanner"
+                raise InvalidProblem("obstacles", f"obstacle {number}: {type(obstacle).__name__} is {reason}")
         check_obstacles(self.robot, standing(obstacles))
         if any(obstacle.dim != self.robot.dim for obstacle in obstacles):
             raise InvalidProblem("obstacles", f"the robot is in {self.robot.dim} dimensions, an obstacle is not")

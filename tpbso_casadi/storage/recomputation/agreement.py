@@ -21,9 +21,11 @@ def agree(key: str, stored: float | None, computed: float, scale: float = 0.0, t
     Raises:
         Contradiction: it is not.
     """
-    if stored is None and not np.isfinite(computed):
-        return
-    if stored is None or not abs(stored - computed) <= tolerance * max(abs(computed), scale):
+    if stored is None or not np.isfinite(computed):
+        agrees = stored is None and not np.isfinite(computed)
+    else:
+        agrees = bool(abs(stored - computed) <= tolerance * max(abs(computed), scale))
+    if not agrees:
         raise Contradiction(f"{key}: {stored!r} is stored, {computed!r} is computed")
 
 

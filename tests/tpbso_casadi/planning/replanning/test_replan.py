@@ -54,6 +54,14 @@ def test_at_the_end_it_stands(planned: Plan) -> None:
     assert np.abs(step.trajectory.at(np.linspace(0.0, 0.1, 5), 1)).max() < 1e-9
 
 
+def test_what_is_no_obstacle_is_refused() -> None:
+    """Such as the sections of a scenario, which are not yet obstacles."""
+    content = scenario().model_dump(exclude_none=True, exclude_defaults=True)
+    section = parse_scenario({**content, "obstacles": [{"center": [2.6, 1.9], "semi_axes": [0.1, 0.1]}]}).obstacles[0]
+    with pytest.raises(InvalidProblem, match=r"^obstacles: obstacle 2: EllipseSection is not an Obstacle; "):
+        Replanner(scenario()).first(obstacles=[crossing(FAR), section])  # type: ignore[list-item]
+
+
 @pytest.mark.parametrize("time", [-0.1, 100.0, float("nan")])
 def test_times_outside_the_motion_are_refused(planned: Plan, time: float) -> None:
     with pytest.raises(InvalidProblem, match=r"^at_time: .* s is not within the motion, 0 to .* s$"):
