@@ -22,6 +22,7 @@ from problems.motions.two_segments import Quantities
 
 CERTIFIED, VIOLATED, UNDECIDED = CertificateStatus
 CHECK_SAMPLES = 20_000
+SEEN = 1e-6  # of the largest value: equally spaced times may miss so much of it
 ARM = equal_links(2)
 
 
@@ -88,7 +89,7 @@ def test_a_certificate_is_never_false(formula: Callable[[Samples], Any], numbers
     assert (verdict.name, verdict.unit) == ("toy", "1")
     if largest > bound + 1e-9:
         assert verdict.status is not CERTIFIED
-    else:
+    elif largest < (1.0 - SEEN) * bound:
         assert verdict.status is not VIOLATED
         assert abs(verdict.worst) <= bound + 1e-9
     if verdict.status is VIOLATED:

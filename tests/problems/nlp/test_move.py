@@ -167,7 +167,7 @@ def test_a_limit_far_from_a_motion_is_forgotten_but_for_what_may_come_near() -> 
     far = replace(WAITING, obstacles=(MovingObstacle(OVAL, ConstantVelocity((9.0, 9.0))), behind))
     (clearance,) = [limit for limit in nlp(far).near(motion).limits if limit.name == "clearance"]
     assert all(pair.timed for pair in clearance.pairs)  # type: ignore[attr-defined]
-    (standing,) = [kept for limit in nlp(far).limits if limit.name == "clearance" and (kept := limit.at_any_time())]
+    (standing,) = [kept for limit in nlp(far).limits if limit.name == "clearance" and (kept := limit.untimed)]
     assert not any(pair.timed for pair in standing.pairs)  # type: ignore[attr-defined]
 
 

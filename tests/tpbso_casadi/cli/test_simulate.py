@@ -68,7 +68,7 @@ def rows(name: str) -> list[dict[str, str]]:
 def test_a_run_folder_holds_motion_replans_obstacles_and_result() -> None:
     assert run("--out", "out") == 0
     assert {path.name for path in Path("out").iterdir()} == {
-        "result.json", "trajectory.csv", "replans.csv", "obstacles.csv",
+        "result.json", "trajectory.csv", "replans.csv", "obstacles.csv", "simulation.png", "simulation.html",
     }  # fmt: skip
     content = result()
     assert content["what"] == "a simulation of the planner: no robot was driven"

@@ -137,10 +137,10 @@ def test_numbers_become_symbols_of_the_same_formula(dim: int, kind: str) -> None
     ("times", "places", "turns", "reason"),
     [
         ([0.0], [[0.0, 0.0]], None, "two rows"),
-        ([0.0, 0.0], [[0.0, 0.0]] * 2, None, "times that increase"),
-        ([0.0, np.inf], [[0.0, 0.0]] * 2, None, "times that increase"),
+        ([0.0, 0.0], [[0.0, 0.0]] * 2, None, "times have to increase"),
+        ([0.0, np.inf], [[0.0, 0.0]] * 2, None, "t = inf s is not within"),
         ([0.0, 1.0], [[0.0, np.nan]] * 2, None, "nan"),
-        ([0.0, 1.0], [[0.0] * 3] * 2, [[0.0, 0.0, 0.0, 2.0]] * 2, "not of length 1"),
+        ([0.0, 1.0], [[0.0] * 3] * 2, [[0.0, 0.0, 0.0, 2.0]] * 2, "quaternion of length 2, not 1"),
         ([0.0, 1.0], [[0.0] * 3] * 2, [[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0]], "more than 90 degrees"),
     ],
 )
