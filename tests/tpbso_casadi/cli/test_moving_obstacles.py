@@ -131,6 +131,7 @@ def test_a_given_path_is_judged_at_the_times_of_its_run(capfd: pytest.CaptureFix
     assert content("other")["at_goal"]["touched"]
 
 
+@pytest.mark.slow
 def test_retime_among_the_obstacles_of_a_robot_file() -> None:
     rows = "q1,q2,q3\n-1.0,0.5,0.5\n0.0,0.6,0.3\n0.9,0.8,0.2\n"
     Path("path.csv").write_text(rows)
