@@ -19,7 +19,7 @@ from problems.tasks.task import Task
 
 KNOTS = 5
 LEAST = 0.02  # of the speed limits: a crawl
-FULL = 1.0  # how far a variable may be above 0, where it says nothing: what need not wait is found to run at full speed
+FULL = 7.0  # how far a variable may be above 0, where it says nothing: half of a first population waits nowhere at all
 
 
 @dataclass(frozen=True)

@@ -117,7 +117,8 @@ def test_steps_over_samples_cost_what_the_model_costs_of_a_traced_path() -> None
     x = Box(*problem.bounds).sample(np.random.default_rng(0), 20)
     function = problem.cost_function
     np.testing.assert_allclose(problem.evaluator(VM)(x), as_array(function.map(20)(x.T)).ravel(), rtol=1e-12)
-    durations = [float(problem.parameters_of(row).duration) for row in (x[0], np.append(x[0, :3], np.ones(KNOTS)))]
+    paces = (np.full(KNOTS, -0.5), np.ones(KNOTS))
+    durations = [float(problem.parameters_of(np.append(x[0, :3], pace)).duration) for pace in paces]
     assert durations[0] > durations[1]
 
 
