@@ -22,7 +22,7 @@ from problems.encodings.waypoints import nominal, stops
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.limits import limits_of
 from problems.limits.constraint import Constraint
-from problems.limits.distances.clearance import MAX_STEP_SHARE, StepLimit
+from problems.limits.distances.step import MAX_STEP_SHARE, StepLimit
 from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.limits.staying import looks, stay_constraints, stay_matters
 from problems.motions.path_spline import PathSpline, TimedPath

@@ -24,7 +24,7 @@ from problems.encodings.timing.path_timing import GRID_ALLOWANCE, PathTiming, st
 from problems.encodings.timing.slowness import Slowness
 from problems.encodings.waypoints import postures, spread, stops, variables
 from problems.limits.constraint import Constraint
-from problems.limits.distances.clearance import StepLimit
+from problems.limits.distances.step import StepLimit
 from problems.limits.limit import Limit
 from problems.motions.path_spline import PathSpline, Rates, TimedPath
 from problems.motions.splines.clamped import DEGREE

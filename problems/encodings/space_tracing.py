@@ -21,7 +21,7 @@ from problems.encodings.timing.pace import Pace
 from problems.encodings.timing.path_timing import step_limits
 from problems.encodings.timing.slowness import Slowness
 from problems.encodings.traced_knots import TracedKnots, longest_timing
-from problems.limits.distances.clearance import StepLimit
+from problems.limits.distances.step import StepLimit
 from problems.limits.limit import Limit
 from problems.motions.traced_spline import TracedSpline
 from problems.objectives.objective import MotionBounds

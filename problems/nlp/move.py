@@ -27,7 +27,7 @@ from problems.base.matrix import FloatArray, Matrix, as_array
 from problems.certify.time_scale import safe_time_scale
 from problems.encodings.waypoints import stops
 from problems.limits.constraint import Constraint
-from problems.limits.distances.clearance import StepLimit
+from problems.limits.distances.step import StepLimit
 from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.limits.staying import looks, stay_constraints, stay_matters
 from problems.motions.samples import Samples

@@ -26,7 +26,7 @@ from problems.certify.time_scale import safe_time_scale
 from problems.encodings import KnotsEncoding
 from problems.limits.accuracy import Accuracy
 from problems.limits.constraint import Constraint
-from problems.limits.distances.clearance import StepLimit
+from problems.limits.distances.step import StepLimit
 from problems.limits.limit import Limit
 from problems.limits.time_scale import minimum_time_scale, peaks_of
 from problems.motions.knot_spline import KnotSpline

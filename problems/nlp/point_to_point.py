@@ -22,7 +22,7 @@ from problems.base.matrix import FloatArray, Matrix, as_array, split
 from problems.certify.time_scale import safe_time_scale
 from problems.encodings.segments import TIME_SHARES
 from problems.limits.constraint import Constraint
-from problems.limits.distances.clearance import StepLimit
+from problems.limits.distances.step import StepLimit
 from problems.limits.limit import SAMPLING_MARGIN, Limit
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory

@@ -17,7 +17,7 @@ from problems.base.matrix import FloatArray, Matrix, as_array, constant, split
 from problems.encodings.encoding import Decoded, Encoding, Variable
 from problems.encodings.penalty import FeasibilityFirst
 from problems.encodings.waypoints import selected
-from problems.limits.distances.clearance import StepLimit
+from problems.limits.distances.step import StepLimit
 from problems.limits.limit import Limit
 from problems.motions.splines.in_time import SplineShape
 from problems.motions.splines.time_spline import FIXED, TimeSpline

@@ -17,7 +17,7 @@ from problems.encodings.penalty import FeasibilityFirst
 from problems.encodings.timing.pace import Pace, pace_rows
 from problems.encodings.timing.slowness import Slowness, variables_of
 from problems.limits.constraint import Constraint
-from problems.limits.distances.clearance import StepLimit
+from problems.limits.distances.step import StepLimit
 from problems.limits.limit import Limit
 from problems.limits.time_scale import LARGEST_SLOWDOWN, minimum_time_scale, scaling
 from problems.motions.path_spline import PathSpline, Rates, TimedPath

@@ -19,7 +19,8 @@ from problems.limits import LIMITS, limits_of
 from problems.limits.accuracy import Accuracy
 from problems.limits.constraint import PenaltyKind
 from problems.limits.derivative import AccelerationLimit, DerivativeLimit, JerkLimit, SpeedLimit
-from problems.limits.distances.clearance import MAX_STEP_SHARE, Clearance, StepLimit, reachable_pairs
+from problems.limits.distances.clearance import Clearance, reachable_pairs
+from problems.limits.distances.step import MAX_STEP_SHARE, StepLimit
 from problems.limits.joint_range import JointRange
 from problems.limits.point_constraints import end_point, reach_limit
 from problems.limits.time_scale import minimum_time_scale, peaks_of, scaling

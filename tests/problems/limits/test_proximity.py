@@ -16,9 +16,10 @@ from problems.certify.clearance import prove_clearance
 from problems.certify.verification import limit_verdicts
 from problems.evaluation import EvaluationOptions
 from problems.limits import proximity_limits
-from problems.limits.distances.clearance import Clearance, StepLimit
+from problems.limits.distances.clearance import Clearance
 from problems.limits.distances.proximity import Proximity
 from problems.limits.distances.self_clearance import SelfClearance
+from problems.limits.distances.step import StepLimit
 from problems.motions.samples import Samples
 from problems.scene.segments import crossing_clearance
 from problems.tasks.place import Joints

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from problems import Ellipse, InvalidProblem, PlanarArm
 from problems.base.matrix import FloatArray
 from problems.certify.clearance import prove_clearance
-from problems.limits.distances.clearance import Clearance, StepLimit, reachable_pairs
+from problems.limits.distances.clearance import Clearance, reachable_pairs
+from problems.limits.distances.step import StepLimit
 from problems.limits.limit import SAMPLING_MARGIN
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Trajectory

@@ -79,10 +79,6 @@ class Search:
             self._problem = self._problem.restated(task)
         return self._problem
 
-    def start_from(self, candidates: FloatArray) -> None:
-        """Let the next search begin with candidates (n, d) of another one: those that have its variables."""
-        self._known = np.atleast_2d(np.asarray(candidates, dtype=np.float64))
-
     def best(
         self,
         state: MotionState,
