@@ -33,7 +33,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1, help="of scenes and searches")
     parser.add_argument("--evaluations", type=int, default=6000, help="of each search")
     parser.add_argument("--workers", type=int, default=2, help="processes")
-    parser.add_argument("--minutes", type=float, default=np.inf, help="after which no further scene is begun")
+    parser.add_argument(
+        "--minutes",
+        type=float,
+        default=np.inf,
+        help="after which no further scene is begun, nor what runs then counted",
+    )
     parser.add_argument("--alone", action="store_true", help="without the plans for standing obstacles")
     parser.add_argument("--json", type=Path, help="where every outcome is written")
     options = parser.parse_args()
@@ -48,11 +53,11 @@ def main() -> None:
     with ProcessPoolExecutor(options.workers, mp_context=get_context("spawn")) as pool:
         futures = [pool.submit(judged, scene, options.evaluations, options.seed, not options.alone) for scene in scenes]
         for future in as_completed(futures):
+            outcomes.append(future.result())
+            print(line(outcomes[-1]), flush=True)
             if time.perf_counter() - began > 60.0 * options.minutes:
                 pool.shutdown(wait=False, cancel_futures=True)
-            if not future.cancelled():
-                outcomes.append(future.result())
-                print(line(outcomes[-1]), flush=True)
+                break
     outcomes.sort(key=lambda outcome: (outcome.dim, int(outcome.scene.split()[-1])))
     if options.json is not None:
         options.json.write_text(json.dumps([asdict(outcome) for outcome in outcomes], indent=1))
