@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-import casadi as ca
 import numpy as np
 
-from problems.base.matrix import FloatArray, as_array
+from problems.base.matrix import FloatArray
+from problems.certify.distances.moving_pairs import MovingPairs
 from problems.certify.travel import halves
 from problems.certify.verdict import Verdict
 from problems.certify.verification import prove
-from problems.limits.distances.proximity import Proximity, clearances
+from problems.limits.distances.proximity import Proximity
 from problems.limits.limit import Limit
 from problems.limits.staying import AT_GOAL, timed
 from problems.motions.trajectory import Trajectory
@@ -100,10 +100,7 @@ def _clear_until(limit: Proximity, theta: FloatArray, start: float, end: float) 
 
 def _clearances(limit: Proximity, theta: FloatArray, cells: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The smallest clearance in the middle of each cell, and a lower bound of it all through, both (n,), m."""
-    robot, middles = limit.robot, cells.mean(axis=1)
-    positions = robot.positions(ca.DM(np.repeat(theta, len(cells), axis=0)))
-    found = as_array(clearances(limit.pairs, positions, ca.DM(middles)))
-    travels = {pair.group: pair for pair in limit.pairs}
-    own = {group: pair.own_travel(robot, cells) for group, pair in travels.items()}
-    low = found - np.column_stack([own[pair.group] for pair in limit.pairs])
-    return found.min(axis=1), low.min(axis=1)
+    standing = Trajectory(np.array([cells.min(), cells.max()]), theta[None])
+    everywhere = np.ones((len(cells), 1), dtype=bool)
+    nearest, _, low = MovingPairs.of(limit.robot, limit.pairs, standing).around_middles(cells, everywhere)
+    return nearest, low.min(axis=1)
