@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from math import inf
 
 import numpy as np
@@ -93,6 +94,12 @@ class Decision:
         return MotionState.at_end(self.until_then)
 
     @cached_property
+    def rest(self) -> list[Trajectory]:
+        """What would go on from then; nothing where the arm stands then."""
+        goes_on = self.executed.duration > self.every + SLIVER
+        return [self.executed.part(self.every, self.executed.duration)] if goes_on else []
+
+    @cached_property
     def old(self) -> Candidate:
         """The motion that is executed, to its end."""
         return Candidate("old", lasting(self.executed, self.every))
@@ -139,8 +146,7 @@ class Decision:
         """The first motion that is searched for, may be executed, and arrives before another one."""
         if not moves:
             return None
-        rest = self.executed.duration - self.every
-        old = [self.executed.part(self.every, self.executed.duration)] if self.arrival < inf and rest > SLIVER else []
+        old = self.rest if self.arrival < inf else []
         obstacles = [obstacle.later(self.every) for obstacle in self.scene.obstacles]
         for found in self.search.best(self.state, self.goals, obstacles, [*old, *moves], self.seconds()):
             if self.every + found.trajectory.duration > SOONER * arrival:
@@ -152,16 +158,14 @@ class Decision:
 
     def stop(self) -> Judged:
         """The first stop that is proven, or else the fastest one."""
-        under_way = [self.executed.part(self.every, self.executed.duration)] if self._is_stopping else []
-        fresh = stops(self.state, self.scene.robot.limits)
-        judged = [self._judged_stop(stop, proven=self.can_stop) for stop in under_way]
-        judged += [self._judged_stop(stop, proven=self.can_stop and not under_way) for stop in fresh]
-        return next((each for each in judged if each.accepted), next((e for e in judged if e.certified), judged[0]))
-
-    @property
-    def _is_stopping(self) -> bool:
-        """Whether the arm goes on in a stop when the decision takes effect."""
-        return self.stopping and self.executed.duration > self.every + SLIVER
+        under_way = self.rest if self.stopping else []
+        judged: list[Judged] = []
+        for stop in chain(under_way, stops(self.state, self.scene.robot.limits)):
+            is_known = len(judged) < len(under_way) or not under_way
+            judged.append(self._judged_stop(stop, proven=self.can_stop and is_known))
+            if judged[-1].accepted:
+                return judged[-1]
+        return next((each for each in judged if each.certified), judged[0])
 
     def new(self, added: Trajectory, x: FloatArray | None = None) -> Candidate:
         """A motion that begins when the decision takes effect, with what is executed before."""
