@@ -14,7 +14,7 @@ from rich.table import Table
 
 from tpbso_casadi.audit.content import audit_run, audit_scenario
 from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
 from tpbso_casadi.scenario.scenario import parse_scenario
 from tpbso_casadi.storage.run_folder import write_run
 from tpbso_casadi.storage.stored_run import read_run

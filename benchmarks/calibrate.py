@@ -19,7 +19,7 @@ import numpy as np
 
 from solvers import BSO, Box, minimize
 from tpbso_casadi.reproduction.paper import TABLE_1
-from tpbso_casadi.scenario.builtin import THREE_METRES
+from tpbso_casadi.scenario.cases.builtin import THREE_METRES
 from tpbso_casadi.scenario.scenario import parse_scenario
 
 REFERENCE_ACCELERATION = 3000.0  # rad/s^2, at which times are measured

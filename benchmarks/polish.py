@@ -19,7 +19,7 @@ import numpy as np
 
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 
 SOLVED_TOLERANCE = 1e-3

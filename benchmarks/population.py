@@ -41,7 +41,7 @@ from problems.evaluation import EvaluationOptions, PopulationFunction
 from problems.evaluation.native.cache import VARIABLE
 from problems.evaluation.portable_math import portable
 from solvers import SOLVERS, Box, Budget, minimize
-from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 
 FORMULATIONS = ("paper", "reduced")

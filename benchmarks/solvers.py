@@ -31,8 +31,8 @@ from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import EXTERNAL, SOLVERS, Box, Budget, Solver, minimize
 from tpbso_casadi import find_solver
 from tpbso_casadi.campaign.statistics import holm
-from tpbso_casadi.scenario.builtin import TITLES, builtin
-from tpbso_casadi.scenario.generator import random_scenarios
+from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
+from tpbso_casadi.scenario.cases.generator import random_scenarios
 
 GENERATED_SEED = 2024
 MAX_SHORTFALL = 3.0

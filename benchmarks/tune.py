@@ -21,7 +21,7 @@ from problems import Problem
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import SOLVERS, Box, Budget, minimize
-from tpbso_casadi.scenario.generator import random_scenarios
+from tpbso_casadi.scenario.cases.generator import random_scenarios
 
 TRAINING_SEED, TRAINING_CASES = 7, 16  # not the seed of benchmarks.solvers
 FINALISTS, CONFIRMING_SEEDS = 3, 8

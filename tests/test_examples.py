@@ -11,7 +11,7 @@ import pytest
 from scipy.interpolate import PPoly
 
 from tpbso_casadi import parse_scenario
-from tpbso_casadi.cli import audit, retime, simulate, solve
+from tpbso_casadi.cli.commands import audit, retime, simulate, solve
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 LONG = {

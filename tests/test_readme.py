@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tpbso_casadi import parse_scenario
-from tpbso_casadi.cli.solve import main
+from tpbso_casadi.cli.commands.solve import main
 
 README = (Path(__file__).parent.parent / "README.md").read_text()
 

@@ -21,13 +21,14 @@ from problems import (
 )
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import BSO, GA, PSO, SOLVERS, Box, Budget, Result, Solver, StopReason, minimize
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi.facade.plan import Plan
+from tpbso_casadi.facade.planning import plan
+from tpbso_casadi.facade.robots import robot
 from tpbso_casadi.planning.replanning.replan import replan
 from tpbso_casadi.planning.replanning.replanner import Replanner
 from tpbso_casadi.planning.replanning.step import Step
 from tpbso_casadi.planning.retime import retime
-from tpbso_casadi.scenario.builtin import builtin
+from tpbso_casadi.scenario.cases.builtin import builtin
 from tpbso_casadi.scenario.catalogues import find_solver
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, read_scenario
 from tpbso_casadi.scenario.section import ScenarioError
@@ -79,5 +80,6 @@ __all__ = [
     "replan",
     "result_of",
     "retime",
+    "robot",
     "write_run",
 ]

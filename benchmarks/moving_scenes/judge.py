@@ -12,8 +12,9 @@ import numpy as np
 from benchmarks.moving_scenes.coal_check import check_with_coal
 from benchmarks.moving_scenes.scenes import MOST_WAIT, Scene, line_time
 from problems import Trajectory
-from tpbso_casadi import plan, read_scenario
-from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi import read_scenario
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import SearchedMotion
 
 SAMPLES, CHUNK = 20_000, 1000  # times of a motion; of them computed at once
 ROUNDING = 1e-7  # m: of two ways to compute a distance
@@ -85,14 +86,14 @@ def judged(scene: Scene, evaluations: int, seed: int, compared: bool) -> Outcome
     )
 
 
-def _planned(scene: Scene, evaluations: int, seed: int) -> tuple[Plan, float]:
+def _planned(scene: Scene, evaluations: int, seed: int) -> tuple[SearchedMotion, float]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scene.toml"
         path.write_text(scene.scenario(evaluations, seed))
         scenario = read_scenario(path)
     began = time.perf_counter()
     planned = plan(scenario)
-    assert isinstance(planned, Plan)
+    assert isinstance(planned, SearchedMotion)
     return planned, time.perf_counter() - began
 
 

@@ -17,7 +17,7 @@ from problems.motions.joint_path import JointPath
 from problems.robots.robot import JointLimits
 from problems.timing.retime import retime
 from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.scenario.builtin import builtin
+from tpbso_casadi.scenario.cases.builtin import builtin
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 
 LETTER = {  # an outline with sharp corners: the letter N

@@ -76,6 +76,10 @@ class Trajectory:
         """Joint angles or a derivative of them, (n, k), at times (n,) in s; rad / s^derivative."""
         return np.asarray(self._derivatives[derivative](times))
 
+    def __call__(self, times: float | FloatArray, derivative: int = 0) -> FloatArray:
+        """Joint values or a derivative of them at a time in s, (k,), or at times (n,), (n, k); rad / s^derivative."""
+        return self.at(np.asarray(times, dtype=np.float64), derivative)
+
     @property
     def moves(self) -> bool:
         """Whether any joint does, at any time."""

@@ -15,7 +15,7 @@ from fuzz.values import NUMBERS, WORDS, edited, extremes, places, scenarios
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from tpbso_casadi.cli import audit, solve
+from tpbso_casadi.cli.commands import audit, solve
 from tpbso_casadi.storage.seal import KEY, sealed
 
 QUICK = ["--evaluations", "40", "--no-plots", "--quiet"]

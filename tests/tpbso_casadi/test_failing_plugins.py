@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tpbso_casadi.cli import audit, solve
+from tpbso_casadi.cli.commands import audit, solve
 from tpbso_casadi.storage.seal import sealed
 
 MODULE = """

@@ -10,13 +10,14 @@ from pathlib import Path
 import pytest
 from helpers.third_problem import JointMoveProblem, JointMoveTask
 
-from tpbso_casadi import parse_scenario, plan, read_scenario
+from tpbso_casadi import parse_scenario, read_scenario
 from tpbso_casadi.animation import frames_of, page
 from tpbso_casadi.campaign import ExecutorFactory, Store, grid, parse_solvers, run_campaign
 from tpbso_casadi.campaign.export import write_summary
 from tpbso_casadi.campaign.statistics import summarise
-from tpbso_casadi.cli.audit import main as audit
-from tpbso_casadi.cli.solve import main as solve
+from tpbso_casadi.cli.commands.audit import main as audit
+from tpbso_casadi.cli.commands.solve import main as solve
+from tpbso_casadi.planning.plan import plan
 from tpbso_casadi.reproduction.page.case_figures import illustrate
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.scenario.tasks.registry import TASKS

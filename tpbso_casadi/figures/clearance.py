@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from problems.certify.closest_approach import ClosestApproach
-from tpbso_casadi.figures.colours import CLOSEST, colour_of
 from tpbso_casadi.figures.distances import TIMES, DistanceCurve, closest_to_moving, description, distance_curves
+from tpbso_casadi.figures.style.colours import CLOSEST, colour_of
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 
 STANDING = "0.6"  # colour of what stands still

@@ -16,17 +16,17 @@ from matplotlib.ticker import MaxNLocator
 from problems.base.matrix import FloatArray
 from problems.tasks.drawing import BoundedCurve, ProgressMeasure
 from tpbso_casadi.planning.plan import convergence, step_name
-from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
+from tpbso_casadi.planning.planned_motion import PlannedMotion, SearchedMotion
 
 
-def progress_figures(plan: Plan) -> dict[str, tuple[str, Figure]]:
+def progress_figures(plan: SearchedMotion) -> dict[str, tuple[str, Figure]]:
     """By file name, the caption and the figure of each of the problem's progress measures."""
     return {
         measure.name: (measure.label, progress_figure(plan, measure)) for measure in plan.problem.progress_measures()
     }
 
 
-def progress_figure(plan: Plan, measure: ProgressMeasure) -> Figure:
+def progress_figure(plan: SearchedMotion, measure: ProgressMeasure) -> Figure:
     """A measure of the best candidate so far over the iterations."""
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axes = figure.subplots()
@@ -44,7 +44,7 @@ def progress_figure(plan: Plan, measure: ProgressMeasure) -> Figure:
     return figure
 
 
-def progress_history(plan: Plan, measure: ProgressMeasure) -> FloatArray:
+def progress_history(plan: SearchedMotion, measure: ProgressMeasure) -> FloatArray:
     """A measure of the best candidate so far after each iteration or start, (n,), in its unit."""
     best = plan.search.history.best
     if not plan.search.in_program_variables:

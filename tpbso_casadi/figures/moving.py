@@ -12,9 +12,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from problems.base.matrix import FloatArray
-from tpbso_casadi.figures.colours import COURSE, OBSTACLE
 from tpbso_casadi.figures.courses import Course
 from tpbso_casadi.figures.scene import draw_obstacle
+from tpbso_casadi.figures.style.colours import COURSE, OBSTACLE
 
 LABEL = "moving obstacle"
 SQUARE: dict[str, Any] = {"marker": "s", "linestyle": "none", "color": OBSTACLE, "alpha": 0.35, "markersize": 9}

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from tpbso_casadi.figures.colours import CLOSEST
 from tpbso_casadi.figures.courses import courses_of
 from tpbso_casadi.figures.distances import closest_to_moving, description
 from tpbso_casadi.figures.extent import extent_of
@@ -18,6 +17,7 @@ from tpbso_casadi.figures.moving import draw_moving, draw_ways
 from tpbso_casadi.figures.scene import draw_bodies, draw_scene
 from tpbso_casadi.figures.space.panels import Points, Posture, space_figure
 from tpbso_casadi.figures.space.scene import Scene
+from tpbso_casadi.figures.style.colours import CLOSEST
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 
 SNAPSHOTS = (("initial", "#9aa5b1"), ("middle", "#5b6b7b"), ("final", "#1b2733"))

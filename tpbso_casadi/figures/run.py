@@ -5,7 +5,6 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 import casadi as ca
@@ -16,16 +15,14 @@ from matplotlib.ticker import MaxNLocator
 
 from problems.base.matrix import FloatArray, as_array
 from tpbso_casadi.figures.clearance import clearance_figures
-from tpbso_casadi.figures.colours import colour_of
 from tpbso_casadi.figures.limits import limits_figure
 from tpbso_casadi.figures.measures import curve_figures, progress_figures
 from tpbso_casadi.figures.paths import path_figure
+from tpbso_casadi.figures.style.colours import colour_of
+from tpbso_casadi.figures.style.files import write_figure
 from tpbso_casadi.planning.joint_quantities import alternatives
 from tpbso_casadi.planning.plan import convergence, first_feasible, step_name
-from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
-from tpbso_casadi.storage.files import write_with
-
-DPI = 150
+from tpbso_casadi.planning.planned_motion import PlannedMotion, SearchedMotion
 
 
 def draw_figures(folder: Path, plan: PlannedMotion) -> list[Path]:
@@ -36,13 +33,10 @@ def draw_figures(folder: Path, plan: PlannedMotion) -> list[Path]:
         figures |= {"convergence": convergence_figure(plan.searched)}
         further |= progress_figures(plan.searched)
     figures |= {name: figure for name, (_, figure) in further.items()}
-    paths = {folder / f"{name}.png": figure for name, figure in figures.items()}
-    for path, figure in paths.items():
-        write_with(path, partial(figure.savefig, dpi=DPI))
-    return list(paths)
+    return [path for name, figure in figures.items() for path in write_figure(folder, name, figure)]
 
 
-def convergence_figure(plan: Plan) -> Figure:
+def convergence_figure(plan: SearchedMotion) -> Figure:
     """(a) The best cost so far over the iterations; the infeasible phase is marked, as its cost is a penalty."""
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axes = figure.subplots()

@@ -17,7 +17,7 @@ from problems.base.matrix import FloatArray
 from problems.robots.robot import Body
 from problems.scene.obstacle import standing
 from problems.tasks.drawing import MarkerKind
-from tpbso_casadi.figures.colours import OBSTACLE
+from tpbso_casadi.figures.style.colours import OBSTACLE
 
 MARKER_STYLES: dict[MarkerKind, dict[str, Any]] = {
     MarkerKind.START: {"marker": "x", "markersize": 9, "markeredgewidth": 2.2, "zorder": 6},

@@ -15,16 +15,16 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
 from problems.base.matrix import FloatArray
-from tpbso_casadi.figures.colours import CLOSEST, OBSTACLE, colour_of
 from tpbso_casadi.figures.courses import Course, courses_of
 from tpbso_casadi.figures.distances import DistanceCurve, distance_curves
 from tpbso_casadi.figures.extent import extent_of
 from tpbso_casadi.figures.limits import spans
 from tpbso_casadi.figures.moving import draw_moving, draw_ways
-from tpbso_casadi.figures.run import DPI
 from tpbso_casadi.figures.scene import draw_bodies, draw_scene
 from tpbso_casadi.figures.space.panels import VIEWS, Posture, draw_measurable, draw_solids
 from tpbso_casadi.figures.space.scene import Scene
+from tpbso_casadi.figures.style.colours import CLOSEST, OBSTACLE, colour_of
+from tpbso_casadi.figures.style.files import DPI
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.simulation.executed import stands
 from tpbso_casadi.simulation.motion import MEANINGS, simulated_motion

@@ -21,7 +21,7 @@ from solvers import Box, Budget, Solver, minimize
 from solvers.driver.interruption import Interruption
 from tpbso_casadi.planning.finishing import is_better
 from tpbso_casadi.planning.motion import motion_of
-from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi.planning.planned_motion import SearchedMotion
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.scenario.scenario import SolverSection
 
@@ -55,8 +55,8 @@ def best_of_branches(
     evaluation: EvaluationOptions | None,
     progress: Progress,
     interruption: Interruption,
-    planned: Callable[[Problem[Any], SolverSection], Plan],
-) -> Plan:
+    planned: Callable[[Problem[Any], SolverSection], SearchedMotion],
+) -> SearchedMotion:
     """The best plan of the race's finalists.
 
     Args:
@@ -78,7 +78,7 @@ def best_of_branches(
         if WORTH * _in_time(branch) < min((entry.cost for entry in entries), default=inf):
             entries.append(_raced(branch, solver, budget, settings.seed, evaluation, progress, interruption))
     left = _left(settings)
-    best: Plan | None = None
+    best: SearchedMotion | None = None
     for number, entry in enumerate(_finalists(entries), start=1):
         if best is not None and interruption.requested:
             break

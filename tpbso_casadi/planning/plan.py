@@ -18,7 +18,7 @@ from tpbso_casadi.planning.branches import best_of_branches
 from tpbso_casadi.planning.finishing import is_better, retimed
 from tpbso_casadi.planning.given_path import timed
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
-from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
+from tpbso_casadi.planning.planned_motion import PlannedMotion, SearchedMotion
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.refinement import Refinement, polish
 from tpbso_casadi.planning.replanning.warm_start import candidates_of
@@ -38,7 +38,7 @@ def plan(
     starts: Sequence[Trajectory] = (),
     warm_start: PlannedMotion | Motion | None = None,
 ) -> PlannedMotion:
-    """Plan a scenario; a :class:`Plan` where there is something to search.
+    """Plan a scenario; a :class:`SearchedMotion` where there is something to search.
 
     Args:
         scenario: robot, task, limits, solver, budget and seed.
@@ -65,13 +65,13 @@ def plan(
         problem = interruption.breakable(scenario.problem) if problem is None else problem
         solver = scenario.solver.build()
 
-        def once(branch: Problem[Any], settings: SolverSection) -> Plan:
+        def once(branch: Problem[Any], settings: SolverSection) -> SearchedMotion:
             stated = scenario.model_copy(update={"solver": settings})
             found = untimed(stated, branch, solver, evaluation, progress, interruption, starts, warm_start)
             found = finished(found, progress, interruption) if scenario.model.retime else found
             return replace(found, scenario=scenario)
 
-        def planned(branch: Problem[Any], settings: SolverSection) -> Plan:
+        def planned(branch: Problem[Any], settings: SolverSection) -> SearchedMotion:
             found = once(branch, settings)
             for number in range(1, RESTARTS + 1 if may_start_again(scenario, branch) else 1):
                 if found.feasible or interruption.requested:
@@ -100,7 +100,7 @@ def untimed(
     interruption: Interruption,
     starts: Sequence[Trajectory] = (),
     warm_start: PlannedMotion | Motion | None = None,
-) -> Plan:
+) -> SearchedMotion:
     """A plan as search and polish find it.
 
     Raises:
@@ -117,7 +117,7 @@ def untimed(
     if scenario.solver.within is None:
         return searched(scenario, problem, solver, evaluation, progress, interruption, starts, known)
     best, rounds = best_within(problem, solver, scenario.solver, evaluation, progress, interruption, known)
-    return Plan(
+    return SearchedMotion(
         scenario=scenario,
         problem=problem,
         search=best.search,
@@ -128,7 +128,7 @@ def untimed(
     )
 
 
-def finished(found: Plan, progress: Progress, interruption: Interruption) -> Plan:
+def finished(found: SearchedMotion, progress: Progress, interruption: Interruption) -> SearchedMotion:
     """The plan as fast as its limits allow; as it was found where the user has asked to stop."""
     retiming = interruption.attempt(partial(retimed, found.motion, progress))
     motion = found.motion if retiming is None else retiming.chosen
@@ -142,13 +142,15 @@ def descended(
     progress: Progress,
     interruption: Interruption,
     starts: Sequence[Trajectory] = (),
-) -> Plan:
+) -> SearchedMotion:
     """A plan by gradients alone."""
     refinement = interruption.breakable(partial(Refinement, problem, solver))
     progress.phase("searching")
     search = refinement.multistart(scenario.solver.budget(), scenario.solver.seed, progress.status, starts)
     motion = refinement.motion(search.x)
-    return Plan(scenario=scenario, problem=problem, search=search, motion=motion, interrupted=interruption.requested)
+    return SearchedMotion(
+        scenario=scenario, problem=problem, search=search, motion=motion, interrupted=interruption.requested
+    )
 
 
 def searched(
@@ -160,7 +162,7 @@ def searched(
     interruption: Interruption,
     starts: Sequence[Trajectory] = (),
     known: FloatArray | None = None,
-) -> Plan:
+) -> SearchedMotion:
     """A plan by a metaheuristic, polished if the scenario says so."""
     settings, box = scenario.solver, Box(*problem.bounds)
     archive = Archive(box) if settings.polish_starts and problem.is_descended else None
@@ -173,7 +175,7 @@ def searched(
         work = partial(polish, problem, motion, search.x, archive, settings.polish_starts, progress, starts)
         refined = interruption.attempt(work)
     chosen = motion if refined is None else refined.chosen
-    return Plan(
+    return SearchedMotion(
         scenario=scenario,
         problem=problem,
         search=search,
@@ -188,7 +190,7 @@ def convergence(search: Result) -> tuple[FloatArray, FloatArray]:
     return search.history.numbers, search.history.cost
 
 
-def first_feasible(plan: Plan) -> int | None:
+def first_feasible(plan: SearchedMotion) -> int | None:
     """The index in the history from which the best candidate was feasible at the samples; None if there was none."""
     descended = plan.search.in_program_variables
     least_infeasible = INFEASIBLE_MERIT if descended else np.nextafter(plan.problem.objective_upper_bound, np.inf)

@@ -34,7 +34,7 @@ class PlannedMotion:
     seconds_timed: float = 0.0
 
     @property
-    def searched(self) -> Plan | None:
+    def searched(self) -> SearchedMotion | None:
         """What is known of the search; None where a given path was timed."""
         return None
 
@@ -70,7 +70,7 @@ class PlannedMotion:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plan(PlannedMotion):
+class SearchedMotion(PlannedMotion):
     """A motion that was searched for, and everything needed to judge it.
 
     Attributes:
@@ -86,6 +86,6 @@ class Plan(PlannedMotion):
     rounds: int = 1
 
     @property
-    def searched(self) -> Plan:
+    def searched(self) -> SearchedMotion:
         """The plan itself."""
         return self

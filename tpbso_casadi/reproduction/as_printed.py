@@ -18,7 +18,7 @@ from tpbso_casadi.reproduction.experiment import (
     PRINTED_LOW_LAMBDA,
     PRINTED_SIGN,
 )
-from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.scenario.cases.builtin import TITLES
 
 SIGN, LETTER = "the sign of (28)", "(27) without inertia, and the sign of (28)"
 COMPARISONS = (  # what is as printed, lambda, our solver, the printed one, basis

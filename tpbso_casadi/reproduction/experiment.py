@@ -7,7 +7,7 @@ from typing import Any
 
 from tpbso_casadi.campaign import Run, SolverSpec, grid
 from tpbso_casadi.campaign.grid import parse_solver
-from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
 from tpbso_casadi.scenario.catalogues import find_solver
 from tpbso_casadi.scenario.scenario import SolverSection
 

@@ -12,7 +12,7 @@ from tpbso_casadi.reproduction.experiment import BASES, ITERATIONS, label
 from tpbso_casadi.reproduction.pace import Pace
 from tpbso_casadi.reproduction.page.case_figures import Illustration, illustrate
 from tpbso_casadi.reproduction.paper import NAMES, PATHS
-from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
 from tpbso_casadi.storage.result import RunResult
 
 CompletedRun: TypeAlias = tuple[Run, RunResult]

@@ -12,7 +12,7 @@ from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import Box, Budget, Solver, minimize
 from tpbso_casadi.reproduction.experiment import BASES, Size, solver_section
 from tpbso_casadi.reproduction.paper import NAMES
-from tpbso_casadi.scenario.builtin import builtin
+from tpbso_casadi.scenario.cases.builtin import builtin
 
 Pace: TypeAlias = dict[str, dict[str, dict[str, list[float]]]]  # s by basis, case and solver, one a round
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.scenario.cases.builtin import TITLES
 
 FIGURES: dict[str, int] = {case: number for number, case in enumerate(TITLES, start=2)}  # in the paper's own order
 POINT_TO_POINT = tuple(case for case in TITLES if case.startswith(("time", "rotation")))

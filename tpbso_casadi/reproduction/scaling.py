@@ -17,7 +17,7 @@ from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import SOLVERS, Box, Budget, Solver, minimize
 from tpbso_casadi.reproduction.paper import NAMES
-from tpbso_casadi.scenario.builtin import builtin
+from tpbso_casadi.scenario.cases.builtin import builtin
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 
 Scaling: TypeAlias = dict[str, dict[str, dict[str, dict[str, Any]]]]  # by experiment, symbol and solver

@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
 from tpbso_casadi.scenario.scenario import Scenario, read_scenario
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.plain import visible

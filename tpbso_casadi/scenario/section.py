@@ -111,3 +111,15 @@ def read_section(section: type[S], table: Any, key: str, name: str) -> S:
         raise
     except BaseException as error:
         raise NestedError(f"{key}: plug-in {name} failed: {failure(error)}") from error
+
+
+def read_table(section: type[S], name: str, content: dict[str, Any]) -> S:
+    """The table of a name from plain data, checked as one of a file.
+
+    Raises:
+        ScenarioError: naming the first wrong key.
+    """
+    try:
+        return section.model_validate_json(as_text(content), strict=True)
+    except ValidationError as error:
+        raise ScenarioError(f"{name}.{describe(error, section, content)}") from error

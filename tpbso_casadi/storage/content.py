@@ -10,7 +10,7 @@ from problems import Problem
 from problems.base.matrix import FloatArray
 from tpbso_casadi.planning.finishing import Retiming
 from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
+from tpbso_casadi.planning.planned_motion import PlannedMotion, SearchedMotion
 from tpbso_casadi.planning.refinement import Polish
 from tpbso_casadi.storage.plain import settings_of
 from tpbso_casadi.storage.result import (
@@ -75,7 +75,7 @@ def _parts(motion: Motion) -> list[ObjectivePart]:
     ]
 
 
-def _of_search(plan: Plan) -> dict[str, Any]:
+def _of_search(plan: SearchedMotion) -> dict[str, Any]:
     """The keys that describe a search."""
     search, solver = plan.search, plan.scenario.solver
     return {

@@ -15,11 +15,12 @@ import yaml
 from helpers.browser import fetched, opened
 from PIL import Image, ImageSequence
 
-from tpbso_casadi import builtin, plan
+from tpbso_casadi import builtin
 from tpbso_casadi.animation import animate, frames_of, moving_figures, page
 from tpbso_casadi.animation import write as writing
-from tpbso_casadi.cli.solve import main
-from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi.cli.commands.solve import main
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import SearchedMotion
 from tpbso_casadi.scenario.scenario import parse_scenario
 from tpbso_casadi.storage import exporting
 from tpbso_casadi.storage.exporting import EXPORTS, export_motion
@@ -30,7 +31,7 @@ QUICK = ["--evaluations", "2000", "--no-plots", "--quiet"]
 
 
 @pytest.fixture(scope="module", params=["time-3", "obstacle-3", "pentagram-time"])
-def solution(request: pytest.FixtureRequest) -> Plan:
+def solution(request: pytest.FixtureRequest) -> SearchedMotion:
     content = builtin(request.param).model_dump()
     content["solver"] |= {"evaluations": 1000}
     content["model"] |= {"formulation": "reduced"}
@@ -44,7 +45,7 @@ def run(*arguments: str) -> int:
         return int(end.code or 0)
 
 
-def test_frames_are_the_arm(solution: Plan) -> None:
+def test_frames_are_the_arm(solution: SearchedMotion) -> None:
     frames = frames_of(solution.motion, 31)
     arm = solution.problem.robot
     assert frames.joints.shape == (31, arm.links + 1, 2)
@@ -59,7 +60,7 @@ def test_frames_are_the_arm(solution: Plan) -> None:
     assert (frames.joints[:, :, 1] > bottom).all() and (frames.joints[:, :, 1] < top).all()
 
 
-def test_the_player_runs_in_a_browser_and_fetches_nothing(solution: Plan, tmp_path: Path) -> None:
+def test_the_player_runs_in_a_browser_and_fetches_nothing(solution: SearchedMotion, tmp_path: Path) -> None:
     text = page("a <b>&</b> b", frames_of(solution.motion))
     assert fetched(text) == []
     path = tmp_path / "page.html"
@@ -145,7 +146,7 @@ def test_an_mp4_without_ffmpeg(
     ],
 )
 def test_an_ffmpeg_that_fails(
-    solution: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, script: str, reason: str
+    solution: SearchedMotion, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, script: str, reason: str
 ) -> None:
     encoder = tmp_path / "ffmpeg"
     encoder.write_text(f"#!/bin/sh\n{script.replace('sleep', 'exec sleep')}\n")
@@ -160,7 +161,9 @@ def test_an_ffmpeg_that_fails(
 
 @pytest.mark.parametrize("solution", ["time-3"], indirect=True)
 @pytest.mark.parametrize("title", ["$\\frac", "字 🦾", "\udcff\x1b[31m\n", "[red]</title><script>"])
-def test_any_name_may_be_a_title(solution: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, title: str) -> None:
+def test_any_name_may_be_a_title(
+    solution: SearchedMotion, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, title: str
+) -> None:
     monkeypatch.setattr(writing, "FILM_FRAMES", 4)
     for name in ("way.gif", "way.html"):
         animate(tmp_path / name, title, solution.motion)
@@ -168,7 +171,7 @@ def test_any_name_may_be_a_title(solution: Plan, tmp_path: Path, monkeypatch: py
 
 
 @pytest.mark.parametrize("solution", ["time-3"], indirect=True)
-def test_no_export_of_millions_of_rows(solution: Plan, tmp_path: Path) -> None:
+def test_no_export_of_millions_of_rows(solution: SearchedMotion, tmp_path: Path) -> None:
     with pytest.raises(OutputError, match=r"--rate 1e\+09: makes more than 200000 rows of a motion of .* s; at most"):
         export_motion(tmp_path, solution.motion, "csv", 1e9)
     assert not list(tmp_path.iterdir())
@@ -188,7 +191,7 @@ def test_an_export_of_too_many_rows_does_not_lose_the_plan(
 
 
 @pytest.mark.parametrize("rate", [37.0, 100.0])
-def test_every_export_holds_the_same_motion(solution: Plan, tmp_path: Path, rate: float) -> None:
+def test_every_export_holds_the_same_motion(solution: SearchedMotion, tmp_path: Path, rate: float) -> None:
     paths = {kind: export_motion(tmp_path, solution.motion, kind, rate) for kind in EXPORTS}
     table_path, arrays_path = paths["csv"], paths["npz"]
     message = json.loads(paths["ros-json"].read_text())
@@ -215,7 +218,7 @@ def test_every_export_holds_the_same_motion(solution: Plan, tmp_path: Path, rate
     np.testing.assert_array_equal(arrays["coefficients"], solution.trajectory.coefficients)
 
 
-def test_stamps_increase_in_a_ros_message(solution: Plan) -> None:
+def test_stamps_increase_in_a_ros_message(solution: SearchedMotion) -> None:
     times = np.array([0.0, 0.9999999999, 1.0000000006])
     stamps = [point["time_from_start"] for point in ros_message(solution.motion, times)["points"]]
     assert stamps == [{"sec": 0, "nanosec": 0}, {"sec": 1, "nanosec": 0}, {"sec": 1, "nanosec": 1}]

@@ -22,16 +22,18 @@ from benchmarks.certificates import check
 from problems import CertificateStatus, Constraint
 from problems.certify.structure import freedom, structure_of
 from problems.nlp.optimum.optimality import optimality
-from tpbso_casadi import builtin, parse_scenario, plan, write_run
+from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.audit.content import audit_scenario
-from tpbso_casadi.cli.audit import main
-from tpbso_casadi.planning.planned_motion import Plan
-from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.cli.commands.audit import main
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import SearchedMotion
+from tpbso_casadi.scenario.cases.builtin import TITLES
+from tpbso_casadi.storage.run_folder import write_run
 from tpbso_casadi.storage.seal import sealed
 
 
 @cache
-def planned(case: str, *, polish: bool = False, solver: str = "pso", formulation: str = "reduced") -> Plan:
+def planned(case: str, *, polish: bool = False, solver: str = "pso", formulation: str = "reduced") -> SearchedMotion:
     content = builtin(case).model_dump()
     content["model"]["formulation"] = formulation
     content["solver"] |= {"name": solver, "evaluations": 6000, "polish_starts": int(polish)}
@@ -98,7 +100,7 @@ def test_a_polished_motion_is_a_kkt_point_and_a_beetle_is_not(
 
 
 def test_sensitivities_are_what_a_looser_limit_buys() -> None:
-    def least_time(acceleration: float) -> Plan:
+    def least_time(acceleration: float) -> SearchedMotion:
         content = builtin("time-2").model_dump()
         content["arm"]["max_acceleration"] = [acceleration, 20.0]
         content["solver"] = {"name": "ipopt", "iterations": 6}
@@ -332,7 +334,7 @@ def test_what_is_neither_a_run_nor_a_scenario(tmp_path: Path, capfd: pytest.Capt
         assert audit(capfd, what)[0] == 2
 
 
-def rewritten(solution: Plan, folder: Path, factor: float) -> Path:
+def rewritten(solution: SearchedMotion, folder: Path, factor: float) -> Path:
     """A run that is consistent in itself, with its motion run faster by a factor."""
     motion = replace(solution.motion, trajectory=solution.trajectory.time_scaled(1.0 / factor))
     search = replace(solution.search)

@@ -17,19 +17,21 @@ from problems.limits.distances import proximity
 from problems.limits.distances.proximity import Proximity
 from problems.limits.torque import TorqueLimit
 from problems.motions.samples import Samples
-from tpbso_casadi import parse_scenario, plan, write_run
+from tpbso_casadi import parse_scenario
 from tpbso_casadi.audit import optimum as audited
 from tpbso_casadi.audit.optimum import nearest_optimum
-from tpbso_casadi.cli.audit import main
+from tpbso_casadi.cli.commands.audit import main
 from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.cli.display.optimum_tables import of_one, print_optimum, saved, sentences
-from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import SearchedMotion
+from tpbso_casadi.storage.run_folder import write_run
 
 SHARE = 0.3  # of the reach
 
 
 @cache
-def planned() -> Plan:
+def planned() -> SearchedMotion:
     arm = {
         "link_lengths": [0.5, 0.5], "max_speed": 4.0, "max_acceleration": 40.0, "link_masses": 2.0,
         "payload": {"mass": 1.0}, "max_torque": [40.0, 10.0],

@@ -22,7 +22,7 @@ distributed = pytest.importorskip("distributed")
 
 from tpbso_casadi.campaign import ExecutorError, run_one  # noqa: E402
 from tpbso_casadi.campaign.dask_cluster import check_versions, within  # noqa: E402
-from tpbso_casadi.cli.compare import main  # noqa: E402
+from tpbso_casadi.cli.commands.compare import main  # noqa: E402
 from tpbso_casadi.storage.versions import versions  # noqa: E402
 
 CAMPAIGN = ["time-2", "rotation-3", "--solvers", "bso,pso+polish", "--runs", "4", "--evaluations", "2000", "--no-plots"]

@@ -9,7 +9,7 @@ import pytest
 from helpers.evaluation import needs_compiler
 
 from problems.evaluation import BACKENDS, population
-from tpbso_casadi.cli import solve
+from tpbso_casadi.cli.commands import solve
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
 

@@ -21,7 +21,7 @@ from helpers.stores import wait_for_rows
 from helpers.waiting import PATIENCE, wait_until
 
 from solvers import Budget
-from tpbso_casadi.cli.compare import campaign, main, parser
+from tpbso_casadi.cli.commands.compare import campaign, main, parser
 
 STORE = Path("cut/runs.sqlite")
 COMMAND = [sys.executable, "-m", "tpbso_casadi.compare"]

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tpbso_casadi.cli.solve import main
+from tpbso_casadi.cli.commands.solve import main
 from tpbso_casadi.storage.stored_run import read_run
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
@@ -24,7 +24,7 @@ ANNOUNCING = """
 from tpbso_casadi.cli import entry
 from tpbso_casadi.cli.display import planning_progress
 planning_progress.INTERVAL = -1.0
-entry.run("tpbso_casadi.cli.solve")
+entry.run("tpbso_casadi.cli.commands.solve")
 """  # the command line, which says at once what it begins
 COMMAND = ["obstacle-3", "--evaluations", "3000", "--seed", "2", "--polish-starts", "4", "--animate", "arm.gif"]
 FOLDER = Path("out")

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import PPoly
 
-from tpbso_casadi.cli import audit, compare, retime, solve
+from tpbso_casadi.cli.commands import audit, compare, retime, solve
 from tpbso_casadi.storage.seal import sealed
 from tpbso_casadi.storage.stored_run import read_run
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from problems.evaluation import population
-from tpbso_casadi.cli.pareto import main
+from tpbso_casadi.cli.commands.pareto import main
 from tpbso_casadi.storage.plain import as_json
 from tpbso_casadi.storage.seal import KEY, sealed
 from tpbso_casadi.storage.stored_run import read_run

@@ -12,8 +12,8 @@ import pytest
 import tpbso_casadi
 from problems import InvalidProblem, PlanarArm, Trajectory
 from problems.motions.joint_path import JointPath
-from tpbso_casadi.cli import audit, solve
-from tpbso_casadi.cli.retime import main
+from tpbso_casadi.cli.commands import audit, solve
+from tpbso_casadi.cli.commands.retime import main
 from tpbso_casadi.storage.stored_run import read_run
 
 ARM = "[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = [2.0, 3.0]\nmax_acceleration = [10.0, 8.0]\n"

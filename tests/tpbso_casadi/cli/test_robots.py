@@ -10,7 +10,7 @@ import pytest
 from helpers.urdf import ARM
 
 from problems.robots.spatial.models import BUILT_IN
-from tpbso_casadi.cli.robots import main
+from tpbso_casadi.cli.commands.robots import main
 
 SPHERES = '[[spheres]]\nlink = "mast"\ncenter = [0.1, 0, 0.2]\nradius = 0.05\n'
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tpbso_casadi.cli.solve import main
+from tpbso_casadi.cli.commands.solve import main
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 

@@ -15,7 +15,7 @@ import pytest
 from scipy.interpolate import PPoly
 
 from tests.helpers.simulations import replan_at
-from tpbso_casadi.cli import audit, simulate
+from tpbso_casadi.cli.commands import audit, simulate
 from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.cli.display.simulation_tables import ReplanLines
 
@@ -191,14 +191,15 @@ def test_an_audit_says_that_it_is_no_plan(capsys: pytest.CaptureFixture[str]) ->
 
 
 SLOW_AND_LOUD = """
-from tpbso_casadi.cli import entry, simulate
+from tpbso_casadi.cli import entry
+from tpbso_casadi.cli.commands import simulate
 
 class Loud(simulate.ReplanLines):
     def __call__(self, replan):
         print(replan.tick, flush=True)
 
 simulate.ReplanLines = Loud
-entry.run("tpbso_casadi.cli.simulate")
+entry.run("tpbso_casadi.cli.commands.simulate")
 """
 
 

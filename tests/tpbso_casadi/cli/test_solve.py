@@ -14,9 +14,10 @@ import pytest
 from oracles.csv_checker import check_run
 
 from solvers import SOLVERS
-from tpbso_casadi import parse_scenario, plan
-from tpbso_casadi.cli.solve import main
-from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi import parse_scenario
+from tpbso_casadi.cli.commands.solve import main
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.scenario.cases.builtin import TITLES
 
 COMMAND = [sys.executable, "-m", "tpbso_casadi.solve"]
 SCENARIO = """

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import PPoly
 
-from tpbso_casadi.cli import audit, retime, solve
+from tpbso_casadi.cli.commands import audit, retime, solve
 
 VELOCITY, ACCELERATION = [1.5, 0.0, -0.8], [4.0, -2.0, 3.0]
 SCENARIO = f"""

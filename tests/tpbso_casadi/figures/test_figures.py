@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 
 from problems.tasks.drawing import MarkerKind
-from tpbso_casadi import builtin, parse_scenario, plan
+from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.figures.measures import curve_figures, progress_figures, progress_history
 from tpbso_casadi.figures.paths import middle_time, path_figure
 from tpbso_casadi.figures.run import joints_figure
-from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import SearchedMotion
 
 
 @cache
-def planned(case: str, solver: str = "pso") -> Plan:
+def planned(case: str, solver: str = "pso") -> SearchedMotion:
     content = builtin(case).model_dump()
     content["model"]["retime"] = False
     content["model"]["formulation"] = "reduced"

@@ -11,7 +11,6 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from problems import Box
-from tpbso_casadi.figures import run
 from tpbso_casadi.figures.paths import path_figure
 from tpbso_casadi.figures.run import draw_figures, joints_figure
 from tpbso_casadi.figures.space.order import painting_order
@@ -19,6 +18,7 @@ from tpbso_casadi.figures.space.panels import Posture, space_figure
 from tpbso_casadi.figures.space.polyhedron import polyhedron_of, separating_planes
 from tpbso_casadi.figures.space.scene import Scene
 from tpbso_casadi.figures.space.view import FRONT, SIDE, TOP, View, perspective
+from tpbso_casadi.figures.style import files
 
 
 def test_a_box_has_six_faces_and_twelve_sharp_edges() -> None:
@@ -123,7 +123,7 @@ def test_three_views_have_one_scale_and_show_the_whole_motion() -> None:
 
 
 def test_every_figure_is_drawn_in_space(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run, "DPI", 40)
+    monkeypatch.setattr(files, "DPI", 40)
     paths = draw_figures(tmp_path, space_plan())
     assert [path.name for path in paths] == ["path.png", "joints.png", "limits.png"]
     for path in paths:

@@ -13,17 +13,19 @@ import pytest
 from helpers.space_scenarios import GOAL, space_scenario
 
 from problems.assembly.move import MoveProblem
-from tpbso_casadi import ScenarioError, parse_scenario, plan, write_run
-from tpbso_casadi.cli.audit import main
+from tpbso_casadi import ScenarioError, parse_scenario
+from tpbso_casadi.cli.commands.audit import main
 from tpbso_casadi.planning.branches import FINALISTS
-from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import SearchedMotion
+from tpbso_casadi.storage.run_folder import write_run
 from tpbso_casadi.storage.seal import sealed
 
 
 @cache
-def planned() -> Plan:
+def planned() -> SearchedMotion:
     found = plan(parse_scenario(space_scenario()))
-    assert isinstance(found, Plan)
+    assert isinstance(found, SearchedMotion)
     return found
 
 
@@ -128,7 +130,7 @@ def test_starts_vias_and_lists_of_goals_may_be_poses() -> None:
     }
     found = plan(parse_scenario(space_scenario(task=task, solver={"evaluations": 1000}, obstacles=[])))
     assert found.feasible
-    assert isinstance(found, Plan)
+    assert isinstance(found, SearchedMotion)
     assert set(found.problem.branch) == {"start", "via_1", "goal"}
     start = found.motion.joint_positions(np.zeros(1))[0, -1]
     assert start == pytest.approx([0.5, -0.2, 0.5], abs=1e-8)
@@ -136,7 +138,7 @@ def test_starts_vias_and_lists_of_goals_may_be_poses() -> None:
 
 def test_a_time_limit_is_that_of_everything() -> None:
     found = plan(parse_scenario(space_scenario(solver={"evaluations": None, "time_limit": 0.6})))
-    assert isinstance(found, Plan)
+    assert isinstance(found, SearchedMotion)
     assert found.search.seconds < 0.6
     assert found.scenario.solver.time_limit == 0.6
 

@@ -11,16 +11,16 @@ from helpers.space_scenarios import GOAL, URDF, space_scenario
 
 from problems.timing.rest_to_rest import rest_to_rest
 from solvers.driver.interruption import Interruption
-from tpbso_casadi import builtin, parse_scenario, plan
+from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.planning.finishing import POLISHED, SAME_PATH, Retiming, is_better, retimed
-from tpbso_casadi.planning.plan import finished
-from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi.planning.plan import finished, plan
+from tpbso_casadi.planning.planned_motion import SearchedMotion
 from tpbso_casadi.planning.progress import Progress
 
 SILENT = Progress()
 
 
-def planned(case: str, *, retime: bool = False, **task: Any) -> Plan:
+def planned(case: str, *, retime: bool = False, **task: Any) -> SearchedMotion:
     content = builtin(case).model_dump()
     content["model"] |= {"retime": retime, "formulation": "reduced"}
     content["task"] |= task

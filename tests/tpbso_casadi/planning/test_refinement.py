@@ -22,12 +22,13 @@ from oracles.csv_checker import check_run
 from problems import Problem
 from problems.limits.distances.clearance import reachable_pairs
 from solvers import IPOPT, Budget, DescentResult, StopReason
-from tpbso_casadi import Scenario, builtin, parse_scenario, plan
-from tpbso_casadi.cli.solve import main
+from tpbso_casadi import Scenario, builtin, parse_scenario
+from tpbso_casadi.cli.commands.solve import main
 from tpbso_casadi.planning.motion import motion_of
-from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import SearchedMotion
 from tpbso_casadi.planning.refinement import Polish, Refinement, distinct
-from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.scenario.cases.builtin import TITLES
 from tpbso_casadi.scenario.section import ScenarioError
 
 
@@ -138,7 +139,7 @@ OBSTACLES = {
 }
 
 
-def clear_at_100_000_times(solution: Plan) -> bool:
+def clear_at_100_000_times(solution: SearchedMotion) -> bool:
     robot, times = solution.problem.robot, np.linspace(0.0, solution.trajectory.duration, 100_000)
     positions = robot.positions(ca.DM(solution.trajectory.at(times)))
     clearance = ca.horzcat(*(pair.clearance(positions) for pair in reachable_pairs(robot, solution.problem.obstacles)))
@@ -192,7 +193,7 @@ def test_ipopt_alone(case: str) -> None:
 
 ANNOUNCED = """
 import sys
-from tpbso_casadi.cli.solve import main
+from tpbso_casadi.cli.commands.solve import main
 from tpbso_casadi.planning.refinement import Refinement
 
 descend = Refinement.__call__

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from helpers.space_scenarios import space_scenario
 
-from tpbso_casadi import builtin, parse_scenario, plan
-from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi import builtin, parse_scenario
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import SearchedMotion
 from tpbso_casadi.planning.within import STRUCTURED, by_turns
 
 
@@ -66,7 +67,7 @@ def test_seconds_are_kept() -> None:
 def test_in_space_sequential_programs_refine_and_no_descent(asked: dict[str, float]) -> None:
     goal = {"goal": {"joints": [1.2, 0.3, 1.0]}}
     found = plan(parse_scenario(space_scenario(task=goal, solver={"evaluations": 600} | asked)))
-    assert isinstance(found, Plan)
+    assert isinstance(found, SearchedMotion)
     assert found.feasible
     assert found.polish is None
     assert found.retiming is not None

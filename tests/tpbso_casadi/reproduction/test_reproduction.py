@@ -18,7 +18,7 @@ from rich.console import Console
 
 from solvers import SOLVERS
 from tpbso_casadi.campaign import Record
-from tpbso_casadi.cli import reproduce
+from tpbso_casadi.cli.commands import reproduce
 from tpbso_casadi.reproduction import experiment, scaling
 from tpbso_casadi.reproduction import pace as pace_of_searches
 from tpbso_casadi.reproduction.as_printed import antenna_shares, compare_with_printed
@@ -40,7 +40,7 @@ from tpbso_casadi.reproduction.experiment import (
     label,
 )
 from tpbso_casadi.reproduction.paper import FIGURES, PATHS, SPACE_ORDERS, TABLE_1, TIME_ORDERS
-from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.scenario.cases.builtin import TITLES
 
 RUNS = 20
 ROUNDS = 15

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from solvers import SOLVERS
-from tpbso_casadi import parse_scenario, plan
-from tpbso_casadi.scenario.generator import random_scenario, random_scenarios
+from tpbso_casadi import parse_scenario
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.scenario.cases.generator import random_scenario, random_scenarios
 
 SOME = random_scenarios(11, 12)
 

@@ -8,7 +8,7 @@ import pytest
 
 from problems.tasks.place import Joints, Position
 from tpbso_casadi import ScenarioError, builtin, parse_scenario
-from tpbso_casadi.cli.solve import overridden, parser
+from tpbso_casadi.cli.commands.solve import overridden, parser
 from tpbso_casadi.scenario.tasks.places import built
 
 ARM = {"link_lengths": [0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}

@@ -17,7 +17,7 @@ from problems.scene.moving.rows import as_numbers
 from problems.scene.moving.tabulated import Tabulated
 from problems.scene.solids.box import Box
 from tpbso_casadi import ScenarioError, parse_scenario
-from tpbso_casadi.cli import solve
+from tpbso_casadi.cli.commands import solve
 from tpbso_casadi.scenario.scenario import read_scenario
 from tpbso_casadi.scenario.world.obstacle_motions import MOST_MOTION_ROWS
 from tpbso_casadi.scenario.world.shape import ObstacleSection

@@ -8,7 +8,7 @@ import pytest
 
 from solvers import EXTERNAL, IPOPT, SOLVERS, Solver
 from tpbso_casadi import find_solver
-from tpbso_casadi.cli.solve import parser
+from tpbso_casadi.cli.commands.solve import parser
 from tpbso_casadi.plugins import PluginError
 
 PLUGIN = """

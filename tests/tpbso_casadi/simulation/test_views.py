@@ -15,7 +15,7 @@ from helpers.simulation_records import EVERY, KINDS, record_of
 from PIL import Image
 
 from tpbso_casadi.animation.simulated import simulation_page
-from tpbso_casadi.cli.simulate import main
+from tpbso_casadi.cli.commands.simulate import main
 from tpbso_casadi.figures import simulation
 from tpbso_casadi.figures.simulation import SHOWN, STYLES, draw_simulation, simulation_figure
 from tpbso_casadi.planning.replanning.step import Kind

@@ -17,10 +17,13 @@ import pytest
 
 from problems.base.matrix import FloatArray
 from solvers import Box, Search, Solver
-from tpbso_casadi import builtin, parse_scenario, plan, result_of, write_run
+from tpbso_casadi import builtin, parse_scenario
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.storage.content import result_of
 from tpbso_casadi.storage.files import TEMPORARY, OutputError
 from tpbso_casadi.storage.plain import as_json, plain, settings_of
 from tpbso_casadi.storage.result import InvalidResult, RunResult
+from tpbso_casadi.storage.run_folder import write_run
 from tpbso_casadi.storage.seal import sealed
 from tpbso_casadi.storage.stored_run import InvalidRun, read_run
 

@@ -11,10 +11,10 @@ import numpy as np
 from problems.base.matrix import FloatArray
 from tpbso_casadi.animation.closest import Closest, closest_of
 from tpbso_casadi.animation.frames import Frames
-from tpbso_casadi.figures.colours import JOINT_COLOURS
 from tpbso_casadi.figures.courses import Course
 from tpbso_casadi.figures.space.polyhedron import Polyhedron
 from tpbso_casadi.figures.space.scene import ground
+from tpbso_casadi.figures.style.colours import SERIES
 from tpbso_casadi.planning.joint_quantities import alternatives, shares_of_limits, torques_of
 
 DIGITS = 4  # of metres
@@ -51,7 +51,7 @@ def content_of(frames: Frames) -> dict[str, Any]:
             "elevation": float(np.arcsin(z)),
         },
         "joint_names": list(robot.joint_names),
-        "colours": JOINT_COLOURS,
+        "colours": SERIES,
         "curves": _curves(frames),
         "closest": None if closest is None else _closest(closest),
         "notes": frames.notes,

@@ -13,10 +13,10 @@ from problems.certify.arrival import AtGoal
 from tpbso_casadi.cli.display.console import OutputConsole, number, prose, table_of, word
 from tpbso_casadi.planning.finishing import Retiming
 from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.planning.planned_motion import Plan, PlannedMotion
+from tpbso_casadi.planning.planned_motion import PlannedMotion, SearchedMotion
 from tpbso_casadi.planning.refinement import Polish
-from tpbso_casadi.scenario.best_known import best_known
-from tpbso_casadi.scenario.builtin import DEFAULT, TITLES
+from tpbso_casadi.scenario.cases.best_known import best_known
+from tpbso_casadi.scenario.cases.builtin import DEFAULT, TITLES
 
 MARKS = {
     CertificateStatus.CERTIFIED: Text("holds", "green"),
@@ -94,7 +94,7 @@ def _row(verdict: Verdict) -> tuple[Text, ...]:
     return texts
 
 
-def print_polish(plan: Plan, polish: Polish, console: OutputConsole) -> None:
+def print_polish(plan: SearchedMotion, polish: Polish, console: OutputConsole) -> None:
     """The search and its refinement by IPOPT, side by side."""
     objective, descent = plan.problem.objective, polish.search
     decision = "kept" if polish.accepted else "discarded, not better"

@@ -13,11 +13,11 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
 from problems.base.matrix import FloatArray
-from tpbso_casadi.figures.colours import OBSTACLE
 from tpbso_casadi.figures.space.order import painting_order
 from tpbso_casadi.figures.space.polyhedron import Polyhedron
 from tpbso_casadi.figures.space.scene import Scene
 from tpbso_casadi.figures.space.view import View
+from tpbso_casadi.figures.style.colours import OBSTACLE
 
 LIGHT = np.array([-0.35, 0.45, 0.82])  # in the axes of the view
 ROUND = np.linspace(0.0, 2.0 * np.pi, 28, endpoint=False)

@@ -16,13 +16,13 @@ from matplotlib.lines import Line2D
 
 from problems.base.matrix import FloatArray
 from problems.tasks.drawing import MarkerKind
-from tpbso_casadi.figures.colours import OBSTACLE
 from tpbso_casadi.figures.moving import LABEL, SQUARE, draw_ways
 from tpbso_casadi.figures.scene import MARKER_STYLES
 from tpbso_casadi.figures.space.painter import Painting, solid
 from tpbso_casadi.figures.space.polyhedron import Polyhedron
 from tpbso_casadi.figures.space.scene import Scene, ground
 from tpbso_casadi.figures.space.view import FRONT, SIDE, TOP, View
+from tpbso_casadi.figures.style.colours import OBSTACLE
 
 SIZE = 8.6  # inches: the longer side of all panels together
 OPACITY = 0.55  # of obstacles in views that nothing covers anything in

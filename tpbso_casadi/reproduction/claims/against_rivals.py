@@ -20,7 +20,7 @@ from tpbso_casadi.campaign.statistics import (
 from tpbso_casadi.reproduction.claims.finding import ClaimOutcome, Finding, Rule, finding, percent
 from tpbso_casadi.reproduction.evidence import Evidence
 from tpbso_casadi.reproduction.paper import NAMES, PATHS, RIVALS, TABLE_1
-from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.scenario.cases.builtin import TITLES
 
 CLOSE_MEANS = 0.05  # largest relative difference of two means that are "close"
 

@@ -9,7 +9,7 @@ import numpy as np
 from tpbso_casadi.reproduction.claims.finding import Finding, finding
 from tpbso_casadi.reproduction.evidence import Evidence
 from tpbso_casadi.reproduction.paper import OBSTACLES, PATHS, PENTAGRAM
-from tpbso_casadi.scenario.builtin import builtin
+from tpbso_casadi.scenario.cases.builtin import builtin
 
 WELL_FOLLOWED = 0.02  # of the width of the path: a millimetre in a picture of five centimetres, about the line's width
 

@@ -20,7 +20,7 @@ from tpbso_casadi.figures.measures import curve_figures, progress_figures
 from tpbso_casadi.figures.paths import path_figure
 from tpbso_casadi.figures.run import convergence_figure, joints_figure
 from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi.planning.planned_motion import SearchedMotion
 from tpbso_casadi.scenario.scenario import parse_scenario
 
 DPI = 110
@@ -81,7 +81,7 @@ def illustrate(case: str, scenario: str, histories: Sequence[Sequence[float | No
     return Illustration(case, repeated.scenario.solver.seed, repeated.objective, pictures, moving)
 
 
-def add_other_runs(figure: Figure, repeated: Plan, histories: Sequence[Sequence[float | None]]) -> None:
+def add_other_runs(figure: Figure, repeated: SearchedMotion, histories: Sequence[Sequence[float | None]]) -> None:
     """Draw the convergence of other runs behind that of the plan, where they have something feasible."""
     axes = figure.axes[0]
     for history in histories:

@@ -21,7 +21,7 @@ from tpbso_casadi.reproduction.experiment import (
 )
 from tpbso_casadi.reproduction.page.case_figures import Illustration
 from tpbso_casadi.reproduction.paper import FIGURES, NAMES, RIVALS, TABLE_1, Printed
-from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.scenario.cases.builtin import TITLES
 
 AS_PRINTED = {
     PRINTED_SIGN: "TPBSO with (28) as printed",

@@ -9,7 +9,7 @@ from typing import Any
 from problems.encodings.encoding import Variable
 from solvers import SOLVERS
 from tpbso_casadi.reproduction.paper import NAMES
-from tpbso_casadi.scenario.builtin import TITLES, builtin
+from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
 
 CONSTRAINTS = (  # quantity, its equation point to point, its equation along a path
     ("objective: time", "(8)", "(19)"),

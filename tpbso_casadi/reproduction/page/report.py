@@ -27,7 +27,7 @@ from tpbso_casadi.reproduction.page.case_sections import case_section
 from tpbso_casadi.reproduction.page.overview_figures import figure_17, scaling_figure
 from tpbso_casadi.reproduction.page.parameters import CONSTRAINTS, case_parameters, settings
 from tpbso_casadi.reproduction.paper import NAMES, SPACE_ORDERS, TABLE_1, TIME_ORDERS, Order
-from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.scenario.cases.builtin import TITLES
 from tpbso_casadi.storage.versions import versions
 
 FOLDER = Path(__file__).parent

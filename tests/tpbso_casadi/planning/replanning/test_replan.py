@@ -7,8 +7,9 @@ import pytest
 from helpers.replanning import GOAL, START, crossing, scenario
 
 from problems import InvalidProblem, Trajectory
-from tpbso_casadi import Replanner, parse_scenario, plan, replan
-from tpbso_casadi.planning.planned_motion import Plan
+from tpbso_casadi import Replanner, parse_scenario, replan
+from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning.planned_motion import SearchedMotion
 from tpbso_casadi.planning.replanning.warm_start import candidates_of
 from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.scenario.section import ScenarioError
@@ -16,7 +17,9 @@ from tpbso_casadi.scenario.section import ScenarioError
 FAR = (2.6, 1.9)
 
 
-def small_plan(of: Scenario | None = None, evaluations: int = 200, warm_start: Plan | None = None) -> Plan:
+def small_plan(
+    of: Scenario | None = None, evaluations: int = 200, warm_start: SearchedMotion | None = None
+) -> SearchedMotion:
     """A short search along a spline over time."""
     content = (of or scenario()).model_dump(exclude_none=True, exclude_defaults=True)
     content["model"] = {"motion": "time-spline"}
@@ -27,11 +30,11 @@ def small_plan(of: Scenario | None = None, evaluations: int = 200, warm_start: P
 
 
 @pytest.fixture(scope="module")
-def planned() -> Plan:
+def planned() -> SearchedMotion:
     return small_plan(evaluations=1000)
 
 
-def test_a_plan_goes_on_where_nothing_has_changed_for_the_worse(planned: Plan) -> None:
+def test_a_plan_goes_on_where_nothing_has_changed_for_the_worse(planned: SearchedMotion) -> None:
     step = replan(planned, 0.3, [crossing(FAR)])
     assert step.certified
     assert step.trajectory.value_at_end() == pytest.approx(GOAL, abs=1e-8)
@@ -41,14 +44,14 @@ def test_a_plan_goes_on_where_nothing_has_changed_for_the_worse(planned: Plan) -
     assert again.trajectory.duration == pytest.approx(step.trajectory.duration - 0.1)
 
 
-def test_a_scenario_states_the_scene_and_the_goal_anew(planned: Plan) -> None:
+def test_a_scenario_states_the_scene_and_the_goal_anew(planned: SearchedMotion) -> None:
     other = scenario(goal=[0.9, 0.4, 0.2])
     step = replan(planned.trajectory, 0.3, other, every=0.05)
     assert (step.kind, step.certified) == ("new", True)
     assert step.trajectory.value_at_end() == pytest.approx([0.9, 0.4, 0.2], abs=1e-9)
 
 
-def test_at_the_end_it_stands(planned: Plan) -> None:
+def test_at_the_end_it_stands(planned: SearchedMotion) -> None:
     step = replan(planned, planned.trajectory.duration, [crossing(FAR)])
     assert (step.kind, step.certified, step.trajectory.moves) == ("old", True, False)
     assert np.abs(step.trajectory.at(np.linspace(0.0, 0.1, 5), 1)).max() < 1e-9
@@ -63,12 +66,12 @@ def test_what_is_no_obstacle_is_refused() -> None:
 
 
 @pytest.mark.parametrize("time", [-0.1, 100.0, float("nan")])
-def test_times_outside_the_motion_are_refused(planned: Plan, time: float) -> None:
+def test_times_outside_the_motion_are_refused(planned: SearchedMotion, time: float) -> None:
     with pytest.raises(InvalidProblem, match=r"^at_time: .* s is not within the motion, 0 to .* s$"):
         replan(planned, time, [])
 
 
-def test_what_does_not_fit_is_refused(planned: Plan) -> None:
+def test_what_does_not_fit_is_refused(planned: SearchedMotion) -> None:
     with pytest.raises(ScenarioError, match=r"^scene: for a motion alone a scenario is needed"):
         replan(planned.trajectory, 0.1, [])
     longer = scenario().model_dump(exclude_none=True, exclude_defaults=True)
@@ -81,14 +84,14 @@ def test_what_does_not_fit_is_refused(planned: Plan) -> None:
         replan(planned, 0.1, [], within=-1.0)
 
 
-def test_a_search_begins_with_the_plan_before(planned: Plan) -> None:
+def test_a_search_begins_with_the_plan_before(planned: SearchedMotion) -> None:
     """So few evaluations find nothing as good by themselves; and what a plan begins with is all that it depends on."""
     cold, warm, again = (small_plan(evaluations=30, warm_start=first) for first in (None, planned, planned))
     assert warm.search.cost <= planned.search.cost < cold.search.cost
     assert warm.search.x.tolist() == again.search.x.tolist()
 
 
-def test_a_motion_is_fitted_where_the_search_had_other_variables(planned: Plan) -> None:
+def test_a_motion_is_fitted_where_the_search_had_other_variables(planned: SearchedMotion) -> None:
     content = scenario().model_dump(exclude_none=True, exclude_defaults=True)
     content["solver"] = {"name": "lshade", "evaluations": 300}
     other = plan(parse_scenario(content))
@@ -107,7 +110,7 @@ def test_a_motion_is_fitted_where_the_search_had_other_variables(planned: Plan) 
     assert len(both) == 2
 
 
-def test_plans_from_which_nothing_can_begin_are_refused(planned: Plan) -> None:
+def test_plans_from_which_nothing_can_begin_are_refused(planned: SearchedMotion) -> None:
     with pytest.raises(ScenarioError, match=r"^warm_start: its search had other variables"):
         plan(scenario(), warm_start=planned)
     two = {"arm": {"link_lengths": [1.0, 1.0], "max_speed": 3.0, "max_acceleration": 15.0}}
@@ -116,7 +119,7 @@ def test_plans_from_which_nothing_can_begin_are_refused(planned: Plan) -> None:
         plan(parse_scenario(two), warm_start=planned)
 
 
-def test_a_planner_goes_on_from_a_plan(planned: Plan) -> None:
+def test_a_planner_goes_on_from_a_plan(planned: SearchedMotion) -> None:
     step = Replanner(scenario()).first(planned.trajectory, [crossing(FAR)])
     assert step.certified
     assert step.trajectory.at(np.zeros(1))[0] == pytest.approx(START)

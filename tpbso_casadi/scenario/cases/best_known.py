@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tpbso_casadi.scenario.builtin import builtin
+from tpbso_casadi.scenario.cases.builtin import builtin
 from tpbso_casadi.scenario.scenario import Scenario
 
 BEST_KNOWN = {  # objectives of certified plans, s, rad or m, rounded up

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any, get_args
 
 from problems.evaluation import InvalidEvaluation
+from tpbso_casadi.cli.commands.solve import written
 from tpbso_casadi.cli.common import Exit, OneLineParser, not_negative, path, print_error
 from tpbso_casadi.cli.output import Output, add_output_options
 from tpbso_casadi.cli.run_name import free_folder
-from tpbso_casadi.cli.solve import written
 from tpbso_casadi.scenario.input_files import InputFolder, is_folder, read_toml
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 from tpbso_casadi.scenario.section import ScenarioError

@@ -11,6 +11,7 @@ from pathlib import Path
 from problems import OBJECTIVES
 from problems.evaluation import BACKENDS, EvaluationOptions, InvalidEvaluation
 from solvers.driver.interruption import Interruption, deferred_interrupt
+from tpbso_casadi.cli.commands.solve import evaluation_options, stated
 from tpbso_casadi.cli.common import (
     Exit,
     OneLineParser,
@@ -25,9 +26,9 @@ from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.cli.display.front_tables import print_trade_off, say_point
 from tpbso_casadi.cli.display.planning_progress import planning_progress
 from tpbso_casadi.cli.run_name import RUNS
-from tpbso_casadi.cli.solve import evaluation_options, with_default
+from tpbso_casadi.scenario import overriding
 from tpbso_casadi.scenario.loading import load
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, plugin_failures_named
+from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import MOST_EVALUATIONS, ScenarioError
 from tpbso_casadi.storage.files import OutputError
 from tpbso_casadi.trade_off.methods import METHODS, method_named
@@ -106,8 +107,8 @@ def names(text: str) -> tuple[str, ...]:
 
 def pareto(options: argparse.Namespace) -> int:
     """Make the front of the options; returns the exit status."""
-    stated, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
-    scenario = overridden(stated, options)
+    given, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
+    scenario = overridden(given, options)
     try:
         with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
             return written(Objectives(scenario, options.objectives), evaluation, options)
@@ -117,14 +118,7 @@ def pareto(options: argparse.Namespace) -> int:
 
 def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     """The scenario with the values of the command line in place of its own, and a solver where it names none."""
-    content = scenario.model_dump()
-    content["model"] = scenario.model.stated()
-    if scenario.task.is_searched and "name" not in scenario.solver.model_fields_set:
-        stated, descents = scenario.solver.model_fields_set, scenario.robot_table.usual_descents
-        content["solver"] = with_default(content["solver"], stated, descents)
-    given = {key: getattr(options, key) for key in ("evaluations", "seed")}
-    content["solver"] |= {key: value for key, value in given.items() if value is not None}
-    return parse_scenario(content)
+    return overriding.overridden(scenario, solver=stated(options, "evaluations", "seed"))
 
 
 def written(objectives: Objectives, evaluation: EvaluationOptions, options: argparse.Namespace) -> int:

@@ -13,7 +13,7 @@ from tpbso_casadi.audit.content import audit_run, audit_scenario, impossible
 from tpbso_casadi.cli.common import Exit, OneLineParser, add_input_options, path, print_error
 from tpbso_casadi.cli.display.audit_tables import print_run_audit, print_scenario_audit
 from tpbso_casadi.cli.display.console import OutputConsole
-from tpbso_casadi.scenario.builtin import TITLES
+from tpbso_casadi.scenario.cases.builtin import TITLES
 from tpbso_casadi.scenario.input_files import is_folder
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named

@@ -33,11 +33,12 @@ from tpbso_casadi.cli.output import Output, add_output_options
 from tpbso_casadi.cli.run_name import run_folder
 from tpbso_casadi.planning.plan import plan
 from tpbso_casadi.planning.planned_motion import PlannedMotion
-from tpbso_casadi.scenario.builtin import DEFAULT
+from tpbso_casadi.scenario import overriding
+from tpbso_casadi.scenario.cases.builtin import DEFAULT
 from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.motions import FAMILIES
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, plugin_failures_named
+from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import (
     MOST_EVALUATIONS,
     MOST_ITERATIONS,
@@ -48,8 +49,6 @@ from tpbso_casadi.scenario.section import (
 )
 from tpbso_casadi.storage.content import result_of
 from tpbso_casadi.storage.files import OutputError
-
-DEFAULT_SOLVER = "abso"  # of a command that names none; with a polish
 
 MOST_THREADS = 256
 
@@ -103,7 +102,7 @@ def parser() -> argparse.ArgumentParser:
         type=word,
         metavar="NAME",
         help=f"{', '.join(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class; without it and without one "
-        f"in the scenario, {DEFAULT_SOLVER} with --polish",
+        f"in the scenario, {overriding.DEFAULT_SOLVER} with --polish",
     )
     search.add_argument("--population", type=whole_number(0, MOST_MEMBERS), metavar="M", help="members of the swarm")
     search.add_argument(
@@ -142,8 +141,8 @@ def parser() -> argparse.ArgumentParser:
 
 def solve(options: argparse.Namespace) -> int:
     """Plan the scenario of the options, write and print the plan; returns the exit status."""
-    stated, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
-    scenario = overridden(stated, options)
+    given, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
+    scenario = overridden(given, options)
     output = Output.of(options, partial(run_folder, options, scenario), Path(options.scenario).stem)
     output.check()
     try:
@@ -204,30 +203,22 @@ def exit_status(solution: PlannedMotion, folder: Path | None, interruption: Inte
 
 def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     """The scenario with the values of the command line in place of its own; validated anew."""
-    content = scenario.model_dump()
-    content["model"] = scenario.model.stated()
+    arm = None
     if options.links is not None:
         if scenario.arm is None:
             raise ScenarioError("--links: changes an [arm]; this scenario has a [robot]")
-        content["arm"] = scenario.arm.with_links(options.links).model_dump()
-    sections = {
-        "task": ("objective", "elbow"),
-        "model": ("motion", "retime", "formulation", "knot_redundancy"),
-        "solver": ("population", "iterations", "evaluations", "time_limit", "within", "seed", "polish_starts"),
-    }
-    if options.polish and not content["solver"]["polish_starts"]:
-        content["solver"]["polish_starts"] = 1
-    for section, keys in sections.items():
-        content[section] |= {key: getattr(options, key) for key in keys if getattr(options, key) is not None}
-    if options.solver is not None and options.solver != scenario.solver.name:
-        content["solver"] |= {"name": options.solver, "settings": {}}
-    if scenario.task.is_searched and options.solver is None and "name" not in scenario.solver.model_fields_set:
-        descents = scenario.robot_table.usual_descents
-        content["solver"] = with_default(content["solver"], scenario.solver.model_fields_set, descents)
-    return parse_scenario(content)
+        arm = scenario.arm.with_links(options.links).model_dump()
+    search = stated(options, "population", "iterations", "evaluations", "time_limit", "within", "seed", "polish_starts")
+    return overriding.overridden(
+        scenario,
+        arm=arm,
+        task=stated(options, "objective", "elbow"),
+        model=stated(options, "motion", "retime", "formulation", "knot_redundancy"),
+        solver=search if options.solver is None else {**search, "name": options.solver},
+        polish=options.polish,
+    )
 
 
-def with_default(solver: dict[str, Any], stated: set[str], descents: int) -> dict[str, Any]:
-    """The [solver] table of a scenario that names no solver: the best there is, polished unless it says otherwise."""
-    polished_anyway = solver["polish_starts"] or solver["within"] is not None or "polish_starts" in stated
-    return solver | {"name": DEFAULT_SOLVER} | ({} if polished_anyway else {"polish_starts": descents})
+def stated(options: argparse.Namespace, *keys: str) -> dict[str, Any]:
+    """Those options that the command line states."""
+    return {key: getattr(options, key) for key in keys if getattr(options, key) is not None}

@@ -1,0 +1,1 @@
+"""What Python code calls: ``plan``, ``retime``, ``compare``, ``pareto`` and what they return."""

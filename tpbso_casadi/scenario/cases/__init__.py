@@ -1,0 +1,1 @@
+"""Scenarios that are there: built in, generated, and the best plans known of them."""
