@@ -12,15 +12,19 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from tpbso_casadi.figures.style.formats import DEFAULT
 from tpbso_casadi.figures.style.paper import RC
 from tpbso_casadi.storage.files import write_with
 
 DPI = 200
-METADATA = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}  # the same, the same bytes
-FORMATS = tuple(METADATA)
+METADATA: dict[str, dict[str, None]] = {
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None},
+    "svg": {"Date": None},
+}  # the same, the same bytes
 
 
-def write_figure(folder: Path, name: str, figure: Figure, formats: Sequence[str] = ("png",)) -> list[Path]:
+def write_figure(folder: Path, name: str, figure: Figure, formats: Sequence[str] = DEFAULT) -> list[Path]:
     """Write a figure in each format; returns the paths.
 
     Args:

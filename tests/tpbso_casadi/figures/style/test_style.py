@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from scipy.optimize import minimize
 
-from tpbso_casadi.figures.style.files import FORMATS, write_figure
+from tpbso_casadi.figures.style.files import write_figure
+from tpbso_casadi.figures.style.formats import FORMATS
 from tpbso_casadi.figures.style.labels import EndLabel, label_ends, spread
 from tpbso_casadi.figures.style.paper import ONE_COLUMN, SMALL, in_print
 
