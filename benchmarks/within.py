@@ -19,7 +19,7 @@ from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
 from tpbso_casadi.scenario.scenario import parse_scenario
 
 SOLVED_TOLERANCE = 1e-3
-BEST_KNOWN = {  # of docs/ipopt.md
+BEST_KNOWN = {  # of docs/explanation/ipopt.md
     "time-2": 0.7016,
     "time-3": 0.4618,
     "time-4": 0.3737,

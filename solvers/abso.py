@@ -1,7 +1,7 @@
 """ABSO: an adaptive beetle swarm, developed in this project from the paper's BSO.
 
 A beetle of the paper has a velocity, evaluates its two antennae on both sides of it and steps towards the better one;
-so does this one. What differs, and what it is worth (``docs/solvers.md`` has the ablation):
+so does this one. What differs, and what it is worth (``docs/explanation/solvers.md`` has the ablation):
 
 * **Antennae from the swarm.** (29)-(31) place the antennae along the velocity, at a length that decays by a fixed rate.
   Here an antenna is a difference of two other beetles: as long, and in those directions, as the swarm is still spread.
@@ -32,7 +32,7 @@ from solvers.swarm import linear_schedule
 class AdaptiveBeetleSwarm(Solver):
     """Beetles whose antennae are differences, with momentum and a shrinking swarm.
 
-    How the defaults were chosen: ``docs/solvers.md`` and ``benchmarks/tune.py``.
+    How the defaults were chosen: ``docs/explanation/solvers.md`` and ``benchmarks/tune.py``.
 
     Raises:
         ValueError: a hyper-parameter outside the range stated beside it.

@@ -22,7 +22,8 @@ DISTRIBUTION_SCALE = 0.1  # of F (Cauchy) and standard deviation of CR (normal) 
 class LSHADE(Solver):
     """Success-history based adaptive differential evolution, current-to-pbest/1 with an archive.
 
-    Deviation: [1] starts with 18 d members whatever the budget; here the budget decides (``docs/solvers.md``).
+    Deviation: [1] starts with 18 d members whatever the budget; here the budget decides
+    (``docs/explanation/solvers.md``).
 
     Raises:
         ValueError: a hyper-parameter outside the range stated beside it.

@@ -54,7 +54,7 @@ class Solver(SolverTraits, ABC):
                 budget is spent.
 
         Receives:
-            costs (m,), finite, or inf for points without a cost; lower is better.
+            costs: shape (m,), finite, or inf for points without a cost; lower is better.
         """
 
 

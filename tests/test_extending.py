@@ -1,4 +1,4 @@
-"""The files of docs/architecture.md, each adding something of its own, used from the command line."""
+"""The files of docs/explanation/architecture.md, each adding something of its own, used from the command line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-PAGE = (Path(__file__).parent.parent / "docs" / "architecture.md").read_text()
+PAGE = (Path(__file__).parent.parent / "docs" / "explanation" / "architecture.md").read_text()
 LONGEST_FILE = 40  # lines
 FILES = dict(re.findall(r"`(\w+\.(?:py|toml))`:\n\n```\w+\n(.*?)```", PAGE, flags=re.S))
 

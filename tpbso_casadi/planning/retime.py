@@ -41,7 +41,7 @@ def retime(
         robot: that moves, with k joints.
         interpolation: of waypoints: ``spline``, or ``blend``: straight lines with rounded corners.
         tolerance: how far a blend may leave the lines, rad.
-        start_speed: |dq/dt| at the start, along the path, rad/s.
+        start_speed: ``|dq/dt|`` at the start, along the path, rad/s.
         goal_speed: at the end.
         obstacles: by which the motion is judged; it does not avoid them.
         limits: kinds of limits that hold besides those of the robot and of the obstacles.

@@ -161,7 +161,7 @@ class Tabulated(ObstacleMotion):
     def travel(self, cells: FloatArray, extent: float) -> FloatArray:
         """Half a cell at the largest speed of all pieces that it meets; within one piece, what is less than that.
 
-        There the speed in the middle and the largest acceleration bound the way: |v| h / 2 + max |a| h^2 / 8.
+        There the speed in the middle and the largest acceleration bound the way: ``|v| h / 2 + max |a| h^2 / 8``.
         """
         middles, h, lever = cells.mean(axis=1), cells[:, 1] - cells[:, 0], np.array([1.0, extent])
         speeds, accelerations = (np.pad(bounds @ lever, 1) for bounds in self._bounds)  # it stands still outside

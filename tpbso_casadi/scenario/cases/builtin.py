@@ -4,7 +4,8 @@ Point to point, the paper gives the start, the goal and the numbers of links. Li
 are ours, the same for every case: a reach of 2 m in k equal links, 4 rad/s, 20 rad/s^2. The elbow is up at both
 ends, which is what the arccos of (1) means; ``--elbow free`` lifts that.
 
-For the paths it gives neither geometry nor limits. Ours are a calibration to its Table 1, see ``docs/paths.md``.
+For the paths it gives neither geometry nor limits. Ours are a calibration to its Table 1, see
+``docs/explanation/paths.md``.
 """
 
 from __future__ import annotations

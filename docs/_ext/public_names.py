@@ -1,0 +1,98 @@
+"""``{public-names} GROUP``: the public names of ``tpbso_casadi`` that belong to a group, from their docstrings.
+
+A name belongs to the first group that has a prefix of the module in which it is defined, so that a new name of the
+package is documented without being listed here.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from typing import Any
+
+from docutils import nodes
+from docutils.statemachine import StringList
+from pydantic import BaseModel
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+import tpbso_casadi
+
+ERRORS, DATA, REST = "errors", "data", "rest"
+GROUPS = {
+    "solvers": ("solvers", "tpbso_casadi.scenario.catalogues", "tpbso_casadi.facade.solvers"),
+    "robots": ("problems.robots", "tpbso_casadi.facade.robots"),
+    "obstacles": ("problems.scene",),
+    "tasks": ("problems.tasks",),
+    "scenarios": ("tpbso_casadi.scenario",),
+    "replanning": ("tpbso_casadi.planning.replanning",),
+    "stored": ("tpbso_casadi.storage",),
+    "model": ("problems",),
+    "plans": ("tpbso_casadi",),
+}
+OF_DATA = {
+    "OBJECTIVES": "What can be minimised, by name: a class of each.",
+    "SOLVERS": "The package's own metaheuristics, by name: a class of each.",
+}
+
+
+class PublicNames(SphinxDirective):
+    """Autodoc of every name of a group, in the order of the modules' names."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """The documented names."""
+        lines = StringList(["```{eval-rst}", *self._directives(), "```"], source=__file__)
+        holder = nodes.Element()
+        self.state.nested_parse(lines, self.content_offset, holder)
+        return list(holder.children)
+
+    def _directives(self) -> Iterator[str]:
+        yield ".. currentmodule:: tpbso_casadi"
+        yield ""
+        for name in sorted(tpbso_casadi.__all__):
+            value = getattr(tpbso_casadi, name)
+            if group_of(name, value) == self.arguments[0]:
+                yield from documented(name, value)
+
+
+def group_of(name: str, value: object) -> str:
+    """The group of a public name."""
+    if inspect.isclass(value) and issubclass(value, Exception):
+        return ERRORS
+    if not (inspect.isclass(value) or inspect.isroutine(value)):
+        return DATA
+    return next(
+        group
+        for group, prefixes in GROUPS.items()
+        if any(f"{value.__module__}.".startswith(f"{prefix}.") for prefix in prefixes)
+    )
+
+
+def documented(name: str, value: object) -> Iterator[str]:
+    """The directives that document a name."""
+    if inspect.isclass(value) and issubclass(value, BaseModel):  # a table of a file: its keys are in the reference
+        own = [key for key, member in vars(value).items() if not key.startswith("_") and inspect.getdoc(member)]
+        methods = [key for key in own if key not in value.model_fields and key != "model_config"]
+        yield f".. autoclass:: tpbso_casadi::{name}()"
+        yield f"   :members: {', '.join(methods)}"
+    elif inspect.isclass(value):
+        yield f".. autoclass:: tpbso_casadi::{name}"
+        yield "   :members:"
+        yield "   :inherited-members: Exception, Enum, IntEnum, StrEnum, str, int, tuple"
+        yield "   :show-inheritance:" if issubclass(value, Exception) else ""
+    elif inspect.isroutine(value):
+        yield f".. autofunction:: tpbso_casadi::{name}"
+    else:
+        yield f".. py:data:: {name}"
+        yield ""
+        yield f"   {OF_DATA[name]}"
+        yield "   " + ", ".join(f"``{key}``" for key in value)  # type: ignore[attr-defined]
+    yield ""
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the directive."""
+    app.add_directive("public-names", PublicNames)
+    return {"version": "1", "parallel_read_safe": True}

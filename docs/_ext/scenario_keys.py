@@ -1,0 +1,139 @@
+"""``{keys} package.module:Section``: the keys of a table of a scenario, each with what its lines say of it.
+
+The kind of its values and the default are those of the section itself. A key without a line, and a line without a key,
+is a warning, which ends a strict build.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from types import UnionType
+from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
+
+import annotated_types
+from docutils import nodes
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from sphinx.application import Sphinx
+from sphinx.util import logging
+from sphinx.util.docutils import SphinxDirective
+
+LOGGER = logging.getLogger(__name__)
+HEADINGS = ("key", "values", "default", "what it is")
+ABSURD = 1e9  # limits beyond that only guard against overflow
+WORDS = {bool: "true or false", str: "text", int: "whole number", float: "number", Any: "anything"}
+
+
+class Keys(SphinxDirective):
+    """A table of keys; its content is ``key: what it is`` line by line, indented lines continue."""
+
+    required_arguments = 1
+    option_spec: ClassVar[dict[str, Callable[[str], Any]]] = {"but": str.split}
+    has_content = True
+
+    def run(self) -> list[nodes.Node]:
+        """The table."""
+        module, _, name = self.arguments[0].partition(":")
+        section: type[BaseModel] = getattr(import_module(module), name)
+        said = descriptions(self.content.data)
+        fields = {key: field for key, field in section.model_fields.items() if key not in self.options.get("but", ())}
+        for key in fields.keys() ^ said.keys():
+            LOGGER.warning("%s: key %r is not described, or is none", name, key, location=self.get_location())
+        rows = [self._row(key, field, said.get(key, "")) for key, field in fields.items()]
+        return [table_of(rows)]
+
+    def _row(self, key: str, field: FieldInfo, text: str) -> nodes.row:
+        said, _ = self.parse_inline(text)
+        cells = [[nodes.literal(text=key)], [nodes.Text(values_of(field))], [_default(field)], said]
+        return nodes.row("", *(nodes.entry("", nodes.paragraph("", "", *cell)) for cell in cells))
+
+
+def descriptions(lines: list[str]) -> dict[str, str]:
+    """What is said of each key."""
+    said: dict[str, str] = {}
+    for line in filter(str.strip, lines):
+        if line.startswith(" "):
+            said[next(reversed(said))] += f" {line.strip()}"
+        else:
+            key, _, text = line.partition(":")
+            said[key] = text.strip()
+    return said
+
+
+def table_of(rows: list[nodes.row]) -> nodes.table:
+    """A table with the headings."""
+    heading = nodes.row("", *(nodes.entry("", nodes.paragraph(text=word)) for word in HEADINGS))
+    columns = [nodes.colspec(colwidth=width) for width in (15, 20, 15, 50)]
+    group = nodes.tgroup("", *columns, nodes.thead("", heading), nodes.tbody("", *rows), cols=len(HEADINGS))
+    return nodes.table("", group)
+
+
+def _default(field: FieldInfo) -> nodes.Node:
+    if field.is_required():
+        return nodes.strong(text="required")
+    value = field.get_default(call_default_factory=True)
+    if value is None or isinstance(value, BaseModel) or value in ([], {}):
+        return nodes.Text("")
+    plain = list(value) if isinstance(value, tuple) else value
+    return nodes.literal(text=str(plain).lower() if isinstance(plain, bool) else repr(plain).replace("'", '"'))
+
+
+def values_of(field: FieldInfo) -> str:
+    """The kind of values of a key, with their range."""
+    return " ".join(filter(None, [kind_of(field.annotation), range_of(field.metadata)]))
+
+
+def range_of(constraints: Any) -> str:
+    """The limits among the constraints of a number, in words; what only guards against absurd numbers is left out."""
+    lower = [f"> {each.gt:g}" for each in constraints if isinstance(each, annotated_types.Gt)]
+    lower += [f"≥ {each.ge:g}" for each in constraints if isinstance(each, annotated_types.Ge) and each.ge > -ABSURD]
+    upper = [f"< {each.lt:g}" for each in constraints if isinstance(each, annotated_types.Lt)]
+    upper += [f"≤ {each.le:g}" for each in constraints if isinstance(each, annotated_types.Le) and each.le < ABSURD]
+    return ", ".join([*lower, *upper])
+
+
+def kind_of(annotation: Any) -> str:
+    """A type in words."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return "table"
+    origin, parts = get_origin(annotation), get_args(annotation)
+    return BY_ORIGIN[origin](parts) if origin in BY_ORIGIN else WORDS.get(annotation, "text or table")
+
+
+def _annotated(parts: tuple[Any, ...]) -> str:
+    constraints = [each for part in parts[1:] for each in getattr(part, "metadata", [part])]
+    return " ".join(filter(None, [kind_of(parts[0]), range_of(constraints)]))
+
+
+def _tuple(parts: tuple[Any, ...]) -> str:
+    if parts[-1] is Ellipsis:
+        return _list(parts)
+    return f"list of {len(parts)} " + ("lists" if get_origin(parts[0]) is tuple else "numbers")
+
+
+def _list(parts: tuple[Any, ...]) -> str:
+    inner = kind_of(parts[0])
+    words = {"number": "numbers", "text": "names"}
+    return f"list of {words.get(inner.split(' ')[0], 'lists' if inner.startswith('list') else inner)}"
+
+
+def _union(parts: tuple[Any, ...]) -> str:
+    return " or ".join(dict.fromkeys(kind_of(part) for part in parts if part is not type(None)))
+
+
+BY_ORIGIN: dict[Any, Callable[[tuple[Any, ...]], str]] = {
+    Annotated: _annotated,
+    Literal: lambda parts: " or ".join(f'"{part}"' for part in parts),
+    Union: _union,
+    UnionType: _union,
+    tuple: _tuple,
+    list: _list,
+    dict: lambda parts: "table",
+}
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the directive."""
+    app.add_directive("keys", Keys)
+    return {"version": "1", "parallel_read_safe": True}
