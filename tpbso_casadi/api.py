@@ -40,12 +40,17 @@ from problems.tasks.paths.space_tracing import SpaceTracing
 from problems.tasks.pose import Pose
 from solvers import BSO, GA, PSO, SOLVERS, Budget, Result, Solver, StopReason, minimize
 from tpbso_casadi.facade.auditing import audit, read_run
+from tpbso_casadi.facade.comparing import compare
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planning import plan
 from tpbso_casadi.facade.results.audit import Audit, RunAudit, ScenarioAudit
+from tpbso_casadi.facade.results.comparison import Comparison
+from tpbso_casadi.facade.results.front import Front
+from tpbso_casadi.facade.results.stored_plan import StoredPlan
 from tpbso_casadi.facade.retiming import retime
 from tpbso_casadi.facade.robots import StatedRobot, robot
 from tpbso_casadi.facade.statement import scenario_of
+from tpbso_casadi.facade.trading_off import pareto
 from tpbso_casadi.planning.replanning.replan import replan
 from tpbso_casadi.planning.replanning.replanner import Replanner
 from tpbso_casadi.planning.replanning.step import Step
@@ -72,11 +77,13 @@ __all__ = [
     "Budget",
     "Capsule",
     "CertificateStatus",
+    "Comparison",
     "ConstantVelocity",
     "Cylinder",
     "Ellipse",
     "Ellipsoid",
     "EvaluationOptions",
+    "Front",
     "HalfSpace",
     "InvalidProblem",
     "InvalidRun",
@@ -114,14 +121,17 @@ __all__ = [
     "StatedRobot",
     "Step",
     "StopReason",
+    "StoredPlan",
     "Tabulated",
     "Trajectory",
     "Verdict",
     "audit",
     "builtin",
     "closed_curve",
+    "compare",
     "find_solver",
     "minimize",
+    "pareto",
     "parse_scenario",
     "pentagram",
     "plan",

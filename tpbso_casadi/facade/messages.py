@@ -8,13 +8,13 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from problems import InvalidProblem
+from tpbso_casadi.campaign.executors import ExecutorError
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import OutputError
 
-TABLES = re.compile(r"^(task|model|solver|arm|robot)\.(settings\.)?(?=\w)")
+KEY = re.compile(r"^(?:task|model|solver|arm|robot)\.(?:settings\.)?(\w+)")
 ENTRY = re.compile(r"^(\w+)\.(\d+)\.?")  # of a list
 OPTION = re.compile(r"^--")
-KEY = re.compile(r"^\w+")
 ARGUMENTS = {
     "points": "path",
     "joints": "path",
@@ -34,8 +34,7 @@ MISSING = ": missing key"
 
 def as_argument(message: str) -> str:
     """A message that begins with a key of a scenario, or an option, as one that begins with an argument."""
-    message = OPTION.sub("", TABLES.sub("", message))
-    message = KEY.sub(lambda key: ARGUMENTS.get(key[0], key[0]), message, count=1)
+    message = OPTION.sub("", KEY.sub(lambda key: ARGUMENTS.get(key[1], key[1]), message))
     message = ENTRY.sub(lambda entry: f"{entry[1]}[{entry[2]}] ", message).replace("] :", "]:")
     name, missing, _ = message.partition(MISSING)
     return f"{name}: missing; {ADVICE[name]}" if missing and name in ADVICE else message
@@ -61,10 +60,11 @@ def in_words_of_python() -> Iterator[None]:
     Raises:
         ScenarioError: of an argument.
         OutputError: of a file.
+        ExecutorError: of workers.
     """
     try:
         yield
     except InvalidProblem as error:
         raise ScenarioError(as_argument(str(error))) from error
-    except (ScenarioError, OutputError) as error:
+    except (ScenarioError, OutputError, ExecutorError) as error:
         raise type(error)(as_argument(str(error))) from error

@@ -98,9 +98,9 @@ class Plan:
 
     def __repr__(self) -> str:
         objective = self.planned.criteria.objective
-        return (
-            f"<plan: {objective.name} {self.objective:.6g} {objective.unit}, {self.status}, T = {self.duration:.4g} s>"
-        )
+        parts = self.motion.objective_parts or [(objective, 1.0, self.objective)]
+        values = ", ".join(f"{part.name} {value:.6g} {part.unit}" for part, _, value in parts)
+        return f"<plan: {values}, {self.status}, T = {self.duration:.4g} s>"
 
     def to_numpy(self, times: FloatArray | None = None) -> dict[str, FloatArray]:
         """The motion as arrays, by column name: ``t``, ``q1`` ..., as in ``trajectory.csv``.
