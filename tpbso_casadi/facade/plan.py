@@ -14,9 +14,10 @@ from tpbso_casadi.audit.content import audit_run
 from tpbso_casadi.facade.messages import in_words_of_python
 from tpbso_casadi.facade.results.audit import RunAudit
 from tpbso_casadi.facade.results.data_frame import data_frame
-from tpbso_casadi.facade.results.export import exports_of
+from tpbso_casadi.facade.results.export import RATE, chosen, exports_of
 from tpbso_casadi.facade.results.html import heading, picture, table
 from tpbso_casadi.facade.results.player import Player
+from tpbso_casadi.figures.style.formats import FORMATS
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.scenario.scenario import Scenario
@@ -160,22 +161,26 @@ class Plan:
         """
         return Player.of(self.motion, repr(self)[1:-1], height)
 
-    def save(self, folder: str | Path, export: Sequence[str] = (), plots: bool = True) -> Path:
+    def save(
+        self, folder: str | Path, export: Sequence[str] = (), figures: Sequence[str] = ("png",), rate: float = RATE
+    ) -> Path:
         """Write a run folder: ``result.json``, ``trajectory.csv``, figures and exports for a robot.
 
         Args:
             folder: to write; what another run has left there is replaced.
             export: further files: ``ros-json``, ``ros-yaml``, ``csv`` or ``npz``.
-            plots: whether to draw the figures.
+            figures: formats of the figures: ``png``, ``pdf`` or ``svg``; empty for none.
+            rate: of the exports, Hz.
 
         Returns:
             The path of the folder.
 
         Raises:
-            ValueError: an unknown kind of export.
+            ValueError: an unknown kind of export or of figures.
             OutputError: the folder cannot be written, or holds anything but a run.
         """
-        write_run(Path(folder), self.planned, plots, exports_of(self.motion, export))
+        formats, exports = chosen("figures", figures, FORMATS), exports_of(self.motion, export, rate)
+        write_run(Path(folder), self.planned, bool(formats), exports, formats=formats)
         return Path(folder)
 
     def audit(self) -> RunAudit:
