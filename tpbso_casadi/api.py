@@ -20,7 +20,10 @@ from problems import (
     pentagram,
 )
 from problems.evaluation import EvaluationOptions, PopulationFunction
+from problems.motions.expressions.view import MotionView
 from solvers import BSO, GA, PSO, SOLVERS, Box, Budget, Result, Solver, StopReason, minimize
+from tpbso_casadi.facade.own import StatedConstraint as Constraint
+from tpbso_casadi.facade.own import StatedCost as Cost
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planning import plan
 from tpbso_casadi.facade.robots import robot
@@ -45,10 +48,13 @@ __all__ = [
     "Box",
     "Budget",
     "ConstantVelocity",
+    "Constraint",
+    "Cost",
     "Ellipse",
     "EvaluationOptions",
     "InvalidProblem",
     "Joints",
+    "MotionView",
     "MovingObstacle",
     "Obstacle",
     "Path",

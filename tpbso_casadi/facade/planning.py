@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 from problems import Obstacle
 from problems.evaluation import EvaluationOptions
+from tpbso_casadi.facade.own import AnyConstraint, AnyObjective
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.statement import AnySolverChoice, What, scenario_of
 from tpbso_casadi.planning.plan import SILENT
@@ -23,7 +24,8 @@ def plan(
     path: Any = None,
     accuracy: float | None = None,
     obstacles: Iterable[Obstacle | dict[str, Any]] | None = None,
-    objective: str | Mapping[str, float] | None = None,
+    constraints: AnyConstraint | Iterable[AnyConstraint] | None = None,
+    objective: AnyObjective | None = None,
     solver: AnySolverChoice | None = None,
     evaluations: int | None = None,
     seed: int | None = None,
@@ -46,7 +48,9 @@ def plan(
         path: points (n, 2) or (n, 3) for the tool to trace, m, in place of start and goal.
         accuracy: how far the tool may leave the path, m.
         obstacles: to keep clear of.
-        objective: ``time``, ``rotation``, ``length``, ``energy``, ``work``, a table of weights, or a plug-in.
+        constraints: of your own, to be kept at every time: :class:`Constraint`, or classes derived from ``Limit``.
+        objective: ``time``, ``rotation``, ``length``, ``energy``, ``work``; a :class:`Cost` of your own; a table of
+            weights or pairs of weights and objectives; or a plug-in.
         solver: name of a solver, or a solver with its settings; the best there is, polished, by default.
         evaluations: budget of the search.
         seed: same seed, same result; 1 by default.
@@ -71,6 +75,7 @@ def plan(
         path=path,
         accuracy=accuracy,
         obstacles=None if obstacles is None else list(obstacles),
+        constraints=constraints,
         objective=objective,
         evaluations=evaluations,
         seed=seed,

@@ -7,10 +7,11 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from problems import Obstacle
+from problems import Obstacle, Robot
 from problems import Path as PathOfPoints
 from solvers import AnySolver
 from solvers.registry import GRADIENT_SOLVERS, SOLVERS
+from tpbso_casadi.facade.own import constraints_table, objective_table
 from tpbso_casadi.facade.plain_data import plain
 from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
 from tpbso_casadi.facade.tables import goals_table, obstacle_table, path_of, place_table, places_table
@@ -54,12 +55,30 @@ def scenario_of(what: What, solver: AnySolverChoice | None = None, polish: bool 
     if polish is not None:
         tables["solver"]["polish_starts"] = int(polish)
     given = given_scenario(what)
+    state_own(tables, given, lambda: given.robot_table.build() if given is not None else robot(what).model)  # type: ignore[arg-type]
     if given is None:
         given = new_scenario(robot(what), tables.pop("task"), obstacles)  # type: ignore[arg-type]
         tables["task"] = {}
     elif len(obstacles):
         given = parse_scenario(given.model_dump() | {"obstacles": [obstacle_table(each) for each in obstacles]})
     return overridden(given, task=tables["task"], model=tables["model"], solver=tables["solver"])
+
+
+def state_own(tables: dict[str, dict[str, Any]], given: Scenario | None, model: Callable[[], Robot]) -> None:
+    """Put what a user states of constraints and objectives as a scenario states it.
+
+    Args:
+        tables: keys by table, which are changed.
+        given: the scenario to begin with, where there is one.
+        model: makes the robot, where it is needed.
+    """
+    if "constraints" in tables["model"]:
+        own = constraints_table(tables["model"]["constraints"], model())
+        before = [] if given is None else given.model.limits
+        tables["model"] |= own | {"limits": [*tables["model"].get("limits", before), *own["limits"]]}
+    if "objective" in tables["task"]:
+        tables["task"] |= objective_table(tables["task"]["objective"], model)
+    tables["model"] = plain(tables["model"])
 
 
 def given_scenario(what: What) -> Scenario | None:
@@ -113,5 +132,5 @@ def sorted_into_tables(keys: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         if table is None:
             near = difflib.get_close_matches(key, sorted(set().union(*known.values(), {"obstacles"})), n=1)
             raise TypeError(f"there is no keyword {key!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
-        found[table][key] = plain(value) if table != "task" else value
+        found[table][key] = plain(value) if table == "solver" else value
     return found

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from problems import InvalidProblem, Limit, Robot
+from problems import InvalidProblem, LimitKind, Robot
 from problems.assembly.joint_path import joint_following
 from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
@@ -32,7 +32,7 @@ def retime(
     start_speed: float = 0.0,
     goal_speed: float = 0.0,
     obstacles: Sequence[Obstacle] = (),
-    limits: Sequence[type[Limit]] = (),
+    limits: Sequence[LimitKind] = (),
 ) -> Motion:
     """Run a path as fast as a robot's limits allow, proven for all t.
 
