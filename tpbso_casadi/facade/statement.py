@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
 from problems import Path as PathOfPoints
+from problems import Robot
 from problems.tasks.task import Task
 from solvers import IPOPT, AnySolver, Solver
 from solvers.registry import GRADIENT_SOLVERS, SOLVERS
 from tpbso_casadi.facade.messages import check_keywords, in_words_of_python
+from tpbso_casadi.facade.own import constraints_table, objective_table
 from tpbso_casadi.facade.plain_data import path_of, plain
 from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
 from tpbso_casadi.facade.tables import goals_table, obstacle_table, place_table, places_table
@@ -80,12 +83,37 @@ def _overridden(
     tables["solver"] |= solver_table(solver)
     if polish is not None:
         tables["solver"]["polish_starts"] = int(polish)
+    state_own(tables, given, partial(robot_of, what if given is None else given))
     if given is None:
         given = task_scenario(what) if type(what) in STATEMENTS else new_scenario(robot(what), tables)
     return overridden(
         given, task=_task_keys(given, tables["task"]), model=tables["model"], solver=tables["solver"],
         obstacles=obstacles,
     )  # fmt: skip
+
+
+def state_own(tables: dict[str, dict[str, Any]], given: Scenario | None, model: Callable[[], Robot]) -> None:
+    """Put what a user states of constraints and objectives as a scenario states it.
+
+    Args:
+        tables: keys by table, which are changed.
+        given: the scenario to begin with, where there is one.
+        model: makes the robot, where it is needed.
+    """
+    if "constraints" in tables["model"]:
+        own = constraints_table(tables["model"]["constraints"], model())
+        before = [] if given is None else given.model.limits
+        tables["model"] |= own | {"limits": [*tables["model"].get("limits", before), *own["limits"]]}
+    if "objective" in tables["task"]:
+        tables["task"] |= objective_table(tables["task"]["objective"], model)
+    tables["model"] = plain(tables["model"])
+
+
+def robot_of(what: Any) -> Robot:
+    """The robot of a scenario or of a task, or the one that is given."""
+    if isinstance(what, Scenario):
+        return what.robot_table.build()
+    return what.robot if isinstance(what, Task) else robot(what).model
 
 
 def given_scenario(what: Any) -> Scenario | None:
@@ -179,5 +207,5 @@ def sorted_into_tables(keys: Mapping[str, Any], task: TaskSection | None = None)
     found: dict[str, dict[str, Any]] = {name: {} for name in TABLES}
     for key, value in keys.items():
         table = next(name for name in TABLES if key in known[name])
-        found[table][key] = value if table == "task" else plain(value)
+        found[table][key] = plain(value) if table == "solver" else value
     return found
