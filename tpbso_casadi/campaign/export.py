@@ -22,9 +22,9 @@ def check_export(path: Path) -> None:
         OutputError: an unknown suffix, a missing library, or a folder that cannot be written.
     """
     if path.suffix not in SUFFIXES:
-        raise OutputError(f"--export {path}: the name must end with {' or '.join(SUFFIXES)}")
+        raise OutputError(f"--table {path}: the name must end with {' or '.join(SUFFIXES)}")
     if path.suffix == ".parquet" and find_spec("pyarrow") is None:
-        raise OutputError(f"--export {path}: needs the package pyarrow: pip install 'tpbso-casadi[parquet]'")
+        raise OutputError(f"--table {path}: needs the package pyarrow: pip install 'tpbso-casadi[parquet]'")
     check_writable(path.parent)
     check_file(path)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from tpbso_casadi.cli.options import defaulting, listed
 from tpbso_casadi.figures.style.formats import DEFAULT, FORMATS
 from tpbso_casadi.scenario.validation import shown
 
@@ -15,8 +16,7 @@ def add_figures_option(group: argparse._ActionsContainer) -> None:
         type=formats,
         default=DEFAULT,
         metavar="FORMATS",
-        help=f"draw figures as {', '.join(FORMATS)}, or several with commas between them; {','.join(DEFAULT)} "
-        "by default. PDF and SVG are for print",
+        help=defaulting(f"of figures: {listed(FORMATS)}, or several with commas between them", ",".join(DEFAULT)),
     )
 
 

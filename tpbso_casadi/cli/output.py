@@ -14,6 +14,7 @@ from solvers.driver.interruption import Interruption
 from tpbso_casadi.animation import animate, check_animation
 from tpbso_casadi.cli.common import path, positive_number
 from tpbso_casadi.cli.figure_formats import add_figures_option, figure_formats
+from tpbso_casadi.cli.options import add_json, add_no_plots, add_out, add_quiet, defaulting, listed, output_group
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, HIGHEST_RATE, export_motion
@@ -28,26 +29,27 @@ def add_output_options(parser: argparse.ArgumentParser, default: str) -> None:
         parser: to add them to.
         default: what the run folder is called where it is not named.
     """
-    output = parser.add_argument_group("the output")
-    output.add_argument(
-        "--out", type=path, metavar="DIR", help=f"run folder, replaced as a whole; {default} by default"
-    )
-    output.add_argument("--json", action="store_true", help="print result.json; writes no folder unless --out is given")
-    output.add_argument("--no-plots", action="store_true", help="draw no figures")
+    output = output_group(parser)
+    add_out(output, default)
+    add_json(output)
+    add_no_plots(output)
     add_figures_option(output)
-    output.add_argument("--animate", type=path, metavar="FILE", help="the motion as .gif, .mp4 or .html")
     output.add_argument(
-        "--export", action="append", choices=EXPORTS, default=[], help="for a robot, at equal steps of time; repeatable"
+        "--animate", type=path, metavar="FILE", help=defaulting("the motion as .gif, .mp4 or .html", "none")
     )
     output.add_argument(
-        "--rate",
-        type=positive_number(HIGHEST_RATE),
-        default=DEFAULT_RATE,
-        metavar="HZ",
-        help=f"of these steps; {DEFAULT_RATE:g}",
+        "--export",
+        action="append",
+        choices=EXPORTS,
+        default=[],
+        metavar="KIND",
+        help=defaulting(f"for a robot, at equal steps of time: {listed(EXPORTS)}; repeatable", "none"),
+    )
+    output.add_argument(
+        "--rate", type=positive_number(HIGHEST_RATE), default=DEFAULT_RATE, metavar="HZ", help="of these steps, Hz"
     )
     output.add_argument("--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds")
-    output.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_quiet(output)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,9 @@ Every error is a :class:`ScenarioError` of one line that names the file, the key
 
 from __future__ import annotations
 
+import logging
 import pathlib
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Self, TypeVar
@@ -49,6 +51,7 @@ from tpbso_casadi.scenario.world.registry import AnyRobot
 from tpbso_casadi.scenario.world.robots import ArmSection, RobotSection, check_numbers
 from tpbso_casadi.scenario.world.spatial_robots import SpatialRobotSection
 
+LOG = logging.getLogger(__name__)
 C = TypeVar("C", bound=Criteria)
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
 
@@ -217,6 +220,7 @@ class Scenario(FileSection):
             return self._stated(self.task.criteria)
 
     def _stated(self, build: Callable[[Robot, tuple[Obstacle, ...], ModelSection], C]) -> C:
+        began = time.perf_counter()
         try:
             robot = self.robot_table.build()
         except InvalidProblem as error:
@@ -227,7 +231,9 @@ class Scenario(FileSection):
         tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:
             robot = self.model.kept_by(robot)
-            return build(robot, obstacles, self.model)
+            stated = build(robot, obstacles, self.model)
+            LOG.info("model: %d joints, %d obstacles in %.3f s", robot.dof, len(obstacles), time.perf_counter() - began)
+            return stated
         except InvalidProblem as error:
             raise ScenarioError(f"{tables.get(error.field, 'task.')}{error.field}: {error.reason}") from error
 

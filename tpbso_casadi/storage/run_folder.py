@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from functools import partial
 from hashlib import file_digest
@@ -20,6 +21,7 @@ from tpbso_casadi.storage.plain import NotJSON, parsed_json
 from tpbso_casadi.storage.seal import BrokenSeal, check_seal
 from tpbso_casadi.storage.staging import replacing
 
+LOG = logging.getLogger(__name__)
 Writer: TypeAlias = Callable[[Path], object]  # writes files into a folder
 LARGEST_RESULT = 100_000_000  # bytes of a result.json
 SUFFIXES = (".json", ".csv", ".npz", ".png", ".pdf", ".svg", ".gif", ".mp4", ".html", ".yaml")  # of the files of a run
@@ -169,6 +171,7 @@ def replace_folder(
                 failures.append(error)
         files = _digests(staged)
         write_text(staged / "result.json", lambda file: file.write(result(files)))
+    LOG.info("written: %s, %d files", folder, 1 + len(files))
     if failures:
         _report(folder, failures[0])
     return ["result.json", *files]

@@ -321,7 +321,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.setattr(reproduce, "QUICK", TINY)
         patch.setattr(pace_of_searches, "CASES", ("time-3",))
         patch.setattr(scaling, "TIME_SIZES", few)
-        assert reproduce.main(["--quick", "--quiet", "--out", str(folder), "--export", str(folder / "runs.csv")]) == 0
+        assert reproduce.main(["--quick", "--quiet", "--out", str(folder), "--table", str(folder / "runs.csv")]) == 0
     return folder
 
 

@@ -18,14 +18,28 @@ from tpbso_casadi.campaign.statistics import summarise
 from tpbso_casadi.campaign.table import HEADER, print_tables, rows
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
-    exit_code_of,
     failures,
     prepare,
+    run_campaign_command,
     run_with_progress,
     stored,
 )
-from tpbso_casadi.cli.common import OneLineParser, add_input_options, natural, positive_float, positive_int
+from tpbso_casadi.cli.common import positive_int
 from tpbso_casadi.cli.display.campaign_progress import phase
+from tpbso_casadi.cli.options import (
+    SCENARIO,
+    add_evaluations,
+    add_iterations,
+    add_json,
+    add_no_plots,
+    add_outside_files,
+    add_population,
+    add_seed,
+    add_time_limit,
+    problem_group,
+    search_group,
+)
+from tpbso_casadi.cli.parser import OneLineParser, command_parser
 from tpbso_casadi.scenario.loading import load_all
 
 DEFAULT_SOLVERS = "bso,pso,ga,abso,abso+polish"
@@ -35,50 +49,47 @@ DEFAULT_STARTS = 5
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
-    options = parser().parse_args(arguments)
-    return exit_code_of(lambda: compare(options))
+    return run_campaign_command(parser(), compare, arguments)
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> OneLineParser:
     """The command line's options."""
-    command_line = OneLineParser(
-        "python -m tpbso_casadi.compare",
-        description="Compare solvers on scenarios: scenarios times solvers times --runs. The number of runs and an "
-        "estimate of the time are shown before it starts; by default it takes seconds to minutes a scenario.",
+    command_line = command_parser(
+        "compare",
+        "Compare solvers on scenarios: scenarios times solvers times --runs. The number of runs and an estimate of the "
+        "time are shown before it starts; by default it takes seconds to minutes a scenario. The same command resumes "
+        "an interrupted campaign.",
+        examples=[
+            "time-3 obstacle-3 --runs 20 --out runs/compare",
+            "time-3 --solvers 'pso,pso(population=40),ga+polish' --table runs.csv",
+        ],
     )
-    command_line.add_argument("scenario", nargs="+", help="TOML files or built-in names")
-    add_input_options(command_line)
-    command_line.add_argument(
+    command_line.add_argument("scenario", nargs="+", metavar=SCENARIO, help="TOML files or built-in names")
+    add_outside_files(problem_group(command_line))
+    search = search_group(command_line)
+    search.add_argument(
         "--solvers",
         default=DEFAULT_SOLVERS,
         metavar="A,B,...",
-        help=f"NAME, NAME(setting=value,...), either with +polish or +polishN; the others are compared with "
-        f"the first; {DEFAULT_SOLVERS} if none",
+        help="NAME, NAME(setting=value,...), either with +polish or +polishN; the others are compared with the first",
     )
-    command_line.add_argument(
-        "--runs",
-        type=positive_int,
-        default=DEFAULT_RUNS,
-        metavar="N",
-        help=f"of each solver on each scenario; {DEFAULT_RUNS} by default",
+    search.add_argument(
+        "--runs", type=positive_int, default=DEFAULT_RUNS, metavar="N", help="of each solver on each scenario"
     )
-    command_line.add_argument(
-        "--seed", type=natural, default=1, help="of the first run, 1 by default; counted up from run to run"
-    )
-    budget = command_line.add_argument_group("the budget of each run, overriding the scenarios'")
-    budget.add_argument("--population", type=positive_int, metavar="M", help="of every swarm")
-    budget.add_argument("--iterations", type=positive_int, metavar="N", help="of every swarm")
-    budget.add_argument("--evaluations", type=positive_int, metavar="N", help="of every swarm")
-    budget.add_argument(
+    add_seed(search, default=1)
+    add_population(search, positive_int)
+    add_iterations(search, positive_int)
+    add_evaluations(search)
+    search.add_argument(
         "--starts",
         type=positive_int,
         metavar="N",
-        help=f"of ipopt, which counts nothing else; {DEFAULT_STARTS} by default, none with --time-limit",
+        help=f"of ipopt, which counts nothing else [default: {DEFAULT_STARTS}; none with --time-limit]",
     )
-    budget.add_argument("--time-limit", type=positive_float, metavar="S", help="results then depend on the machine")
-    add_campaign_options(command_line, Path("runs/compare"))
-    command_line.add_argument("--json", action="store_true", help="print the table as JSON")
-    command_line.add_argument("--no-plots", action="store_true", help="draw no figure")
+    add_time_limit(search)
+    output = add_campaign_options(command_line, Path("runs/compare"))
+    add_json(output)
+    add_no_plots(output)
     return command_line
 
 
@@ -92,8 +103,8 @@ def compare(options: argparse.Namespace) -> int:
     summaries = summarise(records)
     with phase("writing the table and the figure", options.quiet):
         write_summary(options.out, summaries, plots=not options.no_plots)
-        if options.export is not None:
-            export(records, options.export)
+        if options.table is not None:
+            export(records, options.table)
     if options.json:
         sys.stdout.write(json.dumps([dict(zip(HEADER, row, strict=True)) for row in rows(summaries)], indent=2) + "\n")
     elif not options.quiet:
