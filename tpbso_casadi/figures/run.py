@@ -5,6 +5,7 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import casadi as ca
@@ -20,12 +21,13 @@ from tpbso_casadi.figures.measures import curve_figures, progress_figures
 from tpbso_casadi.figures.paths import path_figure
 from tpbso_casadi.figures.style.colours import colour_of
 from tpbso_casadi.figures.style.files import write_figure
+from tpbso_casadi.figures.style.formats import DEFAULT
 from tpbso_casadi.planning.joint_quantities import alternatives
 from tpbso_casadi.planning.plan import convergence, first_feasible, step_name
 from tpbso_casadi.planning.planned_motion import PlannedMotion, SearchedMotion
 
 
-def draw_figures(folder: Path, plan: PlannedMotion) -> list[Path]:
+def draw_figures(folder: Path, plan: PlannedMotion, formats: Sequence[str] = DEFAULT) -> list[Path]:
     """Draw every figure of a plan into a folder; returns their paths."""
     figures = {name: draw(plan) for name, draw in FIGURES.items()} | clearance_figures(plan)
     further = curve_figures(plan)
@@ -33,7 +35,7 @@ def draw_figures(folder: Path, plan: PlannedMotion) -> list[Path]:
         figures |= {"convergence": convergence_figure(plan.searched)}
         further |= progress_figures(plan.searched)
     figures |= {name: figure for name, (_, figure) in further.items()}
-    return [path for name, figure in figures.items() for path in write_figure(folder, name, figure)]
+    return [path for name, figure in figures.items() for path in write_figure(folder, name, figure, formats)]
 
 
 def convergence_figure(plan: SearchedMotion) -> Figure:

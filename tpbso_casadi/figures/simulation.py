@@ -5,8 +5,7 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import partial
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -24,12 +23,12 @@ from tpbso_casadi.figures.scene import draw_bodies, draw_scene
 from tpbso_casadi.figures.space.panels import VIEWS, Posture, draw_measurable, draw_solids
 from tpbso_casadi.figures.space.scene import Scene
 from tpbso_casadi.figures.style.colours import CLOSEST, OBSTACLE, colour_of
-from tpbso_casadi.figures.style.files import DPI
+from tpbso_casadi.figures.style.files import write_figure
+from tpbso_casadi.figures.style.formats import DEFAULT
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.simulation.executed import stands
 from tpbso_casadi.simulation.motion import MEANINGS, simulated_motion
 from tpbso_casadi.simulation.record import SimulationRecord
-from tpbso_casadi.storage.files import write_with
 
 HEIGHTS = {2: 6.4, 3: 4.6}  # of the scene by the robot's dimensions, inches
 SHOWN = 5  # times at which obstacles are drawn
@@ -40,9 +39,9 @@ STYLES = {"new": ("#009e73", "o", 6.0), "old": ("0.55", ".", 4.0), "stop": ("#cc
 """Colour, marker and size of each kind of answer."""
 
 
-def draw_simulation(folder: Path, record: SimulationRecord) -> Path:
-    """Draw ``simulation.png`` into a folder."""
-    return write_with(folder / "simulation.png", partial(simulation_figure(record).savefig, dpi=DPI))
+def draw_simulation(folder: Path, record: SimulationRecord, formats: Sequence[str] = DEFAULT) -> list[Path]:
+    """Draw ``simulation.png`` into a folder, or the same in other formats."""
+    return write_figure(folder, "simulation", simulation_figure(record), formats)
 
 
 def simulation_figure(record: SimulationRecord) -> Figure:

@@ -15,13 +15,20 @@ from matplotlib.ticker import MaxNLocator
 from problems import Constraint
 from problems.certify.structure import jacobian_pattern
 from problems.limits.limit import SAMPLING_MARGIN
+from tpbso_casadi.figures.style.files import write_figure
+from tpbso_casadi.figures.style.formats import DEFAULT
 from tpbso_casadi.scenario.scenario import Scenario
 
 SMALLEST_PANEL = 0.07  # of the height of all panels
 
 
-def draw_structure(folder: Path, scenario: Scenario) -> Path:
-    """Draw ``structure.png`` into a folder: the search model on the left, the nonlinear program on the right."""
+def draw_structure(folder: Path, scenario: Scenario, formats: Sequence[str] = DEFAULT) -> list[Path]:
+    """Draw ``structure.png`` into a folder, or the same in other formats."""
+    return write_figure(folder, "structure", structure_figure(scenario), formats)
+
+
+def structure_figure(scenario: Scenario) -> Figure:
+    """The search model on the left, the nonlinear program on the right."""
     problem = scenario.problem()
     models = [("search model", problem.constraints, problem.model.x)]
     if problem.has_program:
@@ -31,9 +38,7 @@ def draw_structure(folder: Path, scenario: Scenario) -> Path:
     halves = figure.add_gridspec(1, len(models))
     for side, (title, constraints, x) in enumerate(models):
         draw_model(figure.add_subfigure(halves[0, side]), title, constraints, x)
-    path = folder / "structure.png"
-    figure.savefig(path, dpi=150)
-    return path
+    return figure
 
 
 def draw_model(figure: SubFigure, title: str, constraints: Sequence[Constraint], x: ca.SX) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NoReturn, TypeAlias
 
 from solvers.driver.interruption import Interruption
+from tpbso_casadi.figures.style.formats import DEFAULT
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.scenario.input_files import read_text
 from tpbso_casadi.scenario.section import ScenarioError
@@ -21,7 +22,7 @@ from tpbso_casadi.storage.staging import replacing
 
 Writer: TypeAlias = Callable[[Path], object]  # writes files into a folder
 LARGEST_RESULT = 100_000_000  # bytes of a result.json
-SUFFIXES = (".json", ".csv", ".npz", ".png", ".gif", ".mp4", ".html", ".yaml")  # of the files of a run
+SUFFIXES = (".json", ".csv", ".npz", ".png", ".pdf", ".svg", ".gif", ".mp4", ".html", ".yaml")  # of the files of a run
 
 
 class OtherPlan(OutputError):
@@ -90,6 +91,7 @@ def write_run(
     further: Sequence[Writer] = (),
     interruption: Interruption | None = None,
     same_plan_only: bool = False,
+    formats: Sequence[str] = DEFAULT,
 ) -> list[str]:
     """Write the files of a plan in place of everything in the folder: at every moment it holds one run, complete.
 
@@ -100,6 +102,7 @@ def write_run(
         further: each writes files into the folder that it is given.
         interruption: after its request, figures and further files that are not complete yet are left out.
         same_plan_only: whether a run in the folder has to be of the same scenario.
+        formats: of the figures.
 
     Returns:
         The names of the files.
@@ -114,7 +117,7 @@ def write_run(
         if same_plan_only and held.get("scenario") not in (None, plan.scenario.model_dump(mode="json")):
             raise OtherPlan(f"{folder}: holds another plan")
 
-    figures: list[Writer] = [partial(_draw, plan)] if plots else []
+    figures: list[Writer] = [partial(_draw, plan, formats)] if plots else []
     return replace_folder(
         folder,
         needed=[lambda staged: write_motion(staged / "trajectory.csv", plan.motion, plan.times)],
@@ -179,10 +182,10 @@ def _report(folder: Path, failure: Exception) -> NoReturn:
     raise failure
 
 
-def _draw(plan: PlannedMotion, folder: Path) -> None:
+def _draw(plan: PlannedMotion, formats: Sequence[str], folder: Path) -> None:
     from tpbso_casadi.figures.run import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
 
-    draw_figures(folder, plan)
+    draw_figures(folder, plan, formats)
 
 
 def _digests(folder: Path) -> dict[str, str]:

@@ -5,13 +5,16 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tpbso_casadi.storage.files import write_with, writing
+from tpbso_casadi.figures.style.files import write_figure
+from tpbso_casadi.figures.style.formats import DEFAULT
+from tpbso_casadi.storage.files import writing
 from tpbso_casadi.trade_off.front import Front
 from tpbso_casadi.trade_off.point import Point, Standing
 from tpbso_casadi.trade_off.table import FIGURE, TradeOff
@@ -20,15 +23,14 @@ STYLES = (("#1f77b4", "o"), ("#d62728", "s"), ("#2ca02c", "^"))  # a method each
 LOGARITHMIC = 30.0  # from this ratio of largest to least on an axis is logarithmic
 
 
-def draw_front(folder: Path, trade_off: TradeOff) -> None:
-    """Write ``front.png``.
+def draw_front(folder: Path, trade_off: TradeOff, formats: Sequence[str] = DEFAULT) -> None:
+    """Write ``front.png``, or the same in other formats.
 
     Raises:
         OutputError: it cannot be written.
     """
-    figure = front_figure(trade_off)
     with writing(folder):
-        write_with(folder / FIGURE, lambda temporary: figure.savefig(temporary, dpi=110))
+        write_figure(folder, FIGURE, front_figure(trade_off), formats)
 
 
 def front_figure(trade_off: TradeOff) -> Figure:

@@ -13,6 +13,7 @@ from tpbso_casadi.audit.content import audit_run, audit_scenario, impossible
 from tpbso_casadi.cli.common import Exit, OneLineParser, add_input_options, path, print_error
 from tpbso_casadi.cli.display.audit_tables import print_run_audit, print_scenario_audit
 from tpbso_casadi.cli.display.console import OutputConsole
+from tpbso_casadi.cli.figure_formats import add_figures_option
 from tpbso_casadi.scenario.cases.builtin import TITLES
 from tpbso_casadi.scenario.input_files import is_folder
 from tpbso_casadi.scenario.loading import load
@@ -50,6 +51,7 @@ def parser() -> argparse.ArgumentParser:
     command_line.add_argument(
         "--plots", type=path, metavar="DIR", help="draw the Jacobian's structure of a scenario there"
     )
+    add_figures_option(command_line)
     return command_line
 
 
@@ -73,7 +75,7 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
         with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
             audit = audit_scenario(scenario)
             if options.plots is not None:
-                draw(scenario, options.plots)
+                draw(scenario, options.plots, options.figures)
     except ScenarioError as error:
         raise ScenarioError(f"{options.what}: {error}") from error
     if options.json:
@@ -86,9 +88,9 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
     return Exit.FEASIBLE
 
 
-def draw(scenario: Scenario, folder: Path) -> None:
+def draw(scenario: Scenario, folder: Path, formats: Sequence[str]) -> None:
     """Draw the structure of the scenario's constraints."""
     from tpbso_casadi.figures.structure import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
 
     folder.mkdir(parents=True, exist_ok=True)
-    draw_structure(folder, scenario)
+    draw_structure(folder, scenario, formats)

@@ -25,6 +25,7 @@ from tpbso_casadi.cli.common import (
 from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.cli.display.front_tables import print_trade_off, say_point
 from tpbso_casadi.cli.display.planning_progress import planning_progress
+from tpbso_casadi.cli.figure_formats import add_figures_option, figure_formats
 from tpbso_casadi.cli.run_name import RUNS
 from tpbso_casadi.scenario import overriding
 from tpbso_casadi.scenario.loading import load
@@ -96,6 +97,7 @@ def parser() -> argparse.ArgumentParser:
     output.add_argument("--out", type=path, metavar="DIR", help="folder; runs/SCENARIO-A-B by default")
     output.add_argument("--overwrite", action="store_true", help="drop what another scenario or setting left there")
     output.add_argument("--no-plots", action="store_true", help="draw no figures")
+    add_figures_option(output)
     output.add_argument("--quiet", action="store_true", help="no progress, no table")
     return command_line
 
@@ -135,6 +137,7 @@ def written(objectives: Objectives, evaluation: EvaluationOptions, options: argp
                 objectives=objectives,
                 store=store,
                 plots=not options.no_plots,
+                formats=options.figures,
                 evaluation=evaluation,
                 progress=progress,
                 interruption=interruption,
@@ -144,7 +147,7 @@ def written(objectives: Objectives, evaluation: EvaluationOptions, options: argp
             trade_off = TradeOff(objectives.headings, {name: store.points(name) for name in store.methods})
             if trade_off.points:
                 trade_off.write(folder)
-                draw(folder, trade_off, options)
+                draw(folder, trade_off, figure_formats(options))
         if trade_off.points:
             print_trade_off(trade_off, console)
             console.say(f"written to {folder}")
@@ -157,13 +160,13 @@ def default_folder(options: argparse.Namespace) -> Path:
     return RUNS / "-".join(parts)
 
 
-def draw(folder: Path, trade_off: TradeOff, options: argparse.Namespace) -> None:
+def draw(folder: Path, trade_off: TradeOff, formats: Sequence[str]) -> None:
     """The figure, unless there is to be none."""
-    if options.no_plots:
+    if not formats:
         return
     from tpbso_casadi.trade_off.figures import draw_front  # noqa: PLC0415 (matplotlib is slow to load)
 
-    draw_front(folder, trade_off)
+    draw_front(folder, trade_off, formats)
 
 
 def exit_status(points: Sequence[Point], folder: Path, interruption: Interruption) -> int:

@@ -15,11 +15,10 @@ from problems.robots.spatial.urdf import read_urdf
 from tpbso_casadi.cli.common import Exit, OneLineParser, path, print_error
 from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.cli.display.robot_tables import print_list, print_robot
+from tpbso_casadi.figures.style.formats import FORMATS
 from tpbso_casadi.scenario.input_files import read_text
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import OutputError, check_file, check_writable, writing
-
-FORMATS = (".png", ".svg", ".pdf")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -78,8 +77,8 @@ def check_figure(file: Path) -> None:
     Raises:
         OutputError: it cannot.
     """
-    if file.suffix not in FORMATS:
-        raise OutputError(f"{file}: the name of a figure ends with {', '.join(FORMATS)}")
+    if file.suffix[1:] not in FORMATS:
+        raise OutputError(f"{file}: the name of a figure ends with {', '.join(f'.{kind}' for kind in FORMATS)}")
     check_file(file)
     check_writable(file.parent)
 

@@ -22,6 +22,7 @@ from tpbso_casadi.cli.common import (
 )
 from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.cli.display.simulation_tables import ReplanLines, print_simulation
+from tpbso_casadi.cli.figure_formats import add_figures_option
 from tpbso_casadi.cli.run_name import free_folder
 from tpbso_casadi.planning.replanning.replanner import Replanner
 from tpbso_casadi.scenario.loading import load
@@ -84,6 +85,7 @@ def parser() -> argparse.ArgumentParser:
         help="run folder, replaced as a whole; runs/SCENARIO-simulated-SEED by default",
     )
     output.add_argument("--no-plots", action="store_true", help="draw no figure, and write no player")
+    add_figures_option(output)
     output.add_argument("--quiet", action="store_true", help="no progress, no table")
     return command_line
 
@@ -99,7 +101,7 @@ def simulate(options: argparse.Namespace) -> int:
             check_run_folder(folder)
             simulation = Simulation(setting, interruption.breakable(partial(planner_of, setting)))
             record = simulation.run(interruption, ReplanLines(OutputConsole(stderr=True, quiet=options.quiet)))
-            views = [] if options.no_plots else views_of(record, Path(options.scenario).stem)
+            views = [] if options.no_plots else views_of(record, Path(options.scenario).stem, options.figures)
             return written(record, folder, views, interruption, OutputConsole(quiet=options.quiet))
     except ScenarioError as error:
         raise ScenarioError(f"{options.scenario}: {error}") from error
@@ -135,13 +137,13 @@ def planner_of(setting: Setting) -> Planner:
         raise ScenarioError(f"simulation.{error.field}: {error.reason}") from error
 
 
-def views_of(record: SimulationRecord, title: str) -> list[Writer]:
-    """What shows a simulation: a figure, and a player of a title."""
+def views_of(record: SimulationRecord, title: str, formats: Sequence[str]) -> list[Writer]:
+    """What shows a simulation: a figure in some formats, and a player of a title."""
 
     def draw(folder: Path) -> None:
         from tpbso_casadi.figures.simulation import draw_simulation  # noqa: PLC0415 (matplotlib is slow to load)
 
-        draw_simulation(folder, record)
+        draw_simulation(folder, record, formats)
 
     return [draw, lambda folder: write_player(folder, title, record)]
 
