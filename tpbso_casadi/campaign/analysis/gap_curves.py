@@ -11,7 +11,7 @@ from tpbso_casadi.campaign.analysis.quantiles import quantile
 from tpbso_casadi.campaign.analysis.references import gaps_of
 from tpbso_casadi.campaign.analysis.results import Results
 
-GRID = 400  # numbers of evaluations at which quartiles are computed
+GRID = 240  # numbers of evaluations at which quartiles are computed
 FEWEST_FOR_QUARTILES = 4  # runs; fewer have a median alone
 
 
@@ -42,6 +42,4 @@ def gap_curve(results: Results, case: str, solver: str) -> GapCurve:
     gaps = gaps_of(np.array([run.at(evaluations) for run in runs]), results.references[case])
     shares = (0.25, 0.5, 0.75) if len(runs) >= FEWEST_FOR_QUARTILES else (0.5, 0.5, 0.5)
     lower, median, upper = (quantile(gaps, share) for share in shares)
-    return GapCurve(
-        end=max(run.done for run in runs), evaluations=evaluations, lower=lower, median=median, upper=upper
-    )
+    return GapCurve(end=max(run.done for run in runs), evaluations=evaluations, lower=lower, median=median, upper=upper)

@@ -14,10 +14,11 @@ from tpbso_casadi.campaign.analysis.gap_curves import FEWEST_FOR_QUARTILES, GapC
 from tpbso_casadi.campaign.analysis.quantiles import quantile
 from tpbso_casadi.campaign.analysis.references import gaps_of
 from tpbso_casadi.campaign.analysis.results import Results
-from tpbso_casadi.campaign.figures.labels import label_ends
 from tpbso_casadi.campaign.figures.runs import draw_points
 from tpbso_casadi.campaign.statistics import TIE_TOLERANCE, Summary
 from tpbso_casadi.figures.style.colours import colour_of, line_of, marker_of
+from tpbso_casadi.figures.style.labels import EndLabel, label_ends
+from tpbso_casadi.figures.style.paper import SMALL, in_print
 
 LEAST_GAP = TIE_TOLERANCE / 10.0  # smaller ones are drawn there
 COLUMNS = 2
@@ -25,11 +26,12 @@ EQUAL = "0.92"  # behind gaps within which statistics count plans as equal
 ROOM = 2.5  # factor of the y axis above the largest gap, for runs without a plan
 
 
+@in_print
 def comparison_figure(results: Results) -> Figure:
     """A pair of panels a case: the median gap of each solver over evaluations with its quartiles, and final plans."""
     columns = min(COLUMNS, len(results.cases))
     rows = ceil(len(results.cases) / columns)
-    figure = Figure(figsize=(6.6 * columns, 0.4 + 3.1 * rows), layout="constrained")
+    figure = Figure(figsize=(5.4 * columns, 0.3 + 2.5 * rows), layout="constrained")
     grid = figure.add_gridspec(rows, 2 * columns, width_ratios=[3.0, 2.0] * columns)
     panels = []
     for index, case in enumerate(results.cases):
@@ -37,34 +39,35 @@ def comparison_figure(results: Results) -> Figure:
         left = figure.add_subplot(grid[row, 2 * column])
         right = figure.add_subplot(grid[row, 2 * column + 1], sharey=left)
         panels.append((left, draw_case(left, right, results, case)))
-    figure.suptitle("Gap to the best certified plan of the campaign: median run and quartiles", fontsize="medium")
+    figure.suptitle("Gap to the best certified plan of the campaign: median run and quartiles")
     figure.draw_without_rendering()  # panels get their places, which labels need
     for left, ends in panels:
         label_ends(left, ends)
     return figure
 
 
-def draw_case(left: Axes, right: Axes, results: Results, case: str) -> dict[str, float]:
-    """The two panels of a case; returns the height at which each solver's line ends."""
+def draw_case(left: Axes, right: Axes, results: Results, case: str) -> list[EndLabel]:
+    """The two panels of a case; returns what is to be written at the ends of the lines."""
     reference, summaries = results.references[case], results.of_case(case)
     left.set_title(case, loc="left")
     if reference is None:
         left.text(0.5, 0.5, "no solver found a plan", ha="center", transform=left.transAxes)
         left.set_axis_off()
         right.set_axis_off()
-        return {}
+        return []
     curves = [gap_curve(results, case, summary.solver) for summary in summaries]
     finals = [np.maximum(gaps_of(summary.objectives, reference), LEAST_GAP) for summary in summaries]
     set_scales(left, curves, finals)
     for index, (curve, gaps, summary) in enumerate(zip(curves, finals, summaries, strict=True)):
         draw_curve(left, index, curve)
         draw_final(right, index, gaps, summary)
-    finish(left, right, summaries, f"best: {reference:.5g} {summaries[0].unit}")
+    finish(left, right, summaries, f"gap to {reference:.5g} {summaries[0].unit}")
     top = left.get_ylim()[1]
-    return {
-        summary.solver: min(max(float(curve.median[-1]), LEAST_GAP), top)
-        for summary, curve in zip(summaries, curves, strict=True)
-    }
+    ends = [min(max(float(curve.median[-1]), LEAST_GAP), top) for curve in curves]
+    return [
+        EndLabel(summary.solver, end, colour_of(index))
+        for index, (summary, end) in enumerate(zip(summaries, ends, strict=True))
+    ]
 
 
 def set_scales(axes: Axes, curves: list[GapCurve], finals: list[FloatArray]) -> None:
@@ -88,7 +91,7 @@ def draw_curve(axes: Axes, index: int, curve: GapCurve) -> None:
     )
     during = curve.evaluations <= curve.end
     shown = np.where(np.isfinite(median), median, np.nan)
-    axes.plot(curve.evaluations[during], shown[during], **line_of(index), linewidth=1.8)
+    axes.plot(curve.evaluations[during], shown[during], **line_of(index), linewidth=1.5)
     axes.plot(curve.evaluations[~during], shown[~during], color=colour_of(index), linewidth=0.7, alpha=0.7)
     if not during.all():
         axes.plot(curve.evaluations[during][-1], shown[during][-1], "x", color=colour_of(index), markersize=6)
@@ -98,35 +101,35 @@ def draw_final(axes: Axes, index: int, gaps: FloatArray, summary: Summary) -> No
     """The final plans of one solver: each run a point, median and quartiles lines; runs without a plan at the top."""
     top, colour = axes.get_ylim()[1] / ROOM**0.5, colour_of(index)
     draw_points(axes, index, gaps[np.isfinite(gaps)], colour, marker_of(index))
-    draw_points(axes, index, np.full(summary.infeasible + summary.failed, top), colour, "x")
-    if not gaps.size:
-        return
-    quartiles = [float(np.minimum(quantile(gaps, share), top)) for share in (0.25, 0.5, 0.75)]
-    axes.hlines(quartiles[1], index - 0.36, index + 0.36, color=colour, linewidth=2.2)
-    if gaps.size >= FEWEST_FOR_QUARTILES:
-        axes.vlines(index + 0.36, quartiles[0], quartiles[2], color=colour, linewidth=1.2)
-    missing = summary.infeasible + summary.failed
+    missing, runs = summary.infeasible + summary.failed, summary.objectives.size + summary.failed
+    every = np.append(gaps, np.full(summary.failed, np.inf))
+    lower, median, upper = (float(np.minimum(quantile(every, share), top)) for share in (0.25, 0.5, 0.75))
+    axes.hlines(median, index - 0.36, index + 0.36, color=colour, linewidth=2.2)
+    if runs >= FEWEST_FOR_QUARTILES:
+        axes.vlines(index + 0.36, lower, upper, color=colour, linewidth=1.2)
     if missing:
+        axes.plot(index, top, "x", color=colour, markersize=6)
         note = f"{missing} of {summary.objectives.size + summary.failed}\nno plan"
-        axes.text(index, 1.01, note, color=colour, fontsize=7, ha="center", transform=axes.get_xaxis_transform())
+        axes.text(
+            index, 1.01, note, color=colour, fontsize=SMALL - 1, ha="center", transform=axes.get_xaxis_transform()
+        )
 
 
-def finish(left: Axes, right: Axes, summaries: list[Summary], best: str) -> None:
+def finish(left: Axes, right: Axes, summaries: list[Summary], gap: str) -> None:
     """Axes, grids and names."""
     left.set_xlabel("evaluations")
-    left.set_ylabel("gap")
+    left.set_ylabel(gap)
     left.yaxis.set_major_locator(LogLocator(numticks=12))
     left.yaxis.set_major_formatter(FuncFormatter(lambda value, _: percentage(value)))
     for axis in (left.xaxis, left.yaxis):
         axis.set_minor_formatter(NullFormatter())
-    left.set_title(best, loc="right", fontsize=8)
     right.tick_params(labelleft=False)
     right.set_xlim(-0.6, len(summaries) - 0.4)
     names = [wrapped(summary.solver) for summary in summaries]
-    right.set_xticks(range(len(summaries)), names, rotation=35, ha="right", fontsize=8)
+    right.set_xticks(range(len(summaries)), names, rotation=35, ha="right", fontsize=SMALL)
     for axes in (left, right):
         axes.axhspan(LEAST_GAP / 10.0, TIE_TOLERANCE, color=EQUAL, zorder=0)
-        axes.grid(axis="y", alpha=0.3)
+        axes.grid(visible=False, axis="x")
 
 
 def percentage(gap: float) -> str:

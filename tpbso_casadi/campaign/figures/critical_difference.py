@@ -11,20 +11,21 @@ from tpbso_casadi.campaign.analysis.ranks import Ranking, ranking
 from tpbso_casadi.campaign.analysis.results import Results
 from tpbso_casadi.campaign.statistics import p_text
 from tpbso_casadi.figures.style.colours import colour_of, marker_of
+from tpbso_casadi.figures.style.paper import TWO_COLUMNS, in_print
 
 BAR, BAR_STEP = 0.35, 0.3  # the first bar below the axis, and from one to the next, in rows
 
 
+@in_print
 def critical_difference_figure(results: Results) -> Figure:
     """Solvers on an axis of mean ranks, the best on the left; a thick bar joins those that do not differ."""
     found = ranking(results.solvers, results.scores())
     half = ceil(len(found.solvers) / 2)
     depth = BAR + BAR_STEP * len(found.groups)
-    figure = Figure(figsize=(7.0, 1.2 + 0.3 * (depth + half)), layout="constrained")
+    figure = Figure(figsize=(TWO_COLUMNS, 1.2 + 0.3 * (depth + half)), layout="constrained")
     axes = figure.subplots()
     axes.set_title(
         f"Mean ranks of median runs over {found.cases} cases; Friedman test: p {equals(found.p)}",
-        fontsize="medium",
         loc="left",
     )
     draw_axis(axes, found)

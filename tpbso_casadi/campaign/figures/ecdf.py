@@ -9,31 +9,32 @@ from matplotlib.figure import Figure
 from problems.base.matrix import FloatArray
 from tpbso_casadi.campaign.analysis.results import Results
 from tpbso_casadi.campaign.analysis.targets import TARGETS, evaluations_needed, shares_reached
-from tpbso_casadi.campaign.figures.labels import label_ends
 from tpbso_casadi.figures.style.colours import colour_of, line_of
+from tpbso_casadi.figures.style.labels import EndLabel, label_ends
+from tpbso_casadi.figures.style.paper import TWO_COLUMNS, in_print
 
 
+@in_print
 def ecdf_figure(results: Results) -> Figure:
     """A line a solver over all cases, runs and targets; a cross where its longest run ended."""
-    figure = Figure(figsize=(7.0, 4.4), layout="constrained")
+    figure = Figure(figsize=(TWO_COLUMNS, 3.8), layout="constrained")
     axes = figure.subplots()
     axes.set_title(
         f"Targets reached: {len(TARGETS)} gaps from {TARGETS[0]:.0%} to {TARGETS[-1]:.2%}, "
         f"{len(results.cases)} case{'s' * (len(results.cases) > 1)}",
-        fontsize="medium",
         loc="left",
     )
     axes.set(xscale="log", ylim=(-0.02, 1.02), xlabel="evaluations", ylabel="share of cases, runs and targets")
     longest = max([2, *(run.done for run in results.convergences)])
-    ends, first = {}, float(longest)
+    ends, first = [], float(longest)
     for index, solver in enumerate(results.solvers):
         runs = results.runs_of(solver)
         reached = [evaluations_needed(run, results.references[run.case]) for run in runs]
         evaluations, shares = shares_reached(reached)
         first = min([first, *evaluations[:1]])
-        ends[solver] = draw_shares(axes, index, evaluations, shares, max(run.done for run in runs), longest)
+        last = draw_shares(axes, index, evaluations, shares, max(run.done for run in runs), longest)
+        ends.append(EndLabel(solver, last, colour_of(index)))
     axes.set_xlim(max(1.0, first / 1.1), longest)
-    axes.grid(alpha=0.3)
     figure.draw_without_rendering()  # the panel gets its place, which labels need
     label_ends(axes, ends)
     return figure
@@ -43,7 +44,7 @@ def draw_shares(axes: Axes, index: int, evaluations: FloatArray, shares: FloatAr
     """One solver's line, thin behind the end of its longest run; returns the height of its end."""
     last = float(shares[-1]) if shares.size else 0.0
     x, y = np.concatenate([[1.0], evaluations, [end]]), np.concatenate([[0.0], shares, [last]])
-    axes.plot(x, y, **line_of(index), linewidth=1.8, drawstyle="steps-post")
+    axes.plot(x, y, **line_of(index), linewidth=1.5, drawstyle="steps-post")
     axes.plot([end, longest], [last, last], color=colour_of(index), linewidth=0.7, alpha=0.7)
     axes.plot(end, last, "x", color=colour_of(index), markersize=7)
     return last

@@ -9,8 +9,9 @@ from problems.base.matrix import FloatArray
 from tpbso_casadi.campaign.statistics import Summary
 
 
-
-def draw_points(axes: Axes, place: float, values: FloatArray, colour: str, marker: str = "o", width: float = 0.5) -> None:
+def draw_points(
+    axes: Axes, place: float, values: FloatArray, colour: str, marker: str = "o", width: float = 0.5
+) -> None:
     """Points at a place of the x axis, beside each other so that equal ones can be seen."""
     spread = place + width * (np.arange(values.size) % 5 - 2) / 8.0
     axes.plot(spread, values, marker, color=colour, alpha=0.5, markersize=4, markeredgewidth=0.0, linestyle="none")
