@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
 
 from tpbso_casadi.campaign import Run, grid, parse_solvers
-from tpbso_casadi.campaign.export import export, write_summary
+from tpbso_casadi.campaign.analysis.best import best_plans
+from tpbso_casadi.campaign.analysis.results import results_of
+from tpbso_casadi.campaign.export import export, files_of, write_comparison
 from tpbso_casadi.campaign.grid import check_size
-from tpbso_casadi.campaign.statistics import summarise
 from tpbso_casadi.campaign.table import HEADER, print_tables, rows
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
@@ -26,6 +29,7 @@ from tpbso_casadi.cli.campaign import (
 )
 from tpbso_casadi.cli.common import positive_int
 from tpbso_casadi.cli.display.campaign_progress import phase
+from tpbso_casadi.cli.figure_formats import add_figures_option, figure_formats
 from tpbso_casadi.cli.options import (
     SCENARIO,
     add_evaluations,
@@ -49,7 +53,9 @@ DEFAULT_STARTS = 5
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
-    return run_campaign_command(parser(), compare, arguments)
+    stated = sys.argv[1:] if arguments is None else arguments
+    command = shlex.join(["tpbso", "compare", *stated])
+    return run_campaign_command(parser(), partial(compare, command=command), arguments)
 
 
 def parser() -> OneLineParser:
@@ -90,27 +96,34 @@ def parser() -> OneLineParser:
     output = add_campaign_options(command_line, Path("runs/compare"))
     add_json(output)
     add_no_plots(output)
+    add_figures_option(output)
     return command_line
 
 
-def compare(options: argparse.Namespace) -> int:
-    """Run the campaign of the options; returns the exit status."""
-    prepare(options, "summary.csv", *["comparison.png"] * (not options.no_plots))
+def compare(options: argparse.Namespace, command: str = "") -> int:
+    """Run the campaign of the options; returns the exit status.
+
+    Args:
+        options: of the command line.
+        command: the whole of it, for the page.
+    """
+    formats = figure_formats(options)
+    prepare(options, *files_of(formats))
     runs = campaign(options)
     with stored(options) as store:
         run_with_progress(runs, store, options)
-        records = store.records(runs)
-    summaries = summarise(records)
-    with phase("writing the table and the figure", options.quiet):
-        write_summary(options.out, summaries, plots=not options.no_plots)
+        results, best = results_of(runs, store), best_plans(runs, store)
+    with phase("writing tables, figures and the page", options.quiet):
+        write_comparison(options.out, results, runs, best, command, formats)
         if options.table is not None:
-            export(records, options.table)
+            export(results.records, options.table)
+    summaries = results.summaries
     if options.json:
         sys.stdout.write(json.dumps([dict(zip(HEADER, row, strict=True)) for row in rows(summaries)], indent=2) + "\n")
     elif not options.quiet:
         print_tables(summaries, Console())
         Console().print(f"written to {options.out}", highlight=False, soft_wrap=True)
-    return failures(records)
+    return failures(results.records)
 
 
 def campaign(options: argparse.Namespace) -> list[Run]:
