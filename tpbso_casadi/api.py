@@ -20,7 +20,26 @@ from problems import (
     pentagram,
 )
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from solvers import BSO, GA, PSO, SOLVERS, Box, Budget, Result, Solver, StopReason, minimize
+from solvers import (
+    BSO,
+    EXTERNAL,
+    GA,
+    IPOPT,
+    LSHADE,
+    PSO,
+    SOLVERS,
+    AdaptiveBeetleSwarm,
+    AskTell,
+    Budget,
+    Iterations,
+    Result,
+    Search,
+    Solver,
+    StopReason,
+)
+from solvers import Box as SearchBox
+from solvers.functions.catalogue import BENCHMARK_FUNCTIONS, BenchmarkFunction, benchmark_function
+from solvers.standalone.minimize import minimize
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planning import plan
 from tpbso_casadi.facade.robots import robot
@@ -37,17 +56,24 @@ from tpbso_casadi.storage.result import RunResult
 from tpbso_casadi.storage.run_folder import write_run
 
 __all__ = [
+    "BENCHMARK_FUNCTIONS",
     "BSO",
+    "EXTERNAL",
     "GA",
+    "IPOPT",
+    "LSHADE",
     "OBJECTIVES",
     "PSO",
     "SOLVERS",
-    "Box",
+    "AdaptiveBeetleSwarm",
+    "AskTell",
+    "BenchmarkFunction",
     "Budget",
     "ConstantVelocity",
     "Ellipse",
     "EvaluationOptions",
     "InvalidProblem",
+    "Iterations",
     "Joints",
     "MovingObstacle",
     "Obstacle",
@@ -63,12 +89,15 @@ __all__ = [
     "RunResult",
     "Scenario",
     "ScenarioError",
+    "Search",
+    "SearchBox",
     "Solver",
     "Step",
     "StopReason",
     "Tabulated",
     "Trajectory",
     "Verdict",
+    "benchmark_function",
     "builtin",
     "closed_curve",
     "find_solver",
