@@ -25,6 +25,7 @@ extensions = [
     "scenario_keys",
 ]
 exclude_patterns = ["_build", "_ext", "**/.ipynb_checkpoints"]
+smartquotes = False  # keys and commands are quoted as they are typed
 highlight_language = "none"  # of blocks that do not say what they are: terminals and tables
 
 html_theme = "furo"

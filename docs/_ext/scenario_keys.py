@@ -1,11 +1,14 @@
-"""``{keys} package.module:Section``: the keys of a table of a scenario, each with what its lines say of it.
+"""``{keys} package.module:Section``: the keys of a table of a scenario or a result, each with what is said of it.
 
-The kind of its values and the default are those of the section itself. A key without a line, and a line without a key,
-is a warning, which ends a strict build.
+What is said stands in the directive's lines or under ``Attributes:`` in the section's docstring; the kind of values and
+the default are those of the section itself. A key of which nothing is said, and a line without a key, is a warning,
+which ends a strict build.
 """
 
 from __future__ import annotations
 
+import inspect
+import textwrap
 from collections.abc import Callable
 from importlib import import_module
 from types import UnionType
@@ -13,6 +16,7 @@ from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origi
 
 import annotated_types
 from docutils import nodes
+from docutils.parsers.rst import directives
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
@@ -20,32 +24,38 @@ from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
 LOGGER = logging.getLogger(__name__)
-HEADINGS = ("key", "values", "default", "what it is")
+WIDTHS = {"key": 15, "values": 20, "default": 15, "what it is": 50}
 ABSURD = 1e9  # limits beyond that only guard against overflow
-WORDS = {bool: "true or false", str: "text", int: "whole number", float: "number", Any: "anything"}
+WORDS = {bool: "true or false", str: "text", int: "whole number", float: "number", Any: "place"}
 
 
 class Keys(SphinxDirective):
     """A table of keys; its content is ``key: what it is`` line by line, indented lines continue."""
 
     required_arguments = 1
-    option_spec: ClassVar[dict[str, Callable[[str], Any]]] = {"but": str.split}
+    option_spec: ClassVar[dict[str, Callable[[str], Any]]] = {"but": str.split, "stored": directives.flag}
     has_content = True
 
     def run(self) -> list[nodes.Node]:
         """The table."""
         module, _, name = self.arguments[0].partition(":")
         section: type[BaseModel] = getattr(import_module(module), name)
-        said = descriptions(self.content.data)
+        said = of_docstring(section) | descriptions(self.content.data)
         fields = {key: field for key, field in section.model_fields.items() if key not in self.options.get("but", ())}
         for key in fields.keys() ^ said.keys():
             LOGGER.warning("%s: key %r is not described, or is none", name, key, location=self.get_location())
         rows = [self._row(key, field, said.get(key, "")) for key, field in fields.items()]
-        return [table_of(rows)]
+        return [table_of(rows, self._widths)]
+
+    @property
+    def _widths(self) -> dict[str, int]:
+        left_out = {"default"} if "stored" in self.options else set()
+        return {heading: width for heading, width in WIDTHS.items() if heading not in left_out}
 
     def _row(self, key: str, field: FieldInfo, text: str) -> nodes.row:
         said, _ = self.parse_inline(text)
-        cells = [[nodes.literal(text=key)], [nodes.Text(values_of(field))], [_default(field)], said]
+        columns = [[nodes.literal(text=key)], [nodes.Text(values_of(field))], [_default(field)], said]
+        cells = [cell for heading, cell in zip(WIDTHS, columns, strict=True) if heading in self._widths]
         return nodes.row("", *(nodes.entry("", nodes.paragraph("", "", *cell)) for cell in cells))
 
 
@@ -61,11 +71,18 @@ def descriptions(lines: list[str]) -> dict[str, str]:
     return said
 
 
-def table_of(rows: list[nodes.row]) -> nodes.table:
-    """A table with the headings."""
-    heading = nodes.row("", *(nodes.entry("", nodes.paragraph(text=word)) for word in HEADINGS))
-    columns = [nodes.colspec(colwidth=width) for width in (15, 20, 15, 50)]
-    group = nodes.tgroup("", *columns, nodes.thead("", heading), nodes.tbody("", *rows), cols=len(HEADINGS))
+def of_docstring(section: type[BaseModel]) -> dict[str, str]:
+    """What the docstring of a section says of its keys."""
+    _, _, attributes = (inspect.getdoc(section) or "").partition("Attributes:\n")
+    said = descriptions(textwrap.dedent(attributes).splitlines())
+    return {key: text for key, text in said.items() if key in section.model_fields}
+
+
+def table_of(rows: list[nodes.row], widths: dict[str, int]) -> nodes.table:
+    """A table with these headings."""
+    heading = nodes.row("", *(nodes.entry("", nodes.paragraph(text=word)) for word in widths))
+    columns = [nodes.colspec(colwidth=width) for width in widths.values()]
+    group = nodes.tgroup("", *columns, nodes.thead("", heading), nodes.tbody("", *rows), cols=len(widths))
     return nodes.table("", group)
 
 
@@ -114,7 +131,7 @@ def _tuple(parts: tuple[Any, ...]) -> str:
 
 def _list(parts: tuple[Any, ...]) -> str:
     inner = kind_of(parts[0])
-    words = {"number": "numbers", "text": "names"}
+    words = {"number": "numbers", "text": "names", "table": "tables"}
     return f"list of {words.get(inner.split(' ')[0], 'lists' if inner.startswith('list') else inner)}"
 
 

@@ -285,7 +285,7 @@ def plugin_failures_named(scenario: Scenario, *known: type[Exception]) -> Iterat
         raise ScenarioError(f"plug-ins ({', '.join(plugins)}) failed: {failure(error)}") from error
 
 
-def read_scenario(path: pathlib.Path, outside_allowed: bool = False) -> Scenario:
+def read_scenario(path: str | pathlib.Path, outside_allowed: bool = False) -> Scenario:
     """Read and check a scenario file.
 
     Args:
@@ -295,9 +295,10 @@ def read_scenario(path: pathlib.Path, outside_allowed: bool = False) -> Scenario
     Raises:
         ScenarioError: unreadable, not TOML, or not a scenario.
     """
-    content = read_toml(path)
+    file = pathlib.Path(path)
+    content = read_toml(file)
     try:
-        return parse_scenario(content, InputFolder(path.parent, outside_allowed))
+        return parse_scenario(content, InputFolder(file.parent, outside_allowed))
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from error
 
