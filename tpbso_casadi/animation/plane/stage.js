@@ -7,9 +7,10 @@ const outlineAt = ({ outline }, [x, y, u, v]) => outline.map(([p, q]) => [x + p 
 function planeStage(motion) {
   function placesOf(pen) {
     const [left, right, bottom, top] = motion.extent;
-    const box = { left: FRAME.left, top: FRAME.top, right: pen.width - FRAME.right, bottom: pen.height - FRAME.bottom };
+    const box = { ...FRAME, right: pen.width - FRAME.right, bottom: pen.height - FRAME.bottom };
     const unit = Math.min((box.right - box.left) / (right - left), (box.bottom - box.top) / (top - bottom));
-    const middle = [(box.left + box.right) / 2, (box.top + box.bottom) / 2], center = [(left + right) / 2, (bottom + top) / 2];
+    const middle = [(box.left + box.right) / 2, (box.top + box.bottom) / 2];
+    const center = [(left + right) / 2, (bottom + top) / 2];
     return {
       box, unit,
       at: ([x, y]) => [middle[0] + (x - center[0]) * unit, middle[1] - (y - center[1]) * unit],
@@ -18,11 +19,12 @@ function planeStage(motion) {
     };
   }
   function paintAxes(pen, theme, { box, unit, at, low, high }) {
-    const span = Math.min(high[0] - low[0], high[1] - low[1]), step = stepOf(span, span * unit / 55), digits = digitsOf(step);
+    const span = Math.min(high[0] - low[0], high[1] - low[1]), step = stepOf(span, span * unit / 55);
+    const digits = digitsOf(step), below = { align: "center", baseline: "top" };
     for (const tick of ticksOf(low[0], high[0], step)) {
       const x = at([tick, 0])[0];
       pen.line([[x, box.top], [x, box.bottom]], 1, theme.grid);
-      if (x < box.right - 44) pen.write(written(tick, digits), [x, box.bottom + 7], theme.ink, { align: "center", baseline: "top" });
+      if (x < box.right - 44) pen.write(written(tick, digits), [x, box.bottom + 7], theme.ink, below);
     }
     for (const tick of ticksOf(low[1], high[1], step)) {
       const y = at([0, tick])[1];

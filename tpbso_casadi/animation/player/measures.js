@@ -1,7 +1,7 @@
 // What tells how large things are: a bar of a round length, and the distance of the closest two.
 function drawScaleBar(pen, theme, perMetre, right, bottom, where = "") {
-  const length = roundUp(Math.min(90, pen.width / 6) / perMetre), side = length * perMetre, [y, rise] = [bottom - 12, 4];
-  const left = right - 12 - side, text = `${Number(length.toPrecision(1))} m${where}`;
+  const length = roundUp(Math.min(90, pen.width / 6) / perMetre), side = length * perMetre;
+  const y = bottom - 12, rise = 4, left = right - 12 - side, text = `${Number(length.toPrecision(1))} m${where}`;
   const corners = [[left, y - rise], [left, y], [left + side, y], [left + side, y - rise]];
   const [width, spare] = [Math.max(side, pen.wide(text)), 5], edges = [right - 12 - width - spare, right - 12 + spare];
   pen.fill([[edges[0], y - 22], [edges[1], y - 22], [edges[1], y + spare], [edges[0], y + spare]], theme.ground, 0.75);
@@ -14,6 +14,7 @@ function drawClosest(pen, theme, spots, distance) {
   pen.line(spots, 2.5, theme.close);
   for (const spot of spots) pen.dot(spot, 3.5, theme.close, theme.ground);
   if (!spots.length) return;
-  const [x, y] = spots[0], text = inMillimetres(distance), size = 12, left = x + 10 + pen.wide(text, 13) > pen.width;
-  pen.write(text, [x + (left ? -10 : 10), y], theme.close, { size, weight: 600, rim: theme.ground, align: left ? "right" : "left" });
+  const [x, y] = spots[0], text = inMillimetres(distance), room = x + 10 + pen.wide(text, 13) < pen.width;
+  const style = { size: 12, weight: 600, rim: theme.ground, align: room ? "left" : "right" };
+  pen.write(text, [room ? x + 10 : x - 10, y], theme.close, style);
 }

@@ -60,7 +60,10 @@ function penOf(canvas) {
       context.fillStyle = colour;
       context.fillText(text, x, y);
     },
-    wide: (text, size = 11) => Object.assign(context, { font: `${size}px system-ui, sans-serif` }).measureText(text).width,
+    wide(text, size = 11) {
+      context.font = `${size}px system-ui, sans-serif`;
+      return context.measureText(text).width;
+    },
     // Draw only within a rectangle.
     within({ left, top, right, bottom }, draw) {
       context.save();

@@ -5,11 +5,13 @@ function start(figure) {
   let seen = false, before = null, waiting = false, theme = null;
   const motion = JSON.parse(figure.querySelector("script").textContent);
   const find = (name) => figure.querySelector(`.${name}`);
-  const last = motion.times.length - 1, clock = clockOf(motion.times[last], !matchMedia("(prefers-reduced-motion: reduce)").matches);
+  const last = motion.times.length - 1, calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  const clock = clockOf(motion.times[last], !calm);
   const scene = find("scene"), pen = penOf(scene), quantity = find("quantity"), plots = find("curves");
   const stage = STAGES[figure.dataset.stage](motion, scene, ask);
   const transport = transportOf(find, clock, { steps: last, seconds: motion.seconds }, ask);
-  const curves = curvesOf(motion, plots), legend = legendOf(find("joints"), motion.joint_names), all = [...motion.curves.keys()];
+  const curves = curvesOf(motion, plots), all = [...motion.curves.keys()];
+  const legend = legendOf(find("joints"), motion.joint_names);
   const way = motion.joints.map((posture) => posture[posture.length - 1]);
 
   function restyle() {
@@ -19,16 +21,16 @@ function start(figure) {
     ask();
   }
   function stateAt(row) {
-    const joints = between(motion.joints, row), closest = motion.closest, nearest = Math.round(row);
-    return {
-      row, joints, way, passed: [...way.slice(0, Math.floor(row) + 1), joints[joints.length - 1]],
-      close: closest && { points: between(closest.points, nearest), distance: closest.distances[nearest], names: closest.names[closest.numbers[nearest]] },
-    };
+    const joints = between(motion.joints, row), tip = joints[joints.length - 1];
+    const passed = [...way.slice(0, Math.floor(row) + 1), tip];
+    const { points, distances, numbers, names } = motion.closest ?? {}, near = Math.round(row);
+    const close = points && { points: points[near], distance: distances[near], names: names[numbers[near]] };
+    return { row, joints, way, passed, close };
   }
   function draw() {
     const row = clock.time / clock.end * last, state = stateAt(row);
     if (pen.clear()) stage.paint(pen, theme, state);
-    find("near").textContent = state.close ? `Closest: ${state.close.names}, ${inMillimetres(state.close.distance)}` : "";
+    if (state.close) find("near").textContent = `Closest: ${state.close.names}, ${inMillimetres(state.close.distance)}`;
     find("note").textContent = motion.notes.findLast(([from]) => from <= clock.time)?.[1] ?? "";
     const shown = quantity.value === "all" ? all : [Number(quantity.value)];
     curves.draw(shown, clock.time, row, theme);
@@ -52,7 +54,7 @@ function start(figure) {
   function listCurves() {
     if (all.length > 1) option(quantity, "all curves", "all");
     motion.curves.forEach((curve, number) => option(quantity, curve.label, number));
-    if (plots.parentElement.clientHeight < 2 * LEAST) quantity.value = 0;
+    if (plots.parentElement.clientHeight < LEAST * all.length) quantity.value = 0;
     quantity.addEventListener("change", ask);
     const seek = (event) => { if (event.buttons) transport.goTo(curves.timeAt(event)); };
     plots.addEventListener("pointerdown", (event) => { plots.setPointerCapture(event.pointerId); seek(event); });
@@ -67,13 +69,23 @@ function start(figure) {
     }
   }
   function listBindings() {
-    const help = find("keys"), screen = find("screen"), alone = document.querySelectorAll("figure.player").length === 1;
+    const help = find("keys"), screen = find("screen"), alone = figure.classList.contains("full");
+    const { toggle, step, goTo, faster, slower } = transport;
     const fill = () => document.fullscreenElement ? document.exitFullscreen() : figure.requestFullscreen();
     const bindings = [
-      { keys: [" "], shown: "space", what: "play or pause", run: transport.toggle },
-      { keys: ["ArrowLeft", "ArrowRight"], shown: "\u2190 \u2192", what: "one step back, or on", run: (on) => transport.step(on ? 1 : -1) },
-      { keys: ["Home", "End"], shown: "Home, End", what: "to the start, or the end", run: (on) => transport.goTo(on ? clock.end : 0) },
-      { keys: ["ArrowUp", "ArrowDown"], shown: "\u2191 \u2193", what: "faster, or slower", run: (down) => transport[down ? "slower" : "faster"]() },
+      { keys: [" "], shown: "space", what: "play or pause", run: toggle },
+      {
+        keys: ["ArrowLeft", "ArrowRight"], shown: "\u2190 \u2192", what: "one step back, or on",
+        run: (on) => step(on ? 1 : -1),
+      },
+      {
+        keys: ["Home", "End"], shown: "Home, End", what: "to the start, or the end",
+        run: (on) => goTo(on ? clock.end : 0),
+      },
+      {
+        keys: ["ArrowUp", "ArrowDown"], shown: "\u2191 \u2193", what: "faster, or slower",
+        run: (down) => (down ? slower : faster)(),
+      },
       ...stage.bindings,
       { keys: ["f"], shown: "f", what: "full screen", run: fill },
       { keys: ["?"], shown: "?", what: "this list", run: () => help.showModal() },

@@ -16,7 +16,8 @@ function transportOf(find, clock, { steps, seconds }, changed) {
 
   function pace() {
     clock.speed = Number(speed.value);
-    find("pace").textContent = `real duration ${clock.end.toFixed(3)} s, shown in ${(clock.end / clock.speed).toFixed(1)} s`;
+    const shown = (clock.end / clock.speed).toFixed(1);
+    find("pace").textContent = `real duration ${clock.end.toFixed(3)} s, shown in ${shown} s`;
     changed();
   }
   const transport = {

@@ -1,4 +1,4 @@
-// The ground: a grid with its places in metres along the two sides that are nearer to the eye, and the axes at the base.
+// The ground: a grid with numbers in metres along the two sides that are nearer to the eye, and the axes at the base.
 const APART = 58;  // pixels between two numbers
 
 function paintGround(motion, pen, theme, view) {
@@ -21,9 +21,11 @@ function paintPlaces(lines, axis, pen, theme, view, taken) {
     const spot = line && view.point(line[end]), inner = spot && view.point(line[1 - end]);
     if (!inner) continue;
     const length = Math.hypot(spot[0] - inner[0], spot[1] - inner[1]) || 1;
-    const [x, y] = [0, 1].map((k) => spot[k] + 14 * (spot[k] - inner[k]) / length), number = written(line[end][axis], 2);
+    const [x, y] = [0, 1].map((k) => spot[k] + 14 * (spot[k] - inner[k]) / length);
+    const number = written(line[end][axis], 2);
     if (taken.some(([a, b]) => Math.abs(a - x) < APART && Math.abs(b - y) < APART / 3)) continue;
-    pen.write(line === named ? `${"xy"[axis]} = ${number} m` : number, [x, y], theme.ink, { size: 10.5, align: "center", rim: theme.ground });
+    const text = line === named ? `${"xy"[axis]} = ${number} m` : number;
+    pen.write(text, [x, y], theme.ink, { size: 10.5, align: "center", rim: theme.ground });
     taken.push([x, y]);
   }
 }
