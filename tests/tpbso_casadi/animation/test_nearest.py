@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.moving_plans import plane_plan
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems.limits.distances.proximity import Proximity
@@ -17,6 +17,7 @@ PLACE = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
 SHARES = np.linspace(0.0, 1.0, 201)[:, None]
 
 
+@settings(max_examples=40)
 @given(PLACE, PLACE, st.lists(PLACE, min_size=2, max_size=5))
 def test_no_two_samples_are_nearer(start, end, corners) -> None:
     near, far = nearest(np.array([start]), np.array([end]), np.array([corners]))

@@ -24,7 +24,8 @@ STEPS = 10
 SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4]
 SCREENS = [(360, 740), (740, 360), (420, 900), (800, 1280), (1280, 800), (1920, 1080)]
 # A browser whose window nobody sees gives frames when it likes: here they come by the clock.
-DRAWN_BY_CLOCK = "<!DOCTYPE html><script>window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 10)</script>"
+DRAWN_BY_CLOCK = """<!DOCTYPE html>
+<script>window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 10);</script>"""
 # What is done shows when the page is drawn again.
 STORY = """<pre id="told"></pre><script>(async () => {
 const find = (name) => document.querySelector(name), told = {};
