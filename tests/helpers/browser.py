@@ -10,17 +10,23 @@ from pathlib import Path
 import pytest
 
 
-def opened(page: Path, profile: Path) -> str:
+def opened(page: Path, profile: Path, *more: str) -> str:
     """The document of a page once its scripts have run; they must not have complained.
 
     Skips the test where there is no Chromium.
+
+    Args:
+        page: to open.
+        profile: folder for what the browser keeps.
+        more: flags of the browser.
     """
     browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     if browser is None:
         pytest.skip("no Chromium here")
-    flags = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}", "--virtual-time-budget=2000"]
-    flags += ["--enable-logging=stderr", "--window-size=1200,900", "--dump-dom", page.absolute().as_uri()]
-    done = subprocess.run([browser, *flags], capture_output=True, text=True, timeout=120, check=True)
+    own = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}", "--virtual-time-budget=2000"]
+    own += ["--enable-logging=stderr", "--window-size=1200,900", *more]
+    command = [browser, *own, "--dump-dom", page.absolute().as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
     assert "CONSOLE" not in done.stderr, done.stderr
     return done.stdout
 
