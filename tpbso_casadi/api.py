@@ -34,6 +34,7 @@ from problems import (
     pentagram,
 )
 from problems.evaluation import EvaluationOptions, PopulationFunction
+from problems.motions.expressions.view import MotionView
 from problems.motions.joint_path import JointPath
 from problems.tasks.paths.path_tracing import PathTracing
 from problems.tasks.paths.space_tracing import SpaceTracing
@@ -41,6 +42,8 @@ from problems.tasks.pose import Pose
 from solvers import BSO, GA, PSO, SOLVERS, Budget, Result, Solver, StopReason, minimize
 from tpbso_casadi.facade.auditing import audit, read_run
 from tpbso_casadi.facade.comparing import compare
+from tpbso_casadi.facade.own import StatedConstraint as Constraint
+from tpbso_casadi.facade.own import StatedCost as Cost
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planning import plan
 from tpbso_casadi.facade.results.audit import Audit, RunAudit, ScenarioAudit
@@ -79,6 +82,8 @@ __all__ = [
     "CertificateStatus",
     "Comparison",
     "ConstantVelocity",
+    "Constraint",
+    "Cost",
     "Cylinder",
     "Ellipse",
     "Ellipsoid",
@@ -90,6 +95,7 @@ __all__ = [
     "JointPath",
     "Joints",
     "Limit",
+    "MotionView",
     "Move",
     "MovingObstacle",
     "Objective",

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import nullcontext
 from typing import Any
 
-from problems import Objective, Obstacle
+from problems import Obstacle
 from problems.evaluation import EvaluationOptions
-from tpbso_casadi.facade.messages import in_words_of_python
+from tpbso_casadi.facade.arguments.keywords import AnySolverChoice
+from tpbso_casadi.facade.arguments.messages import in_words_of_python
+from tpbso_casadi.facade.own import AnyConstraint, AnyObjective
 from tpbso_casadi.facade.plan import Plan
-from tpbso_casadi.facade.statement import AnySolverChoice, HasScenario, What, given_scenario, scenario_of
+from tpbso_casadi.facade.statement import HasScenario, What, given_scenario, scenario_of
 from tpbso_casadi.planning.plan import SILENT
 from tpbso_casadi.planning.plan import plan as plan_scenario
 from tpbso_casadi.planning.progress import Progress
@@ -25,7 +27,8 @@ def plan(
     path: Any = None,
     accuracy: float | None = None,
     obstacles: Iterable[Obstacle | dict[str, Any]] | None = None,
-    objective: str | type[Objective] | Mapping[str, float] | None = None,
+    constraints: AnyConstraint | Iterable[AnyConstraint] | None = None,
+    objective: AnyObjective | None = None,
     solver: AnySolverChoice | None = None,
     evaluations: int | None = None,
     seed: int | None = None,
@@ -51,7 +54,9 @@ def plan(
             as x, y, z, w, with ``angular_accuracy``; a :class:`Path`; or a CSV file of points.
         accuracy: how far the tool may leave the path, m.
         obstacles: to keep clear of, such as :class:`Box` or :class:`Sphere`; an empty list for none.
-        objective: ``time``, ``rotation``, ``length``, ``energy``, ``work``, a table of weights, or a class of your own.
+        constraints: of your own, to be kept at every time: :class:`Constraint`, or classes derived from ``Limit``.
+        objective: ``time``, ``rotation``, ``length``, ``energy``, ``work``; a :class:`Cost` of your own; a table of
+            weights or pairs of weights and objectives; or a class derived from ``Objective``.
         solver: name of a solver, its class, or a solver with its settings, your own too; the best there is, polished,
             by default.
         evaluations: budget of the search.
@@ -77,6 +82,7 @@ def plan(
         path=path,
         accuracy=accuracy,
         obstacles=obstacles,
+        constraints=constraints,
         objective=objective,
         evaluations=evaluations,
         seed=seed,

@@ -51,7 +51,8 @@ def overridden(
     content["solver"] |= solver
     named = {*scenario.solver.model_fields_set, *solver}
     if scenario.task.is_searched and "name" not in named:
-        content["solver"] = with_default(content["solver"], named, scenario.robot_table.usual_descents)
+        own = bool(content["model"].get("constraints") or content["task"].get("objectives"))
+        content["solver"] = with_default(content["solver"], named, scenario.robot_table.usual_descents or int(own))
     return parse_scenario(content)
 
 

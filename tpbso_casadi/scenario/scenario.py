@@ -169,7 +169,8 @@ class Scenario(FileSection):
             *ROBOT_CATALOGUE.registry,
             *SHAPE_CATALOGUE.registry,
         }
-        return [name for name in named if name and name not in ours | {"path", *SOLVER_CATALOGUE.registry}]
+        ours |= {"path", *SOLVER_CATALOGUE.registry, *self.task.own_objectives}
+        return [name for name in named if name and name not in ours]
 
     @model_validator(mode="after")
     def _one_robot(self) -> Self:
