@@ -39,7 +39,26 @@ from problems.motions.joint_path import JointPath
 from problems.tasks.paths.path_tracing import PathTracing
 from problems.tasks.paths.space_tracing import SpaceTracing
 from problems.tasks.pose import Pose
-from solvers import BSO, GA, PSO, SOLVERS, Budget, Result, Solver, StopReason, minimize
+from solvers import (
+    BSO,
+    EXTERNAL,
+    GA,
+    IPOPT,
+    LSHADE,
+    PSO,
+    SOLVERS,
+    AdaptiveBeetleSwarm,
+    AskTell,
+    Budget,
+    Iterations,
+    Result,
+    Search,
+    Solver,
+    StopReason,
+)
+from solvers import Box as SearchBox
+from solvers.functions.catalogue import BENCHMARK_FUNCTIONS, BenchmarkFunction, benchmark_function
+from solvers.standalone.minimize import minimize
 from tpbso_casadi.facade.auditing import audit, read_run
 from tpbso_casadi.facade.comparing import compare
 from tpbso_casadi.facade.own import StatedConstraint as Constraint
@@ -70,12 +89,19 @@ from tpbso_casadi.storage.stored_run import InvalidRun
 Sphere = Ball
 
 __all__ = [
+    "BENCHMARK_FUNCTIONS",
     "BSO",
+    "EXTERNAL",
     "GA",
+    "IPOPT",
+    "LSHADE",
     "OBJECTIVES",
     "PSO",
     "SOLVERS",
+    "AdaptiveBeetleSwarm",
+    "AskTell",
     "Audit",
+    "BenchmarkFunction",
     "Box",
     "Budget",
     "Capsule",
@@ -92,6 +118,7 @@ __all__ = [
     "HalfSpace",
     "InvalidProblem",
     "InvalidRun",
+    "Iterations",
     "JointPath",
     "Joints",
     "Limit",
@@ -121,6 +148,8 @@ __all__ = [
     "Scenario",
     "ScenarioAudit",
     "ScenarioError",
+    "Search",
+    "SearchBox",
     "Solver",
     "SpaceTracing",
     "Sphere",
@@ -132,6 +161,7 @@ __all__ = [
     "Trajectory",
     "Verdict",
     "audit",
+    "benchmark_function",
     "builtin",
     "closed_curve",
     "compare",
