@@ -19,9 +19,10 @@ from tpbso_casadi.campaign.run import Run
 from tpbso_casadi.campaign.runner import run_campaign
 from tpbso_casadi.campaign.statistics import summarise
 from tpbso_casadi.campaign.store import Store
-from tpbso_casadi.facade.messages import in_words_of_python
+from tpbso_casadi.facade.arguments.keywords import AnySolverChoice, solver_table
+from tpbso_casadi.facade.arguments.messages import in_words_of_python
 from tpbso_casadi.facade.results.comparison import Comparison
-from tpbso_casadi.facade.statement import AnySolverChoice, HasScenario, What, scenario_of, solver_table
+from tpbso_casadi.facade.statement import HasScenario, What, scenario_of
 from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import writing

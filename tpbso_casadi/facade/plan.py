@@ -11,7 +11,7 @@ from problems import CertificateStatus, Trajectory, Verdict
 from problems.base.matrix import FloatArray
 from solvers import Result
 from tpbso_casadi.audit.content import audit_run
-from tpbso_casadi.facade.messages import in_words_of_python
+from tpbso_casadi.facade.arguments.messages import in_words_of_python
 from tpbso_casadi.facade.results.audit import RunAudit
 from tpbso_casadi.facade.results.data_frame import data_frame
 from tpbso_casadi.facade.results.export import RATE, chosen, exports_of

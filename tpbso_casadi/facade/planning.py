@@ -8,10 +8,11 @@ from typing import Any
 
 from problems import Obstacle
 from problems.evaluation import EvaluationOptions
-from tpbso_casadi.facade.messages import in_words_of_python
+from tpbso_casadi.facade.arguments.keywords import AnySolverChoice
+from tpbso_casadi.facade.arguments.messages import in_words_of_python
 from tpbso_casadi.facade.own import AnyConstraint, AnyObjective
 from tpbso_casadi.facade.plan import Plan
-from tpbso_casadi.facade.statement import AnySolverChoice, HasScenario, What, given_scenario, scenario_of
+from tpbso_casadi.facade.statement import HasScenario, What, given_scenario, scenario_of
 from tpbso_casadi.planning.plan import SILENT
 from tpbso_casadi.planning.plan import plan as plan_scenario
 from tpbso_casadi.planning.progress import Progress
@@ -55,7 +56,7 @@ def plan(
         obstacles: to keep clear of, such as :class:`Box` or :class:`Sphere`; an empty list for none.
         constraints: of your own, to be kept at every time: :class:`Constraint`, or classes derived from ``Limit``.
         objective: ``time``, ``rotation``, ``length``, ``energy``, ``work``; a :class:`Cost` of your own; a table of
-            weights or pairs of weights and objectives; or a plug-in.
+            weights or pairs of weights and objectives; or a class derived from ``Objective``.
         solver: name of a solver, its class, or a solver with its settings, your own too; the best there is, polished,
             by default.
         evaluations: budget of the search.

@@ -12,14 +12,14 @@ from problems import Limit, Obstacle
 from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
 from problems.motions.trajectory import Trajectory
+from tpbso_casadi.facade.arguments.messages import in_words_of_python
+from tpbso_casadi.facade.arguments.tasks import pieces_table
 from tpbso_casadi.facade.auditing import read_run
-from tpbso_casadi.facade.messages import in_words_of_python
 from tpbso_casadi.facade.plain_data import plain
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.robots import AnyRobot
 from tpbso_casadi.facade.robots import robot as robot_of
 from tpbso_casadi.facade.statement import obstacle_tables
-from tpbso_casadi.facade.tasks import pieces_table
 from tpbso_casadi.planning.plan import plan as plan_scenario
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.scenario import parse_scenario

@@ -13,7 +13,7 @@ from problems import InvalidProblem, PlanarArm, Robot
 from problems.base.matrix import FloatArray
 from problems.robots.spatial.models import BUILT_IN
 from problems.robots.spatial.spatial_arm import SpatialArm
-from tpbso_casadi.facade.messages import check_keywords, in_words_of_python
+from tpbso_casadi.facade.arguments.messages import check_keywords, in_words_of_python
 from tpbso_casadi.facade.plain_data import plain
 from tpbso_casadi.facade.tables import OF_THE_MODEL, arm_table, settings_table
 from tpbso_casadi.scenario.cases.builtin import TITLES

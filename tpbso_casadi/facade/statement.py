@@ -3,32 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
 from problems import Path as PathOfPoints
 from problems import Robot
 from problems.tasks.task import Task
-from solvers import IPOPT, AnySolver, Solver
-from solvers.registry import GRADIENT_SOLVERS, SOLVERS
-from tpbso_casadi.facade.messages import check_keywords, in_words_of_python
+from tpbso_casadi.facade.arguments.keywords import AnySolverChoice, solver_table, sorted_into_tables
+from tpbso_casadi.facade.arguments.messages import in_words_of_python
+from tpbso_casadi.facade.arguments.tasks import STATEMENTS, path_table, tables_of
 from tpbso_casadi.facade.own import constraints_table, objective_table
-from tpbso_casadi.facade.plain_data import path_of, plain
+from tpbso_casadi.facade.plain_data import plain
 from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
 from tpbso_casadi.facade.tables import goals_table, obstacle_table, place_table, places_table
-from tpbso_casadi.facade.tasks import STATEMENTS, path_table, tables_of
 from tpbso_casadi.scenario.cases.builtin import TITLES
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.overriding import overridden
-from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario
-from tpbso_casadi.scenario.section import ScenarioError, Section
-from tpbso_casadi.scenario.task import ModelSection, TaskSection
-from tpbso_casadi.scenario.tasks.path import PointsTask
-from tpbso_casadi.scenario.tasks.point_to_point import PointToPointTask
-from tpbso_casadi.scenario.validation import shown
-from tpbso_casadi.storage.plain import settings_of
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.section import ScenarioError
 
 What: TypeAlias = Scenario | Task | AnyRobot
 
@@ -41,13 +34,7 @@ class HasScenario(Protocol):
         """Robot, task, limits and solver."""
 
 
-AnySolverChoice: TypeAlias = str | AnySolver | type[AnySolver]
 POINT_TO_POINT, PATH = "point-to-point", "path"  # kinds of tasks; the argument path states one of the second
-TABLES: dict[str, tuple[type[Section], ...]] = {
-    "task": (PointToPointTask, PointsTask),
-    "model": (ModelSection,),
-    "solver": (SolverSection,),
-}
 
 
 def scenario_of(
@@ -83,9 +70,14 @@ def _overridden(
     tables["solver"] |= solver_table(solver)
     if polish is not None:
         tables["solver"]["polish_starts"] = int(polish)
-    state_own(tables, given, partial(robot_of, what if given is None else given))
+    if given is None and type(what) in STATEMENTS:
+        given = task_scenario(what)
     if given is None:
-        given = task_scenario(what) if type(what) in STATEMENTS else new_scenario(robot(what), tables)
+        arm = robot(what)
+        state_own(tables, None, lambda: arm.model)
+        given = new_scenario(arm, tables)
+    else:
+        state_own(tables, given, given.robot_table.build)
     return overridden(
         given, task=_task_keys(given, tables["task"]), model=tables["model"], solver=tables["solver"],
         obstacles=obstacles,
@@ -109,13 +101,6 @@ def state_own(tables: dict[str, dict[str, Any]], given: Scenario | None, model: 
     tables["model"] = plain(tables["model"])
 
 
-def robot_of(what: Any) -> Robot:
-    """The robot of a scenario or of a task, or the one that is given."""
-    if isinstance(what, Scenario):
-        return what.robot_table.build()
-    return what.robot if isinstance(what, Task) else robot(what).model
-
-
 def given_scenario(what: Any) -> Scenario | None:
     """The scenario that is given by itself, its plan, its file or its name; None where a task or a robot is given."""
     scenario = getattr(what, "scenario", what)
@@ -131,6 +116,7 @@ def new_scenario(arm: StatedRobot, tables: dict[str, dict[str, Any]]) -> Scenari
     task, tables["task"] = tables["task"], {}
     kind = PATH if PATH in task else POINT_TO_POINT
     content = arm.content
+    content["model"] |= tables["model"]
     content["task"] = {"kind": kind, **_read(task, arm.dof, arm.model.dim)}
     return parse_scenario(content, InputFolder(Path(), outside_allowed=True))
 
@@ -173,39 +159,3 @@ def obstacle_tables(obstacles: Any) -> list[dict[str, Any]] | None:
     if isinstance(obstacles, str | Mapping) or not isinstance(obstacles, Iterable):
         raise ScenarioError("obstacles: a list is needed, [tp.Box(...)]")
     return [obstacle_table(each) for each in obstacles]
-
-
-def solver_table(solver: AnySolverChoice | None) -> dict[str, Any]:
-    """The keys of [solver] that name a solver and its settings."""
-    if solver is None:
-        return {}
-    if isinstance(solver, str):
-        return {"name": solver}
-    kind = solver if isinstance(solver, type) else type(solver)
-    if not issubclass(kind, Solver | IPOPT):
-        raise ScenarioError(f"solver: {shown(solver)} is none; say a name, a class, or a solver with its settings")
-    registered: dict[str, type[AnySolver]] = {**SOLVERS, **GRADIENT_SOLVERS}
-    name = next((name for name, known in registered.items() if known is kind), None)
-    settings = {} if isinstance(solver, type) else settings_of(solver)
-    kept = {key: value for key, value in settings.items() if value is not None}
-    return {"name": name or path_of(kind), "settings": kept}
-
-
-def sorted_into_tables(keys: Mapping[str, Any], task: TaskSection | None = None) -> dict[str, dict[str, Any]]:
-    """Keywords by the table that has such a key.
-
-    Args:
-        keys: the keywords.
-        task: of the scenario that is given, which may be of another kind.
-
-    Raises:
-        TypeError: none has, with the nearest that one has.
-    """
-    known = {name: {key for section in sections for key in section.model_fields} for name, sections in TABLES.items()}
-    known["task"] |= {"path", *(() if task is None else type(task).model_fields)}
-    check_keywords(keys, set().union(*known.values(), {"obstacles"}))
-    found: dict[str, dict[str, Any]] = {name: {} for name in TABLES}
-    for key, value in keys.items():
-        table = next(name for name in TABLES if key in known[name])
-        found[table][key] = plain(value) if table == "solver" else value
-    return found

@@ -11,7 +11,7 @@ from typing import Any
 from problems import Objective
 from problems.evaluation import EvaluationOptions
 from solvers.driver.interruption import deferred_interrupt
-from tpbso_casadi.facade.messages import in_words_of_python
+from tpbso_casadi.facade.arguments.messages import in_words_of_python
 from tpbso_casadi.facade.plain_data import plain
 from tpbso_casadi.facade.results.front import Front
 from tpbso_casadi.facade.results.stored_plan import StoredPlan

@@ -27,9 +27,9 @@ class Player:
     def of(cls, motion: Motion, title: str, height: int) -> Self:
         """The player of a motion."""
         from tpbso_casadi.animation.frames import frames_of  # noqa: PLC0415 (slow to load)
-        from tpbso_casadi.animation.write import PAGES  # noqa: PLC0415
+        from tpbso_casadi.animation.player import page  # noqa: PLC0415
 
-        return cls(PAGES[motion.problem.robot.dim](title, frames_of(motion)), title, height)
+        return cls(page(title, frames_of(motion)), title, height)
 
     def __repr__(self) -> str:
         return f"<player of a {self.title}; plan.animate('motion.html') writes it>"
