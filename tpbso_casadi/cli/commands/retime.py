@@ -42,7 +42,7 @@ def parser() -> OneLineParser:
         examples=[
             "waypoints.csv --robot arm.toml --out runs/fast",
             "waypoints.csv --robot arm.toml --blend 0.05",
-            "runs/first --payload 2",
+            "runs/first --export csv --no-plots --out runs/faster",
         ],
     )
     command_line.add_argument(

@@ -84,7 +84,7 @@ def parser() -> OneLineParser:
         examples=[
             "time-3 --out runs/first",
             "obstacle-3 --solver pso --evaluations 20000 --seed 7",
-            "SHELF --animate shelf.html --export ros-yaml",
+            "closed-curve-time --polish --animate curve.html",
         ],
     )
     command_line.add_argument(
