@@ -5,6 +5,9 @@ const FRAME = { left: 44, right: 10, top: 10, bottom: 26 };
 const outlineAt = ({ outline }, [x, y, u, v]) => outline.map(([p, q]) => [x + p * u - q * v, y + p * v + q * u]);
 
 function planeStage(motion) {
+  const seen = [...motion.joints, motion.points, ...motion.obstacles].flat();
+  let roomiest = { of: "" };  // of the corners of the picture: the one with the fewest things
+
   function placesOf(pen) {
     const [left, right, bottom, top] = motion.extent;
     const box = { ...FRAME, right: pen.width - FRAME.right, bottom: pen.height - FRAME.bottom };
@@ -34,6 +37,16 @@ function planeStage(motion) {
     pen.write("x [m]", [box.right, box.bottom + 7], theme.ink, { align: "right", baseline: "top", weight: 600 });
     pen.write("y [m]", [box.left - 6, box.top], theme.ink, { align: "right", baseline: "top", weight: 600 });
   }
+  function cornerFor(pen, { box, at }) {
+    const of = `${pen.width} ${pen.height}`, wide = pen.width / 5 + 60, high = 44;
+    if (roomiest.of === of) return roomiest;
+    const spots = seen.map(at), rights = [box.right, box.left + wide];
+    for (const bottom of [box.bottom, box.top + high]) for (const right of rights) {
+      const held = spots.filter(([x, y]) => x < right && x > right - wide && y < bottom && y > bottom - high).length;
+      if (roomiest.of !== of || held < roomiest.held) roomiest = { of, right, bottom, held };
+    }
+    return roomiest;
+  }
   function paintObstacles(pen, theme, at, row) {
     for (const { way } of motion.moving) pen.line(way.map(at), 1.2, theme.edge, { alpha: 0.7, dashes: [4, 3] });
     const moved = motion.moving.map((moving) => outlineAt(moving, between(moving.frames, row)));
@@ -55,10 +68,10 @@ function planeStage(motion) {
     bindings: [],
     dress() {},
     paint(pen, theme, { row, joints, way, passed, close }) {
-      const places = placesOf(pen), { box, at, unit } = places;
+      const places = placesOf(pen), { box, at, unit } = places, corner = cornerFor(pen, places);
       paintAxes(pen, theme, places);
       pen.within(box, () => {
-        drawScaleBar(pen, theme, unit, box.right, box.bottom);
+        drawScaleBar(pen, theme, unit, corner.right, corner.bottom);
         paintObstacles(pen, theme, at, row);
         pen.line(way.map(at), 1.5, theme.way, { alpha: 0.35 });
         pen.line(passed.map(at), 2.5, theme.way);

@@ -35,7 +35,7 @@ function curvesOf(motion, canvas) {
     }
     for (const tick of ticksOf(0, end, seconds)) {
       pen.line([[x(tick), top], [x(tick), bottom]], 1, theme.grid);
-      if (last && x(tick) < pen.width - 26)
+      if (last && x(tick) < pen.width - 34)
         pen.write(tick.toFixed(digitsOf(seconds)), [x(tick), bottom + 6], theme.ink, below);
     }
     if (last) pen.write("s", [right, bottom + 6], theme.ink, { align: "right", baseline: "top" });

@@ -49,8 +49,8 @@ PLAYER = Markup("""\
 <button type="button" class="back" aria-label="one step back">&lsaquo;</button>
 <button type="button" class="next" aria-label="one step on">&rsaquo;</button>
 <input class="time" type="range" min="0" value="0" aria-label="time"><output class="clock"></output>
-<span class="whole"></span><select class="speed" aria-label="speed, as a share of real time"></select>
-<span class="pace"></span><button type="button" class="screen">Full screen</button>
+<small class="whole"></small><select class="speed" aria-label="speed, as a share of real time"></select>
+<small class="pace"></small><button type="button" class="screen">Full screen</button>
 <button type="button" class="help" aria-label="help: keys">?</button></div>
 <div class="panel"><select class="quantity" aria-label="curves"></select>
 <div class="plots"><canvas class="curves" role="img" aria-label="joints over time; drag to choose a time"></canvas>

@@ -16,5 +16,5 @@ function drawClosest(pen, theme, spots, distance) {
   if (!spots.length) return;
   const [x, y] = spots[0], text = inMillimetres(distance), room = x + 10 + pen.wide(text, 13) < pen.width;
   const style = { size: 12, weight: 600, rim: theme.ground, align: room ? "left" : "right" };
-  pen.write(text, [room ? x + 10 : x - 10, y], theme.close, style);
+  pen.write(text, [room ? x + 8 : x - 8, y - 12], theme.close, style);
 }
