@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from io import StringIO
 from pathlib import Path
@@ -10,8 +11,11 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from problems.base.matrix import FloatArray
-from tpbso_casadi.campaign.export import export, write_summary
+from tpbso_casadi.campaign.analysis.best import BestPlan
+from tpbso_casadi.campaign.analysis.results import Results
+from tpbso_casadi.campaign.export import export, write_comparison
 from tpbso_casadi.campaign.record import Record
+from tpbso_casadi.campaign.run import Run
 from tpbso_casadi.campaign.statistics import Summary
 from tpbso_casadi.campaign.table import HEADER, print_tables, rows
 from tpbso_casadi.facade.results.data_frame import data_frame
@@ -30,12 +34,24 @@ class Comparison:
     """Runs of solvers on scenarios, and what they show; ``print(comparison)`` shows the tables.
 
     Attributes:
-        records: every run in a few numbers.
-        summaries: those of each solver on each scenario together.
+        runs: what was done: scenario, solver and seed of each.
+        results: their records, convergence and summaries.
+        best: the best plan of each scenario.
     """
 
-    records: tuple[Record, ...]
-    summaries: tuple[Summary, ...]
+    runs: tuple[Run, ...]
+    results: Results
+    best: tuple[BestPlan, ...]
+
+    @property
+    def records(self) -> Sequence[Record]:
+        """Every run in a few numbers."""
+        return self.results.records
+
+    @property
+    def summaries(self) -> Sequence[Summary]:
+        """The runs of each solver on each scenario together."""
+        return self.results.summaries
 
     @property
     def table(self) -> list[dict[str, Any]]:
@@ -74,19 +90,34 @@ class Comparison:
         """
         return data_frame([asdict(record) for record in self.records])
 
-    def plot(self) -> Figure:
-        """A panel for each scenario: each run a point, the mean a line."""
-        from tpbso_casadi.campaign.figures import comparison_figure  # noqa: PLC0415 (matplotlib is slow to load)
+    def plot(self, kind: str = "comparison") -> Figure:
+        """A figure of all runs.
+
+        Args:
+            kind: ``comparison``, the gap to the best plan over the evaluations; ``ecdf``; ``critical-difference``; or
+                ``effect-sizes``.
+
+        Raises:
+            ValueError: there is no such figure, or it makes no sense for these runs.
+        """
+        from tpbso_casadi.campaign.figures.catalogue import FIGURES  # noqa: PLC0415 (matplotlib is slow to load)
         from tpbso_casadi.facade.results.figures import shown  # noqa: PLC0415
 
-        return shown(comparison_figure(self.summaries))
+        kinds = {figure.name: figure for figure in FIGURES}
+        if kind not in kinds:
+            raise ValueError(f"there is no figure {kind!r}; there are {', '.join(kinds)}")
+        reason = kinds[kind].left_out(self.results)
+        if reason:
+            raise ValueError(f"{kind}: {reason}")
+        return shown(kinds[kind].draw(self.results))
 
-    def save(self, folder: str | Path, plots: bool = True) -> Path:
-        """Write ``summary.csv``, every run in ``runs.csv`` and, with plots, the figure.
+    def save(self, folder: str | Path, plots: bool = True, figures: Sequence[str] = ("png",)) -> Path:
+        """Write ``summary.csv``, every run in ``runs.csv``, and a page, ``comparison.html``, with all of it.
 
         Args:
             folder: to write to.
-            plots: whether to draw the figure.
+            plots: whether to draw figures, on the page too.
+            figures: their formats: ``png``, ``pdf``, ``svg``.
 
         Returns:
             The path of the folder.
@@ -94,7 +125,8 @@ class Comparison:
         Raises:
             OutputError: it cannot be written.
         """
-        write_summary(Path(folder), self.summaries, plots)
+        formats = figures if plots else ()
+        write_comparison(Path(folder), self.results, self.runs, self.best, formats=formats)
         export(self.records, Path(folder) / "runs.csv")
         return Path(folder)
 
