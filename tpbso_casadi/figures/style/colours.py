@@ -20,7 +20,7 @@ OBSTACLE, COURSE = VERMILLION, "#8c3d00"  # and the way of one that moves
 CLOSEST = "#a03070"
 GIVEN, PATH = GREEN, BLUE  # what a task states, and the way that was planned for the tool
 LIMIT = "0.25"
-FIRST, LAST = (0.78, 0.84, 0.90), (0.08, 0.13, 0.18)  # of postures over time, RGB: from light to dark, in grey too
+FIRST, LAST = (0.66, 0.75, 0.85), (0.07, 0.11, 0.16)  # of postures over time, RGB: from light to dark, in grey too
 
 
 def colour_of(index: int) -> str:

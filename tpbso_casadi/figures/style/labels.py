@@ -40,13 +40,16 @@ def label_ends(axes: Axes, labels: Sequence[EndLabel]) -> None:
     Labels of lines that end outside are written at the edge.
     """
     (_, bottom), (_, top) = axes.transAxes.transform([(0.0, 0.0), (0.0, 1.0)])
-    ends = np.array([axes.transData.transform((1.0, label.place))[1] for label in labels])
-    ends = np.clip((ends - bottom) / (top - bottom), 0.0, 1.0)
+    low, high = sorted(axes.get_ylim())
+    places = np.clip([label.place for label in labels], low, high)
+    ends = np.array([axes.transData.transform((1.0, place))[1] for place in places])
+    ends = (ends - bottom) / (top - bottom)
     height = 72.0 * (top - bottom) / axes.get_figure(root=True).dpi  # type: ignore[union-attr]
-    for label, end, place in zip(labels, ends, spread(ends, LINE_HEIGHT * SMALL / height), strict=True):
+    moved = spread(ends, LINE_HEIGHT * SMALL / height)
+    for label, place, away in zip(labels, places, (moved - ends) * height, strict=True):
         leader = {"arrowstyle": "-", "color": label.colour, "linewidth": 0.6, "shrinkA": 0.0, "shrinkB": 0.0}
         axes.annotate(
-            label.text, (1.0, end), (LEADER, (place - end) * height), xycoords="axes fraction",
+            label.text, (1.0, place), (LEADER, away), xycoords=axes.get_yaxis_transform(),
             textcoords="offset points", color=label.colour, fontsize=SMALL, va="center", ha="left",
             arrowprops=leader | {"relpos": (0.0, 0.5)}, annotation_clip=False, parse_math=False,
         )  # fmt: skip

@@ -34,6 +34,7 @@ RC: dict[Any, Any] = {
     "axes.grid": True,
     "axes.axisbelow": True,
     "grid.linewidth": 0.5,
+    "hatch.linewidth": 0.5,
     "grid.alpha": 0.3,
     "pdf.fonttype": 42,  # letters are embedded as TrueType, and can be searched
     "svg.fonttype": "path",  # and drawn, so that no font is needed
