@@ -1,5 +1,5 @@
 // Which line is which joint, and what the joint's value is now.
-const ENTRY = '<svg width="26" height="8" aria-hidden="true"><line x2="26" y1="4" y2="4"/></svg>'
+const ENTRY = '<svg width="22" height="8" aria-hidden="true"><line x2="22" y1="4" y2="4"/></svg>'
   + '<span></span><output aria-live="off"></output>';
 
 function legendOf(list, names) {

@@ -7,11 +7,10 @@ function start(figure) {
   const find = (name) => figure.querySelector(`.${name}`);
   const last = motion.times.length - 1, calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   const clock = clockOf(motion.times[last], !calm);
-  const scene = find("scene"), pen = penOf(scene), quantity = find("quantity"), plots = find("curves");
+  const scene = find("scene"), pen = penOf(scene), plots = find("curves");
   const stage = STAGES[figure.dataset.stage](motion, scene, ask);
   const transport = transportOf(find, clock, { steps: last, seconds: motion.seconds }, ask);
-  const curves = curvesOf(motion, plots), all = [...motion.curves.keys()];
-  const legend = legendOf(find("joints"), motion.joint_names);
+  const curves = curvesOf(motion, plots), legend = legendOf(find("joints"), motion.joint_names);
   const way = motion.joints.map((posture) => posture[posture.length - 1]);
 
   function restyle() {
@@ -32,9 +31,9 @@ function start(figure) {
     if (pen.clear()) stage.paint(pen, theme, state);
     if (state.close) find("near").textContent = `Closest: ${state.close.names}, ${inMillimetres(state.close.distance)}`;
     find("note").textContent = motion.notes.findLast(([from]) => from <= clock.time)?.[1] ?? "";
-    const shown = quantity.value === "all" ? all : [Number(quantity.value)];
-    curves.draw(shown, clock.time, row, theme);
-    legend.show(motion.curves[shown[0]], between(motion.curves[shown[0]].values, row));
+    const numbers = shown(), first = motion.curves[numbers[0]];
+    curves.draw(numbers, clock.time, row, theme);
+    legend.show(first, between(first.values, row));
     transport.show();
   }
   function ask() {
@@ -51,57 +50,12 @@ function start(figure) {
     if (moving) ask();
   }
 
-  function listCurves() {
-    if (all.length > 1) option(quantity, "all curves", "all");
-    motion.curves.forEach((curve, number) => option(quantity, curve.label, number));
-    if (plots.parentElement.clientHeight < LEAST * all.length) quantity.value = 0;
-    quantity.addEventListener("change", ask);
-    const seek = (event) => { if (event.buttons) transport.goTo(curves.timeAt(event)); };
-    plots.addEventListener("pointerdown", (event) => { plots.setPointerCapture(event.pointerId); seek(event); });
-    plots.addEventListener("pointermove", seek);
-  }
-  function listViews() {
-    for (const { name, run } of stage.views) {
-      const button = document.createElement("button");
-      Object.assign(button, { type: "button", textContent: name, className: name.toLowerCase() });
-      button.addEventListener("click", run);
-      find("views").append(button);
-    }
-  }
-  function listBindings() {
-    const help = find("keys"), screen = find("screen"), alone = figure.classList.contains("full");
-    const { toggle, step, goTo, faster, slower } = transport;
-    const fill = () => document.fullscreenElement ? document.exitFullscreen() : figure.requestFullscreen();
-    const bindings = [
-      { keys: [" "], shown: "space", what: "play or pause", run: toggle },
-      {
-        keys: ["ArrowLeft", "ArrowRight"], shown: "\u2190 \u2192", what: "one step back, or on",
-        run: (on) => step(on ? 1 : -1),
-      },
-      {
-        keys: ["Home", "End"], shown: "Home, End", what: "to the start, or the end",
-        run: (on) => goTo(on ? clock.end : 0),
-      },
-      {
-        keys: ["ArrowUp", "ArrowDown"], shown: "\u2191 \u2193", what: "faster, or slower",
-        run: (down) => (down ? slower : faster)(),
-      },
-      ...stage.bindings,
-      { keys: ["f"], shown: "f", what: "full screen", run: fill },
-      { keys: ["?"], shown: "?", what: "this list", run: () => help.showModal() },
-    ];
-    bind(alone ? document : figure, bindings);
-    listKeys(find("list"), bindings);
-    find("help").addEventListener("click", () => help.showModal());
-    screen.hidden = !document.fullscreenEnabled;
-    screen.addEventListener("click", fill);
-  }
-
   find("near").hidden = !motion.closest;
   find("note").hidden = !motion.notes.length;
-  listCurves();
-  listViews();
-  listBindings();
+  const shown = chooserOf(find("quantity"), motion.curves, plots.parentElement.clientHeight, ask);
+  followPointer(plots, (event) => transport.goTo(curves.timeAt(event)));
+  listViews(find("views"), stage.views);
+  bindKeys(figure, find, clock, transport, stage.bindings);
   new IntersectionObserver((entries) => { seen = entries[entries.length - 1].isIntersecting; ask(); }).observe(figure);
   const resized = new ResizeObserver(ask);
   for (const element of [scene, plots, plots.parentElement]) resized.observe(element);

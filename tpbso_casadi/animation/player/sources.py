@@ -9,7 +9,7 @@ from markupsafe import Markup
 from tpbso_casadi.figures.style.colours import BLUE, CLOSEST, COURSE, GREEN, OBSTACLE, VERMILLION
 
 FOLDER = Path(__file__).parents[1]
-SHARED = ("numbers", "pen", "theme", "clock", "transport", "keys", "curves", "legend", "measures")
+SHARED = ("numbers", "pen", "theme", "clock", "choices", "transport", "keys", "curves", "legend", "measures")
 STAGES = ("plane/stage", "space/camera", "space/order", "space/ground", "space/painter", "space/steer", "space/stage")
 PARTS = (*(f"player/{part}" for part in SHARED), *STAGES, "player/player")
 COLOURS = {

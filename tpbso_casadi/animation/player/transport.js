@@ -1,12 +1,6 @@
 // Buttons, slider and speed: what moves the clock, and what shows it.
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4], SLIDES = 1000;
 
-function option(select, text, value) {
-  const entry = document.createElement("option");
-  Object.assign(entry, { textContent: text, value });
-  select.append(entry);
-}
-
 // steps: of the motion; seconds: that "fit" takes for it.
 function transportOf(find, clock, { steps, seconds }, changed) {
   const button = find("play"), slider = find("time"), speed = find("speed"), fit = clock.end / seconds;
