@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias
-from weakref import WeakKeyDictionary
 
 from problems import InvalidProblem, PlanarArm, Robot
 from problems.base.matrix import FloatArray
@@ -24,7 +23,8 @@ from tpbso_casadi.scenario.world.robots import ArmSection, RobotSection
 from tpbso_casadi.scenario.world.spatial_robots import SpatialRobotSection
 
 AnyTable: TypeAlias = ArmSection | RobotSection | SpatialRobotSection
-KNOWN_TABLES: WeakKeyDictionary[Robot, AnyTable] = WeakKeyDictionary()  # what models were built from, by the model
+MOST_KNOWN = 64
+KNOWN_TABLES: dict[Robot, AnyTable] = {}  # what the last models in space were built from, by the model
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,10 @@ class StatedRobot:
             model = self.table.build()
         except InvalidProblem as error:
             raise ScenarioError(f"{self.table.prefix}{error.field}: {error.reason}") from error
-        KNOWN_TABLES[model] = self.table
+        if isinstance(model, SpatialArm):
+            KNOWN_TABLES[model] = self.table
+            for oldest in [*KNOWN_TABLES][:-MOST_KNOWN]:
+                del KNOWN_TABLES[oldest]
         return replace(model, **self.kept)
 
     @property

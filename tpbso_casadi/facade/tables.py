@@ -207,6 +207,6 @@ def _is_number(value: Any) -> bool:
 
 def _stated(thing: Any) -> dict[str, Any]:
     """The fields of a dataclass that a table states: those that are not None, and of no other table."""
-    values = {field.name: getattr(thing, field.name) for field in fields(thing)}
+    values = {field.name: getattr(thing, field.name) for field in fields(thing) if field.init}
     derived = {"base_point", "base_angle", "payload", *OF_THE_MODEL}
     return {key: value for key, value in values.items() if value is not None and key not in derived}
