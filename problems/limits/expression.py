@@ -45,6 +45,7 @@ class ExpressionLimit(Limit):
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("lower", "upper", "scale")
+    bends: ClassVar[bool] = True
 
     name: str  # type: ignore[misc]  # a class attribute of other limits
     robot: Robot
@@ -154,7 +155,9 @@ class StatedExpression(Statement):
         for key in ("lower", "upper"):
             bound: Bound = getattr(self, key)
             if bound is not None and len(bound) not in (1, width):
-                raise InvalidProblem("constraints", f"{self.name!r}: {len(bound)} numbers in {key} for {width} values")
+                raise InvalidProblem(
+                    "constraints", f"{self.name!r}: {key} has {len(bound)} numbers, the expression {width}"
+                )
         for low, high in self._pairs:
             if not low < high:
                 raise InvalidProblem("constraints", f"{self.name!r}: lower {low:g} is not below upper {high:g}")

@@ -30,10 +30,12 @@ class Limit(Statement, ABC):
         name: of its constraint, short and unique.
         order: which derivative of the joint angles it bounds (0: the angles), so that its extremes over all t are found
             exactly, and proven; None where it is about something else.
+        bends: whether it may bend much between two samples, so that nonlinear programs need short, even pieces.
     """
 
     name: ClassVar[str]
     order: ClassVar[int | None] = None
+    bends: ClassVar[bool] = False
 
     @classmethod
     def holding(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:

@@ -96,8 +96,8 @@ class MoveNlp(TimedProgram):
 
     @property
     def _is_dynamic(self) -> bool:
-        """Whether torques count: what is between samples then has to be short, in every piece."""
-        return self.objective.is_integral or any(map(_is_dynamic, self.limits))
+        """Whether torques count, or what bends as they do: between samples then has to be little, in every piece."""
+        return self.objective.is_integral or any(limit.bends or _is_dynamic(limit) for limit in self.limits)
 
     @property
     def joint_of_angle(self) -> Mapping[int, int]:

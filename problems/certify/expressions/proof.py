@@ -27,7 +27,7 @@ from problems.motions.trajectory import SAMPLED_ORDERS, Trajectory
 FIRST_TIMES = 401  # at which a violation is looked for first
 INITIAL_CELLS = 64
 MOST_NUMBERS = 60_000_000  # intervals that are computed, operations times cells
-FEWEST_CELLS = 4_000  # that are looked at, however long an expression is
+FEWEST_CELLS, MOST_CELLS = 4_000, 60_000  # that are looked at, however long or short an expression is
 MOST_AT_ONCE = 4_096  # cells
 
 
@@ -38,7 +38,7 @@ def prove_expression(limit: ExpressionLimit, trajectory: Trajectory) -> Verdict:
     if not outcome.satisfied or not trajectory.is_finite:
         return outcome
     motion = _Expression(limit, trajectory)
-    most = max(FEWEST_CELLS, MOST_NUMBERS // max(motion.operations, 1))
+    most = int(np.clip(MOST_NUMBERS / motion.operations, FEWEST_CELLS, MOST_CELLS))
     queue, count = [TimeCells.over(trajectory, INITIAL_CELLS)], 0
     while queue and count <= most:
         cells = queue.pop()
@@ -106,15 +106,14 @@ class _Expression:
     def settled(self, cells: TimeCells) -> tuple[NDArray[np.bool_], FloatArray]:
         """In which cells the limit is proven, (n,); and the values in their middles, (n, m)."""
         middles, ranges = self._along(cells)
-        with np.errstate(all="ignore"):
-            interpreter = Ranges(len(cells))
-            inside, changes = interpret(self.both, [ranges], interpreter)
-            certain = self._continuous
-            at_middle = as_array(self.values(middles)).T
-            found = np.ones(len(cells), dtype=bool)
-            for column, (range_, change, least, most) in enumerate(zip(inside, changes, *self._bounds, strict=True)):
-                around = _around(at_middle[:, column], change, cells.halves) if certain else range_
-                found &= (np.maximum(range_[0], around[0]) >= least) & (np.minimum(range_[1], around[1]) <= most)
+        interpreter = Ranges(len(cells))
+        inside, changes = interpret(self.both, [ranges], interpreter)
+        certain = self._continuous
+        at_middle = as_array(self.values(middles)).T
+        found = np.ones(len(cells), dtype=bool)
+        for column, (range_, change, least, most) in enumerate(zip(inside, changes, *self._bounds, strict=True)):
+            around = _around(at_middle[:, column], change, cells.halves) if certain else range_
+            found &= (np.maximum(range_[0], around[0]) >= least) & (np.minimum(range_[1], around[1]) <= most)
         return found, at_middle
 
     @cached_property

@@ -42,12 +42,14 @@ class Ranges:
     def unary(self, name: str, a: Range) -> Range:
         """One operation."""
         self.operations.add(name)
-        return self._certain(UNARY[name](*a) if name in UNARY else self._anything)
+        with np.errstate(all="ignore"):
+            return self._certain(UNARY[name](*a) if name in UNARY else self._anything)
 
     def binary(self, name: str, a: Range, b: Range) -> Range:
         """One operation."""
         self.operations.add(name)
-        return self._certain(BINARY[name](a, b) if name in BINARY else self._anything)
+        with np.errstate(all="ignore"):
+            return self._certain(BINARY[name](a, b) if name in BINARY else self._anything)
 
     @property
     def _anything(self) -> Range:

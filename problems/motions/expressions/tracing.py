@@ -7,6 +7,7 @@ matters is seen at random states.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -28,6 +29,8 @@ BASIC = ("q", "speed", "acceleration", "jerk", "time", "duration")
 PROBES = 8  # random states at which both forms are compared
 SAME = 1e-9  # relative to the largest value
 MISUSED = "truth value"  # what CasADi says of ``if`` on symbols
+PLACE = re.compile(r"^\.\.\./\S+:\d+: ")  # in CasADi's own source
+KNOWN = [name for name, part in vars(MotionView).items() if isinstance(part, property)]
 
 Stated = Callable[[MotionView], Any]
 
@@ -82,8 +85,8 @@ def _called(stated: Stated, view: MotionView, called: str) -> Any:
     except InvalidProblem as error:
         raise InvalidProblem(called, f"{error.field}: {error.reason}") from error
     except Exception as error:
-        reason = " ".join(str(error).split())
-        advice = "say ca.if_else(condition, a, b) in place of if" if MISUSED in reason else "it gets CasADi symbols"
+        reason = PLACE.sub("", " ".join(str(error).split()))
+        advice = "say ca.if_else(condition, a, b) in place of if" if MISUSED in reason else f"m has {', '.join(KNOWN)}"
         raise InvalidProblem(called, f"raised {type(error).__name__}: {reason[:150]}; {advice}") from error
 
 

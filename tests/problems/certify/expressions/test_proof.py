@@ -1,0 +1,154 @@
+"""Proofs for expressions of a user's own: certified, violated or undecided, and never certified wrongly."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from helpers.cases import equal_links
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from problems import CertificateStatus, Trajectory
+from problems.certify.expressions.proof import prove_expression
+from problems.certify.expressions.ranges import BINARY, UNARY, Ranges
+from problems.certify.verification import limit_verdicts
+from problems.evaluation import tape
+from problems.limits.expression import ExpressionLimit, StatedExpression
+from problems.motions.expressions.tracing import traced
+
+ARM = equal_links(2)
+SWING = Trajectory.from_pieces(np.array([1.0]), [np.array([[0.0, 0.0], [0.0, 0.0], [3.0, 1.5], [-2.0, -1.0]])])
+CERTIFIED, VIOLATED, UNDECIDED = CertificateStatus.CERTIFIED, CertificateStatus.VIOLATED, CertificateStatus.UNDECIDED
+
+
+def limit(stated: Any, lower: float | None = None, upper: float | None = None) -> ExpressionLimit:
+    bounds = [None if bound is None else (bound,) for bound in (lower, upper)]
+    return StatedExpression("own", "m", traced(stated, ARM, "c"), *bounds).holding(ARM, ())
+
+
+def dense(kept: ExpressionLimit, motion: Trajectory) -> np.ndarray:
+    times = np.linspace(0.0, motion.duration, 20_000)
+    return np.asarray(kept.function.at(motion.samples(times, ARM)))[:, 0]
+
+
+@pytest.mark.parametrize(
+    "stated",
+    [
+        lambda m: m.tool[1],
+        lambda m: m.q[0] + m.q[1],
+        lambda m: ca.norm_2(m.tool_velocity),
+        lambda m: m.tool[1] - 1.0 + 2.0 * m.tool[0] ** 2,
+        lambda m: ca.atan2(m.tool[1], m.tool[0] + 3.0),
+        lambda m: ca.fmax(m.speed[0], ca.fabs(m.acceleration[1])) * ca.exp(-m.time) ** 1.5,
+        lambda m: ca.if_else(m.tool[0] > 0.3, m.tool[1], 0.1) + m.time / m.duration,
+        lambda m: ca.log1p(ca.hypot(m.tool[0], m.tool[1])) + ca.tan(m.q[1] / 4.0),
+    ],
+)
+def test_close_bounds_are_proven_and_what_breaks_them_is_seen(stated: Any) -> None:
+    kept = limit(stated, -1e3, 1e3)
+    values = dense(kept, SWING)
+    low, high = float(values.min()), float(values.max())
+    close = 1e-3 * (high - low)
+    [held] = limit_verdicts([limit(stated, low - close, high + close)], SWING)
+    assert held.status is CERTIFIED
+    assert held.worst == pytest.approx(low, abs=close) or held.worst == pytest.approx(high, abs=close)
+    for bounds in ((low + close, None), (None, high - close)):
+        assert prove_expression(limit(stated, *bounds), SWING).status is VIOLATED
+
+
+def test_a_spike_between_the_samples_is_not_overlooked() -> None:
+    times = np.linspace(0.0, 1.0, 401)
+    spike = float((times[100] + times[101]) / 2.0)
+    narrow = limit(lambda m: ca.exp(-(((m.time - spike) * 2e5) ** 2)), upper=0.5)
+    assert dense(narrow, SWING).max() < 0.5  # nor by twenty thousand samples
+    assert prove_expression(narrow, SWING).status is not CERTIFIED
+    jump = limit(lambda m: ca.if_else(ca.fabs(m.time - spike) < 1e-9, 1.0, 0.0), upper=0.5)
+    assert prove_expression(jump, SWING).status is not CERTIFIED
+
+
+def test_what_cannot_be_bounded_is_undecided_and_what_is_undefined_violated() -> None:
+    assert prove_expression(limit(lambda m: ca.erf(m.q[0]), upper=1.0), SWING).satisfied
+    touched = limit(lambda m: m.q[0] - m.q[0] * ca.cos(m.q[1] - m.q[1]), upper=0.0)
+    assert prove_expression(touched, SWING).status in (CERTIFIED, UNDECIDED)
+    remainder = limit(lambda m: ca.fmod(m.q[0], 10.0), upper=5.0)
+    assert prove_expression(remainder, SWING).status is UNDECIDED
+    undefined = prove_expression(limit(lambda m: ca.sqrt(m.q[0] - 0.5), upper=5.0), SWING)
+    assert undefined.status is VIOLATED
+    assert undefined.worst == np.inf
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000), st.floats(-0.5, 1.5))
+def test_what_is_certified_holds_at_twenty_thousand_times(seed: int, share: float) -> None:
+    rng = np.random.default_rng(seed)
+    motion = Trajectory(np.array([0.0, 0.4, 1.3]), rng.normal(size=(5, 2, 2)))
+    kept = limit(lambda m: m.tool[1] + 0.1 * m.speed[0] * ca.sin(m.tool[0]), upper=1e3)
+    values = dense(kept, motion)
+    bound = float(values.min() + share * np.ptp(values))
+    status = prove_expression(limit(lambda m: m.tool[1] + 0.1 * m.speed[0] * ca.sin(m.tool[0]), upper=bound), motion)
+    if status.status is CERTIFIED:
+        assert values.max() <= bound + 1e-9 * (abs(bound) or 1.0)
+    elif status.status is VIOLATED:
+        assert values.max() > bound - 1e-3
+    else:
+        assert values.max() == pytest.approx(bound, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", [*UNARY, *BINARY])
+def test_ranges_hold_what_is_in_them(name: str) -> None:
+    rng, count, unary = np.random.default_rng(7), 300, name in UNARY
+    points = 40
+    corners = np.sort(rng.normal(scale=1.5, size=(2, count, 2)), axis=2)
+    corners[:, :60] = np.round(corners[:, :60])  # on kinks, poles and zeros
+    interpreter = Ranges(count)
+    sides = [(each[:, 0], each[:, 1]) for each in corners]
+    low, high = interpreter.unary(name, sides[0]) if unary else interpreter.binary(name, sides[0], sides[1])
+    x = ca.SX.sym("x", 2)
+    operation = ca.SX.unary(tape.UNARY[name], x[0]) if unary else ca.SX.binary(tape.BINARY[name], x[0], x[1])
+    function = ca.Function("f", [x], [operation])
+    for share in np.linspace(0.0, 1.0, points):
+        other = rng.choice([0.0, 1.0, rng.uniform()], size=count)
+        inside = np.stack([c[:, 0] + s * (c[:, 1] - c[:, 0]) for c, s in zip(corners, (share, other), strict=True)])
+        values = np.asarray(function(inside)).ravel()
+        defined = np.isfinite(values)
+        slack = 1e-12 * (1.0 + np.abs(values[defined]))
+        assert (values[defined] >= low[defined] - slack).all()
+        assert (values[defined] <= high[defined] + slack).all()
+
+
+def test_a_power_with_one_exponent_is_sharp() -> None:
+    interpreter = Ranges(2)
+    base = np.array([-2.0, 1.0]), np.array([1.0, 3.0])
+    for exponent in (2.0, 3.0):
+        low, high = interpreter.binary("pow", base, interpreter.constant(exponent))
+        np.testing.assert_allclose(low, [0.0, 1.0] if exponent == 2.0 else [-8.0, 1.0])
+        np.testing.assert_allclose(high, [4.0, 9.0] if exponent == 2.0 else [1.0, 27.0])
+
+
+@pytest.mark.parametrize(
+    ("stated", "degree"),
+    [
+        (lambda m: ca.norm_2(m.tool_velocity), 1.0),
+        (lambda m: ca.sumsqr(m.speed), 2.0),
+        (lambda m: m.acceleration[0], 2.0),
+        (lambda m: m.jerk[1] * m.speed[0], 4.0),
+        (lambda m: m.tool[1], None),
+        (lambda m: m.speed[0] + m.acceleration[0], None),
+        (lambda m: m.speed[0] * m.time, None),
+        (lambda m: 0.0 * m.speed[0], None),
+    ],
+)
+def test_which_limits_every_shape_keeps_if_it_is_slow_enough(stated: Any, degree: float | None) -> None:
+    kept = limit(stated, -0.5, 1.0)
+    assert kept.degree == degree
+    assert kept.scales_with_time is (degree is not None)
+    assert limit(stated, 0.5, 1.0).degree is None  # standing still breaks it
+    if degree is not None:
+        samples = SWING.samples(SWING.times(50), ARM)
+        factor = float(kept.time_scale(ca.mmax(kept.magnitudes(samples))))
+        slower = SWING.time_scaled(factor)
+        values = np.asarray(kept.function.at(slower.samples(slower.times(50), ARM)))
+        assert max(values.max() / 1.0, values.min() / -0.5) == pytest.approx(1.0)
