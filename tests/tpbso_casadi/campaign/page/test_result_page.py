@@ -27,7 +27,7 @@ from tpbso_casadi.figures.style.colours import SERIES
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What a command leaves."""
     folder = tmp_path_factory.mktemp("compare")
-    arguments = ["time-2", "rotation-2", "--solvers", "bso,pso(c1=1.5)+polish", "--runs", "4", "--evaluations", "300"]
+    arguments = ["time-2", "rotation-2", "--solvers", "bso,pso(c1=1.5)", "--runs", "4", "--evaluations", "300"]
     assert main([*arguments, "--workers", "1", "--quiet", "--figures", "svg,pdf", "--out", str(folder)]) == 0
     return folder
 
@@ -40,9 +40,8 @@ def test_a_command_leaves_figures_of_the_formats_asked_for(folder: Path) -> None
 def test_the_page_says_what_was_run_and_how_to_repeat_it(folder: Path) -> None:
     text = (folder / "comparison.html").read_text()
     assert "<h1>Comparison of 2 solvers on 2 cases</h1>" in text
-    assert "tpbso compare time-2 rotation-2 --solvers &#39;bso,pso(c1=1.5)+polish&#39; --runs 4" in text
+    assert "tpbso compare time-2 rotation-2 --solvers &#39;bso,pso(c1=1.5)&#39; --runs 4" in text
     assert "with seeds 1 to 4" in text and "c1 = 1.5" in text and "300 evaluations" in text
-    assert "polished from 1 candidate<" in text
     assert "Left out: it needs 3 solvers, here are 2." in text
     assert text.count('<svg class="figure" role="img" aria-label=') == 5  # three figures, two plans
     assert "casadi 3." in text and "numpy 2." in text
@@ -99,6 +98,9 @@ def test_budgets_and_seeds_in_words() -> None:
     table = {"evaluations": 100, "iterations": 1, "time_limit": 2.5}
     limited = scenario.model_copy(update={"solver": scenario.solver.model_copy(update=table)})
     rows = solver_rows([Run("x", "a", limited), Run("y", "a", scenario)])
+    assert '<td class="words">polished from 2 candidates</td>' in page_of(
+        results({("x", "bso+polish2"): final([1.0])}), grid({"x": scenario}, parse_solvers("bso+polish2"), (1,))
+    )
     assert [row.budget for row in rows] == ["100 evaluations or 1 iteration or 2.5 s; 30000 evaluations"]
     assert [
         seeds(grid({"x": scenario}, parse_solvers("bso"), s)) for s in ((), (3,), (1, 2), (1, 2, 3), (1, 3, 5))
