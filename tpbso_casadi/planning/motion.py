@@ -21,7 +21,7 @@ INFEASIBLE_MERIT = 1e15  # of a motion that breaks nothing by anything; whatever
 MINIMUM_ROWS = 201  # of trajectory.csv
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Motion:
     """A trajectory and its verification.
 
@@ -39,6 +39,9 @@ class Motion:
     quantities: dict[str, FloatArray]
     time_scale: float = 1.0
     retimed: bool = False
+
+    def __repr__(self) -> str:
+        return f"<motion: {self.trajectory!r}>"
 
     @property
     def path(self) -> JointPath:

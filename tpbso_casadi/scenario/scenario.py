@@ -135,6 +135,17 @@ class Scenario(FileSection):
     solver: SolverSection = SolverSection()
     simulation: SimulationSection | None = None
 
+    def __repr__(self) -> str:
+        chosen = self.task.stated_objective
+        objective = chosen if isinstance(chosen, str) else " + ".join(f"{w:g} {name}" for name, w in chosen.items())
+        parts = [self.robot_table.title, self.task.kind, *filter(None, [objective])]
+        parts += [f"{len(self.obstacles)} obstacle{'s' * (len(self.obstacles) > 1)}"] * bool(self.obstacles)
+        polished = f"+polish{self.solver.polish_starts}" if self.solver.polish_starts else ""
+        searched = [f"{self.solver.name}{polished}", f"seed {self.solver.seed}"] if self.task.is_searched else []
+        return f"<scenario: {', '.join([*parts, *searched])}>"
+
+    __str__ = __repr__
+
     @model_serializer(mode="wrap")
     def _without_missing_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         content: dict[str, Any] = serialize(self)
@@ -158,7 +169,8 @@ class Scenario(FileSection):
             *ROBOT_CATALOGUE.registry,
             *SHAPE_CATALOGUE.registry,
         }
-        return [name for name in named if name and name not in ours | {"path", *SOLVER_CATALOGUE.registry}]
+        ours |= {"path", *SOLVER_CATALOGUE.registry, *self.task.own_objectives}
+        return [name for name in named if name and name not in ours]
 
     @model_validator(mode="after")
     def _one_robot(self) -> Self:

@@ -1,0 +1,178 @@
+"""A plan as Python code and a notebook meet it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tpbso_casadi as tp
+from tpbso_casadi.cli.commands import audit as audit_command
+from tpbso_casadi.facade.results import data_frame as data_frames
+from tpbso_casadi.facade.results.player import Player
+
+ARM = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0)
+TASK: dict[str, Any] = {"start": [1.0, 0.0], "goal": [0.5, 1.5]}
+LONGEST = 200  # characters of a short form
+
+
+@cache
+def planned() -> tp.Plan:
+    return tp.plan(ARM, **TASK, evaluations=300)
+
+
+@cache
+def paper() -> tp.Plan:
+    return tp.plan("time-3", solver="pso", evaluations=300, polish=False)
+
+
+def test_it_prints_itself_in_a_line() -> None:
+    plan = planned()
+    assert repr(plan) == f"<plan: time {plan.duration:.6g} s, certified, T = {plan.duration:.4g} s>"
+    weighted = tp.plan(ARM, **TASK, objective={"time": 1.0, "rotation": 0.1}, evaluations=200, polish=False)
+    assert f"time {weighted.duration:.6g} s, rotation " in repr(weighted)
+
+
+def test_everything_that_a_user_meets_is_short() -> None:
+    plan = planned()
+    things = [
+        ARM, plan, plan.scenario, plan.planned, plan.motion, plan.trajectory, plan.search, plan.result, plan.audit(),
+        plan.player(), tp.robot("panda"), tp.robot("panda").model, plan.verdicts[0], tp.builtin("pentagram-time"),
+    ]  # fmt: skip
+    for thing in things:
+        assert len(repr(thing)) <= LONGEST, type(thing)
+        assert "\n" not in repr(thing)
+    for thing in (plan.scenario, plan.result):
+        assert str(thing) == repr(thing)
+
+
+def test_a_notebook_shows_picture_and_verdicts() -> None:
+    page = planned()._repr_html_()
+    assert page.count("<img ") == 1
+    assert "data:image/png;base64,iVBOR" in page
+    assert page.count("certified") == 1 + len(planned().verdicts)
+    for verdict in planned().verdicts:
+        assert verdict.name in page
+
+
+def test_a_figure_of_every_kind() -> None:
+    pytest.importorskip("matplotlib")
+    for kind in ("path", "joints", "limits", "convergence"):
+        assert planned().plot(kind)._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+    with pytest.raises(ValueError, match="kind: there is no figure 'foo' of this plan; there are path, joints, limits"):
+        planned().plot("foo")
+
+
+def test_the_kinds_are_the_figures_that_are_saved(tmp_path: Path) -> None:
+    from tpbso_casadi.facade.results.figures import drawings_of  # noqa: PLC0415 (matplotlib is slow to load)
+
+    for plan in (planned(), tp.plan("pentagram-time", solver="pso", evaluations=60, polish=False, retime=False)):
+        folder = plan.save(tmp_path / str(len(plan.verdicts)), figures="svg")
+        assert {path.stem for path in folder.glob("*.svg")} == set(drawings_of(plan.planned))
+
+
+def test_numbers_come_out_as_arrays_and_tables() -> None:
+    plan = planned()
+    columns = plan.to_numpy(np.array([0.0, plan.duration]))
+    np.testing.assert_array_equal(columns["t"], [0.0, plan.duration])
+    np.testing.assert_allclose([columns["x"], columns["y"]], [[1.0, 0.5], [0.0, 1.5]], atol=1e-8)
+    np.testing.assert_array_equal(plan.trajectory(plan.times)[:, 1], plan.to_numpy()["q2"])
+
+
+def test_a_data_frame_needs_pandas(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(data_frames, "find_spec", lambda name: None)
+    with pytest.raises(ImportError, match=r"pip install 'tpbso-casadi\[pandas\]'"):
+        planned().to_dataframe()
+
+
+def test_a_data_frame() -> None:
+    pytest.importorskip("pandas")
+    frame = planned().to_dataframe()
+    assert list(frame.columns) == list(planned().to_numpy())
+    assert len(frame) == len(planned().times)
+
+
+def test_a_player_is_a_page_in_a_frame() -> None:
+    player = planned().player(height=300)
+    assert isinstance(player, Player)
+    shown = player._repr_html_()
+    assert shown.startswith("<iframe ")
+    assert "height: 300px" in shown
+    assert "<" not in shown.split('srcdoc="')[1].split('"')[0]
+    assert player.page.startswith("<!DOCTYPE html>")
+
+
+# Files
+
+
+def test_a_run_is_saved_read_and_saved_again(tmp_path: Path) -> None:
+    plan = planned()
+    first = plan.save(tmp_path / "first", export=["csv", "ros-json"], figures=(), rate=50.0)
+    assert {path.name for path in first.iterdir()} == {
+        "result.json", "trajectory.csv", "joint_trajectory.csv", "joint_trajectory.json"
+    }  # fmt: skip
+    with (first / "joint_trajectory.csv").open() as file:
+        assert float(list(csv.DictReader(file))[1]["t"]) == pytest.approx(0.02)
+    again = tp.read_run(first)
+    assert repr(again) == repr(plan)
+    assert again.result.history == plan.result.history
+    assert again.search is None
+    second = again.save(tmp_path / "second", figures=())
+    assert (second / "trajectory.csv").read_bytes() == (first / "trajectory.csv").read_bytes()
+    assert tp.read_run(second).audit().constraints == plan.audit().constraints
+
+
+@pytest.mark.parametrize(("keys", "expected"), [({"export": "ros"}, "export: "), ({"figures": ["gif"]}, "figures: ")])
+def test_unknown_kinds_of_files_are_said(keys: dict[str, Any], expected: str, tmp_path: Path) -> None:
+    for plan in (planned(), tp.read_run(planned().save(tmp_path / "run", figures=()))):
+        with pytest.raises(ValueError, match=f"{expected}there is no kind '.*'; there are "):
+            plan.save(tmp_path / "other", **keys)
+    assert not (tmp_path / "other").exists()
+
+
+def test_an_animation_by_its_suffix(tmp_path: Path) -> None:
+    assert "<canvas" in planned().animate(tmp_path / "motion.html").read_text()
+    with pytest.raises(tp.OutputError, match="^animate .*motion.avi: the name must end with"):
+        planned().animate(tmp_path / "motion.avi")
+
+
+# Audits
+
+
+@pytest.mark.parametrize("make", [planned, paper])
+def test_the_audit_of_a_plan_is_that_of_its_folder(
+    make: Any, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    plan = make()
+    own = plan.audit()
+    assert audit_command.main([str(plan.save(tmp_path / "run", figures=())), "--json"]) == 0
+    command = json.loads(capfd.readouterr().out)
+    assert own.constraints == command["constraints"]
+    assert [price["constraint"] for price in own.shadow_prices] == [
+        price["constraint"] for price in (command["optimum"] or {"ranking": []})["ranking"]
+    ]
+    assert own.certified == plan.certified
+    assert own.status is plan.status
+    assert str(own).splitlines()[0].startswith("certified in ")
+    assert all(each["name"] in own._repr_html_() for each in own.constraints)
+
+
+def test_the_audit_of_a_scenario() -> None:
+    audit = tp.audit("time-3")
+    assert isinstance(audit, tp.ScenarioAudit)
+    assert audit.impossible == []
+    assert "search model: " in str(audit)
+    assert audit.constraints[0]["name"] in audit._repr_html_()
+    assert repr(audit).startswith("<audit of a scenario: ")
+
+
+def test_what_is_no_run_is_said(tmp_path: Path) -> None:
+    with pytest.raises(tp.InvalidRun, match="cannot be read"):
+        tp.audit(tmp_path)
+    with pytest.raises(tp.InvalidRun, match="cannot be read"):
+        tp.read_run(tmp_path / "none")

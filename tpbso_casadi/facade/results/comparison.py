@@ -1,0 +1,113 @@
+"""What a comparison of solvers gave."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+from problems.base.matrix import FloatArray
+from tpbso_casadi.campaign.export import export, write_summary
+from tpbso_casadi.campaign.record import Record
+from tpbso_casadi.campaign.statistics import Summary
+from tpbso_casadi.campaign.table import HEADER, print_tables, rows
+from tpbso_casadi.facade.results.data_frame import data_frame
+from tpbso_casadi.facade.results.html import heading, table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+WIDTH = 100  # columns of the tables as text
+SHOWN = ("case", "solver", "runs", "infeasible", "mean", "std", "best", "a12", "p_corrected", "against_first")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison:
+    """Runs of solvers on scenarios, and what they show; ``print(comparison)`` shows the tables.
+
+    Attributes:
+        records: every run in a few numbers.
+        summaries: those of each solver on each scenario together.
+    """
+
+    records: tuple[Record, ...]
+    summaries: tuple[Summary, ...]
+
+    @property
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each scenario (``case``) and solver.
+
+        ``mean``, ``std``, ``best`` and ``median`` are objectives of certified plans in ``unit``; ``a12`` and ``p`` are
+        those of a rank-sum test against the first solver, ``p_corrected`` by Holm over the table, and ``against_first``
+        says what that shows.
+        """
+        return [dict(zip(HEADER, row, strict=True)) for row in rows(self.summaries)]
+
+    @property
+    def objectives(self) -> dict[tuple[str, str], FloatArray]:
+        """By scenario and solver the objectives of all runs that did not fail, (n,); inf without a certified plan."""
+        return {(summary.case, summary.solver): summary.objectives for summary in self.summaries}
+
+    @property
+    def failures(self) -> list[str]:
+        """Why runs failed, a line each."""
+        failed = (record for record in self.records if record.error)
+        return [f"{record.case}, {record.solver}, seed {record.seed}: {record.error}" for record in failed]
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The table as a pandas data frame; needs pandas.
+
+        Raises:
+            ImportError: pandas is not installed.
+        """
+        return data_frame(self.table)
+
+    def runs_to_dataframe(self) -> pd.DataFrame:
+        """Every run, a row each, as a pandas data frame; needs pandas.
+
+        Raises:
+            ImportError: pandas is not installed.
+        """
+        return data_frame([asdict(record) for record in self.records])
+
+    def plot(self) -> Figure:
+        """A panel for each scenario: each run a point, the mean a line."""
+        from tpbso_casadi.campaign.figures import comparison_figure  # noqa: PLC0415 (matplotlib is slow to load)
+        from tpbso_casadi.facade.results.figures import shown  # noqa: PLC0415
+
+        return shown(comparison_figure(self.summaries))
+
+    def save(self, folder: str | Path, plots: bool = True) -> Path:
+        """Write ``summary.csv``, every run in ``runs.csv`` and, with plots, the figure.
+
+        Args:
+            folder: to write to.
+            plots: whether to draw the figure.
+
+        Returns:
+            The path of the folder.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+        write_summary(Path(folder), self.summaries, plots)
+        export(self.records, Path(folder) / "runs.csv")
+        return Path(folder)
+
+    def __repr__(self) -> str:
+        cases = len({summary.case for summary in self.summaries})
+        solvers = len({summary.solver for summary in self.summaries})
+        failed = f", {len(self.failures)} failed" if self.failures else ""
+        return f"<comparison: {solvers} solvers on {cases} scenarios, {len(self.records)} runs{failed}>"
+
+    def __str__(self) -> str:
+        text = StringIO()
+        print_tables(self.summaries, Console(file=text, width=WIDTH))
+        return text.getvalue().rstrip()
+
+    def _repr_html_(self) -> str:
+        return heading(repr(self)[1:-1]) + table(SHOWN, ([row[key] for key in SHOWN] for row in self.table))
