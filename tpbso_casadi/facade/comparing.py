@@ -12,12 +12,13 @@ from typing import Any, TypeAlias
 
 from solvers import AnySolver
 from solvers.driver.interruption import deferred_interrupt
+from tpbso_casadi.campaign.analysis.best import best_plans
+from tpbso_casadi.campaign.analysis.results import results_of
 from tpbso_casadi.campaign.executors import processes
 from tpbso_casadi.campaign.grid import SolverSpec, check_size, grid, parse_solver, parse_solvers
 from tpbso_casadi.campaign.in_process import in_process
 from tpbso_casadi.campaign.run import Run
 from tpbso_casadi.campaign.runner import run_campaign
-from tpbso_casadi.campaign.statistics import summarise
 from tpbso_casadi.campaign.store import Store
 from tpbso_casadi.facade.arguments.keywords import AnySolverChoice, solver_table
 from tpbso_casadi.facade.arguments.messages import in_words_of_python
@@ -109,8 +110,7 @@ def _done(
             progress(ended[0], len(campaign))
 
         run_campaign(campaign, store, executors, progress=count)
-        records = store.records(campaign)
-    return Comparison(tuple(records), tuple(summarise(records)))
+        return Comparison(results_of(campaign, store), tuple(campaign), tuple(best_plans(campaign, store)))
 
 
 def known_to_workers(campaign: Sequence[Run]) -> bool:

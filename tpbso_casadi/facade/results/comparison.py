@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from io import StringIO
 from pathlib import Path
@@ -10,12 +11,16 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from problems.base.matrix import FloatArray
-from tpbso_casadi.campaign.export import export, write_summary
+from tpbso_casadi.campaign.analysis.best import BestPlan
+from tpbso_casadi.campaign.analysis.results import Results
+from tpbso_casadi.campaign.export import export, write_comparison
 from tpbso_casadi.campaign.record import Record
+from tpbso_casadi.campaign.run import Run
 from tpbso_casadi.campaign.statistics import Summary
 from tpbso_casadi.campaign.table import HEADER, print_tables, rows
 from tpbso_casadi.facade.results.data_frame import data_frame
 from tpbso_casadi.facade.results.html import heading, table
+from tpbso_casadi.figures.style.formats import DEFAULT
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,12 +35,24 @@ class Comparison:
     """Runs of solvers on scenarios, and what they show; ``print(comparison)`` shows the tables.
 
     Attributes:
-        records: every run in a few numbers.
-        summaries: those of each solver on each scenario together.
+        results: of all runs.
+        runs: what was run, scenarios with solvers and seeds.
+        best: plan of each scenario that has one.
     """
 
-    records: tuple[Record, ...]
-    summaries: tuple[Summary, ...]
+    results: Results
+    runs: tuple[Run, ...]
+    best: tuple[BestPlan, ...]
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """Every run in a few numbers."""
+        return tuple(self.results.records)
+
+    @property
+    def summaries(self) -> tuple[Summary, ...]:
+        """The runs of each solver on each scenario together."""
+        return tuple(self.results.summaries)
 
     @property
     def table(self) -> list[dict[str, Any]]:
@@ -74,19 +91,29 @@ class Comparison:
         """
         return data_frame([asdict(record) for record in self.records])
 
-    def plot(self) -> Figure:
-        """A panel for each scenario: each run a point, the mean a line."""
-        from tpbso_casadi.campaign.figures import comparison_figure  # noqa: PLC0415 (matplotlib is slow to load)
+    def plot(self, kind: str = "comparison") -> Figure:
+        """A figure of the runs.
+
+        Args:
+            kind: ``comparison``, gaps to the best plan over evaluations and of final plans; ``ecdf``, the share of
+                targets reached; ``critical-difference``, mean ranks over scenarios; ``effect-sizes``, A12 of each
+                solver against each.
+
+        Raises:
+            ValueError: there is no such figure, or it makes no sense for these runs.
+        """
+        from tpbso_casadi.campaign.figures.drawing import drawing_of  # noqa: PLC0415 (matplotlib is slow to load)
         from tpbso_casadi.facade.results.figures import shown  # noqa: PLC0415
 
-        return shown(comparison_figure(self.summaries))
+        return shown(drawing_of(kind, self.results))
 
-    def save(self, folder: str | Path, plots: bool = True) -> Path:
-        """Write ``summary.csv``, every run in ``runs.csv`` and, with plots, the figure.
+    def save(self, folder: str | Path, plots: bool = True, figures: Sequence[str] = DEFAULT) -> Path:
+        """Write ``summary.csv``, every run in ``runs.csv``, the page ``comparison.html`` and, with plots, all figures.
 
         Args:
             folder: to write to.
-            plots: whether to draw the figure.
+            plots: whether to draw figures, on the page too.
+            figures: formats of their files: ``png``, ``pdf``, ``svg``.
 
         Returns:
             The path of the folder.
@@ -94,7 +121,7 @@ class Comparison:
         Raises:
             OutputError: it cannot be written.
         """
-        write_summary(Path(folder), self.summaries, plots)
+        write_comparison(Path(folder), self.results, self.runs, self.best, formats=figures if plots else ())
         export(self.records, Path(folder) / "runs.csv")
         return Path(folder)
 

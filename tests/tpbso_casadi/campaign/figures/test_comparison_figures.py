@@ -15,7 +15,7 @@ from tpbso_casadi.campaign.export import FIGURES as NAMES
 from tpbso_casadi.campaign.figures.catalogue import FIGURES, FigureKind
 from tpbso_casadi.campaign.figures.comparison import LEAST_GAP, comparison_figure
 from tpbso_casadi.campaign.figures.critical_difference import critical_difference_figure
-from tpbso_casadi.campaign.figures.drawing import Drawing, inline_svg, write_figures
+from tpbso_casadi.campaign.figures.drawing import Drawing, drawing_of, inline_svg, write_figures
 from tpbso_casadi.campaign.figures.ecdf import ecdf_figure
 from tpbso_casadi.campaign.figures.effect_sizes import effect_sizes_figure
 from tpbso_casadi.figures.style.colours import colour_of
@@ -118,6 +118,14 @@ def test_files_are_written_and_old_ones_of_what_is_left_out_removed(tmp_path: Pa
     (tmp_path / "ecdf.png").touch()
     write_figures(tmp_path, [Drawing(kind, None, "too few") for kind in FIGURES], ["svg"])
     assert [path.name for path in tmp_path.iterdir()] == ["ecdf.png"]  # of a format that was not asked for
+
+
+def test_one_figure_by_its_name() -> None:
+    assert drawing_of("ecdf", FULL).axes
+    with pytest.raises(ValueError, match=r"^'ecfd' is no figure of a comparison: say comparison, ecdf, critical"):
+        drawing_of("ecfd", FULL)
+    with pytest.raises(ValueError, match=r"^effect-sizes is left out: it needs 2 solvers, here is 1$"):
+        drawing_of("effect-sizes", random_results(cases=1, solvers=1, runs=4))
 
 
 def test_a_figure_within_a_page_takes_its_colours() -> None:
