@@ -110,7 +110,7 @@ def _done(
             progress(ended[0], len(campaign))
 
         run_campaign(campaign, store, executors, progress=count)
-        return Comparison(tuple(campaign), results_of(campaign, store), tuple(best_plans(campaign, store)))
+        return Comparison(results_of(campaign, store), tuple(campaign), tuple(best_plans(campaign, store)))
 
 
 def known_to_workers(campaign: Sequence[Run]) -> bool:

@@ -142,4 +142,6 @@ def improvements(stored: StoredSearch, least_infeasible: float, objective: float
         values = np.full(cost.shape, np.inf)
     values = np.append(np.maximum(values, objective), objective)
     better = values < np.minimum.accumulate(np.concatenate([[np.inf], values]))[:-1]
-    return evaluations[better], values[better]
+    evaluations, values = evaluations[better], values[better]
+    last = np.diff(evaluations, append=np.inf) > 0.0  # of several after the same evaluation
+    return evaluations[last], values[last]

@@ -16,13 +16,13 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from scipy.stats import PermutationMethod, f, friedmanchisquare, rankdata, wilcoxon
+from scipy.stats import f, friedmanchisquare, rankdata, wilcoxon
 
 from problems.base.matrix import FloatArray
 from tpbso_casadi.campaign.statistics import SIGNIFICANCE_LEVEL, holm
 
 FEWEST_SOLVERS = 3
-EXACT_SIGNS = 20_000  # ways to choose the signs of differences up to which p is exact where there are ties
+MOST_EXACT = 200  # cases up to which p of a signed-rank test is exact
 
 
 @dataclass(frozen=True)
@@ -85,19 +85,23 @@ def friedman(scores: FloatArray) -> float:
 
 
 def signed_rank(a: FloatArray, b: FloatArray) -> float:
-    """P of Wilcoxon's two-sided test of paired scores (n,), equal ones shared between both sides.
+    """P of Wilcoxon's two-sided test of paired scores (n,), exact with ties too; equal pairs count for both sides.
 
     An infinite score is worse than any finite one, by more than those differ anywhere.
     """
     finite = np.concatenate([a[np.isfinite(a)], b[np.isfinite(b)]])
     worst = 1.0 + 2.0 * float(np.ptp(finite)) + float(finite.max()) if finite.size else 0.0
     differences = np.where(np.isfinite(a), a, worst) - np.where(np.isfinite(b), b, worst)
-    if not differences.any():
-        return 1.0
-    plain = np.unique(np.abs(differences)).size == differences.size and differences.all()
-    exact = not plain and 2.0**differences.size <= EXACT_SIGNS
-    method: Any = PermutationMethod(n_resamples=EXACT_SIGNS) if exact else "auto"
-    return float(wilcoxon(differences, zero_method="zsplit", method=method).pvalue)
+    if differences.size > MOST_EXACT:
+        return float(wilcoxon(differences, zero_method="zsplit", method="approx").pvalue)
+    doubled = np.rint(2.0 * rankdata(np.abs(differences))).astype(int)  # whole numbers with ties too
+    probabilities = np.ones(1)  # of the sum of the ranks whose sign is positive, where signs are tosses of a coin
+    for rank in doubled[differences != 0.0]:
+        padding = np.zeros(rank)
+        probabilities = (np.concatenate([probabilities, padding]) + np.concatenate([padding, probabilities])) / 2.0
+    middle = (probabilities.size - 1) / 2.0
+    away = abs(doubled[differences > 0.0].sum() - middle)
+    return min(1.0, float(probabilities[np.abs(np.arange(probabilities.size) - middle) >= away].sum()))
 
 
 def groups_of(different: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[tuple[int, int], ...]:

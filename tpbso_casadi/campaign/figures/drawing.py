@@ -49,6 +49,20 @@ def drawings(results: Results) -> list[Drawing]:
     return [Drawing(kind, None if reason else kind.draw(results), reason) for kind, reason in reasons]
 
 
+def drawing_of(name: str, results: Results) -> Figure:
+    """The figure of a name.
+
+    Raises:
+        ValueError: there is none, or it is left out.
+    """
+    kinds = {kind.name: kind for kind in FIGURES}
+    if name not in kinds:
+        raise ValueError(f"{name!r} is no figure of a comparison: say {', '.join(kinds)}")
+    if reason := kinds[name].left_out(results):
+        raise ValueError(f"{name} is left out: {reason}")
+    return kinds[name].draw(results)
+
+
 def write_figures(folder: Path, drawn: Sequence[Drawing], formats: Sequence[str]) -> None:
     """Write each figure in each format; of one that is left out an older file of these formats is removed.
 

@@ -15,11 +15,11 @@ from matplotlib.figure import Figure
 
 from problems.base.matrix import FloatArray
 from tpbso_casadi.campaign.analysis.results import Results
-from tpbso_casadi.figures.style.colours import BLUE, VERMILLION
 from tpbso_casadi.figures.style.paper import SMALL, in_print
 
 COLUMNS = 3
-WORSE_TO_BETTER = LinearSegmentedColormap.from_list("worse to better", [VERMILLION, "#f7f7f7", BLUE])
+WORSE, BETTER = "#c14a07", "#085692"  # those of lines but for a bit: pages lighten lines on a dark ground, not cells
+WORSE_TO_BETTER = LinearSegmentedColormap.from_list("worse to better", [WORSE, "#f7f7f7", BETTER])
 DARK_BLUE = 0.8  # from there on numbers are white
 ON_LIGHT = "#000001"  # the others, whatever colour letters have elsewhere
 

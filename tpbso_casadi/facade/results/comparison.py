@@ -20,6 +20,7 @@ from tpbso_casadi.campaign.statistics import Summary
 from tpbso_casadi.campaign.table import HEADER, print_tables, rows
 from tpbso_casadi.facade.results.data_frame import data_frame
 from tpbso_casadi.facade.results.html import heading, table
+from tpbso_casadi.figures.style.formats import DEFAULT
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,24 +35,24 @@ class Comparison:
     """Runs of solvers on scenarios, and what they show; ``print(comparison)`` shows the tables.
 
     Attributes:
-        runs: what was done: scenario, solver and seed of each.
-        results: their records, convergence and summaries.
-        best: the best plan of each scenario.
+        results: of all runs.
+        runs: what was run, scenarios with solvers and seeds.
+        best: plan of each scenario that has one.
     """
 
-    runs: tuple[Run, ...]
     results: Results
+    runs: tuple[Run, ...]
     best: tuple[BestPlan, ...]
 
     @property
-    def records(self) -> Sequence[Record]:
+    def records(self) -> tuple[Record, ...]:
         """Every run in a few numbers."""
-        return self.results.records
+        return tuple(self.results.records)
 
     @property
-    def summaries(self) -> Sequence[Summary]:
+    def summaries(self) -> tuple[Summary, ...]:
         """The runs of each solver on each scenario together."""
-        return self.results.summaries
+        return tuple(self.results.summaries)
 
     @property
     def table(self) -> list[dict[str, Any]]:
@@ -91,33 +92,28 @@ class Comparison:
         return data_frame([asdict(record) for record in self.records])
 
     def plot(self, kind: str = "comparison") -> Figure:
-        """A figure of all runs.
+        """A figure of the runs.
 
         Args:
-            kind: ``comparison``, the gap to the best plan over the evaluations; ``ecdf``; ``critical-difference``; or
-                ``effect-sizes``.
+            kind: ``comparison``, gaps to the best plan over evaluations and of final plans; ``ecdf``, the share of
+                targets reached; ``critical-difference``, mean ranks over scenarios; ``effect-sizes``, A12 of each
+                solver against each.
 
         Raises:
             ValueError: there is no such figure, or it makes no sense for these runs.
         """
-        from tpbso_casadi.campaign.figures.catalogue import FIGURES  # noqa: PLC0415 (matplotlib is slow to load)
+        from tpbso_casadi.campaign.figures.drawing import drawing_of  # noqa: PLC0415 (matplotlib is slow to load)
         from tpbso_casadi.facade.results.figures import shown  # noqa: PLC0415
 
-        kinds = {figure.name: figure for figure in FIGURES}
-        if kind not in kinds:
-            raise ValueError(f"there is no figure {kind!r}; there are {', '.join(kinds)}")
-        reason = kinds[kind].left_out(self.results)
-        if reason:
-            raise ValueError(f"{kind}: {reason}")
-        return shown(kinds[kind].draw(self.results))
+        return shown(drawing_of(kind, self.results))
 
-    def save(self, folder: str | Path, plots: bool = True, figures: Sequence[str] = ("png",)) -> Path:
-        """Write ``summary.csv``, every run in ``runs.csv``, and a page, ``comparison.html``, with all of it.
+    def save(self, folder: str | Path, plots: bool = True, figures: Sequence[str] = DEFAULT) -> Path:
+        """Write ``summary.csv``, every run in ``runs.csv``, the page ``comparison.html`` and, with plots, all figures.
 
         Args:
             folder: to write to.
             plots: whether to draw figures, on the page too.
-            figures: their formats: ``png``, ``pdf``, ``svg``.
+            figures: formats of their files: ``png``, ``pdf``, ``svg``.
 
         Returns:
             The path of the folder.
@@ -125,8 +121,7 @@ class Comparison:
         Raises:
             OutputError: it cannot be written.
         """
-        formats = figures if plots else ()
-        write_comparison(Path(folder), self.results, self.runs, self.best, formats=formats)
+        write_comparison(Path(folder), self.results, self.runs, self.best, formats=figures if plots else ())
         export(self.records, Path(folder) / "runs.csv")
         return Path(folder)
 
