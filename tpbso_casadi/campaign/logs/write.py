@@ -15,7 +15,7 @@ from tpbso_casadi.campaign.logs.ioh import write_ioh
 from tpbso_casadi.campaign.logs.trace import Trace
 from tpbso_casadi.campaign.run import AnyRun, Run, problem_of
 from tpbso_casadi.campaign.store import Store
-from tpbso_casadi.storage.files import writing
+from tpbso_casadi.storage.files import check_writable, writing
 
 WRITERS: dict[str, Callable[[Path, Sequence[Trace]], None]] = {"coco": write_coco, "ioh": write_ioh}
 CHECKS: dict[str, Callable[[int], None]] = {"coco": check_coco, "ioh": lambda cases: None}
@@ -32,7 +32,7 @@ def write_logs(formats: Sequence[str], folder: Path, traces: Sequence[Trace]) ->
             WRITERS[name](folder / name, traces)
 
 
-def check_logs(formats: Sequence[str], cases: int) -> None:
+def check_logs(formats: Sequence[str], folder: Path, cases: int) -> None:
     """Make sure before the runs that logs of so many cases can be written.
 
     Raises:
@@ -40,6 +40,7 @@ def check_logs(formats: Sequence[str], cases: int) -> None:
     """
     for name in formats:
         CHECKS[name](cases)
+        check_writable(folder / name)
 
 
 def traces_of_functions(runs: Sequence[FunctionRun], store: Store) -> list[Trace]:

@@ -101,7 +101,7 @@ def compare(options: argparse.Namespace) -> int:
     """Run the campaign of the options; returns the exit status."""
     prepare(options, "summary.csv", *["comparison.png"] * (not options.no_plots))
     functions = functions_of(options.scenario)
-    check_logs(options.format, len(options.scenario))
+    check_logs(options.format, options.out, len(options.scenario))
     if functions:
         return compare_functions(functions, solver_specs(options), options, options.export)
     runs = campaign(options)
