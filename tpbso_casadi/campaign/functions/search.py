@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,30 @@ from tpbso_casadi.storage.plain import as_json, plain, settings_of
 KEY = "function"  # which only searches of functions have, scenarios have none
 PREFIX = "function:"  # of the name of one on a command line
 UNIT = "above minimum"
+
+
+class Recorder:
+    """A function of a population that keeps at which evaluations its lowest value so far fell, exactly.
+
+    Attributes:
+        evaluations: numbers of these evaluations, the first is 1.
+        values: found there.
+    """
+
+    def __init__(self, f: Callable[[FloatArray], FloatArray]) -> None:
+        self._f, self._done = f, 0
+        self.evaluations: list[int] = []
+        self.values: list[float] = []
+
+    def __call__(self, candidates: FloatArray) -> FloatArray:
+        """Values (m,) of candidates (m, d)."""
+        values = self._f(candidates)
+        for number, value in enumerate(values.tolist(), start=self._done + 1):
+            if not self.values or value < self.values[-1]:
+                self.evaluations.append(number)
+                self.values.append(value)
+        self._done += len(values)
+        return values
 
 
 def find_function(name: str) -> BenchmarkFunction:
@@ -61,7 +85,8 @@ def search_text(statement: Mapping[str, Any]) -> str:
     function, section = find_function(statement[KEY]), section_of(statement["solver"])
     solver = section.build()
     assert isinstance(solver, Solver)
-    result = minimize(function.f, function.box, solver, section.budget(), section.seed)
+    recorder = Recorder(function.f)
+    result = minimize(recorder, function.box, solver, section.budget(), section.seed)
     if result.stop_reason.value == "interrupted":
         raise InterruptedError("the run was interrupted")
     content = {
@@ -81,6 +106,7 @@ def search_text(statement: Mapping[str, Any]) -> str:
             "evaluations": result.history.evaluations,
             "cost": _above(result.history.cost, function),
         },
+        "improvements": {"evaluations": recorder.evaluations, "cost": _above(np.array(recorder.values), function)},
     }
     return as_json(plain(content), None)
 

@@ -45,7 +45,7 @@ def _write_case(folder: Path, solver: str, number: int, runs: Sequence[Trace]) -
         "function_id": number,
         "function_name": case,
         "maximization": False,
-        "algorithm": {"name": solver, "info": "best so far after each iteration"},
+        "algorithm": {"name": solver, "info": "tpbso-casadi"},
         "attributes": list(ATTRIBUTES),
         "scenarios": [{"dimension": dimension, "path": data, "runs": [_described(run) for run in runs]}],
     }

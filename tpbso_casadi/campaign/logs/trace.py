@@ -15,16 +15,19 @@ from problems.base.matrix import FloatArray
 class Trace:
     """One run of a solver on a case.
 
-    A history has an entry for each iteration, none for each evaluation: a value found within an iteration stands at
-    the iteration's end, so the evaluations that a target needs are rounded up to whole iterations.
+    The history of a plan has an entry for each iteration, none for each evaluation: a value found within an iteration
+    stands at the iteration's end, so the evaluations that a target needs are rounded up to whole iterations. That of a
+    benchmark function is exact.
 
     Attributes:
         case: its name.
         solver: its label.
         seed: of the run.
         dimension: number of variables that were searched.
-        evaluations: after each iteration, (n,), ascending.
-        values: the lowest value so far, (n,), inf where there is none.
+        evaluations: (n,), ascending.
+        values: the lowest value after so many, (n,), inf where there is none.
+        done: evaluations of the whole run.
+        worst: stands at the first evaluation, which readers need, where its value is not known.
         optimum: the lowest value that is known: of a function its minimum, of a scenario the campaign's best.
     """
 
@@ -34,13 +37,20 @@ class Trace:
     dimension: int
     evaluations: FloatArray
     values: FloatArray
+    done: int
+    worst: float
     optimum: float
 
     @property
     def entries(self) -> list[tuple[int, float]]:
-        """Evaluations and the lowest value so far, where there is one."""
-        pairs = zip(self.evaluations, self.values, strict=True)
-        return [(int(evaluations), float(value)) for evaluations, value in pairs if np.isfinite(value)]
+        """Evaluations and the lowest value after them, from the first evaluation to the last; none if there is none."""
+        pairs = zip(self.evaluations.tolist(), self.values.tolist(), strict=True)
+        known = [(int(evaluations), value) for evaluations, value in pairs if np.isfinite(value)]
+        if not known:
+            return []
+        first = [(1, self.worst)] * (known[0][0] > 1)
+        last = [(self.done, known[-1][1])] * (known[-1][0] < self.done)
+        return [*first, *known, *last]
 
     @property
     def improvements(self) -> list[tuple[int, float]]:

@@ -15,7 +15,7 @@ from tpbso_casadi.campaign.logs.ioh import write_ioh
 from tpbso_casadi.campaign.logs.trace import Trace
 from tpbso_casadi.campaign.run import AnyRun, Run, problem_of
 from tpbso_casadi.campaign.store import Store
-from tpbso_casadi.storage.files import writing
+from tpbso_casadi.storage.files import check_writable, writing
 
 WRITERS: dict[str, Callable[[Path, Sequence[Trace]], None]] = {"coco": write_coco, "ioh": write_ioh}
 CHECKS: dict[str, Callable[[int], None]] = {"coco": check_coco, "ioh": lambda cases: None}
@@ -32,7 +32,7 @@ def write_logs(formats: Sequence[str], folder: Path, traces: Sequence[Trace]) ->
             WRITERS[name](folder / name, traces)
 
 
-def check_logs(formats: Sequence[str], cases: int) -> None:
+def check_logs(formats: Sequence[str], folder: Path, cases: int) -> None:
     """Make sure before the runs that logs of so many cases can be written.
 
     Raises:
@@ -40,34 +40,48 @@ def check_logs(formats: Sequence[str], cases: int) -> None:
     """
     for name in formats:
         CHECKS[name](cases)
+        check_writable(folder / name)
 
 
 def traces_of_functions(runs: Sequence[FunctionRun], store: Store) -> list[Trace]:
     """The runs that did not fail; their values are above the minimum, which is 0."""
-    return [_trace(run, content, len(content["x"]), 0.0) for run, content in _stored(runs, store)]
+    return [
+        _trace(run, content, "improvements", len(content["x"]), worst=np.inf, optimum=0.0)
+        for run, content in _stored(runs, store)
+    ]
 
 
 def traces_of_scenarios(runs: Sequence[Run], store: Store) -> list[Trace]:
     """The searches that did not fail, without those that descend a program, whose values are no costs of candidates.
 
-    The value is the cost that the search minimises, penalties included; the optimum the lowest of all these runs.
+    The value is the cost that the search minimises, penalties included; the optimum the lowest of all these runs, and
+    the worst the highest in any of their histories.
     """
     searches = [run for run in runs if not run.scenario.solver.kind().solves_program]
     stored = _stored(searches, store)
-    lowest: dict[str, float] = {}
+    costs: dict[str, list[float]] = {}
     for run, content in stored:
-        values = [cost for cost in content["history"]["cost"] if cost is not None]
-        lowest[run.case] = min([lowest.get(run.case, np.inf), *values])
+        costs.setdefault(run.case, []).extend(cost for cost in content["history"]["cost"] if cost is not None)
     dimensions = {run.case: problem_of(run.scenario).bounds[0].size for run, _ in stored}
-    return [_trace(run, content, dimensions[run.case], lowest[run.case]) for run, content in stored]
+    return [
+        _trace(
+            run,
+            content,
+            "history",
+            dimensions[run.case],
+            worst=max(costs[run.case], default=np.inf),
+            optimum=min(costs[run.case], default=np.inf),
+        )
+        for run, content in stored
+    ]
 
 
 def _stored(runs: Sequence[Any], store: Store) -> list[tuple[Any, dict[str, Any]]]:
     return [(run, json.loads(text)) for run, text in store.texts(runs) if text is not None]
 
 
-def _trace(run: AnyRun, content: dict[str, Any], dimension: int, optimum: float) -> Trace:
-    history = content["history"]
+def _trace(run: AnyRun, content: dict[str, Any], key: str, dimension: int, worst: float, optimum: float) -> Trace:
+    history = content[key]
     return Trace(
         case=run.case,
         solver=run.solver,
@@ -75,5 +89,7 @@ def _trace(run: AnyRun, content: dict[str, Any], dimension: int, optimum: float)
         dimension=dimension,
         evaluations=np.array(history["evaluations"], dtype=np.float64),
         values=np.array([np.inf if cost is None else cost for cost in history["cost"]]),
+        done=content["evaluations"],
+        worst=worst,
         optimum=optimum,
     )

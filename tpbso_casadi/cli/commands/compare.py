@@ -129,7 +129,7 @@ def compare(options: argparse.Namespace, command: str = "") -> int:
     formats = figure_formats(options)
     prepare(options, *files_of(formats))
     functions = functions_of(options.scenario)
-    check_logs(options.format, len(options.scenario))
+    check_logs(options.format, options.out, len(options.scenario))
     if functions:
         return compare_functions(functions, solver_specs(options), options, options.table)
     runs = campaign(options)
