@@ -8,7 +8,7 @@ from problems.assembly.problem import Model, Problem
 from problems.base.errors import InvalidProblem
 from problems.certify.verdict import CertificateStatus, Verdict
 from problems.encodings.encoding import Variable
-from problems.limits import LIMITS
+from problems.limits import LIMITS, LimitKind
 from problems.limits.constraint import Constraint, PenaltyKind
 from problems.limits.limit import Limit
 from problems.motions.trajectory import Trajectory
@@ -56,6 +56,7 @@ __all__ = [
     "InvalidProblem",
     "Joints",
     "Limit",
+    "LimitKind",
     "Model",
     "Move",
     "MoveProblem",

@@ -15,6 +15,7 @@ from solvers.lshade import LSHADE
 from solvers.pso import PSO
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS, AnySolver, External
 from solvers.solver import Search, Solver
+from solvers.standalone.ask_tell import AskTell
 from solvers.traits import SolverTraits, Steps
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "AdaptiveBeetleSwarm",
     "AnySolver",
     "Archive",
+    "AskTell",
     "Box",
     "Budget",
     "Descent",

@@ -28,6 +28,11 @@ class External:
     path: str
     extra: str = ""
 
+    @property
+    def install(self) -> str:
+        """The command that installs its package."""
+        return f"pip install 'tpbso-casadi[{self.extra}]'"
+
 
 SOLVERS: dict[str, type[Solver]] = {
     "bso": BSO,
@@ -42,4 +47,6 @@ EXTERNAL = {
     "annealing": External(path="solvers.external.scipy_solvers:DualAnnealing"),
     "cma": External(path="solvers.external.cma_es:CMAES", extra="cma"),
     "pymoo": External(path="solvers.external.pymoo_solvers:Pymoo", extra="pymoo"),
+    "nevergrad": External(path="solvers.external.nevergrad_solvers:Nevergrad", extra="nevergrad"),
+    "mealpy": External(path="solvers.external.mealpy_solvers:Mealpy", extra="mealpy"),
 }

@@ -5,4 +5,4 @@ from __future__ import annotations
 from tpbso_casadi.cli.entry import run
 
 if __name__ == "__main__":
-    run("tpbso_casadi.cli.commands.robots")
+    run("tpbso_casadi.cli.commands.robots", "python -m tpbso_casadi.robots")

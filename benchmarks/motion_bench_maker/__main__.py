@@ -18,7 +18,8 @@ from problems.evaluation import BACKENDS
 from tpbso_casadi.campaign import parse_solvers
 from tpbso_casadi.campaign.run import Outcome
 from tpbso_casadi.campaign.runner import run_campaign
-from tpbso_casadi.cli.campaign import executors_of, exit_code_of, stored
+from tpbso_casadi.cli.campaign import CAMPAIGN_FAILURES, INTERRUPTED, executors_of, stored
+from tpbso_casadi.cli.command import exit_code_of
 
 
 def parser() -> argparse.ArgumentParser:
@@ -61,7 +62,7 @@ def main() -> int:
         print(f"benchmarks.motion_bench_maker: {error}", file=sys.stderr)
         return 2
     question = Question(setting, options.goal == "pose")
-    return exit_code_of(lambda: run(options, question, problems))
+    return exit_code_of(lambda: run(options, question, problems), CAMPAIGN_FAILURES, INTERRUPTED)
 
 
 def run(options: argparse.Namespace, question: Question, problems: list[MotionProblem]) -> int:
@@ -73,7 +74,7 @@ def run(options: argparse.Namespace, question: Question, problems: list[MotionPr
         pending = [one for _, one in runs if one.key not in done]
         if pending:
             print(f"{len(pending)} of {len(runs)} runs", file=sys.stderr, flush=True)
-            options.quiet = True
+            options.quiet, options.verbose = True, 0
             with executors_of(options, len(pending)) as executors:
                 own = executors if options.dask else limited(executors, options.run_limit)
                 run_campaign(pending, store, own, options.retry_failed, tell)

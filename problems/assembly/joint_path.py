@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from problems.assembly.criteria import Criteria
-from problems.limits import limits_of
-from problems.limits.limit import Limit
+from problems.limits import LimitKind, limits_of
 from problems.motions.trajectory import Trajectory
 from problems.objectives import OBJECTIVES
 from problems.tasks.paths.joint_path import JointFollowing
 from problems.timing.retime import retime
 
 
-def joint_following(task: JointFollowing, limits: Sequence[type[Limit]] = ()) -> JointFollowingCriteria:
+def joint_following(task: JointFollowing, limits: Sequence[LimitKind] = ()) -> JointFollowingCriteria:
     """What a task states; time is the objective.
 
     Args:

@@ -20,10 +20,10 @@ from problems.encodings.timing.pace import pace_of
 from problems.encodings.timing.slowness import slowness_of
 from problems.encodings.waypoints import nominal, stops
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
-from problems.limits import limits_of
+from problems.limits import LimitKind, limits_of
 from problems.limits.constraint import Constraint
 from problems.limits.distances.step import MAX_STEP_SHARE, StepLimit
-from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.limit import SAMPLING_MARGIN
 from problems.limits.staying import looks, stay_constraints, stay_matters
 from problems.motions.path_spline import PathSpline, TimedPath
 from problems.motions.trajectory import Trajectory
@@ -50,7 +50,7 @@ def move(
     objective: Objective | str = "time",
     samples: int = 60,
     pieces: int | None = None,
-    limits: Sequence[type[Limit]] = (),
+    limits: Sequence[LimitKind] = (),
 ) -> MoveProblem:
     """The problem that a task states.
 

@@ -20,10 +20,10 @@ from problems.encodings.encoding import Decoded
 from problems.encodings.knots import DEFAULT_TIME_BOUNDS
 from problems.encodings.timing.slowness import slowness_of
 from problems.evaluation import Loop, PopulationFunction, Program, Step
-from problems.limits import limits_of
+from problems.limits import LimitKind, limits_of
 from problems.limits.accuracy import Accuracy
 from problems.limits.constraint import Constraint
-from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.limit import SAMPLING_MARGIN
 from problems.limits.time_scale import peaks_of
 from problems.motions.knot_spline import KnotSpline
 from problems.motions.samples import Samples
@@ -43,7 +43,7 @@ def path_following(
     formulation: str = "paper",
     samples: int = 50,
     redundancy_values: int = 5,
-    limits: Sequence[type[Limit]] = (),
+    limits: Sequence[LimitKind] = (),
 ) -> PathFollowingProblem:
     """The problem that a task states.
 

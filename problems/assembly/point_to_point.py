@@ -15,9 +15,8 @@ from problems.encodings import SEGMENT_ENCODINGS, SegmentsEncoding
 from problems.encodings.encoding import Decoded
 from problems.encodings.timing.slowness import slowness_of
 from problems.evaluation import Program, Step
-from problems.limits import limits_of
+from problems.limits import LimitKind, limits_of
 from problems.limits.constraint import Constraint
-from problems.limits.limit import Limit
 from problems.limits.time_scale import peaks_of
 from problems.motions.trajectory import Trajectory
 from problems.motions.two_segments import Quantities, TwoSegments
@@ -34,7 +33,7 @@ def point_to_point(
     objective: Objective | str = "time",
     formulation: str = "paper",
     samples: int = 50,
-    limits: Sequence[type[Limit]] = (),
+    limits: Sequence[LimitKind] = (),
 ) -> PointToPointProblem:
     """The problem that a task states.
 

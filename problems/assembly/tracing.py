@@ -14,9 +14,8 @@ from problems.encodings.timing.pace import pace_of
 from problems.encodings.timing.slowness import slowness_of
 from problems.encodings.tracing import Tracing
 from problems.evaluation import Program
-from problems.limits import limits_of
+from problems.limits import LimitKind, limits_of
 from problems.limits.constraint import Constraint
-from problems.limits.limit import Limit
 from problems.motions.traced_spline import TracedSpline
 from problems.motions.trajectory import Trajectory
 from problems.nlp.tracing import TracingNlp, end_to_end
@@ -30,7 +29,7 @@ def tracing(
     objective: Objective | str = "time",
     samples: int = 60,
     redundancy_values: int = 5,
-    limits: Sequence[type[Limit]] = (),
+    limits: Sequence[LimitKind] = (),
 ) -> TracingProblem:
     """The problem that a task states.
 

@@ -15,8 +15,10 @@ from problems.base.matrix import FloatArray
 from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import prove_clearance
 from problems.certify.dynamics.torque import prove_torques
+from problems.certify.expressions.proof import prove_expression
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
 from problems.limits.distances.proximity import Proximity
+from problems.limits.expression import ExpressionLimit
 from problems.limits.limit import Limit
 from problems.limits.torque import TorqueLimit
 from problems.motions.trajectory import Trajectory
@@ -86,3 +88,9 @@ def _(limit: Proximity, trajectory: Trajectory) -> list[Verdict]:
 def _(limit: TorqueLimit, trajectory: Trajectory) -> list[Verdict]:
     """The verdict on torques, for the joint that comes nearest to what its motor gives."""
     return [prove_torques(limit, trajectory).verdict]
+
+
+@prove.register
+def _(limit: ExpressionLimit, trajectory: Trajectory) -> list[Verdict]:
+    """The verdict on an expression of a user's own."""
+    return [prove_expression(limit, trajectory)]

@@ -187,6 +187,7 @@ def compile_in_background(source: str) -> BackgroundCompiler | None:
     if processors() < 2 or not cache.writable():
         return None
     with suppress(OSError):
+        log.info("compiler: begins in the background, for the rest of a long search or the next one")
         return BackgroundCompiler(source)
     return None
 

@@ -1,6 +1,7 @@
 """Limits of motions: one constraint object each, from which penalty, nonlinear program and audit derive."""
 
 from collections.abc import Sequence
+from typing import Protocol
 
 from problems.base.errors import InvalidProblem
 from problems.limits.derivative import AccelerationLimit, JerkLimit, SpeedLimit
@@ -17,13 +18,21 @@ KINDS = (SpeedLimit, AccelerationLimit, JerkLimit, JointRange, TorqueLimit, Clea
 LIMITS: dict[str, type[Limit]] = {limit.name: limit for limit in KINDS}
 
 
-def limits_of(robot: Robot, obstacles: Sequence[Obstacle], more: Sequence[type[Limit]] = ()) -> tuple[Limit, ...]:
+class LimitKind(Protocol):
+    """What makes a limit for a robot among obstacles: a class derived from :class:`Limit`, or an object like it."""
+
+    def holding(self, robot: Robot, obstacles: Sequence[Obstacle]) -> Limit | None:
+        """The limit; None where it does not apply."""
+
+
+def limits_of(robot: Robot, obstacles: Sequence[Obstacle], more: Sequence[LimitKind] = ()) -> tuple[Limit, ...]:
     """Every registered limit that applies to a robot among obstacles, and those of further kinds that do.
 
     Raises:
         InvalidProblem: two of them have the same name.
     """
-    built = (kind.holding(robot, obstacles) for kind in (*LIMITS.values(), *more))
+    kinds: tuple[LimitKind, ...] = (*LIMITS.values(), *more)
+    built = (kind.holding(robot, obstacles) for kind in kinds)
     limits = tuple(limit for limit in built if limit is not None)
     names = [limit.name for limit in limits]
     twice = next((name for name in names if names.count(name) > 1), None)

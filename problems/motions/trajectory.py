@@ -25,7 +25,7 @@ SLIVER = 1e-12  # s: shorter ends of pieces are left out where a motion is cut
 LARGEST_JUMP_SCALE, LEAST_JUMP_SCALE = 1.0, 1e-6  # rad: jumps are relative to what lies between
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trajectory:
     """Joint angles over time.
 
@@ -37,6 +37,10 @@ class Trajectory:
 
     breakpoints: FloatArray
     coefficients: FloatArray
+
+    def __repr__(self) -> str:
+        pieces, joints = self.coefficients.shape[1:]
+        return f"<trajectory: {joints} joints, {pieces} pieces, T = {self.breakpoints[-1]:.6g} s>"
 
     @classmethod
     def from_pieces(cls, durations: FloatArray, scaled: list[FloatArray]) -> Trajectory:

@@ -13,7 +13,7 @@ import numpy as np
 from problems.base.matrix import FloatArray
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
-RELATIVE_TOLERANCE = 1e-11  # of the integral, shared among the cells by their lengths
+RELATIVE_TOLERANCE = 1e-11  # of the integral of |f|, shared among the cells by their lengths
 MAX_HALVINGS = 48
 MAX_CELLS = 20_000  # at once; more are only left where the integrand is nothing but rounding
 
@@ -22,13 +22,13 @@ def integral(f: Callable[[FloatArray], FloatArray], edges: FloatArray, floor: fl
     """The integral of f from the first edge to the last; to 1e-9, kinks between the edges included.
 
     Args:
-        f: values (n,) at arguments (n,); not negative.
+        f: values (n,) at arguments (n,).
         edges: increasing, (m,): where f may have kinks that need no search.
         floor: what is too small to matter, in the unit of the integral.
     """
     starts, ends = edges[:-1], edges[1:]
     coarse, settled = _gauss(f, starts, ends), 0.0
-    allowed = (RELATIVE_TOLERANCE * coarse.sum() + floor) / (edges[-1] - edges[0])
+    allowed = (RELATIVE_TOLERANCE * np.abs(coarse).sum() + floor) / (edges[-1] - edges[0])
     for _ in range(MAX_HALVINGS):
         middles = (starts + ends) / 2.0
         halves = np.array([_gauss(f, starts, middles), _gauss(f, middles, ends)])

@@ -26,11 +26,15 @@ class Marker:
         label: for a legend.
         points: (n, dim), m.
         kind: which role they have.
+        tolerance: how near each has to be passed, m; 0 where a figure need not show it.
+        joined: whether the tool stays as near to the lines between them.
     """
 
     label: str
     points: FloatArray
     kind: MarkerKind
+    tolerance: float = 0.0
+    joined: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import casadi as ca
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from problems.base.errors import InvalidProblem
 from problems.base.matrix import FloatArray, Matrix, Operand, as_array
@@ -28,6 +29,7 @@ STARTS = 400  # of inverse kinematics
 SEED = 16  # of its starts: a pose has the same branches in every plan
 STEPS = 10  # of the projection, with which all but a few candidates arrive
 KEPT = 2.0 * SAMPLING_MARGIN  # of a joint's range, at both ends: what a search keeps at its samples, and more
+ROUNDING = 1e-6  # of the entries of a matrix
 APART = 0.5  # rad or m: two branches differ by more than that in some joint
 
 
@@ -51,6 +53,28 @@ class Pose(Place):
     point: tuple[float, ...]
     quaternion: tuple[float, ...] | None = None
     branch: tuple[float, ...] = ()
+
+    @classmethod
+    def from_matrix(cls, matrix: FloatArray) -> Pose:
+        """The pose of a homogeneous matrix.
+
+        Args:
+            matrix: (4, 4), rotation and translation in m, as other libraries write a frame.
+
+        Raises:
+            InvalidProblem: it is none: another shape or last row, or a part that is no rotation.
+        """
+        try:
+            given = np.asarray(matrix, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InvalidProblem("matrix", "4 x 4 numbers are needed") from error
+        if given.shape != (4, 4) or not np.allclose(given[3], (0.0, 0.0, 0.0, 1.0), atol=ROUNDING):
+            raise InvalidProblem("matrix", "a homogeneous matrix is needed: 4 x 4, the last row 0, 0, 0, 1")
+        rotation = given[:3, :3]
+        is_rotation = np.allclose(rotation @ rotation.T, np.eye(3), atol=ROUNDING) and np.linalg.det(rotation) > 0.0
+        if not is_rotation:
+            raise InvalidProblem("matrix", "its 3 x 3 part is no rotation")
+        return cls(tuple(given[:3, 3].tolist()), tuple(Rotation.from_matrix(rotation).as_quat().tolist()))
 
     @property
     def unit(self) -> str:

@@ -11,6 +11,8 @@ from solvers.box import FloatArray
 from solvers.driver.budget import Budget, StopReason, Usage
 from solvers.traits import Steps
 
+MOST_SHOWN = 6  # numbers of a candidate, in the short form of a result
+
 
 @dataclass(frozen=True, kw_only=True)
 class Status:
@@ -99,3 +101,12 @@ class Result:
     seed: int | None
     stop_reason: StopReason
     history: History
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{value:.6g}" for value in self.x[:MOST_SHOWN])
+        more = f", ... {len(self.x)} numbers" if len(self.x) > MOST_SHOWN else ""
+        return (
+            f"{type(self).__name__}(cost={self.cost:.6g}, x=[{shown}{more}], evaluations={self.evaluations}, "
+            f"iterations={self.iterations}, seconds={self.seconds:.3g}, seed={self.seed}, "
+            f"stop_reason={self.stop_reason.value!r})"
+        )

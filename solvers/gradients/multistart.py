@@ -17,7 +17,7 @@ from solvers.gradients.ipopt import Solution, Stop
 from solvers.traits import STARTS
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class DescentResult(Result):
     """The result of many descents.
 

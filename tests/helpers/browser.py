@@ -5,13 +5,12 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
-from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
 
-def opened(page: Path, profile: Path, size: tuple[int, int] = (1200, 900), flags: Sequence[str] = ()) -> str:
+def opened(page: Path, profile: Path, *more: str) -> str:
     """The document of a page once its scripts have run; they must not have complained.
 
     Skips the test where there is no Chromium.
@@ -19,14 +18,13 @@ def opened(page: Path, profile: Path, size: tuple[int, int] = (1200, 900), flags
     Args:
         page: to open.
         profile: folder for what the browser keeps.
-        size: of the window, pixels; no window of a browser is narrower than 500.
-        flags: more of the browser's.
+        more: flags of the browser.
     """
     browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     if browser is None:
         pytest.skip("no Chromium here")
     own = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}", "--virtual-time-budget=2000"]
-    own += ["--enable-logging=stderr", f"--window-size={size[0]},{size[1]}", *flags]
+    own += ["--enable-logging=stderr", "--window-size=1200,900", *more]
     command = [browser, *own, "--dump-dom", page.absolute().as_uri()]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
     assert "CONSOLE" not in done.stderr, done.stderr

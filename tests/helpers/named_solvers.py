@@ -8,7 +8,9 @@ import pytest
 
 from solvers import EXTERNAL, SOLVERS, Solver
 
+LIBRARIES_OF_MANY = ("nevergrad", "mealpy")  # a tenth to a millisecond a candidate: see test_libraries.py instead
 NAMES = [*SOLVERS, *EXTERNAL]
+PARAMETERS = [pytest.param(name, marks=[pytest.mark.slow] * (name in LIBRARIES_OF_MANY)) for name in NAMES]
 
 
 def named_solver(name: str) -> type[Solver]:

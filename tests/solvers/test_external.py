@@ -85,5 +85,5 @@ def test_the_global_generator_is_left_alone(name: str) -> None:
     box = Box(np.zeros(4), np.ones(4))
     np.random.seed(7)  # noqa: NPY002 (this is about it)
     expected = np.random.RandomState(7).random()
-    minimize(lambda x: (x**2).sum(axis=1), box, solver, Budget(2000), 1)
+    minimize(lambda x: (x**2).sum(axis=1), box, solver, Budget(500), 1)
     assert np.random.random() == expected  # noqa: NPY002

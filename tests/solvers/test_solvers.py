@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from helpers.named_solvers import NAMES, named_solver
+from helpers.named_solvers import PARAMETERS, named_solver
 
 from solvers import (
     SOLVERS,
@@ -33,7 +33,7 @@ def sphere(x: np.ndarray) -> np.ndarray:
     return ((x - CENTRE) ** 2).sum(axis=1)
 
 
-@pytest.fixture(params=NAMES)
+@pytest.fixture(params=PARAMETERS)
 def solver(request: pytest.FixtureRequest) -> Solver:
     return named_solver(request.param)()
 
@@ -291,6 +291,8 @@ BAD_SETTINGS = {
     "annealing": [{"visit": 1.0}, {"restart_temp_ratio": 1.0}],
     "cma": [{"sigma": 0.0}, {"growth": 0.5}],
     "pymoo": [{"algorithm": "best"}],
+    "nevergrad": [{"optimizer": "Best"}, {"optimizer": "SQP"}],
+    "mealpy": [{"algorithm": "PSO"}, {"algorithm": "Optimizer"}],
     "ga": [{"tournament": 0}, {"crossover_rate": 1.5}, {"mutation_rate": -0.1}, {"mutation_eta": -1.0}],
 }
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from tpbso_casadi.animation.frames import frames_of
-from tpbso_casadi.animation.write import PAGES
+from tpbso_casadi.animation.player import page
 from tpbso_casadi.simulation.motion import notes, simulated_motion
 from tpbso_casadi.simulation.record import SimulationRecord
 from tpbso_casadi.storage.files import write_text
 from tpbso_casadi.storage.plain import visible
 
-FRAMES_PER_SECOND = {2: 40, 3: 20}  # by the robot's dimensions: in space the player draws what is between two
+FRAMES_PER_SECOND = {2: 40, 3: 20}  # by the robot's dimensions; the player draws what is between two
 MOST_FRAMES = 2000
 
 
@@ -23,7 +23,7 @@ def simulation_page(title: str, record: SimulationRecord) -> str:
     wanted = int(np.ceil(FRAMES_PER_SECOND[record.robot.dim] * record.duration)) + 1
     frames = frames_of(simulated_motion(record), min(wanted, MOST_FRAMES))
     frames = replace(frames, notes=notes(record), seconds=record.duration)
-    return PAGES[record.robot.dim](title, frames)
+    return page(title, frames)
 
 
 def write_player(folder: Path, title: str, record: SimulationRecord) -> Path:

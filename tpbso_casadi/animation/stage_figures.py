@@ -13,8 +13,9 @@ from tpbso_casadi.animation.frames import Frames
 from tpbso_casadi.figures.moving import draw_ways
 from tpbso_casadi.figures.scene import capsule, draw_bodies, draw_obstacle, draw_scene, wide_bodies
 from tpbso_casadi.figures.space.panels import Posture, draw_picture
+from tpbso_casadi.figures.style.colours import BLUE
 
-ARM, WAY = "#1b2733", "#1f4fd8"
+ARM, WAY = "#1b2733", BLUE
 
 
 def plane(axes: Axes, frames: Frames) -> Callable[[int], None]:

@@ -7,15 +7,13 @@ from pathlib import Path
 from shutil import which
 
 from tpbso_casadi.animation.frames import frames_of
-from tpbso_casadi.animation.player import page as page_of_plane
-from tpbso_casadi.animation.space import page as page_of_space
+from tpbso_casadi.animation.player import page
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.storage.files import OutputError, check_file, check_writable, write_text, write_with, writing
 from tpbso_casadi.storage.plain import visible
 
 FILM_FRAMES = 81  # each takes some 50 ms to draw
 SUFFIXES = (".gif", ".mp4", ".html")
-PAGES = {2: page_of_plane, 3: page_of_space}  # by the robot's dimensions
 
 
 def check_animation(path: Path) -> None:
@@ -58,7 +56,6 @@ def animate(path: Path, title: str, motion: Motion) -> None:
     title = visible(title)
     with writing(path.parent):
         if path.suffix == ".html":
-            page = PAGES[motion.problem.robot.dim]
             write_text(path, lambda file: file.write(page(title, frames_of(motion))))
             return
         from tpbso_casadi.animation.moving_figures import save_film  # noqa: PLC0415 (matplotlib is slow to load)

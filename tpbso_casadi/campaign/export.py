@@ -1,4 +1,4 @@
-"""The files of a campaign: its runs as CSV or Parquet, the summary table and its figure."""
+"""The files of a campaign: its runs as CSV or Parquet, the summary table, its figures and its page."""
 
 from __future__ import annotations
 
@@ -7,12 +7,29 @@ from dataclasses import asdict, astuple, fields
 from importlib.util import find_spec
 from pathlib import Path
 
+from markupsafe import Markup
+
+from tpbso_casadi.campaign.analysis.best import BestPlan
+from tpbso_casadi.campaign.analysis.results import Results
+from tpbso_casadi.campaign.page.page import Picture, render
 from tpbso_casadi.campaign.record import Record
+from tpbso_casadi.campaign.run import Run
 from tpbso_casadi.campaign.statistics import Summary
 from tpbso_casadi.campaign.table import HEADER, rows
-from tpbso_casadi.storage.files import OutputError, check_file, check_writable, write_csv, write_with, writing
+from tpbso_casadi.figures.style.formats import DEFAULT
+from tpbso_casadi.storage.files import (
+    OutputError,
+    check_file,
+    check_writable,
+    write_csv,
+    write_text,
+    write_with,
+    writing,
+)
 
 SUFFIXES = (".csv", ".parquet")
+PAGE = "comparison.html"
+FIGURES = ("comparison", "ecdf", "critical-difference", "effect-sizes")
 
 
 def check_export(path: Path) -> None:
@@ -22,9 +39,9 @@ def check_export(path: Path) -> None:
         OutputError: an unknown suffix, a missing library, or a folder that cannot be written.
     """
     if path.suffix not in SUFFIXES:
-        raise OutputError(f"--export {path}: the name must end with {' or '.join(SUFFIXES)}")
+        raise OutputError(f"--table {path}: the name must end with {' or '.join(SUFFIXES)}")
     if path.suffix == ".parquet" and find_spec("pyarrow") is None:
-        raise OutputError(f"--export {path}: needs the package pyarrow: pip install 'tpbso-casadi[parquet]'")
+        raise OutputError(f"--table {path}: needs the package pyarrow: pip install 'tpbso-casadi[parquet]'")
     check_writable(path.parent)
     check_file(path)
 
@@ -50,15 +67,49 @@ def _write_parquet(path: Path, records: Sequence[Record]) -> None:
     write_with(path, lambda temporary: parquet.write_table(table, temporary))
 
 
-def write_summary(folder: Path, summaries: Sequence[Summary], plots: bool) -> None:
-    """Write ``summary.csv`` and, with plots, ``comparison.png``.
+def write_summary(folder: Path, summaries: Sequence[Summary]) -> None:
+    """Write ``summary.csv``.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    with writing(folder):
+        write_csv(folder / "summary.csv", HEADER, rows(summaries))
+
+
+def write_comparison(
+    folder: Path,
+    results: Results,
+    runs: Sequence[Run],
+    best: Sequence[BestPlan],
+    command: str = "",
+    formats: Sequence[str] = DEFAULT,
+) -> None:
+    """Write ``summary.csv``, the figures, and ``comparison.html`` with all of them.
+
+    Args:
+        folder: to write to; it is made.
+        results: of the runs.
+        runs: all of the campaign.
+        best: plan of each case.
+        command: that does the same runs again, for the page; empty for none.
+        formats: of the figures; none for no figures, on the page neither.
 
     Raises:
         OutputError: they cannot be written.
     """
+    write_summary(folder, results.summaries)
+    pictures: list[Picture] = []
+    plans: dict[str, Markup] = {}
     with writing(folder):
-        write_csv(folder / "summary.csv", HEADER, rows(summaries))
-        if plots:
-            from tpbso_casadi.campaign.figures import draw_comparison  # noqa: PLC0415 (matplotlib is slow to load)
+        if formats:
+            from tpbso_casadi.campaign.figures.of_page import pictures_of, plans_of  # noqa: PLC0415 (matplotlib)
 
-            draw_comparison(folder / "comparison.png", summaries)
+            pictures, plans = pictures_of(folder, results, formats), plans_of(best)
+        text = render(results, runs, best, command, pictures, plans)
+        write_text(folder / PAGE, lambda file: file.write(text))
+
+
+def files_of(formats: Sequence[str]) -> list[str]:
+    """The names of the files that :func:`write_comparison` writes."""
+    return ["summary.csv", PAGE, *(f"{name}.{kind}" for name in FIGURES for kind in formats)]

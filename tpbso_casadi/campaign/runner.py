@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import logging
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from contextlib import contextmanager, suppress
 
 from tpbso_casadi.campaign.executors import ExecutorFactory, LostExecutor
-from tpbso_casadi.campaign.run import Outcome, Run, failed, run_one
+from tpbso_casadi.campaign.run import AnyRunT as Run
+from tpbso_casadi.campaign.run import Outcome, failed, run_one
 from tpbso_casadi.campaign.store import Store
 
+LOG = logging.getLogger(__name__)
 SOLO_ATTEMPTS = 2  # of a run that was in progress when a worker died
 CHECK_SECONDS = 5.0  # between looks at the workers while no run ends
 GRACE_SECONDS = 5.0  # after Ctrl-C, for the runs that have begun
@@ -44,6 +47,8 @@ def run_campaign(
 
     def keep(run: Run, outcome: Outcome) -> None:
         store.add(run, outcome)
+        ending = outcome.error or "done"
+        LOG.info("run: %s, %s, seed %d: %s in %.3f s", run.case, run.solver, run.seed, ending, outcome.seconds)
         progress(outcome)
 
     while pending:

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import PermutationMethod, mannwhitneyu, rankdata
 
 from problems.base.matrix import FloatArray
+from tpbso_casadi.campaign.analysis.quantiles import quantile
 from tpbso_casadi.campaign.record import Record
 
 TIE_TOLERANCE = 1e-4  # relative: objectives this close to the best of two samples count as equal to it
@@ -71,6 +72,13 @@ class Summary:
     def median(self) -> float:
         """Of all plans, infeasible ones last: inf where more than half are."""
         return float(np.median(self.objectives)) if self.objectives.size else float("nan")
+
+    @property
+    def quartiles(self) -> tuple[float, float]:
+        """The lower and the upper one of all plans, infeasible ones last; NaN where there is none."""
+        if not self.objectives.size:
+            return float("nan"), float("nan")
+        return float(quantile(self.objectives, 0.25)), float(quantile(self.objectives, 0.75))
 
     @property
     def interquartile_range(self) -> float:
@@ -175,13 +183,13 @@ def _relation(comparison: Comparison, p: float, tests: int) -> Relation:
 
 def compare_summaries(first: Summary, second: Summary) -> Comparison:
     """Compare two solvers on a case. Objectives within 0.01 % of the best of both count as equal to it."""
-    a12, p = rank_sum(*with_ties(first.objectives, second.objectives))
+    effect, p = rank_sum(*with_ties(first.objectives, second.objectives))
     return Comparison(
         case=first.case,
         solver=first.solver,
         other=second.solver,
         ahead=first.rank_key < second.rank_key,
-        a12=a12,
+        a12=effect,
         p=p,
         smallest_p=smallest_p(first.objectives.size, second.objectives.size),
     )
@@ -198,8 +206,14 @@ def rank_sum(a: FloatArray, b: FloatArray) -> tuple[float, float]:
     ways = comb(ranks.size, a.size)
     few_with_ties = ways <= EXACT_PARTITIONS and np.unique(ranks).size < ranks.size
     method: Any = PermutationMethod(n_resamples=EXACT_PARTITIONS) if few_with_ties else "auto"
-    a12 = (a[:, None] < b).mean() + 0.5 * (a[:, None] == b).mean()
-    return float(a12), float(mannwhitneyu(ranks[: a.size], ranks[a.size :], method=method).pvalue)
+    return a12(a, b), float(mannwhitneyu(ranks[: a.size], ranks[a.size :], method=method).pvalue)
+
+
+def a12(a: FloatArray, b: FloatArray) -> float:
+    """The probability that a value of ``a`` (n,) is lower than one of ``b`` (m,), ties half; 0.5 if one is empty."""
+    if not (a.size and b.size):
+        return 0.5
+    return float((a[:, None] < b).mean() + 0.5 * (a[:, None] == b).mean())
 
 
 def smallest_p(n: int, m: int) -> float:

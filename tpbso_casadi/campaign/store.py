@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from tpbso_casadi.campaign.record import Record, read_record
-from tpbso_casadi.campaign.run import Outcome, Run, difference
+from tpbso_casadi.campaign.run import AnyRunT as Run
+from tpbso_casadi.campaign.run import Outcome, difference
 from tpbso_casadi.storage.result import InvalidResult, RunResult
 from tpbso_casadi.storage.versions import versions
 
@@ -172,7 +173,7 @@ class Store:
         try:
             return read_record(labels | dict(zip(COLUMNS, row, strict=True)))
         except ValueError as error:
-            raise StoreError(f"{self._place(run)}: {error}") from error
+            raise StoreError(f"{self.place(run)}: {error}") from error
 
     def result(self, run: Run) -> RunResult:
         """The whole ``result.json`` of a run that did not fail.
@@ -181,16 +182,24 @@ class Store:
             KeyError: it is not stored, or failed.
             StoreError: what is stored is not a result.
         """
-        with self._named():
-            row = self._connection.execute("SELECT result FROM runs WHERE key = ?", (run.key,)).fetchone()
-        if row is None or row[0] is None:
+        [text] = [text for _, text in self.texts([run])] or [None]
+        if text is None:
             raise KeyError(run.key)
         try:
-            return RunResult.from_json(row[0])
+            return RunResult.from_json(text)
         except InvalidResult as error:
-            raise StoreError(f"{self._place(run)}: {error}") from error
+            raise StoreError(f"{self.place(run)}: {error}") from error
 
-    def _place(self, run: Run) -> str:
+    def texts(self, runs: Iterable[Run]) -> Iterator[tuple[Run, str | None]]:
+        """The text of the ``result.json`` of each of these runs that is stored, None of one that failed."""
+        for run in runs:
+            with self._named():
+                row = self._connection.execute("SELECT result FROM runs WHERE key = ?", (run.key,)).fetchone()
+            if row is not None:
+                yield run, row[0]
+
+    def place(self, run: Run) -> str:
+        """Where a run is stored, for messages."""
         return f"{self.path}: result of {run.case}, {run.solver}, seed {run.seed}"
 
     def measurement(self, name: str) -> Any:

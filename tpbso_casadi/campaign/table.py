@@ -6,18 +6,21 @@ import re
 from collections.abc import Iterable, Sequence
 from math import isfinite
 
+import numpy as np
 from rich.box import SIMPLE
 from rich.console import Console, RenderableType
 from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table
 
+from tpbso_casadi.campaign.analysis.references import gaps_of, references
 from tpbso_casadi.campaign.statistics import Judgement, Relation, Summary, compare_summaries, judge, p_text
 
 COUNTS = ("runs", "failed", "infeasible")
 NUMBERS = ("mean", "std", "best", "median", "evaluations")
 AGAINST_FIRST = ("a12", "p", "p_corrected", "against_first")
-HEADER = ("case", "solver", "unit", *COUNTS, *NUMBERS, *AGAINST_FIRST)
+SPREAD = ("lower_quartile", "upper_quartile", "median_gap")
+HEADER = ("case", "solver", "unit", *COUNTS, *NUMBERS, *AGAINST_FIRST, *SPREAD)
 WIDEST = 10_000  # columns, more than any table needs
 LABEL_WIDTH = 22  # columns of a solver's label, which goes on in the next line after a bracket, comma or plus
 
@@ -31,12 +34,15 @@ def against_first(summaries: Sequence[Summary]) -> dict[tuple[str, str], Judgeme
 
 def rows(summaries: Sequence[Summary]) -> list[list[object]]:
     """The whole table, under ``HEADER``, without times: it is the same on any machine and any number of workers."""
-    judgements = against_first(summaries)
+    judgements, lowest = against_first(summaries), references(summaries)
     table: list[list[object]] = []
     for s in summaries:
         counts = s.objectives.size + s.failed, s.failed, s.infeasible
         numbers = [_cell(number) for number in (s.mean, s.std, s.best, s.median, s.evaluations)]
-        table.append([s.case, s.solver, s.unit, *counts, *numbers, *_test(judgements.get((s.case, s.solver)))])
+        gap = float(gaps_of(np.array(s.median), lowest[s.case]))
+        spread = [_cell(number) for number in (*s.quartiles, gap)]
+        test = _test(judgements.get((s.case, s.solver)))
+        table.append([s.case, s.solver, s.unit, *counts, *numbers, *test, *spread])
     return table
 
 

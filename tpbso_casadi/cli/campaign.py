@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from math import inf, isfinite
 from pathlib import Path
 
-from problems.evaluation import BACKENDS, InvalidEvaluation, processors
+from problems.evaluation import processors
 from tpbso_casadi.campaign.dask_cluster import check_address, cluster
 from tpbso_casadi.campaign.estimate import campaign_seconds
 from tpbso_casadi.campaign.executors import ExecutorError, ExecutorFactory, LostExecutor, processes
@@ -17,48 +17,62 @@ from tpbso_casadi.campaign.record import Record
 from tpbso_casadi.campaign.run import Run
 from tpbso_casadi.campaign.runner import run_campaign
 from tpbso_casadi.campaign.store import Store, StoreError
-from tpbso_casadi.cli.common import Exit, positive_int, print_error
+from tpbso_casadi.cli.command import FAILURES, run_command
+from tpbso_casadi.cli.common import Exit, path, positive_int, print_error
 from tpbso_casadi.cli.display.campaign_progress import State, campaign_progress, duration, phase, say, size_of
-from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.cli.options import (
+    Group,
+    add_backend,
+    add_out,
+    add_quiet,
+    defaulting,
+    is_silent,
+    machine_group,
+    output_group,
+)
+from tpbso_casadi.cli.parser import OneLineParser
 from tpbso_casadi.storage.files import OutputError, check_file, check_writable, writing
 
-FAILURES = (ScenarioError, OutputError, StoreError, ExecutorError, LostExecutor, InvalidEvaluation)
+CAMPAIGN_FAILURES = (*FAILURES, StoreError, ExecutorError, LostExecutor)
+INTERRUPTED = "interrupted; completed runs are stored, and the same command resumes"
 STORE = "runs.sqlite"
 
 
-def exit_code_of(work: Callable[[], int]) -> int:
-    """The exit status of a campaign; an error is reported in one line."""
-    try:
-        return work()
-    except FAILURES as error:
-        print_error(str(error))
-        return Exit.BAD_INPUT
-    except KeyboardInterrupt:
-        print_error("interrupted; completed runs are stored, and the same command resumes")
-        return Exit.INTERRUPTED
+def run_campaign_command(
+    parser: OneLineParser, work: Callable[[argparse.Namespace], int], arguments: Sequence[str] | None
+) -> int:
+    """Parse the arguments and do the campaign that they ask for; returns the exit status."""
+    return run_command(parser, work, arguments, failures=CAMPAIGN_FAILURES, interrupted=INTERRUPTED)
 
 
-def add_campaign_options(parser: argparse.ArgumentParser, folder: Path) -> None:
+def add_campaign_options(parser: argparse.ArgumentParser, folder: Path) -> Group:
     """The options that every campaign has.
 
     Args:
         parser: to add them to.
         folder: of the output by default.
+
+    Returns:
+        The group of options for the output.
     """
-    executors = parser.add_argument_group("the executors; they change how long it takes, not the results")
-    alternatives = executors.add_mutually_exclusive_group()
+    machine = machine_group(parser)
+    alternatives = machine.add_mutually_exclusive_group()
     alternatives.add_argument(
-        "--workers", type=positive_int, metavar="N", help=f"processes; {processors()}, one a processor, by default"
+        "--workers", type=positive_int, metavar="N", help=defaulting("processes", "one a processor")
     )
-    alternatives.add_argument("--dask", metavar="ADDRESS", help="the workers of a Dask scheduler, tcp://host:port")
-    executors.add_argument("--backend", choices=BACKENDS, help="evaluates populations; auto by default")
-    output = parser.add_argument_group("the output; the same command resumes an interrupted campaign")
-    output.add_argument(
-        "--out", type=Path, default=folder, metavar="DIR", help=f"folder of the runs; {folder} by default"
+    alternatives.add_argument(
+        "--dask", metavar="ADDRESS", help=defaulting("the workers of a Dask scheduler, tcp://host:port", "none")
     )
+    add_backend(machine)
+    output = output_group(parser)
+    add_out(output, folder, folder)
     output.add_argument("--retry-failed", action="store_true", help="repeat the runs that failed")
-    output.add_argument("--export", type=Path, metavar="FILE", help="the runs as a table: .csv or .parquet")
-    output.add_argument("--quiet", action="store_true", help="no progress, no table")
+    output.add_argument(
+        "--table", type=path, metavar="FILE", help=defaulting("the runs as a table: .csv or .parquet", "none")
+    )
+    output.add_argument("--export", type=path, dest="table", help=argparse.SUPPRESS)  # its name before
+    add_quiet(output)
+    return output
 
 
 def prepare(options: argparse.Namespace, *files: str) -> None:
@@ -77,10 +91,10 @@ def prepare(options: argparse.Namespace, *files: str) -> None:
         raise OutputError(f"{options.out}: is the folder of a run; say another")
     for name in (STORE, *files):
         check_file(options.out / name)
-    if options.export is not None:
-        check_export(options.export)
-        if options.export.resolve() in [(options.out / name).resolve() for name in (STORE, *files)]:
-            raise OutputError(f"--export {options.export}: is a file that is written anyway")
+    if options.table is not None:
+        check_export(options.table)
+        if options.table.resolve() in [(options.out / name).resolve() for name in (STORE, *files)]:
+            raise OutputError(f"--table {options.table}: is a file that is written anyway")
     if options.dask is None:
         local(options)
     else:
@@ -126,7 +140,7 @@ def run_with_progress(runs: Sequence[Run], store: Store, options: argparse.Names
     with executors_of(options, len(pending)) as executors:
         estimate = None if options.quiet else announced(runs, pending, options)
         state = State(len(pending), len({(run.case, run.solver) for run in pending}), estimate)
-        with campaign_progress(state, options.quiet) as progress:
+        with campaign_progress(state, is_silent(options)) as progress:
             run_campaign(runs, store, executors, options.retry_failed, progress)
 
 

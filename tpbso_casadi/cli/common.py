@@ -9,7 +9,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from enum import IntEnum
 from pathlib import Path
-from typing import NoReturn
 
 from tpbso_casadi.scenario.section import LARGEST, LARGEST_SEED, LONGEST_WORD, SMALLEST
 from tpbso_casadi.scenario.validation import shown
@@ -27,15 +26,6 @@ class Exit(IntEnum):
     INFEASIBLE = 1
     BAD_INPUT = 2
     INTERRUPTED = 130
-
-
-class OneLineParser(argparse.ArgumentParser):
-    """An argument parser whose errors take one line."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print the reason alone and exit with status 2."""
-        print_error(message)
-        raise SystemExit(Exit.BAD_INPUT)
 
 
 def print_error(message: str) -> None:
@@ -132,12 +122,3 @@ def path(text: str) -> Path:
     if not text or "\0" in text:
         raise argparse.ArgumentTypeError(f"a path is needed, not {shown(text)}")
     return Path(text)
-
-
-def add_input_options(parser: argparse._ActionsContainer) -> None:
-    """The options of every command that reads scenario files."""
-    parser.add_argument(
-        "--allow-outside-files",
-        action="store_true",
-        help="a scenario may name files outside its own folder",
-    )

@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from traceback import extract_tb
@@ -22,20 +23,50 @@ INTERRUPTED = 130
 FAILED = 2
 
 
-def run(module: str) -> NoReturn:
+def run(module: str, called: str | None = None) -> NoReturn:
     """Run the ``main`` of a module, and exit with its status.
 
     Whatever happens takes one line on standard error at most: 130 after a signal, 2 after an error; with
     ``python -X dev`` the traceback of an unexpected one is shown.
+
+    Args:
+        module: its dotted name.
+        called: how the user has called the command; the usage says it.
     """
     _handle(_leave)
-    for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:  # closed by the caller
-            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 (for as long as the process lives)
+    _open_outputs()
+    if called is not None:
+        sys.argv[0] = called
     main = import_module(module).main
     status = _guarded(main)
     _handle(signal.SIG_IGN)  # all is done
     sys.exit(status)
+
+
+def answer(text: str) -> NoReturn:
+    """Print a text and exit, with 2 if it cannot be printed."""
+    _open_outputs()
+    try:
+        print(text, flush=True)
+    except OSError as error:
+        _flushed()
+        refuse(f"standard output: {error.strerror or error}")
+    sys.exit(0)
+
+
+def refuse(reason: str) -> NoReturn:
+    """Print why nothing is done, and exit with 2."""
+    _open_outputs()
+    with suppress(OSError):
+        print(f"error: {reason}", file=sys.stderr, flush=True)
+    os._exit(FAILED)
+
+
+def _open_outputs() -> None:
+    """Let what is printed go nowhere where the caller has closed standard output or error."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 (for as long as the process lives)
 
 
 def _handle(handler: Callable[[int, FrameType | None], object] | signal.Handlers) -> None:

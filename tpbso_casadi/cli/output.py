@@ -13,6 +13,8 @@ from typing import Self
 from solvers.driver.interruption import Interruption
 from tpbso_casadi.animation import animate, check_animation
 from tpbso_casadi.cli.common import path, positive_number
+from tpbso_casadi.cli.figure_formats import add_figures_option, figure_formats
+from tpbso_casadi.cli.options import add_json, add_no_plots, add_out, add_quiet, defaulting, listed, output_group
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, HIGHEST_RATE, export_motion
@@ -27,25 +29,27 @@ def add_output_options(parser: argparse.ArgumentParser, default: str) -> None:
         parser: to add them to.
         default: what the run folder is called where it is not named.
     """
-    output = parser.add_argument_group("the output")
+    output = output_group(parser)
+    add_out(output, default)
+    add_json(output)
+    add_no_plots(output)
+    add_figures_option(output)
     output.add_argument(
-        "--out", type=path, metavar="DIR", help=f"run folder, replaced as a whole; {default} by default"
-    )
-    output.add_argument("--json", action="store_true", help="print result.json; writes no folder unless --out is given")
-    output.add_argument("--no-plots", action="store_true", help="draw no figures")
-    output.add_argument("--animate", type=path, metavar="FILE", help="the motion as .gif, .mp4 or .html")
-    output.add_argument(
-        "--export", action="append", choices=EXPORTS, default=[], help="for a robot, at equal steps of time; repeatable"
+        "--animate", type=path, metavar="FILE", help=defaulting("the motion as .gif, .mp4 or .html", "none")
     )
     output.add_argument(
-        "--rate",
-        type=positive_number(HIGHEST_RATE),
-        default=DEFAULT_RATE,
-        metavar="HZ",
-        help=f"of these steps; {DEFAULT_RATE:g}",
+        "--export",
+        action="append",
+        choices=EXPORTS,
+        default=[],
+        metavar="KIND",
+        help=defaulting(f"for a robot, at equal steps of time: {listed(EXPORTS)}; repeatable", "none"),
+    )
+    output.add_argument(
+        "--rate", type=positive_number(HIGHEST_RATE), default=DEFAULT_RATE, metavar="HZ", help="of these steps, Hz"
     )
     output.add_argument("--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds")
-    output.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_quiet(output)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +60,7 @@ class Output:
         folder: says where the run goes to; it is asked before the search and again when the plan is written, as another
             plan may have taken the place. None where there is no folder.
         named: whether the user named the folder, who may have a run of another plan replaced there.
-        plots: whether to draw figures.
+        formats: of the figures; none where none are drawn.
         exports: their kinds, keys of ``EXPORTS``.
         rate: of their rows, Hz.
         film: animation file; None where there is none. It may lie in the run folder.
@@ -65,7 +69,7 @@ class Output:
 
     folder: Callable[[], Path] | None
     named: bool
-    plots: bool
+    formats: Sequence[str]
     exports: Sequence[str]
     rate: float
     film: Path | None
@@ -88,7 +92,7 @@ class Output:
         return cls(
             folder=folder,
             named=options.out is not None,
-            plots=not options.no_plots,
+            formats=figure_formats(options),
             exports=options.export,
             rate=options.rate,
             film=options.animate,
@@ -138,7 +142,7 @@ class Output:
             if self.film is not None and self._place_in(folder) is not None:
                 further.append(partial(self._film, plan, progress))
             with suppress(OtherPlan):  # which came while this one was being drawn
-                write_run(folder, plan, self.plots, further, interruption, same_plan_only=not self.named)
+                write_run(folder, plan, bool(self.formats), further, interruption, not self.named, formats=self.formats)
                 return folder
 
     def _place_in(self, folder: Path) -> Path | None:

@@ -1,23 +1,74 @@
-"""``tpbso``: all commands under one name."""
+"""``tpbso``: all commands under one name.
+
+Loads nothing but the standard library, so that the overview, the version and a mistyped name are answered at once.
+"""
 
 from __future__ import annotations
 
 import sys
 from typing import NoReturn
 
-from tpbso_casadi.cli.entry import run
+from tpbso_casadi import __version__
+from tpbso_casadi.cli.entry import answer, refuse, run
 
-COMMANDS = ("solve", "audit", "compare", "retime", "pareto", "reproduce", "robots", "simulate")
+COMMANDS = {
+    "solve": "plan one motion, prove it for all t, write its run folder",
+    "audit": "the certificate of a run, or the structure of a scenario",
+    "compare": "many runs of solvers on scenarios, and their statistics",
+    "retime": "the least time along a given path in joint space",
+    "pareto": "a front of certified plans between two objectives",
+    "reproduce": "the paper's Section IV, reproduced",
+    "robots": "the robots that are built in, or one from a URDF",
+    "simulate": "plan again and again among moving obstacles, in a simulation",
+    "completion": "completion of the command line for bash, zsh or tcsh",
+}
+OVERVIEW = """\
+tpbso-casadi {version}: robot-arm motions by metaheuristics and gradients on one CasADi model
+
+usage: {name} COMMAND [OPTION ...]
+
+commands:
+{commands}
+
+options:
+  -h, --help     this overview; {name} COMMAND --help says every option of a command
+  -V, --version  print the version
+
+example:
+  {name} solve time-3 --out runs/first     plan the first built-in scenario
+  {name} solve --list                      list the built-in scenarios"""
 
 
-def main() -> NoReturn:
-    """Run the command that the first argument names, with the arguments after it."""
-    command = sys.argv[1] if len(sys.argv) > 1 else ""
-    if command not in COMMANDS:
-        print(f"usage: tpbso {'|'.join(COMMANDS)} ...", file=sys.stderr)
-        raise SystemExit(2)
-    sys.argv[:2] = [f"tpbso {command}"]
-    run(f"tpbso_casadi.cli.commands.{command}")
+def main(name: str = "tpbso") -> NoReturn:
+    """Run the command that the first argument names, with the arguments after it.
+
+    Args:
+        name: under which all commands are called.
+    """
+    command, *arguments = sys.argv[1:] or ["--help"]
+    if command in COMMANDS:
+        sys.argv[1:] = arguments
+        run(f"tpbso_casadi.cli.commands.{command}", f"{name} {command}")
+    if command not in ANSWERS:
+        refuse(f"there is no command {command!a:.60}{_meant(command)} ({name} --help lists all)")
+    answer(ANSWERS[command].format(version=__version__, name=name, commands=_listed(name)))
+
+
+ANSWERS = {
+    **dict.fromkeys(("-h", "--help", "help"), OVERVIEW),
+    **dict.fromkeys(("-V", "--version"), "tpbso-casadi {version}"),
+}
+
+
+def _listed(name: str) -> str:
+    return "\n".join(f"  {name} {command:<10}  {purpose}" for command, purpose in COMMANDS.items())
+
+
+def _meant(command: str) -> str:
+    from difflib import get_close_matches  # noqa: PLC0415 (for a mistake alone)
+
+    nearest = get_close_matches(command, COMMANDS, n=1)
+    return f"; the nearest is {nearest[0]}" if nearest else ""
 
 
 if __name__ == "__main__":

@@ -5,11 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from problems import CertificateStatus, Trajectory, Verdict
 from problems.base.matrix import FloatArray
 from solvers import Result
+from tpbso_casadi.audit.content import audit_run
+from tpbso_casadi.facade.arguments.messages import in_words_of_python
+from tpbso_casadi.facade.results.audit import RunAudit
+from tpbso_casadi.facade.results.data_frame import data_frame
+from tpbso_casadi.facade.results.export import RATE, chosen, exports_of
+from tpbso_casadi.facade.results.html import heading, picture, table
+from tpbso_casadi.facade.results.player import Player
+from tpbso_casadi.figures.style.formats import FORMATS
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.scenario.scenario import Scenario
@@ -17,6 +25,7 @@ from tpbso_casadi.storage.content import result_of
 from tpbso_casadi.storage.motion_table import table_of
 from tpbso_casadi.storage.result import RunResult
 from tpbso_casadi.storage.run_folder import write_run
+from tpbso_casadi.storage.stored_run import StoredRun
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -90,9 +99,9 @@ class Plan:
 
     def __repr__(self) -> str:
         objective = self.planned.criteria.objective
-        return (
-            f"<plan: {objective.name} {self.objective:.6g} {objective.unit}, {self.status}, T = {self.duration:.4g} s>"
-        )
+        parts = self.motion.objective_parts or [(objective, 1.0, self.objective)]
+        values = ", ".join(f"{part.name} {value:.6g} {part.unit}" for part, _, value in parts)
+        return f"<plan: {values}, {self.status}, T = {self.duration:.4g} s>"
 
     def to_numpy(self, times: FloatArray | None = None) -> dict[str, FloatArray]:
         """The motion as arrays, by column name: ``t``, ``q1`` ..., as in ``trajectory.csv``.
@@ -104,35 +113,94 @@ class Plan:
         return dict(zip(header, table.T, strict=True))
 
     def to_dataframe(self, times: FloatArray | None = None) -> pd.DataFrame:
-        """The same as a pandas data frame; needs pandas."""
-        import pandas as pd  # noqa: PLC0415 (optional)
+        """The same as a pandas data frame; needs pandas.
 
-        return pd.DataFrame(self.to_numpy(times))
+        Args:
+            times: at which, (n,), s; :attr:`times` by default.
+
+        Raises:
+            ImportError: pandas is not installed.
+        """
+        return data_frame(self.to_numpy(times))
 
     def plot(self, kind: str = "path") -> Figure:
-        """A figure of the motion: ``path``, ``joints`` or ``limits``."""
-        from tpbso_casadi.figures.run import FIGURES  # noqa: PLC0415 (matplotlib is slow to load)
+        """A figure, which a notebook shows.
 
-        return FIGURES[kind](self.planned)
+        Args:
+            kind: ``path``, ``joints`` or ``limits``; where something was searched ``convergence``; where obstacles move
+                ``clearance``; and what the problem itself offers, such as ``accuracy`` of a path.
+
+        Raises:
+            ValueError: there is no such figure of this plan; lists those that there are.
+        """
+        from tpbso_casadi.facade.results.figures import figure_of  # noqa: PLC0415 (matplotlib is slow to load)
+
+        return figure_of(self.planned, kind)
 
     def animate(self, path: str | Path) -> Path:
-        """Write the motion as ``.gif``, ``.mp4`` or an ``.html`` player."""
+        """Write the motion as a film, ``.gif`` or ``.mp4``, or as a player in a page of its own, ``.html``.
+
+        Returns:
+            The path of the file.
+
+        Raises:
+            OutputError: an unknown suffix, no ffmpeg for an MP4, or a file that cannot be written.
+        """
         from tpbso_casadi.animation import animate, check_animation  # noqa: PLC0415 (slow to load)
 
-        check_animation(Path(path))
-        animate(Path(path), Path(path).stem, self.motion)
+        with in_words_of_python():
+            check_animation(Path(path))
+            animate(Path(path), Path(path).stem, self.motion)
         return Path(path)
 
-    def save(self, folder: str | Path, export: Sequence[str] = (), plots: bool = True) -> Path:
-        """Write a run folder: ``result.json``, ``trajectory.csv``, figures and exports for a robot."""
-        from functools import partial  # noqa: PLC0415
+    def player(self, height: int = 520) -> Player:
+        """The motion as a player, which a notebook shows.
 
-        from tpbso_casadi.storage.exporting import export_motion  # noqa: PLC0415
+        Args:
+            height: of the frame, pixels.
+        """
+        return Player.of(self.motion, repr(self)[1:-1], height)
 
-        further = [partial(export_motion, motion=self.motion, kind=kind) for kind in export]
-        write_run(Path(folder), self.planned, plots, further)
+    def save(
+        self, folder: str | Path, export: Sequence[str] = (), figures: Sequence[str] = ("png",), rate: float = RATE
+    ) -> Path:
+        """Write a run folder: ``result.json``, ``trajectory.csv``, figures and exports for a robot.
+
+        Args:
+            folder: to write; what another run has left there is replaced.
+            export: further files: ``ros-json``, ``ros-yaml``, ``csv`` or ``npz``.
+            figures: formats of the figures: ``png``, ``pdf`` or ``svg``; empty for none.
+            rate: of the exports, Hz.
+
+        Returns:
+            The path of the folder.
+
+        Raises:
+            ValueError: an unknown kind of export or of figures.
+            OutputError: the folder cannot be written, or holds anything but a run.
+        """
+        formats, exports = chosen("figures", figures, FORMATS), exports_of(self.motion, export, rate)
+        write_run(Path(folder), self.planned, bool(formats), exports, formats=formats)
         return Path(folder)
 
-    def audit(self) -> dict[str, Any]:
-        """The certificate of the plan, constraint by constraint, and what holds it back."""
-        raise NotImplementedError
+    def audit(self) -> RunAudit:
+        """The certificate of the plan, constraint by constraint, and what holds it back; takes seconds.
+
+        Every constraint is judged again for all t; where the task has a nonlinear program, the conditions of optimality
+        are checked, and the nearest optimum is searched for, whose multipliers are the shadow prices of the limits.
+        """
+        return RunAudit(audit_run(self.as_run()))
+
+    def as_run(self) -> StoredRun:
+        """What reading the plan's run folder would give."""
+        planned, retiming = self.planned, self.planned.retiming
+        found = retiming.before if retiming is not None and retiming.accepted else planned.motion
+        problem = None if planned.searched is None else planned.searched.problem
+        return StoredRun(self.result, planned.motion, found, problem)
+
+    def _repr_html_(self) -> str:
+        from tpbso_casadi.facade.results.figures import png_of  # noqa: PLC0415 (matplotlib is slow to load)
+
+        rows = [(v.name, v.worst, v.bound, v.unit, str(v.status), v.where) for v in self.verdicts]
+        judged = table(("constraint", "worst", "limit", "unit", "for all t", "where"), rows)
+        return heading(repr(self)[1:-1]) + picture(png_of(self.plot()), "the path of the motion") + judged

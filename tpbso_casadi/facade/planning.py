@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
+from contextlib import nullcontext
 from typing import Any
 
 from problems import Obstacle
 from problems.evaluation import EvaluationOptions
+from tpbso_casadi.facade.arguments.keywords import AnySolverChoice
+from tpbso_casadi.facade.arguments.messages import in_words_of_python
+from tpbso_casadi.facade.own import AnyConstraint, AnyObjective
 from tpbso_casadi.facade.plan import Plan
-from tpbso_casadi.facade.statement import AnySolverChoice, What, scenario_of
+from tpbso_casadi.facade.statement import HasScenario, What, given_scenario, scenario_of
 from tpbso_casadi.planning.plan import SILENT
 from tpbso_casadi.planning.plan import plan as plan_scenario
 from tpbso_casadi.planning.progress import Progress
 
 
 def plan(
-    what: What,
+    what: What | HasScenario,
     *,
     start: Any = None,
     goal: Any = None,
@@ -23,11 +27,12 @@ def plan(
     path: Any = None,
     accuracy: float | None = None,
     obstacles: Iterable[Obstacle | dict[str, Any]] | None = None,
-    objective: str | Mapping[str, float] | None = None,
+    constraints: AnyConstraint | Iterable[AnyConstraint] | None = None,
+    objective: AnyObjective | None = None,
     solver: AnySolverChoice | None = None,
     evaluations: int | None = None,
     seed: int | None = None,
-    polish: bool | None = None,
+    polish: bool | int | None = None,
     within: float | None = None,
     warm_start: Plan | None = None,
     evaluation: EvaluationOptions | None = None,
@@ -37,20 +42,26 @@ def plan(
     """Plan a motion, and judge it for all t.
 
     Args:
-        what: a scenario, the path of a scenario file (``.toml``), or the name of a built-in scenario; or a robot (see
+        what: a scenario, or what has one, as a plan; the path of a scenario file (``.toml``), or the name of a built-in
+            scenario; a task as an object, such as :class:`PointToPoint` or :class:`Move`; or a robot (see
             :func:`robot`), for which the other arguments state the task.
-        start: where the robot is at t = 0: joint values (dof,) in rad, a point (2,) or (3,) of the tool in m, or a
-            :class:`Joints`, :class:`Position` or :class:`Pose`.
+        start: where the robot is at t = 0: joint values (dof,) in rad; a point (2,) or (3,) of the tool in m, which two
+            numbers for a planar arm of two links are too; a :class:`Joints`, :class:`Position` or :class:`Pose`; or the
+            tool's frame, a homogeneous matrix (4, 4).
         goal: where it is at t = T, likewise; or a list of places, any of which will do.
         via: places to pass in this order, at free times.
-        path: points (n, 2) or (n, 3) for the tool to trace, m, in place of start and goal.
+        path: points (n, 2) or (n, 3) for the tool to trace, m, in place of start and goal; poses (n, 7), the quaternion
+            as x, y, z, w, with ``angular_accuracy``; a :class:`Path`; or a CSV file of points.
         accuracy: how far the tool may leave the path, m.
-        obstacles: to keep clear of.
-        objective: ``time``, ``rotation``, ``length``, ``energy``, ``work``, a table of weights, or a plug-in.
-        solver: name of a solver, or a solver with its settings; the best there is, polished, by default.
+        obstacles: to keep clear of, such as :class:`Box` or :class:`Sphere`; an empty list for none.
+        constraints: of your own, to be kept at every time: :class:`Constraint`, or classes derived from ``Limit``.
+        objective: ``time``, ``rotation``, ``length``, ``energy``, ``work``; a :class:`Cost` of your own; a table of
+            weights or pairs of weights and objectives; or a class derived from ``Objective``.
+        solver: name of a solver, its class, or a solver with its settings, your own too; the best there is, polished,
+            by default.
         evaluations: budget of the search.
         seed: same seed, same result; 1 by default.
-        polish: whether IPOPT refines the best candidate.
+        polish: whether IPOPT refines the best candidate; or how many candidates it starts from.
         within: the best plan in so many seconds, s.
         warm_start: a plan of a similar task, with which the search begins.
         evaluation: how populations are evaluated; changes the time, not the result.
@@ -58,7 +69,7 @@ def plan(
         keys: further keys of the scenario's tables [task], [model] and [solver], such as ``margin`` or ``motion``.
 
     Raises:
-        ScenarioError: naming the first wrong key, and what is wrong with it.
+        ScenarioError: naming the first wrong argument or key, what is wrong with it, and what to do.
         TypeError: a keyword that no table has.
     """
     scenario = scenario_of(
@@ -70,7 +81,8 @@ def plan(
         via=via,
         path=path,
         accuracy=accuracy,
-        obstacles=None if obstacles is None else list(obstacles),
+        obstacles=obstacles,
+        constraints=constraints,
         objective=objective,
         evaluations=evaluations,
         seed=seed,
@@ -78,4 +90,5 @@ def plan(
         **keys,
     )
     before = None if warm_start is None else warm_start.planned
-    return Plan(plan_scenario(scenario, progress, evaluation, warm_start=before))
+    with nullcontext() if given_scenario(what) is not None else in_words_of_python():
+        return Plan(plan_scenario(scenario, progress, evaluation, warm_start=before))

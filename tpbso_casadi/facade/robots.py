@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias
-
-import numpy as np
+from weakref import WeakKeyDictionary
 
 from problems import InvalidProblem, PlanarArm, Robot
 from problems.base.matrix import FloatArray
 from problems.robots.spatial.models import BUILT_IN
 from problems.robots.spatial.spatial_arm import SpatialArm
+from tpbso_casadi.facade.arguments.messages import check_keywords, in_words_of_python
 from tpbso_casadi.facade.plain_data import plain
-from tpbso_casadi.facade.tables import arm_table, settings_table
+from tpbso_casadi.facade.tables import OF_THE_MODEL, arm_table, settings_table
+from tpbso_casadi.scenario.cases.builtin import TITLES
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import ScenarioError, read_table
+from tpbso_casadi.scenario.validation import hint
 from tpbso_casadi.scenario.world.robots import ArmSection, RobotSection
 from tpbso_casadi.scenario.world.spatial_robots import SpatialRobotSection
+
+AnyTable: TypeAlias = ArmSection | RobotSection | SpatialRobotSection
+KNOWN_TABLES: WeakKeyDictionary[Robot, AnyTable] = WeakKeyDictionary()  # what models were built from, by the model
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +33,11 @@ class StatedRobot:
 
     Attributes:
         table: the [arm] or [robot] table of a scenario, with the texts of the files that it names.
+        kept: what a model of it keeps, as the keys ``margin`` and ``self_collision`` of a [model] table.
     """
 
-    table: ArmSection | RobotSection | SpatialRobotSection
+    table: AnyTable
+    kept: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def model(self) -> Robot:
@@ -40,9 +47,11 @@ class StatedRobot:
             ScenarioError: it cannot be.
         """
         try:
-            return self.table.build()
+            model = self.table.build()
         except InvalidProblem as error:
             raise ScenarioError(f"{self.table.prefix}{error.field}: {error.reason}") from error
+        KNOWN_TABLES[model] = self.table
+        return replace(model, **self.kept)
 
     @property
     def dof(self) -> int:
@@ -51,8 +60,9 @@ class StatedRobot:
 
     @property
     def content(self) -> dict[str, Any]:
-        """The table under its name in a scenario."""
-        return {"arm" if isinstance(self.table, ArmSection) else "robot": self.table.model_dump()}
+        """The tables that state it, by their names in a scenario."""
+        name = self.table.prefix.partition(".")[0]
+        return {name: self.table.model_dump(), "model": dict(self.kept)}
 
     def __repr__(self) -> str:
         return f"<robot with {self.dof} joints, {'in space' if self.model.dim == 3 else 'in the plane'}>"
@@ -65,33 +75,72 @@ def robot(model: AnyRobot, **keys: Any) -> StatedRobot:
     """A robot: built in, of a URDF, or in the plane.
 
     Args:
-        model: ``"panda"``, ``"ur5e"`` or ``"iiwa14"``; the path of a URDF file; the link lengths of a planar arm in m;
-            a :class:`PlanarArm`; or a robot that :func:`robot` made.
-        keys: of the [robot] table, or of [arm] for link lengths, such as ``max_acceleration``, ``spheres``,
-            ``payload``.
+        model: ``"panda"``, ``"ur5e"`` or ``"iiwa14"``; the path of a URDF file; the link lengths (k,) of a planar arm
+            in m; a :class:`PlanarArm` or a robot of any other class, as an object; or a robot that :func:`robot` made.
+        keys: of the [robot] table, or of [arm] for link lengths, such as ``max_speed`` (one number or one a joint,
+            rad/s), ``max_acceleration`` (rad/s^2), ``max_jerk`` (rad/s^3), ``joint_limits`` (k pairs, rad),
+            ``max_torque`` (N m), ``spheres``, ``payload``.
 
     Raises:
         ScenarioError: naming the first wrong key, or a file that cannot be read.
     """
-    if isinstance(model, StatedRobot):
-        return model
-    if isinstance(model, Robot):
-        return StatedRobot(_table_of(model))
+    with in_words_of_python():
+        return _robot(model, keys)
+
+
+def _robot(model: AnyRobot, keys: dict[str, Any]) -> StatedRobot:
+    if isinstance(model, StatedRobot | Robot):
+        if keys:
+            raise ScenarioError(f"{next(iter(keys))}: the robot is complete; give its limits where it is made")
+        return model if isinstance(model, StatedRobot) else _stated(model)
     if isinstance(model, str | Path):
-        table = {"model": model} if model in BUILT_IN else {"urdf": str(model)}
-        section = read_table(SpatialRobotSection, "robot", plain(table | keys))
+        check_keywords(keys, SpatialRobotSection.model_fields)
+        section = read_table(SpatialRobotSection, "robot", plain(_description(str(model)) | keys))
         return StatedRobot(section.with_files(InputFolder(Path(), outside_allowed=True)))
-    return StatedRobot(read_table(ArmSection, "arm", plain({"link_lengths": np.asarray(model)} | keys)))
+    check_keywords(keys, ArmSection.model_fields)
+    return StatedRobot(read_table(ArmSection, "arm", {"link_lengths": plain(model), **plain(keys)}))
 
 
-def _table_of(model: Robot) -> ArmSection | RobotSection:
-    """The table that states a robot which is there already.
+def _description(model: str) -> dict[str, Any]:
+    """The key that names a robot in space.
+
+    Raises:
+        ScenarioError: it is neither built in nor a file.
+    """
+    if model in BUILT_IN:
+        return {"model": model}
+    if not Path(model).suffix:
+        known = [*BUILT_IN, *TITLES]
+        reason = "is no robot, no scenario and no file; built in are the robots"
+        raise ScenarioError(f"{model!r}: {reason} {', '.join(BUILT_IN)}{hint(model, known)}")
+    return {"urdf": model}
+
+
+def _stated(model: Robot) -> StatedRobot:
+    """A robot which is there already.
 
     Raises:
         ScenarioError: only a description can state it.
     """
-    if isinstance(model, PlanarArm):
-        return read_table(ArmSection, "arm", arm_table(model))
-    if isinstance(model, SpatialArm):
+    plain_model = replace(model, margin=0.0, self_collision=False)
+    kept = {key: getattr(model, key) for key in OF_THE_MODEL if getattr(model, key) != getattr(plain_model, key)}
+    state = ROBOT_TABLES.get(type(model), _by_class)
+    return StatedRobot(state(plain_model), kept)
+
+
+def _planar(model: PlanarArm) -> ArmSection:
+    return read_table(ArmSection, "arm", arm_table(model))
+
+
+def _in_space(model: SpatialArm) -> AnyTable:
+    table = KNOWN_TABLES.get(model)
+    if table is None:
         raise ScenarioError("robot: say tp.robot('panda') or tp.robot('arm.urdf'): a plan keeps the description")
+    return table
+
+
+def _by_class(model: Robot) -> RobotSection:
     return read_table(RobotSection, "robot", settings_table(model))
+
+
+ROBOT_TABLES: dict[type[Robot], Callable[[Any], AnyTable]] = {PlanarArm: _planar, SpatialArm: _in_space}

@@ -2,116 +2,160 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
-from problems import Obstacle
 from problems import Path as PathOfPoints
-from solvers import AnySolver
-from solvers.registry import GRADIENT_SOLVERS, SOLVERS
+from problems import Robot
+from problems.tasks.task import Task
+from tpbso_casadi.facade.arguments.keywords import AnySolverChoice, solver_table, sorted_into_tables
+from tpbso_casadi.facade.arguments.messages import in_words_of_python
+from tpbso_casadi.facade.arguments.tasks import STATEMENTS, path_table, tables_of
+from tpbso_casadi.facade.own import constraints_table, objective_table
 from tpbso_casadi.facade.plain_data import plain
 from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
-from tpbso_casadi.facade.tables import goals_table, obstacle_table, path_of, place_table, places_table
+from tpbso_casadi.facade.tables import goals_table, obstacle_table, place_table, places_table
 from tpbso_casadi.scenario.cases.builtin import TITLES
+from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.overriding import overridden
-from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario
-from tpbso_casadi.scenario.section import Section
-from tpbso_casadi.scenario.task import ModelSection
-from tpbso_casadi.scenario.tasks.path import PointsTask
-from tpbso_casadi.scenario.tasks.point_to_point import PointToPointTask
-from tpbso_casadi.storage.plain import settings_of
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.section import ScenarioError
 
-What: TypeAlias = Scenario | AnyRobot
-AnySolverChoice: TypeAlias = str | AnySolver | type[AnySolver]
-POINT_TO_POINT, PATH = "point-to-point", "path"
-TABLES: dict[str, tuple[type[Section], ...]] = {
-    "task": (PointToPointTask, PointsTask),
-    "model": (ModelSection,),
-    "solver": (SolverSection,),
-}
+What: TypeAlias = Scenario | Task | AnyRobot
 
 
-def scenario_of(what: What, solver: AnySolverChoice | None = None, polish: bool | None = None, **keys: Any) -> Scenario:
-    """The scenario that a call states.
+class HasScenario(Protocol):
+    """What a scenario is known of: a plan, a step, a run that was read."""
+
+    @property
+    def scenario(self) -> Scenario:
+        """Robot, task, limits and solver."""
+
+
+POINT_TO_POINT, PATH = "point-to-point", "path"  # kinds of tasks; the argument path states one of the second
+
+
+def scenario_of(
+    what: What | HasScenario, solver: AnySolverChoice | None = None, polish: bool | int | None = None, **keys: Any
+) -> Scenario:
+    """The scenario that a call of :func:`plan` states, without planning it.
 
     Args:
-        what: a scenario, the path of a scenario file, a built-in name; or a robot, for which the keys state a task.
-        solver: name of a solver, or a solver with its settings.
-        polish: whether the best candidate is refined by IPOPT.
+        what: a scenario, or what has one, as a plan; the path of a scenario file; a built-in name; a task as an object,
+            such as :class:`PointToPoint`; or a robot, for which the keys state a task.
+        solver: name of a solver, its class, or a solver with its settings.
+        polish: whether IPOPT refines the best candidate; or how many candidates it starts from.
         keys: of the tables [task], [model] and [solver]; ``obstacles``, and ``path`` for points to trace.
 
     Raises:
-        ScenarioError: naming the first wrong key.
+        ScenarioError: naming the first wrong argument.
         TypeError: a keyword that no table has.
     """
+    given = given_scenario(what)
+    if given is not None:
+        return _overridden(given, solver, polish, keys)
+    with in_words_of_python():
+        return _overridden(None, solver, polish, keys, what)
+
+
+def _overridden(
+    given: Scenario | None, solver: AnySolverChoice | None, polish: bool | int | None, keys: Any, what: Any = None
+) -> Scenario:
+    """The scenario with the arguments in place of its own; a new one of a robot or a task where there is none."""
     stated = {key: value for key, value in keys.items() if value is not None}
-    obstacles = stated.pop("obstacles", ())
-    tables = sorted_into_tables(stated)
+    obstacles = obstacle_tables(stated.pop("obstacles", None))
+    tables = sorted_into_tables(stated, None if given is None else given.task)
     tables["solver"] |= solver_table(solver)
     if polish is not None:
         tables["solver"]["polish_starts"] = int(polish)
-    given = given_scenario(what)
+    if given is None and type(what) in STATEMENTS:
+        given = task_scenario(what)
     if given is None:
-        given = new_scenario(robot(what), tables.pop("task"), obstacles)  # type: ignore[arg-type]
-        tables["task"] = {}
-    elif len(obstacles):
-        given = parse_scenario(given.model_dump() | {"obstacles": [obstacle_table(each) for each in obstacles]})
-    return overridden(given, task=tables["task"], model=tables["model"], solver=tables["solver"])
+        arm = robot(what)
+        state_own(tables, None, lambda: arm.model)
+        given = new_scenario(arm, tables)
+    else:
+        state_own(tables, given, given.robot_table.build)
+    return overridden(
+        given, task=_task_keys(given, tables["task"]), model=tables["model"], solver=tables["solver"],
+        obstacles=obstacles,
+    )  # fmt: skip
 
 
-def given_scenario(what: What) -> Scenario | None:
-    """The scenario that is given by itself, its file or its name; None where a robot is given."""
-    if isinstance(what, Scenario):
-        return what
+def state_own(tables: dict[str, dict[str, Any]], given: Scenario | None, model: Callable[[], Robot]) -> None:
+    """Put what a user states of constraints and objectives as a scenario states it.
+
+    Args:
+        tables: keys by table, which are changed.
+        given: the scenario to begin with, where there is one.
+        model: makes the robot, where it is needed.
+    """
+    if "constraints" in tables["model"]:
+        own = constraints_table(tables["model"]["constraints"], model())
+        before = [] if given is None else given.model.limits
+        tables["model"] |= own | {"limits": [*tables["model"].get("limits", before), *own["limits"]]}
+    if "objective" in tables["task"]:
+        tables["task"] |= objective_table(tables["task"]["objective"], model)
+    tables["model"] = plain(tables["model"])
+
+
+def given_scenario(what: Any) -> Scenario | None:
+    """The scenario that is given by itself, its plan, its file or its name; None where a task or a robot is given."""
+    scenario = getattr(what, "scenario", what)
+    if isinstance(scenario, Scenario):
+        return scenario
     if isinstance(what, str | Path) and (what in TITLES or Path(what).suffix == ".toml"):
         return load(str(what), outside_allowed=True)
     return None
 
 
-def new_scenario(arm: StatedRobot, task: dict[str, Any], obstacles: Iterable[Obstacle | dict[str, Any]]) -> Scenario:
+def new_scenario(arm: StatedRobot, tables: dict[str, dict[str, Any]]) -> Scenario:
     """A scenario of a robot and a task."""
-    dof, dim = arm.dof, arm.model.dim
-    table = {"kind": POINT_TO_POINT, **task}
-    path = table.pop("path", None)
-    if path is not None:
-        table |= {"kind": PATH, "points": path.points if isinstance(path, PathOfPoints) else path}
-    readers: dict[str, Callable[[Any, int, int], Any]] = {
+    task, tables["task"] = tables["task"], {}
+    kind = PATH if PATH in task else POINT_TO_POINT
+    content = arm.content
+    content["model"] |= tables["model"]
+    content["task"] = {"kind": kind, **_read(task, arm.dof, arm.model.dim)}
+    return parse_scenario(content, InputFolder(Path(), outside_allowed=True))
+
+
+def task_scenario(task: Task) -> Scenario:
+    """A scenario of a task that is given as an object."""
+    tables, content = tables_of(task), robot(task.robot).content
+    content["model"] |= tables["model"]
+    return parse_scenario(content | {"task": tables["task"], "obstacles": obstacle_tables(task.obstacles)})
+
+
+def _task_keys(scenario: Scenario, task: dict[str, Any]) -> dict[str, Any]:
+    """Keys of [task] that are given by arguments."""
+    if not task:
+        return {}
+    built = scenario.robot_table.build()
+    return _read(task, built.dof, built.dim)
+
+
+def _read(task: dict[str, Any], dof: int, dim: int) -> dict[str, Any]:
+    """Arguments as keys of [task]: places, and points to trace."""
+    readers: dict[str, Callable[[Any, int, int, str], Any]] = {
         "start": place_table, "goal": goals_table, "via": places_table
     }  # fmt: skip
-    table |= {key: read(table[key], dof, dim) for key, read in readers.items() if key in table}
-    tables = {"task": plain(table), "obstacles": [obstacle_table(each) for each in obstacles]}
-    return parse_scenario(arm.content | tables)
+    table = {key: readers[key](value, dof, dim, key) if key in readers else value for key, value in task.items()}
+    path = table.pop("path", None)
+    if path is not None:
+        table |= path_table(path) if isinstance(path, PathOfPoints) else {"points": path}
+    return dict(plain(table))
 
 
-def solver_table(solver: AnySolverChoice | None) -> dict[str, Any]:
-    """The keys of [solver] that name a solver and its settings."""
-    if solver is None:
-        return {}
-    if isinstance(solver, str):
-        return {"name": solver}
-    kind = solver if isinstance(solver, type) else type(solver)
-    registered: dict[str, type[AnySolver]] = {**SOLVERS, **GRADIENT_SOLVERS}
-    name = next((name for name, known in registered.items() if known is kind), path_of(kind))
-    settings = {} if isinstance(solver, type) else settings_of(solver)
-    return {"name": name, "settings": {key: value for key, value in settings.items() if value is not None}}
-
-
-def sorted_into_tables(keys: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Keywords by the table that has such a key.
+def obstacle_tables(obstacles: Any) -> list[dict[str, Any]] | None:
+    """The [[obstacles]] of anything that lists obstacles; None where nothing is said of them.
 
     Raises:
-        TypeError: none has, with the nearest that one has.
+        ScenarioError: it is no list.
     """
-    known = {name: {key for section in sections for key in section.model_fields} for name, sections in TABLES.items()}
-    known["task"].add("path")
-    found: dict[str, dict[str, Any]] = {name: {} for name in TABLES}
-    for key, value in keys.items():
-        table = next((name for name in TABLES if key in known[name]), None)
-        if table is None:
-            near = difflib.get_close_matches(key, sorted(set().union(*known.values(), {"obstacles"})), n=1)
-            raise TypeError(f"there is no keyword {key!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
-        found[table][key] = plain(value) if table != "task" else value
-    return found
+    if obstacles is None:
+        return None
+    if isinstance(obstacles, str | Mapping) or not isinstance(obstacles, Iterable):
+        raise ScenarioError("obstacles: a list is needed, [tp.Box(...)]")
+    return [obstacle_table(each) for each in obstacles]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
+
+import numpy as np
 
 from problems import (
     Ball,
@@ -15,6 +17,7 @@ from problems import (
     Ellipse,
     Ellipsoid,
     HalfSpace,
+    InvalidProblem,
     Joints,
     MovingObstacle,
     Obstacle,
@@ -23,11 +26,15 @@ from problems import (
     Position,
     Rectangle,
     Robot,
+    Tabulated,
 )
+from problems.scene.moving.obstacle_motion import ObstacleMotion
 from problems.tasks.place import Place
 from problems.tasks.pose import Pose
-from tpbso_casadi.facade.plain_data import plain
+from tpbso_casadi.facade.plain_data import path_of, plain
 from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario.validation import shown
+from tpbso_casadi.scenario.world.obstacle_motions import motion_through
 from tpbso_casadi.scenario.world.robots import ARM_KEYS
 
 SHAPE_NAMES: dict[type[Obstacle], str] = {
@@ -68,65 +75,134 @@ def obstacle_table(obstacle: Obstacle | dict[str, Any]) -> dict[str, Any]:
     if isinstance(obstacle, dict):
         return dict(plain(obstacle))
     if isinstance(obstacle, MovingObstacle):
-        if not isinstance(obstacle.motion, ConstantVelocity):
-            raise ScenarioError("obstacles: state a tabulated motion as a table with motion_rows")
-        table = obstacle_table(obstacle.still) | {"velocity": plain(obstacle.motion.velocity)}
+        table = obstacle_table(obstacle.still) | motion_table(obstacle.motion)
         return table | ({"margin_rate": obstacle.margin_rate} if obstacle.margin_rate else {})
     shape = SHAPE_NAMES.get(type(obstacle), "")
     if not shape:
-        raise ScenarioError(f"obstacles: no table states {type(obstacle).__name__}; say it as a dict")
+        raise ScenarioError(f"obstacles: {shown(obstacle)} is none; say tp.Box(...) and the like, or a dict")
     return {"shape": shape, **plain(_stated(obstacle))}
 
 
-def place_table(place: Any, dof: int, dim: int) -> Any:
+def motion_table(motion: ObstacleMotion) -> dict[str, Any]:
+    """The keys of one of the [[obstacles]] that say how it moves.
+
+    Raises:
+        ScenarioError: no table states it.
+    """
+    state = MOTION_TABLES.get(type(motion))
+    if state is None:
+        raise ScenarioError(f"obstacles: no table states the motion {type(motion).__name__}")
+    return state(motion)
+
+
+def _velocity(motion: ConstantVelocity) -> dict[str, Any]:
+    return {"velocity": plain(motion.velocity)}
+
+
+def _rows(motion: Tabulated) -> dict[str, Any]:
+    """The rows t, position[, turn] of a table.
+
+    Raises:
+        ScenarioError: the motion does not run through its rows on one cubic spline.
+    """
+    length = motion.breaks[-1] - motion.breaks[-2]
+    columns = [[*(piece[-1] for piece in pieces), np.polyval(pieces[-1], length)] for pieces in motion.pieces]
+    rows = [list(map(float, row)) for row in zip(motion.breaks, *columns, strict=True)]
+    again = motion_through(rows, motion.dim)
+    if not np.allclose(again.pieces, motion.pieces, rtol=1e-9, atol=1e-9):
+        raise ScenarioError("obstacles: a motion along lines cannot be stored; say Tabulated.through(times, positions)")
+    return {"motion_rows": rows}
+
+
+MOTION_TABLES: dict[type[ObstacleMotion], Callable[[Any], dict[str, Any]]] = {
+    ConstantVelocity: _velocity,
+    Tabulated: _rows,
+}
+
+
+def place_table(place: Any, dof: int, dim: int, name: str) -> Any:
     """A place of a [task] table.
 
     Args:
-        place: :class:`Joints`, :class:`Position`, :class:`Pose`, a table, or numbers: a point where there are as many
-            as the space has dimensions, joint values where there are as many as joints.
+        place: :class:`Joints`, :class:`Position`, :class:`Pose`, a table, a homogeneous matrix (4, 4), or numbers: a
+            point where there are as many as the space has dimensions, joint values where there are as many as joints.
         dof: how many joints the robot has.
         dim: of its space.
+        name: of the argument, for messages.
 
     Raises:
         ScenarioError: it is none of these.
     """
-    if isinstance(place, Joints):
-        return {"joints": plain(place.values)}
-    if isinstance(place, Position):
-        return {"position": plain(place.point)}
-    if isinstance(place, Pose):
-        turned = {} if place.quaternion is None else {"quaternion": plain(place.quaternion)}
-        return {"position": plain(place.point), **turned}
     if isinstance(place, Place):
-        raise ScenarioError(f"task: no table states {type(place).__name__}")
+        return _stated_place(place, name)
     given = plain(place)
-    if not isinstance(given, list) or any(isinstance(entry, list | dict) for entry in given):
+    if isinstance(given, dict):
         return given
+    if _is_matrix(place):
+        return _stated_place(_pose(place, name), name)
+    if not isinstance(given, list) or not all(map(_is_number, given)):
+        raise ScenarioError(f"{name}: {shown(given)} is no place; {_forms(dof, dim)}")
     if len(given) == dim == dof and dim > 2:
-        raise ScenarioError(f"task: {given} may be a point or joint values: say tp.Pose(...) or tp.Joints(...)")
+        raise ScenarioError(f"{name}: {given} may be a point or joint values: say tp.Pose(...) or tp.Joints(...)")
     if len(given) == dim:
         return given if dim == 2 else {"position": given}
+    if len(given) != dof:
+        raise ScenarioError(f"{name}: {len(given)} numbers; {_forms(dof, dim)}")
     return {"joints": given}
 
 
-def goals_table(goal: Any, dof: int, dim: int) -> Any:
+def _stated_place(place: Place, name: str) -> dict[str, Any]:
+    state = PLACE_TABLES.get(type(place))
+    if state is None:
+        raise ScenarioError(f"{name}: no table states {type(place).__name__}")
+    return {key: plain(value) for key, value in state(place).items() if value is not None}
+
+
+PLACE_TABLES: dict[type[Place], Callable[[Any], dict[str, Any]]] = {
+    Joints: lambda place: {"joints": place.values},
+    Position: lambda place: {"position": place.point},
+    Pose: lambda place: {"position": place.point, "quaternion": place.quaternion},
+}
+
+
+def _forms(dof: int, dim: int) -> str:
+    pose = ", or a pose" if dim == 3 else ""
+    return f"{dof} joint values are needed, or {dim} coordinates of a point{pose}"
+
+
+def _pose(matrix: Any, name: str) -> Pose:
+    try:
+        return Pose.from_matrix(np.asarray(matrix))
+    except InvalidProblem as error:
+        raise ScenarioError(f"{name}: {error.reason}") from error
+
+
+def goals_table(goal: Any, dof: int, dim: int, name: str) -> Any:
     """A goal, or a list of goals of which any will do."""
-    several = isinstance(goal, Sequence) and not isinstance(goal, str) and bool(goal) and not _is_number(goal[0])
-    return places_table(goal, dof, dim) if several else place_table(goal, dof, dim)
+    listed = isinstance(goal, list | tuple) or (isinstance(goal, np.ndarray) and goal.ndim > 1)
+    several = listed and len(goal) > 0 and not _is_matrix(goal) and not _is_number(goal[0])
+    return places_table(goal, dof, dim, name) if several else place_table(goal, dof, dim, name)
 
 
-def places_table(places: Sequence[Any], dof: int, dim: int) -> list[Any]:
-    """A list of places."""
-    return [place_table(place, dof, dim) for place in places]
+def places_table(places: Any, dof: int, dim: int, name: str) -> list[Any]:
+    """A list of places; each may be anything that a place may be.
+
+    Raises:
+        ScenarioError: it is no list, or one of them is no place.
+    """
+    listed = isinstance(places, list | tuple | np.ndarray)
+    if not listed or _is_matrix(places) or (len(places) and _is_number(places[0])):
+        raise ScenarioError(f"{name}: a list of places is needed, not {shown(plain(places))}")
+    return [place_table(place, dof, dim, f"{name}[{number}]") for number, place in enumerate(places)]
 
 
-def path_of(kind: type) -> str:
-    """``package.module:Class``, as a scenario names classes of anyone."""
-    return f"{kind.__module__}:{kind.__qualname__}"
+def _is_matrix(value: Any) -> bool:
+    """Whether it is a homogeneous matrix rather than a list of places: an array (4, 4)."""
+    return isinstance(value, np.ndarray) and value.shape == (4, 4)
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(plain(value), int | float)
+    return isinstance(plain(value), int | float) and not isinstance(value, bool)
 
 
 def _stated(thing: Any) -> dict[str, Any]:

@@ -11,10 +11,24 @@ from matplotlib.figure import Figure
 
 from problems.certify.closest_approach import ClosestApproach
 from tpbso_casadi.figures.distances import TIMES, DistanceCurve, closest_to_moving, description, distance_curves
-from tpbso_casadi.figures.style.colours import CLOSEST, colour_of
+from tpbso_casadi.figures.style.colours import CLOSEST, LIMIT, line_of
+from tpbso_casadi.figures.style.labels import EndLabel, label_ends
+from tpbso_casadi.figures.style.paper import ONE_COLUMN, in_print
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 
 STANDING = "0.6"  # colour of what stands still
+KEPT = (0, (2, 1.5))
+HEIGHT = 2.6  # inches
+
+
+@in_print
+def clearance_figure(curves: list[DistanceCurve], approach: ClosestApproach) -> Figure:
+    """Distances over time, and what is closest when."""
+    figure = Figure(figsize=(ONE_COLUMN, HEIGHT), layout="constrained")
+    axes = figure.subplots()
+    draw_distances(axes, curves, approach)
+    axes.set_title(f"{description(approach)}:\n{approach.pair}", parse_math=False)
+    return figure
 
 
 def clearance_figures(plan: PlannedMotion) -> dict[str, Figure]:
@@ -24,26 +38,26 @@ def clearance_figures(plan: PlannedMotion) -> dict[str, Figure]:
     approach = closest_to_moving(*scene)
     if approach is None:
         return {}
-    figure = Figure(figsize=(7.2, 4.2), layout="constrained")
-    axes = figure.subplots()
-    draw_distances(axes, distance_curves(*scene, plan.trajectory.times(TIMES)), approach)
-    axes.set_title(f"obstacles that move, {description(approach)} ({approach.pair})", parse_math=False)
-    figure.legend(loc="outside lower center", ncols=2, frameon=False)
-    return {"clearance": figure}
+    return {"clearance": clearance_figure(distance_curves(*scene, plan.trajectory.times(TIMES)), approach)}
 
 
 def draw_distances(axes: Axes, curves: list[DistanceCurve], approach: ClosestApproach) -> None:
     """The arm's distances over time, what has to be kept of each, and the closest approach."""
+    labels = []
     for curve in curves:
-        colour = colour_of(curve.number - 1) if curve.number else STANDING
-        axes.plot(curve.times, curve.distances, color=colour, linewidth=1.6, label=curve.label)
+        line = line_of(curve.number - 1) if curve.number else {"color": STANDING}
+        axes.plot(curve.times, curve.distances, label=curve.label, **line)
+        labels.append(EndLabel(curve.short_label, float(curve.distances[-1]), line["color"]))
         if np.ptp(curve.kept) > 0.0:
-            axes.plot(curve.times, curve.kept, color=colour, linestyle="--", label=f"kept from obstacle {curve.number}")
+            kept = f"kept from obstacle {curve.number}"
+            axes.plot(curve.times, curve.kept, color=line["color"], linestyle=KEPT, linewidth=0.8, label=kept)
+            labels.append(EndLabel(f"kept from {curve.number}", float(curve.kept[-1]), line["color"]))
     if any(np.ptp(curve.kept) == 0.0 for curve in curves):
-        axes.axhline(curves[0].kept[0], color="0.25", linestyle="--", linewidth=1.0, label="margin")
+        axes.axhline(curves[0].kept[0], color=LIMIT, linestyle=KEPT, linewidth=0.8, label="margin")
+        labels.append(EndLabel("margin", float(curves[0].kept[0]), LIMIT))
     axes.plot(approach.time, approach.distance, "o", color=CLOSEST, label="closest approach", zorder=5)
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.set_xlim(curves[0].times[0], curves[0].times[-1])
     axes.set_xlabel("time [s]")
     axes.set_ylabel("distance of the arm [m]")
-    axes.grid(alpha=0.3)
+    label_ends(axes, labels)

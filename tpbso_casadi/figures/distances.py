@@ -40,6 +40,11 @@ class DistanceCurve:
         """For a legend."""
         return f"obstacle {self.number}, moving" if self.number else "nearest standing obstacle"
 
+    @property
+    def short_label(self) -> str:
+        """For the end of a line."""
+        return f"obstacle {self.number}" if self.number else "standing"
+
 
 def distance_curves(
     robot: Robot, obstacles: Sequence[Obstacle], trajectory: Trajectory, times: FloatArray

@@ -15,8 +15,13 @@ from matplotlib.ticker import MaxNLocator
 
 from problems.base.matrix import FloatArray
 from problems.tasks.drawing import BoundedCurve, ProgressMeasure
+from tpbso_casadi.figures.style.colours import BLUE, GIVEN, LIMIT, PATH, PURPLE, VERMILLION
+from tpbso_casadi.figures.style.labels import EndLabel, label_ends
+from tpbso_casadi.figures.style.paper import ONE_COLUMN, TWO_COLUMNS, in_print
 from tpbso_casadi.planning.plan import convergence, step_name
 from tpbso_casadi.planning.planned_motion import PlannedMotion, SearchedMotion
+
+HEIGHT = 2.6  # inches
 
 
 def progress_figures(plan: SearchedMotion) -> dict[str, tuple[str, Figure]]:
@@ -26,21 +31,23 @@ def progress_figures(plan: SearchedMotion) -> dict[str, tuple[str, Figure]]:
     }
 
 
+@in_print
 def progress_figure(plan: SearchedMotion, measure: ProgressMeasure) -> Figure:
     """A measure of the best candidate so far over the iterations."""
-    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    figure = Figure(figsize=(ONE_COLUMN, HEIGHT), layout="constrained")
     axes = figure.subplots()
     iterations, _ = convergence(plan.search)
-    axes.step(iterations, progress_history(plan, measure), where="post", color="#1f77b4")
-    axes.axhline(measure.limit, color="0.25", linestyle="--", linewidth=1.0, label="limit")
+    history = progress_history(plan, measure)
+    axes.step(iterations, history, where="post", color=BLUE)
+    axes.axhline(measure.limit, color=LIMIT, linestyle="--", linewidth=0.8)
     axes.set_xlabel(step_name(plan.search))
     axes.set_ylabel(f"{measure.label} [{measure.unit}]")
     axes.set_title(measure.title)
     axes.set_xlim(0, max(int(iterations[-1]), 1))
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
     axes.set_ylim(0.0, 1.1 * max(axes.get_ylim()[1], measure.limit))
-    axes.grid(alpha=0.3)
-    axes.legend()
+    reached = float(history[-1])
+    label_ends(axes, [EndLabel(f"{reached:.3g}", reached, BLUE), EndLabel("limit", measure.limit, LIMIT)])
     return figure
 
 
@@ -60,20 +67,22 @@ def curve_figures(plan: PlannedMotion) -> dict[str, tuple[str, Figure]]:
     return {name: (group[0].label, curve_figure(plan.times, group)) for name, group in groups.items()}
 
 
+@in_print
 def curve_figure(times: FloatArray, curves: Sequence[BoundedCurve]) -> Figure:
     """Each curve at times (n,) in s over its bounds, one panel each."""
-    figure = Figure(figsize=(6.8, 1.6 + 2.8 * len(curves)), layout="constrained")
+    figure = Figure(figsize=(TWO_COLUMNS, 0.9 + 2.0 * len(curves)), layout="constrained")
     panels = figure.subplots(len(curves), 1, sharex=True, squeeze=False)[:, 0]
     for axes, curve in zip(panels, curves, strict=True):
-        axes.plot(times, curve.value(times), color="#1f4fd8", label="planned")
-        axes.plot(curve.times, curve.upper, ".", color="#d62728", label=f"upper bound at a {curve.event}")
-        axes.plot(curve.times, curve.lower, ".", color="#9467bd", label=f"lower bound at a {curve.event}")
-        passed = curve.value(curve.times)
-        axes.plot(curve.times, passed, "*", color="#2ca02c", markersize=5, label=f"{curve.event} passed")
+        axes.fill_between(curve.times, curve.lower, curve.upper, color=GIVEN, alpha=0.12, linewidth=0.0)
+        axes.plot(times, curve.value(times), color=PATH, label="planned")
+        small = {"linestyle": "none", "markersize": 3.0}
+        axes.plot(curve.times, curve.upper, "v", color=VERMILLION, label=f"upper bound at a {curve.event}", **small)
+        axes.plot(curve.times, curve.lower, "^", color=PURPLE, label=f"lower bound at a {curve.event}", **small)
+        axes.plot(curve.times, curve.value(curve.times), "o", color=GIVEN, label=f"{curve.event} passed", **small)
         axes.set_ylabel(f"{curve.label} ${curve.symbol}$ [{curve.unit}]")
-        axes.grid(alpha=0.3)
         axes.margins(x=0.01)
+    panels[0].set_title(f"{curves[0].label} between its bounds")
     panels[-1].set_xlabel("time [s]")
     handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False)
+    figure.legend(handles, labels, loc="outside lower center", ncols=4)
     return figure

@@ -5,7 +5,7 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,17 +15,38 @@ from problems.base.matrix import FloatArray
 from tpbso_casadi.figures.courses import Course
 from tpbso_casadi.figures.scene import draw_obstacle
 from tpbso_casadi.figures.style.colours import COURSE, OBSTACLE
+from tpbso_casadi.figures.style.places import PlaceLabel
 
 LABEL = "moving obstacle"
+SLOW = 0.5  # of its width: what moves less between two times has one label for both
 SQUARE: dict[str, Any] = {"marker": "s", "linestyle": "none", "color": OBSTACLE, "alpha": 0.35, "markersize": 9}
 
 
-def draw_moving(axes: Axes, courses: Sequence[Course], opacities: Sequence[float]) -> None:
+def draw_moving(axes: Axes, courses: Sequence[Course], opacities: Sequence[float], label: str = LABEL) -> None:
     """Draw obstacles in the plane at each time of their courses, with one opacity for each time."""
     for course in courses:
         for outline, opacity in zip(course.outlines, opacities, strict=True):
             draw_obstacle(axes, outline, opacity)
-    axes.plot([], [], label=LABEL, **SQUARE)
+    axes.plot([], [], label=label, **SQUARE)
+
+
+def time_labels(courses: Sequence[Course]) -> list[PlaceLabel]:
+    """The times at which obstacles are drawn, beside their middles; of one that hardly moves, from when to when."""
+    return [PlaceLabel(text, place, COURSE) for course in courses for text, place in labelled_times(course)]
+
+
+def labelled_times(course: Course) -> Iterator[tuple[str, FloatArray]]:
+    """Times of an obstacle, those between which it hardly moves together, and where its middle is then, (2,), m."""
+    least = SLOW * float(np.ptp(course.outlines[0], axis=0).min())
+    groups: list[list[int]] = []
+    for row in np.argsort(course.times, kind="stable").tolist():
+        if groups and np.linalg.norm(course.middles[row] - course.middles[groups[-1][0]]) < least:
+            groups[-1].append(row)
+        else:
+            groups.append([row])
+    for group in groups:
+        first, last = (f"{course.times[row]:.3g}" for row in (group[0], group[-1]))
+        yield (f"{first} s" if first == last else f"{first} to {last} s"), course.middles[group].mean(axis=0)
 
 
 def draw_ways(axes: Axes, ways: Sequence[FloatArray]) -> None:

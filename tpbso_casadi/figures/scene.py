@@ -17,28 +17,28 @@ from problems.base.matrix import FloatArray
 from problems.robots.robot import Body
 from problems.scene.obstacle import standing
 from problems.tasks.drawing import MarkerKind
-from tpbso_casadi.figures.style.colours import OBSTACLE
+from tpbso_casadi.figures.style.colours import GIVEN, OBSTACLE
 
 MARKER_STYLES: dict[MarkerKind, dict[str, Any]] = {
-    MarkerKind.START: {"marker": "x", "markersize": 9, "markeredgewidth": 2.2, "zorder": 6},
-    MarkerKind.GOAL: {"marker": "*", "markersize": 12, "zorder": 6},
-    MarkerKind.POINTS: {"marker": "*", "markersize": 8, "zorder": 2},
+    MarkerKind.START: {"marker": "x", "markersize": 7, "markeredgewidth": 2.0, "zorder": 6},
+    MarkerKind.GOAL: {"marker": "*", "markersize": 10, "zorder": 6},
+    MarkerKind.POINTS: {"marker": ".", "markersize": 4, "zorder": 2},
 }
 
 
 def draw_scene(axes: Axes, problem: Criteria) -> None:
     """Draw the base of the arm, the obstacles that stand and the markers of the task."""
-    axes.plot(*problem.robot.base, "s", color="black", markersize=8, label="base", zorder=5)
-    for obstacle in standing(problem.obstacles):
-        draw_obstacle(axes, obstacle.outline())
+    axes.plot(*problem.robot.base, "s", color="black", markersize=6, label="base", zorder=5)
+    for number, obstacle in enumerate(standing(problem.obstacles)):
+        draw_obstacle(axes, obstacle.outline()).set_label("_" if number else "obstacle")
     for marker in problem.markers():
         x, y = marker.points.T
-        axes.plot(x, y, linestyle="none", color="#2ca02c", label=marker.label, **MARKER_STYLES[marker.kind])
+        axes.plot(x, y, linestyle="none", color=GIVEN, label=marker.label, **MARKER_STYLES[marker.kind])
 
 
 def draw_obstacle(axes: Axes, outline: FloatArray, alpha: float = 0.35) -> Polygon:
     """Draw an obstacle by its outline (n, 2), m."""
-    patch = Polygon(outline, color=OBSTACLE, alpha=alpha)
+    patch = Polygon(outline, facecolor=(OBSTACLE, alpha), edgecolor=(OBSTACLE, min(1.0, 2.0 * alpha)), linewidth=0.8)
     axes.add_patch(patch)
     return patch
 

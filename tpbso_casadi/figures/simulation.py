@@ -5,12 +5,14 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import partial
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
@@ -19,38 +21,42 @@ from tpbso_casadi.figures.courses import Course, courses_of
 from tpbso_casadi.figures.distances import DistanceCurve, distance_curves
 from tpbso_casadi.figures.extent import extent_of
 from tpbso_casadi.figures.limits import spans
-from tpbso_casadi.figures.moving import draw_moving, draw_ways
+from tpbso_casadi.figures.moving import draw_moving, draw_ways, labelled_times
 from tpbso_casadi.figures.scene import draw_bodies, draw_scene
 from tpbso_casadi.figures.space.panels import VIEWS, Posture, draw_measurable, draw_solids
 from tpbso_casadi.figures.space.scene import Scene
-from tpbso_casadi.figures.style.colours import CLOSEST, OBSTACLE, colour_of
-from tpbso_casadi.figures.style.files import DPI
+from tpbso_casadi.figures.style.colours import CLOSEST, GIVEN, GREEN, LIMIT, OBSTACLE, PATH, line_of, shade_of
+from tpbso_casadi.figures.style.files import write_figure
+from tpbso_casadi.figures.style.formats import DEFAULT
+from tpbso_casadi.figures.style.labels import EndLabel, label_ends
+from tpbso_casadi.figures.style.paper import SMALL, TWO_COLUMNS, in_print
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.simulation.executed import stands
 from tpbso_casadi.simulation.motion import MEANINGS, simulated_motion
 from tpbso_casadi.simulation.record import SimulationRecord
-from tpbso_casadi.storage.files import write_with
 
-HEIGHTS = {2: 6.4, 3: 4.6}  # of the scene by the robot's dimensions, inches
+HEIGHTS = {2: 4.0, 3: 3.1}  # of the scene by the robot's dimensions, inches
 SHOWN = 5  # times at which obstacles are drawn
 LIGHT, STRONG = 0.08, 0.4  # opacities of the first and of the last
 ROWS_PER_SECOND = 100
-ARM, WAY, STANDING = "#1b2733", "#1f4fd8", "0.6"
-STYLES = {"new": ("#009e73", "o", 6.0), "old": ("0.55", ".", 4.0), "stop": ("#cc00cc", "X", 7.0)}
+ARM, STANDING = to_hex(shade_of(1.0)), "0.6"
+STYLES = {"new": (GREEN, "o", 5.0), "old": ("0.55", ".", 3.0), "stop": (CLOSEST, "X", 5.5)}
 """Colour, marker and size of each kind of answer."""
+HATCHES = {"new": "", "old": "", "stop": "///"}  # of its bars
 
 
-def draw_simulation(folder: Path, record: SimulationRecord) -> Path:
-    """Draw ``simulation.png`` into a folder."""
-    return write_with(folder / "simulation.png", partial(simulation_figure(record).savefig, dpi=DPI))
+def draw_simulation(folder: Path, record: SimulationRecord, formats: Sequence[str] = DEFAULT) -> list[Path]:
+    """Draw ``simulation.png`` into a folder, or the same in other formats."""
+    return write_figure(folder, "simulation", simulation_figure(record), formats)
 
 
+@in_print
 def simulation_figure(record: SimulationRecord) -> Figure:
     """Where the tool went, and obstacles; below, distances and the time of each answer."""
     motion = simulated_motion(record)
     scene_height = HEIGHTS[record.robot.dim]
-    figure = Figure(figsize=(8.6, scene_height + 5.0), layout="constrained")
-    grid = figure.add_gridspec(3, 1, height_ratios=(scene_height, 2.0, 1.4))
+    figure = Figure(figsize=(TWO_COLUMNS, scene_height + 3.9), layout="constrained")
+    grid = figure.add_gridspec(3, 1, height_ratios=(scene_height, 1.5, 1.1))
     axes = SCENES[record.robot.dim](figure, grid[0], record, motion)
     below = figure.add_subplot(grid[1])
     draw_distances(below, record)
@@ -58,7 +64,7 @@ def simulation_figure(record: SimulationRecord) -> Figure:
     kinds = [replan.kind for replan in record.replans]
     counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in MEANINGS)
     figure.suptitle(f"simulation of the planner, {record.duration:.4g} s: {len(kinds)} replans ({counts})")
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
 
@@ -69,7 +75,7 @@ def row_times(record: SimulationRecord) -> FloatArray:
 
 def draw_replans(axes: Axes, record: SimulationRecord, motion: Motion, columns: list[int]) -> None:
     """The way of the tool, and on it where each answer was executed from, by its kind."""
-    axes.plot(*motion.joint_positions(row_times(record))[:, -1, columns].T, color=WAY, linewidth=1.2, label="tool")
+    axes.plot(*motion.joint_positions(row_times(record))[:, -1, columns].T, color=PATH, linewidth=1.2, label="tool")
     for kind, (colour, marker, size) in STYLES.items():
         times = np.array([replan.time + record.settings.every for replan in record.replans if replan.kind == kind])
         if times.size:
@@ -79,10 +85,10 @@ def draw_replans(axes: Axes, record: SimulationRecord, motion: Motion, columns: 
 
 
 def draw_times(axes: Axes, courses: tuple[Course, ...], columns: list[int]) -> None:
-    """The times at which obstacles are drawn, each beside its middle."""
+    """The first and the last time at which obstacles are drawn, on their middles."""
     for course in courses:
-        for time, place in zip(course.times, course.middles[:, columns], strict=True):
-            axes.annotate(f"{time:.3g} s", place, fontsize=7, ha="center", va="center", clip_on=True, zorder=7)
+        for text, place in labelled_times(replace(course, times=course.times[[0, -1]])):
+            axes.annotate(text, tuple(place[columns]), fontsize=7, ha="center", va="center", clip_on=True, zorder=7)
 
 
 def in_plane(figure: Figure, place: SubplotSpec, record: SimulationRecord, motion: Motion) -> Axes:
@@ -90,7 +96,8 @@ def in_plane(figure: Figure, place: SubplotSpec, record: SimulationRecord, motio
     axes, times, criteria = figure.add_subplot(place), row_times(record), motion.criteria
     joints = motion.joint_positions(times)
     draw_scene(axes, criteria)
-    draw_moving(axes, shown_courses(record), opacities().tolist())
+    label = f"moving obstacle, every {record.duration / (SHOWN - 1):.3g} s"
+    draw_moving(axes, shown_courses(record), opacities().tolist(), label)
     draw_bodies(axes, record.robot, joints[-1], ARM)
     axes.plot(*joints[-1].T, "-o", color=ARM, markerfacecolor="white", linewidth=1.8, label="at the end", zorder=4)
     courses = courses_of(record.obstacles, times)
@@ -100,7 +107,6 @@ def in_plane(figure: Figure, place: SubplotSpec, record: SimulationRecord, motio
     draw_ways(axes, [course.middles for course in courses])
     draw_times(axes, shown_courses(record), [0, 1])
     draw_replans(axes, record, motion, [0, 1])
-    axes.grid(alpha=0.3)
     return axes
 
 
@@ -125,8 +131,7 @@ def in_space(figure: Figure, place: SubplotSpec, record: SimulationRecord, motio
         draw_ways(axes, [course.middles[:, columns] for course in courses])
         draw_times(axes, shown_courses(record), columns)
         draw_replans(axes, record, motion, columns)
-        axes.set_title(name, loc="left", fontsize="medium")
-        axes.grid(alpha=0.3)
+        axes.set_title(name, loc="left")
     return panels[0]
 
 
@@ -152,23 +157,22 @@ def draw_distances(axes: Axes, record: SimulationRecord) -> None:
     """How far the arm truly was from obstacles; below, when new motions and stops were answered, and goals reached."""
     curves = distance_curves(record.robot, record.obstacles, record.executed, row_times(record))
     for curve in curves:
-        colour = colour_of(curve.number - 1) if curve.number else STANDING
-        axes.plot(curve.times, curve.distances, color=colour, linewidth=1.2, label=curve.label)
+        line = line_of(curve.number - 1) if curve.number else {"color": STANDING}
+        axes.plot(curve.times, curve.distances, linewidth=1.2, label=curve.label, **line)
     if curves:
         mark_closest(axes, curves)
     axes.axhline(0.0, color=OBSTACLE, linewidth=0.8)
     draw_standstills(axes, record)
     for visit in record.visits:
-        axes.axvline(visit.time, color="#2ca02c", linestyle=":", linewidth=1.2)
+        axes.axvline(visit.time, color=GIVEN, linestyle=":", linewidth=1.2)
     for kind, times in answer_times(record):
         colour, *_ = STYLES[kind]
         if len(times):  # a line without points would be laid out as if it reached the figure's corner
             axes.plot(times, np.zeros(len(times)), "|", color=colour, markersize=14, markeredgewidth=1.5, clip_on=False)
     axes.set_ylabel("distance of\nthe arm [m]")
     axes.set_xlim(0.0, record.duration)
-    axes.grid(alpha=0.3)
     axes.tick_params(labelbottom=False)
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize="small", ncols=3, frameon=False)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=SMALL, ncols=3)
 
 
 def draw_standstills(axes: Axes, record: SimulationRecord) -> None:
@@ -199,9 +203,11 @@ def draw_answers(axes: Axes, record: SimulationRecord) -> None:
     for kind, (colour, *_) in STYLES.items():
         chosen = [replan for replan in record.replans if replan.kind == kind]
         heights = [1000.0 * replan.seconds for replan in chosen]
-        axes.bar([replan.time for replan in chosen], heights, 0.8 * every, align="edge", color=colour)
-    axes.axhline(1000.0 * every, color="0.25", linestyle="--", linewidth=1.0, label="until the next tick")
+        style: dict[str, Any] = {"facecolor": colour, "edgecolor": "white", "linewidth": 0.0, "hatch": HATCHES[kind]}
+        axes.bar([replan.time for replan in chosen], heights, 0.8 * every, align="edge", **style)
+    axes.axhline(1000.0 * every, color=LIMIT, linestyle="--", linewidth=1.0)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("ms per replan")
-    axes.grid(alpha=0.3, axis="y")
-    axes.legend(loc="upper right", fontsize="small")
+    axes.grid(visible=False, axis="x")
+    axes.margins(y=0.1)
+    label_ends(axes, [EndLabel("until the\nnext tick", 1000.0 * every, LIMIT)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -13,6 +14,7 @@ from problems.timing.retime import retime
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.progress import Progress
 
+LOG = logging.getLogger(__name__)
 POLISHED = "sequential programs"  # the candidate that changes path and speed
 FREE_SPACE = "free space"  # the candidate that is the fastest between its ends where nothing is in the way
 SAME_PATH = "same path"  # the candidate that runs the path of the motion before
@@ -77,7 +79,9 @@ def retimed(before: Motion, progress: Progress) -> Retiming:
             made[name] = motion
             settled = settled or (motion.feasible and _settles(name, motion, slower))
     best = min(made, key=lambda name: (made[name].merit, made[name].trajectory.duration), default="")
-    return Retiming(before, made.get(best), best, time.perf_counter() - began)
+    seconds = time.perf_counter() - began
+    LOG.info("retiming: %s, best of %d in %.3f s", best or "no candidate", len(made), seconds)
+    return Retiming(before, made.get(best), best, seconds)
 
 
 def _settles(name: str, motion: Motion, slower: float) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from functools import partial
 
@@ -14,6 +15,8 @@ from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.scenario.tasks.joint_path import FIELDS
+
+LOG = logging.getLogger(__name__)
 
 
 def timed(scenario: Scenario, criteria: Criteria, progress: Progress, interruption: Interruption) -> PlannedMotion:
@@ -29,7 +32,9 @@ def timed(scenario: Scenario, criteria: Criteria, progress: Progress, interrupti
         motion = interruption.breakable(partial(motion_along, criteria))
     except InvalidProblem as error:
         raise ScenarioError(f"task.{FIELDS.get(error.field, error.field)}: {error.reason}") from error
-    return PlannedMotion(scenario=scenario, motion=motion, seconds_timed=time.perf_counter() - began)
+    seconds = time.perf_counter() - began
+    LOG.info("retiming: a given path in %.3f s", seconds)
+    return PlannedMotion(scenario=scenario, motion=motion, seconds_timed=seconds)
 
 
 def motion_along(criteria: Criteria) -> Motion:

@@ -22,6 +22,7 @@ from tpbso_casadi.planning.planned_motion import PlannedMotion, SearchedMotion
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.refinement import Refinement, polish
 from tpbso_casadi.planning.replanning.warm_start import candidates_of
+from tpbso_casadi.planning.search_log import log_search
 from tpbso_casadi.planning.within import best_within
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection
 from tpbso_casadi.scenario.section import ScenarioError
@@ -147,6 +148,7 @@ def descended(
     refinement = interruption.breakable(partial(Refinement, problem, solver))
     progress.phase("searching")
     search = refinement.multistart(scenario.solver.budget(), scenario.solver.seed, progress.status, starts)
+    log_search("descent", search)
     motion = refinement.motion(search.x)
     return SearchedMotion(
         scenario=scenario, problem=problem, search=search, motion=motion, interrupted=interruption.requested
@@ -169,6 +171,7 @@ def searched(
     evaluate = interruption.breakable(partial(problem.evaluator, evaluation))
     progress.phase("searching")
     search = minimize(evaluate, box, solver, settings.budget(), settings.seed, progress.status, archive, known)
+    log_search("search", search)
     motion = motion_of(problem, search.x)
     refined = None
     if archive is not None:

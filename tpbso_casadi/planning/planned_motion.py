@@ -15,7 +15,7 @@ from tpbso_casadi.planning.refinement import Polish
 from tpbso_casadi.scenario.scenario import Scenario
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class PlannedMotion:
     """A motion and what it was asked for.
 
@@ -32,6 +32,9 @@ class PlannedMotion:
     retiming: Retiming | None = None
     interrupted: bool = False
     seconds_timed: float = 0.0
+
+    def __repr__(self) -> str:
+        return f"<planned motion: {self.trajectory!r}>"
 
     @property
     def searched(self) -> SearchedMotion | None:
@@ -69,7 +72,7 @@ class PlannedMotion:
         return self.motion.times
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class SearchedMotion(PlannedMotion):
     """A motion that was searched for, and everything needed to judge it.
 

@@ -15,6 +15,7 @@ from problems.base.matrix import FloatArray, as_array
 from solvers import IPOPT, Archive, Budget, Descent, DescentResult, Solution, Status, StopReason, descend
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.progress import Progress
+from tpbso_casadi.planning.search_log import log_search
 
 MARGINS = (3e-3, 1e-2)  # tried in turn when a solution breaks a limit between its samples
 START_DISTANCE = 0.5  # rad: two starts differ by more than that in some joint at some time
@@ -144,6 +145,7 @@ def refine(
 ) -> Polish:
     """Descend from starts (n,) of the compiled program; the best counts, if it is better than ``before``."""
     search = refinement.descend(starts, budget, callback=progress.status)
+    log_search("polish", search)
     multipliers = refinement.multipliers(search.solution)
     return Polish(before, refinement.motion(search.x), search, search.seconds, multipliers)
 

@@ -20,6 +20,7 @@ from tpbso_casadi.planning.finishing import retimed
 from tpbso_casadi.planning.motion import Motion, motion_of
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.refinement import Polish, Refinement, distinct, refine
+from tpbso_casadi.planning.search_log import log_search
 from tpbso_casadi.scenario.scenario import SolverSection
 
 ROUND = 10_000  # evaluations of a search in a series of them, unless the scenario says how many
@@ -78,6 +79,7 @@ def best_within(
         budget = Budget(asked.evaluations or ROUND, asked.iterations, SEARCH_SHARE * left if left > 0.0 else None)
         progress.phase("searching")
         search = minimize(evaluate, box, solver, budget, asked.seed + len(rounds), progress.status, archive, known)
+        log_search("search", search)
         known = None
         motion, left = motion_of(problem, search.x), ends - time.perf_counter()
         last = left <= 0.0 or interruption.requested

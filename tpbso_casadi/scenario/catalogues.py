@@ -42,16 +42,23 @@ SOLVER_CATALOGUE: Catalogue[type[AnySolver]] = Catalogue(
 )
 
 
-def find_objective(chosen: str | Mapping[str, float]) -> Objective:
+NONE: Mapping[str, Objective] = {}
+
+
+def find_objective(chosen: str | Mapping[str, float], own: Mapping[str, Objective] = NONE) -> Objective:
     """The objective of a name; of a table of weights the weighted sum, or the one that alone has weight 1.
+
+    Args:
+        chosen: the name, or weights by name.
+        own: those that a scenario states itself, by name.
 
     Raises:
         PluginError: there is none of a name, or it is of another kind.
         InvalidProblem: two names stand for the same objective.
     """
     if isinstance(chosen, str):
-        return OBJECTIVE_CATALOGUE.find(chosen)()
-    found = tuple(OBJECTIVE_CATALOGUE.find(name)() for name in chosen)
+        return own[chosen] if chosen in own else OBJECTIVE_CATALOGUE.find(chosen)()
+    found = tuple(find_objective(name, own) for name in chosen)
     weights = tuple(chosen.values())
     return found[0] if weights == (1.0,) else WeightedSum(weights, found)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
@@ -21,6 +21,7 @@ def overridden(
     model: Table = NOTHING,
     solver: Table = NOTHING,
     polish: bool = False,
+    obstacles: Sequence[Table] | None = None,
 ) -> Scenario:
     """The scenario with given values in place of its own, and a solver where it names none; validated anew.
 
@@ -31,6 +32,7 @@ def overridden(
         model: keys of [model].
         solver: keys of [solver]; another solver's name drops the settings of the one before.
         polish: whether the best candidate is refined at least once.
+        obstacles: the tables of all [[obstacles]]; None to leave them.
 
     Raises:
         ScenarioError: naming the first wrong key.
@@ -40,6 +42,8 @@ def overridden(
     content["task"] |= task
     if arm is not None:
         content["arm"] = dict(arm)
+    if obstacles is not None:
+        content["obstacles"] = list(map(dict, obstacles))
     if polish and not content["solver"]["polish_starts"]:
         content["solver"]["polish_starts"] = 1
     if solver.get("name", scenario.solver.name) != scenario.solver.name:
@@ -47,7 +51,8 @@ def overridden(
     content["solver"] |= solver
     named = {*scenario.solver.model_fields_set, *solver}
     if scenario.task.is_searched and "name" not in named:
-        content["solver"] = with_default(content["solver"], named, scenario.robot_table.usual_descents)
+        own = bool(content["model"].get("constraints") or content["task"].get("objectives"))
+        content["solver"] = with_default(content["solver"], named, scenario.robot_table.usual_descents or int(own))
     return parse_scenario(content)
 
 

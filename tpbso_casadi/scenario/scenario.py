@@ -5,7 +5,9 @@ Every error is a :class:`ScenarioError` of one line that names the file, the key
 
 from __future__ import annotations
 
+import logging
 import pathlib
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Self, TypeVar
@@ -49,6 +51,7 @@ from tpbso_casadi.scenario.world.registry import AnyRobot
 from tpbso_casadi.scenario.world.robots import ArmSection, RobotSection, check_numbers
 from tpbso_casadi.scenario.world.spatial_robots import SpatialRobotSection
 
+LOG = logging.getLogger(__name__)
 C = TypeVar("C", bound=Criteria)
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
 
@@ -135,6 +138,17 @@ class Scenario(FileSection):
     solver: SolverSection = SolverSection()
     simulation: SimulationSection | None = None
 
+    def __repr__(self) -> str:
+        chosen = self.task.stated_objective
+        objective = chosen if isinstance(chosen, str) else " + ".join(f"{w:g} {name}" for name, w in chosen.items())
+        parts = [self.robot_table.title, self.task.kind, *filter(None, [objective])]
+        parts += [f"{len(self.obstacles)} obstacle{'s' * (len(self.obstacles) > 1)}"] * bool(self.obstacles)
+        polished = f"+polish{self.solver.polish_starts}" if self.solver.polish_starts else ""
+        searched = [f"{self.solver.name}{polished}", f"seed {self.solver.seed}"] if self.task.is_searched else []
+        return f"<scenario: {', '.join([*parts, *searched])}>"
+
+    __str__ = __repr__
+
     @model_serializer(mode="wrap")
     def _without_missing_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         content: dict[str, Any] = serialize(self)
@@ -158,7 +172,8 @@ class Scenario(FileSection):
             *ROBOT_CATALOGUE.registry,
             *SHAPE_CATALOGUE.registry,
         }
-        return [name for name in named if name and name not in ours | {"path", *SOLVER_CATALOGUE.registry}]
+        ours |= {"path", *SOLVER_CATALOGUE.registry, *self.task.own_objectives}
+        return [name for name in named if name and name not in ours]
 
     @model_validator(mode="after")
     def _one_robot(self) -> Self:
@@ -205,6 +220,7 @@ class Scenario(FileSection):
             return self._stated(self.task.criteria)
 
     def _stated(self, build: Callable[[Robot, tuple[Obstacle, ...], ModelSection], C]) -> C:
+        began = time.perf_counter()
         try:
             robot = self.robot_table.build()
         except InvalidProblem as error:
@@ -215,7 +231,9 @@ class Scenario(FileSection):
         tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:
             robot = self.model.kept_by(robot)
-            return build(robot, obstacles, self.model)
+            stated = build(robot, obstacles, self.model)
+            LOG.info("model: %d joints, %d obstacles in %.3f s", robot.dof, len(obstacles), time.perf_counter() - began)
+            return stated
         except InvalidProblem as error:
             raise ScenarioError(f"{tables.get(error.field, 'task.')}{error.field}: {error.reason}") from error
 

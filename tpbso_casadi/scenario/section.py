@@ -23,6 +23,7 @@ MOST_PIECES = 100  # of a path from one place to the next
 MOST_POINTS = 1_000  # that a path is planned through
 MOST_GIVEN_POINTS = 100_000  # that it is resampled from
 MOST_OBSTACLES = 100
+MOST_EXPRESSIONS = 100  # constraints, or objectives, of a user's own
 MOST_JOINT_SAMPLES = 50_000  # joints times samples
 MOST_JOINT_POINTS = 5_000  # joints times points of a path, or times redundancy values
 MOST_POINT_CHECKS = 20_000  # points of a path times obstacles

@@ -7,16 +7,26 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import (
+    AfterValidator,
+    Discriminator,
+    Field,
+    SerializerFunctionWrapHandler,
+    Tag,
+    ValidationInfo,
+    model_serializer,
+)
 
-from problems import Limit, Problem, Robot
+from problems import LimitKind, Objective, Problem, Robot
 from problems.assembly.criteria import Criteria
 from problems.encodings import FORMULATIONS
 from problems.scene.obstacle import Obstacle
 from problems.tasks.paths.path_following import KnotRedundancy
 from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE
+from tpbso_casadi.scenario.expressions import ConstraintSection, ObjectiveSection, check_names
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.section import (
+    MOST_EXPRESSIONS,
     MOST_JOINT_POINTS,
     MOST_JOINT_SAMPLES,
     MOST_PIECES,
@@ -30,7 +40,18 @@ from tpbso_casadi.scenario.section import (
 )
 from tpbso_casadi.scenario.validation import choice_of
 
-ObjectiveName = Annotated[Word, choice_of(OBJECTIVE_CATALOGUE.registry, OBJECTIVE_CATALOGUE.find)]
+OfCatalogue = choice_of(OBJECTIVE_CATALOGUE.registry, OBJECTIVE_CATALOGUE.find)
+
+
+def _known_objective(name: str, info: ValidationInfo) -> str:
+    """A name that the task's own objectives have, which are validated before, or one of the catalogue."""
+    own = {objective.name for objective in info.data.get("objectives", ())}
+    return name if name in own else OfCatalogue.func(name)  # type: ignore[call-arg]
+
+
+ObjectiveName = Annotated[Word, AfterValidator(_known_objective)]
+OwnObjectives = Annotated[list[ObjectiveSection], Field(max_length=MOST_EXPRESSIONS), AfterValidator(check_names)]
+OwnConstraints = Annotated[list[ConstraintSection], Field(max_length=MOST_EXPRESSIONS), AfterValidator(check_names)]
 LimitName = Annotated[Word, choice_of(LIMIT_CATALOGUE.registry, LIMIT_CATALOGUE.find)]
 Formulation = Annotated[Word, choice_of(FORMULATIONS)]
 
@@ -50,6 +71,12 @@ ObjectiveChoice = Annotated[
     Annotated[ObjectiveName, Tag("name")] | Annotated[Weights, Tag("weights")], Discriminator(_form_of_objective)
 ]
 
+
+def without_empty(content: dict[str, Any], key: str) -> dict[str, Any]:
+    """What is written of a section: without a key where it has nothing, as files had it before there was one."""
+    return content if content.get(key, True) else {name: value for name, value in content.items() if name != key}
+
+
 DEPENDENT = {"motion", "formulation", "retime"}  # keys of [model] whose defaults depend on the task
 
 
@@ -68,13 +95,18 @@ class ModelSection(Section):
     knots: int | None = Field(default=None, ge=2, le=MOST_POINTS)
     knot_redundancy: KnotRedundancy = "free"
     limits: list[LimitName] = Field(default_factory=list)
+    constraints: OwnConstraints = Field(default_factory=list)
     margin: NotNegative = 0.0
     self_collision: bool = False
 
     @property
-    def further_limits(self) -> list[type[Limit]]:
+    def further_limits(self) -> list[LimitKind]:
         """Kinds of limits that hold besides those of the robot and of the obstacles."""
-        return [LIMIT_CATALOGUE.find(name) for name in self.limits]
+        return [*(LIMIT_CATALOGUE.find(name) for name in self.limits), *(own.kind() for own in self.constraints)]
+
+    @model_serializer(mode="wrap")
+    def _without_empty_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_empty(serialize(self), "constraints")
 
     def stated(self) -> dict[str, Any]:
         """What of it is not filled in from the task; plain data."""
@@ -119,6 +151,15 @@ class TaskSection(Section):
     keys_of: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
 
     kind: Word
+
+    @model_serializer(mode="wrap")
+    def _without_empty_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_empty(serialize(self), "objectives")
+
+    @property
+    def own_objectives(self) -> dict[str, Objective]:
+        """Those that the task states itself, by name."""
+        return {objective.name: objective.built() for objective in getattr(self, "objectives", ())}
 
     @property
     def stated_objective(self) -> str | dict[str, float]:

@@ -307,6 +307,12 @@ class RunResult(StrictModel):
         files: by name, the SHA-256 digests of the other files of the run; none where it was not written to a folder.
     """
 
+    def __repr__(self) -> str:
+        value = f"{self.objective.name} {self.objective.value:.6g} {self.objective.unit}"
+        return f"<content of result.json: {value}, {self.certificate.verdict}>"
+
+    __str__ = __repr__
+
     scenario: Annotated[Scenario, BeforeValidator(_scenario)]
     solver: SolverResult | None
     seed: Count | None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from functools import partial
 from hashlib import file_digest
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn, TypeAlias
 
 from solvers.driver.interruption import Interruption
+from tpbso_casadi.figures.style.formats import DEFAULT
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 from tpbso_casadi.scenario.input_files import read_text
 from tpbso_casadi.scenario.section import ScenarioError
@@ -19,9 +21,10 @@ from tpbso_casadi.storage.plain import NotJSON, parsed_json
 from tpbso_casadi.storage.seal import BrokenSeal, check_seal
 from tpbso_casadi.storage.staging import replacing
 
+LOG = logging.getLogger(__name__)
 Writer: TypeAlias = Callable[[Path], object]  # writes files into a folder
 LARGEST_RESULT = 100_000_000  # bytes of a result.json
-SUFFIXES = (".json", ".csv", ".npz", ".png", ".gif", ".mp4", ".html", ".yaml")  # of the files of a run
+SUFFIXES = (".json", ".csv", ".npz", ".png", ".pdf", ".svg", ".gif", ".mp4", ".html", ".yaml")  # of the files of a run
 
 
 class OtherPlan(OutputError):
@@ -90,6 +93,7 @@ def write_run(
     further: Sequence[Writer] = (),
     interruption: Interruption | None = None,
     same_plan_only: bool = False,
+    formats: Sequence[str] = DEFAULT,
 ) -> list[str]:
     """Write the files of a plan in place of everything in the folder: at every moment it holds one run, complete.
 
@@ -100,6 +104,7 @@ def write_run(
         further: each writes files into the folder that it is given.
         interruption: after its request, figures and further files that are not complete yet are left out.
         same_plan_only: whether a run in the folder has to be of the same scenario.
+        formats: of the figures.
 
     Returns:
         The names of the files.
@@ -114,7 +119,7 @@ def write_run(
         if same_plan_only and held.get("scenario") not in (None, plan.scenario.model_dump(mode="json")):
             raise OtherPlan(f"{folder}: holds another plan")
 
-    figures: list[Writer] = [partial(_draw, plan)] if plots else []
+    figures: list[Writer] = [partial(_draw, plan, formats)] if plots else []
     return replace_folder(
         folder,
         needed=[lambda staged: write_motion(staged / "trajectory.csv", plan.motion, plan.times)],
@@ -166,6 +171,7 @@ def replace_folder(
                 failures.append(error)
         files = _digests(staged)
         write_text(staged / "result.json", lambda file: file.write(result(files)))
+    LOG.info("written: %s, %d files", folder, 1 + len(files))
     if failures:
         _report(folder, failures[0])
     return ["result.json", *files]
@@ -179,10 +185,10 @@ def _report(folder: Path, failure: Exception) -> NoReturn:
     raise failure
 
 
-def _draw(plan: PlannedMotion, folder: Path) -> None:
+def _draw(plan: PlannedMotion, formats: Sequence[str], folder: Path) -> None:
     from tpbso_casadi.figures.run import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
 
-    draw_figures(folder, plan)
+    draw_figures(folder, plan, formats)
 
 
 def _digests(folder: Path) -> dict[str, str]:

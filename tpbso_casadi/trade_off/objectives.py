@@ -40,7 +40,7 @@ class Objectives:
             raise ScenarioError(f"--objectives {','.join(self.names)}: two different ones are needed")
         for name in self.names:
             try:
-                find_objective(name)
+                find_objective(name, self.scenario.task.own_objectives)
             except PluginError as error:
                 raise ScenarioError(f"--objectives: {error}") from error
         if "objective" not in type(self.scenario.task).model_fields:
@@ -51,7 +51,7 @@ class Objectives:
     @property
     def both(self) -> tuple[Objective, Objective]:
         """The objectives themselves."""
-        first, second = (find_objective(name) for name in self.names)
+        first, second = (find_objective(name, self.scenario.task.own_objectives) for name in self.names)
         return first, second
 
     @property

@@ -57,7 +57,7 @@ def _planned(request: Request, points: Sequence[Point], work: Work) -> Point | N
     if found is None or found.interrupted:
         return None
     folder = f"{POINTS}/{number:02d}-{_label(request, work.objectives)}"
-    write_run(work.store.folder / folder, found, work.plots, interruption=work.interruption)
+    write_run(work.store.folder / folder, found, work.plots, interruption=work.interruption, formats=work.formats)
     return Point(
         number=number,
         request=request,

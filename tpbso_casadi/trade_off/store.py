@@ -10,6 +10,7 @@ from typing import Any, Self
 from pydantic import TypeAdapter, ValidationError
 
 from problems import Trajectory
+from tpbso_casadi.figures.style.formats import FORMATS
 from tpbso_casadi.scenario.input_files import read_text
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import OutputError, check_writable, write_text, writing
@@ -153,7 +154,7 @@ def _remove(folder: Path, held: dict[str, Any]) -> None:
     with writing(folder):
         for run in runs:
             shutil.rmtree(run)
-        for name in (FRONT, METHODS, FIGURE):
+        for name in (FRONT, METHODS, *(f"{FIGURE}.{kind}" for kind in FORMATS)):
             (folder / name).unlink(missing_ok=True)
         (folder / MANIFEST).unlink()
 

@@ -12,7 +12,7 @@ from tpbso_casadi.storage.files import write_csv, writing
 from tpbso_casadi.trade_off.front import Front, hypervolume, reference_point
 from tpbso_casadi.trade_off.point import Pair, Point
 
-FRONT, METHODS, FIGURE = "front.csv", "methods.csv", "front.png"
+FRONT, METHODS, FIGURE = "front.csv", "methods.csv", "front"  # the figure has a suffix for each format
 
 
 @dataclass(frozen=True)

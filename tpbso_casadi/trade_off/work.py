@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from problems.evaluation import EvaluationOptions
 from solvers.driver.interruption import Interruption
+from tpbso_casadi.figures.style.formats import DEFAULT
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.trade_off.objectives import Objectives
 from tpbso_casadi.trade_off.point import Point
@@ -27,6 +28,7 @@ class Work:
         progress: is told what begins.
         interruption: polled between plans.
         told: gets every point once it is stored.
+        formats: of figures.
     """
 
     objectives: Objectives
@@ -36,6 +38,7 @@ class Work:
     progress: Progress
     interruption: Interruption
     told: Callable[[Point], object]
+    formats: Sequence[str] = DEFAULT
 
 
 @dataclass(frozen=True)

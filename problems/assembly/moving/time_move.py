@@ -25,7 +25,7 @@ from problems.encodings.encoding import CostWeights, Decoded
 from problems.encodings.moving.time_control_points import TimeControlPoints
 from problems.encodings.timing.path_timing import step_limits
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program, Step
-from problems.limits import limits_of
+from problems.limits import LimitKind, limits_of
 from problems.limits.constraint import Constraint
 from problems.limits.eased import Eased
 from problems.limits.limit import SAMPLING_MARGIN, Limit
@@ -51,7 +51,7 @@ def time_move(
     objective: Objective | str = "time",
     samples: int = 48,
     pieces: int = 5,
-    limits: Sequence[type[Limit]] = (),
+    limits: Sequence[LimitKind] = (),
 ) -> TimeMoveProblem:
     """The problem that a task states.
 
@@ -143,7 +143,7 @@ class TimeMoveProblem(Problem[SplineShape]):
     task: Move
     motion: TimeSpline
     encoding: TimeControlPoints
-    further_limits: tuple[type[Limit], ...] = ()
+    further_limits: tuple[LimitKind, ...] = ()
     first: TimeMoveProblem | None = None
 
     @cached_property

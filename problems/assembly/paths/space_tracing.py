@@ -21,11 +21,11 @@ from problems.encodings.space_tracing import SpaceKnots
 from problems.encodings.timing.pace import pace_of
 from problems.encodings.timing.slowness import slowness_of
 from problems.evaluation import Program
-from problems.limits import limits_of
+from problems.limits import LimitKind, limits_of
 from problems.limits.accuracy import Accuracy, shares_along
 from problems.limits.angular_accuracy import AngularAccuracy
 from problems.limits.constraint import Constraint
-from problems.limits.limit import SAMPLING_MARGIN, Limit
+from problems.limits.limit import SAMPLING_MARGIN
 from problems.motions.traced_spline import TracedSpline
 from problems.motions.trajectory import Trajectory
 from problems.nlp.program import NonlinearProgram
@@ -43,7 +43,7 @@ def space_tracing(
     objective: Objective | str = "time",
     samples: int = 60,
     redundancy_values: int = 5,
-    limits: Sequence[type[Limit]] = (),
+    limits: Sequence[LimitKind] = (),
 ) -> SpaceTracingProblem:
     """The problem that a task states.
 

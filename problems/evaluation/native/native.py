@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ctypes
+import logging
 import os
 import sys
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -20,6 +22,7 @@ from problems.evaluation.kernel import KernelData
 from problems.evaluation.native import cache
 from problems.evaluation.native.compiler import Compiler, NativeUnavailable, find_compiler
 
+LOG = logging.getLogger(__name__)
 CANDIDATES_PER_THREAD = 512  # fewer do not pay for waking it
 Evaluate: TypeAlias = Callable[..., None]
 Address = ctypes.c_double * 0  # of an array's memory; four times faster than asking NumPy for it
@@ -70,6 +73,7 @@ def find_library(source: str) -> Evaluate | None:
         NativeUnavailable: this machine has no compiler to tell whose libraries would fit.
     """
     library = cache.find(key(source, usable_compiler()))
+    LOG.debug("cache: %s", "nothing compiled before" if library is None else f"compiled before, {library.name}")
     if library is not None:
         with suppress(NativeUnavailable):  # not made for this system
             return load(library)
@@ -83,7 +87,9 @@ def compile_library(source: str) -> Evaluate:
         NativeUnavailable: there is no compiler, or it refuses, or what it makes does not load.
     """
     compiler = usable_compiler()
+    began = time.perf_counter()
     library = compiler.library(source)
+    LOG.info("compiler: %d lines of C++ in %.3f s", source.count("\n"), time.perf_counter() - began)
     evaluate = _loaded(library)
     with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
         cache.keep(key(source, compiler), library)

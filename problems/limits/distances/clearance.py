@@ -22,6 +22,7 @@ from problems.scene.moving.frames import Frames
 from problems.scene.obstacle import Obstacle
 
 EQUATION = "(14), (18)"
+CORNERS = 360  # of an outline that is a curve
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,12 @@ class CollisionPair(Pair):
     def timed(self) -> bool:
         """Whether the obstacle moves."""
         return self.obstacle.moves
+
+    def opposite(self, positions: Sequence[Matrix], times: FloatArray) -> FloatArray:
+        """The outline of the obstacle where it is then, closed."""
+        still = None if self.obstacle.moves else self.obstacle.outline(CORNERS)
+        outlines = [self.obstacle.at(time).outline(CORNERS) if still is None else still for time in map(float, times)]
+        return np.array([[*outline, outline[0]] for outline in outlines])
 
     def apart(self, *ends: Matrix) -> Matrix:
         """From the obstacle to the lines between the ends, or to the one point that they are, as seen from it."""

@@ -72,6 +72,15 @@ class Pair(Statement, ABC):
         """The frames in which one has to see the other at times (n,), s; None for that of the world."""
         return None
 
+    @abstractmethod
+    def opposite(self, positions: Sequence[Matrix], times: FloatArray) -> FloatArray:
+        """The middle line or outline in the plane that the first faces, for drawing: lines (n, points, 2), m.
+
+        Args:
+            positions: of the frames, each (n, 2), m.
+            times: (n,), s.
+        """
+
     @property
     def growth_rate(self) -> float:
         """How much more they have to keep with every second, m/s; nothing by default."""

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 import casadi as ca
 import numpy as np
 
-from problems.base.matrix import FloatArray, Matrix, Operand
+from problems.base.matrix import FloatArray, Matrix, Operand, as_array
 from problems.limits.constraint import Constraint
 from problems.limits.distances.ball_cluster import LEAST_PAIRS, clusters_of
 from problems.limits.distances.proximity import Pair, Proximity
@@ -61,6 +61,10 @@ class BodyPair(Pair):
     def frames(self) -> tuple[int, ...]:
         """Those of both bodies."""
         return *self.first.frames, *self.second.frames
+
+    def opposite(self, positions: Sequence[Matrix], times: FloatArray) -> FloatArray:
+        """The middle line of the second body."""
+        return np.stack([as_array(positions[frame]) for frame in self.second.frames], axis=1)
 
     def apart(self, *ends: Matrix) -> Matrix:
         """Between two lines in the plane, exact, or between two points."""

@@ -27,7 +27,7 @@ GRAVITY: Point3 = (0.0, 0.0, -9.81)  # m/s^2
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SpatialArm(Robot):
     """A serial chain in space.
 
@@ -71,6 +71,9 @@ class SpatialArm(Robot):
     max_torque: tuple[float, ...] | None = None
     payload: Payload | None = None
     gravity: Point3 = GRAVITY
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.chain.name}: {self.dof} joints>"
 
     def __post_init__(self) -> None:
         super().__post_init__()

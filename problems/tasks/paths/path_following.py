@@ -133,7 +133,8 @@ class PathFollowing(Task):
 
     def markers(self) -> tuple[Marker, ...]:
         """The given points."""
-        return (Marker(label="given points", points=self.path.array, kind=MarkerKind.POINTS),)
+        points = self.path.array
+        return (Marker(label="given points", points=points, kind=MarkerKind.POINTS, tolerance=self.accuracy),)
 
 
 def check_path(

@@ -58,7 +58,8 @@ class ToolTracing(Task):
 
     def markers(self) -> tuple[Marker, ...]:
         """The given points."""
-        return (Marker(label="given points", points=self.path.array, kind=MarkerKind.POINTS),)
+        label, points, kind = "given points", self.path.array, MarkerKind.POINTS
+        return (Marker(label=label, points=points, kind=kind, tolerance=self.accuracy, joined=True),)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import pytest
 from helpers.cases import OVAL, equal_links
 from helpers.evaluation import needs_compiler, same_bits
 from helpers.moving_scenes import CROSSED
-from helpers.named_solvers import NAMES, named_solver
+from helpers.named_solvers import PARAMETERS, named_solver
 
 from problems import Ellipse, InvalidProblem, Joints, Limit, Move, MoveProblem, Position, Robot, move
 from problems.base.matrix import FloatArray, Matrix, as_array
@@ -294,7 +294,7 @@ def test_milestones_are_the_vias() -> None:
     assert at_vias == pytest.approx(stops_of(problem, x)[1:-1], abs=1e-6)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", PARAMETERS)
 def test_every_solver_searches_moves(name: str) -> None:
     problem = MOVES["moving start"]
     box, evaluate = Box(*problem.bounds), problem.evaluator(VM)

@@ -20,7 +20,6 @@ from problems.scene.moving.moving_obstacle import MovingObstacle
 from tpbso_casadi.animation import animate, frames_of, page
 from tpbso_casadi.animation import write as writing
 from tpbso_casadi.animation.closest import closest_of
-from tpbso_casadi.animation.space import page as space_page
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 
 
@@ -46,17 +45,17 @@ def test_the_player_of_the_plane_moves_outlines() -> None:
 
 def test_the_player_of_space_moves_solids() -> None:
     frames = frames_of(moving_space_plan().motion, 11)
-    data = data_of(space_page("space", frames))
+    data = data_of(page("space", frames))
     assert [moving["number"] for moving in data["moving"]] == [1] and data["planes"] == []
     still = np.array(data["solids"][1]["vertices"])
     for time, (origin, *axes) in zip(frames.times, data["moving"][0]["frames"], strict=True):
         np.testing.assert_allclose(still @ axes + origin, IN_SPACE[1].at(time).surface()[0], atol=2e-4)
 
 
-@pytest.mark.parametrize(("plan", "paged"), [(plane_plan, page), (moving_space_plan, space_page)])
-def test_the_players_run_in_a_browser(plan: Any, paged: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize("plan", [plane_plan, moving_space_plan])
+def test_the_players_run_in_a_browser(plan: Any, tmp_path: Path) -> None:
     path = tmp_path / "page.html"
-    path.write_text(paged("moving", frames_of(plan().motion)), encoding="utf-8")
+    path.write_text(page("moving", frames_of(plan().motion)), encoding="utf-8")
     assert re.search(r">\d\.\d{3} s</output>", opened(path, tmp_path / "profile"))
 
 
@@ -77,7 +76,7 @@ def test_the_closest_two_are_measured_at_their_time(tmp_path: Path) -> None:
         near, far = closest.points[row]
         assert np.linalg.norm(far - center) == pytest.approx(0.15, abs=1e-9)
         assert np.linalg.norm(far - near) == pytest.approx(abs(apart), abs=1e-9)
-    text = space_page("end", replace(frames_of(plan.motion, 9), problem=criteria))
+    text = page("end", replace(frames_of(plan.motion, 9), problem=criteria))
     to_end = "const s = document.querySelector('.time'); s.value = 1000; s.dispatchEvent(new Event('input'));"
     path = tmp_path / "page.html"
     path.write_text(f"{text}<script>{to_end}</script>", encoding="utf-8")

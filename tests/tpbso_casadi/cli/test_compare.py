@@ -91,7 +91,7 @@ def test_what_it_leaves_and_says(capsys: pytest.CaptureFixture[str]) -> None:
 def test_parquet_has_the_same_rows() -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     arguments = ["time-2", "--solvers", "bso,pso", "--runs", "2", "--evaluations", "200", "--quiet", "--no-plots"]
-    assert run(*arguments, "--export", "runs.parquet") == run(*arguments, "--export", "runs.csv") == 0
+    assert run(*arguments, "--table", "runs.parquet") == run(*arguments, "--export", "runs.csv") == 0
     with Path("runs.csv").open(newline="") as file:
         expected = list(csv.DictReader(file))
     exported = parquet.read_table("runs.parquet").to_pylist()
@@ -101,7 +101,7 @@ def test_parquet_has_the_same_rows() -> None:
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        ([], "the following arguments are required: scenario"),
+        ([], "the following arguments are required: SCENARIO"),
         (["nope"], "nope: neither a file nor a built-in scenario"),
         (["no.toml"], "no.toml: cannot be read"),
         (["time-2", "--solvers", "bos"], "time-2: bos: solver.name: no solver 'bos'; did you mean bso?"),
@@ -110,12 +110,12 @@ def test_parquet_has_the_same_rows() -> None:
         (["time-2", "time-2"], "time-2: is there twice"),
         (["time-2", "--runs", "0"], "argument --runs: 0 is not positive"),
         (["time-2", "--workers", "2", "--dask", "x:1"], "argument --dask: not allowed with argument --workers"),
-        (["time-2", "--export", "runs.xlsx"], "--export runs.xlsx: the name must end with .csv or .parquet"),
+        (["time-2", "--table", "runs.xlsx"], "--table runs.xlsx: the name must end with .csv or .parquet"),
         (["time-2", "--out", "file/below"], "file/below: file is a file, not a folder"),
         (["time-2", "--out", "."], "runs.sqlite: not a database"),
         (["time-2", "--out", "taken"], "taken/summary.csv: is a folder, and would be replaced"),
-        (["time-2", "--export", "taken/summary.csv"], "taken/summary.csv: is a folder, and would be replaced"),
-        (["time-2", "--export", "runs/compare/summary.csv"], "--export runs/compare/summary.csv: is a file that is"),
+        (["time-2", "--table", "taken/summary.csv"], "taken/summary.csv: is a folder, and would be replaced"),
+        (["time-2", "--table", "runs/compare/summary.csv"], "--table runs/compare/summary.csv: is a file that is"),
         (["time-2", "--runs", str(10**30)], "argument --runs: 1000000000000000000000000000000 is more than"),
         (["time-2", "--runs", "100001"], "runs: a campaign has at most 100000 in all"),
         (["time-2", "--seed", str(2**63 - 1)], "seed: the last one would be larger than 9223372036854775807"),

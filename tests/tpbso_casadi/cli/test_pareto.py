@@ -76,7 +76,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.chdir(folder)
         patch.setenv(population.VARIABLE, "vm")
         Path(SCENARIO).write_text(TWO_LINKS)
-        assert run(*(part for part in COMMAND if part != "--no-plots")) == 0
+        assert run(*(part for part in COMMAND if part != "--no-plots"), "--figures", "png,svg") == 0
     return folder / "front"
 
 
@@ -92,8 +92,9 @@ def test_what_it_leaves(complete: list[dict[str, str]], capsys: pytest.CaptureFi
     said = capsys.readouterr()
     assert "written to front" in said.out and "epsilon-constraint" in said.out
     assert {path.name for path in Path("front").iterdir()} == {
-        "front.csv", "front.json", "front.png", "methods.csv", "points"
+        "front.csv", "front.json", "front.png", "front.svg", "methods.csv", "points"
     }  # fmt: skip
+    assert all((point / "path.svg").exists() for point in Path("front/points").iterdir())
     table = rows()
     assert table == complete
     assert [row["point"] for row in table] == [str(n) for n in range(1, len(table) + 1)]

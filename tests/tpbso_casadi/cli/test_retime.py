@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import tpbso_casadi
-from problems import InvalidProblem, PlanarArm, Trajectory
-from problems.motions.joint_path import JointPath
+from problems import Trajectory
 from tpbso_casadi.cli.commands import audit, solve
 from tpbso_casadi.cli.commands.retime import main
 from tpbso_casadi.storage.stored_run import read_run
@@ -175,41 +173,10 @@ def test_a_solver_has_nothing_to_do(capfd: pytest.CaptureFixture[str]) -> None:
     assert "solver: 'joint-path' is timed; there is nothing to search for" in capfd.readouterr().err
 
 
-# From Python
-
-
-def test_from_python() -> None:
-    robot = PlanarArm((0.5, 0.5), (2.0, 3.0), (10.0, 8.0))
-    motions = [
-        tpbso_casadi.retime(path, robot) for path in (ROWS, JointPath.through(ROWS), "path.csv", Path("path.csv"))
-    ]
-    for motion in motions:
-        assert motion.feasible
-        assert motion.trajectory.duration == pytest.approx(motions[0].trajectory.duration, rel=1e-9)
-    check_limits(motions[0].trajectory)
-    with pytest.raises(InvalidProblem, match="interpolation"):
-        tpbso_casadi.retime(ROWS, robot, interpolation="cubic")
-
-
-@pytest.mark.slow
-def test_a_run_folder_from_python() -> None:
-    assert run("path.csv", "--robot", "arm.toml", "--out", "out", "--no-plots") == 0
-    motion = tpbso_casadi.retime("out", PlanarArm((0.5, 0.5), (1.0, 1.5), (10.0, 8.0)))
-    assert motion.feasible
-    assert motion.trajectory.duration > result()["objective"]["value"]
-
-
 @pytest.mark.parametrize("option", ["--start-speed", "--goal-speed"])
 def test_a_jerk_limited_arm_may_move_at_an_end_of_a_curved_path(option: str, folder: Path) -> None:
     Path("arm.toml").write_text(ARM + "max_jerk = 100.0\n")
     assert run("path.csv", "--robot", "arm.toml", option, "0.3", "--out", "run", "--no-plots") == 0
-
-
-@pytest.mark.parametrize("path", [[[0.0, 0.0], [1.0]], [["a", "b"]], ROWS * 1j, object(), {"a": 1}, ROWS * 1e9])
-def test_what_is_no_path_is_said(path: Any) -> None:
-    robot = PlanarArm((0.5, 0.5), (2.0, 3.0), (10.0, 8.0))
-    with pytest.raises(InvalidProblem, match="path: "):
-        tpbso_casadi.retime(path, robot)
 
 
 MOTORS = "link_masses = [2.0, 1.0]\nmax_torque = [18.0, 6.0]\n"

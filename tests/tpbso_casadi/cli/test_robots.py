@@ -107,7 +107,7 @@ def test_a_figure(capsys: pytest.CaptureFixture[str]) -> None:
             "spheres.toml: spheres: sphere 1: no link 'mast' in the chain",
         ),
         (["show", "panda", "--spheres", "none.toml"], "none.toml: cannot be read: No such file or directory"),
-        (["show", "panda", "--figure", "panda.txt"], "panda.txt: the name of a figure ends with .png, .svg, .pdf"),
+        (["show", "panda", "--figure", "panda.txt"], "panda.txt: the name of a figure ends with .png, .pdf, .svg"),
         (["show", "panda", "--figure", "arm.urdf/panda.png"], "arm.urdf/panda.png: cannot be written"),
         (["show"], "the following arguments are required: NAME|FILE.urdf"),
         (["draw"], "argument COMMAND: invalid choice: 'draw'"),

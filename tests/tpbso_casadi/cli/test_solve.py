@@ -133,7 +133,7 @@ def test_lists_and_overview(capfd: pytest.CaptureFixture[str]) -> None:
     output = capfd.readouterr().out
     assert all(name in output for name in TITLES)
     overview = subprocess.run([sys.executable, "-m", "tpbso_casadi"], capture_output=True, text=True, check=True)
-    assert "tpbso_casadi.solve" in overview.stdout
+    assert "tpbso_casadi solve" in overview.stdout
 
 
 def outcome(folder: str, *arguments: str) -> tuple[dict[str, object], str]:

@@ -18,12 +18,13 @@ from problems.scene.moving.moving_obstacle import MovingObstacle
 from tpbso_casadi.figures.clearance import clearance_figures
 from tpbso_casadi.figures.courses import Course, courses_of, placed
 from tpbso_casadi.figures.distances import closest_to_moving, distance_curves
-from tpbso_casadi.figures.paths import path_figure, snapshots
+from tpbso_casadi.figures.moving import labelled_times
+from tpbso_casadi.figures.paths import path_figure
+from tpbso_casadi.figures.postures.fan import snapshots
 from tpbso_casadi.figures.run import draw_figures
 from tpbso_casadi.figures.space.polyhedron import polyhedron_of
 from tpbso_casadi.figures.space.scene import Scene
 from tpbso_casadi.figures.style import files
-from tpbso_casadi.figures.style.colours import CLOSEST
 
 DISC = Ellipse(center=(0.0, 0.0), semi_axes=(0.2, 0.2))
 TIMES = np.array([0.0, 0.15, 0.4])
@@ -73,22 +74,21 @@ def test_distances_by_hand() -> None:
     assert (closest.time, closest.distance) == (pytest.approx(1.0, abs=1e-3), pytest.approx(0.25, abs=1e-6))
 
 
-def test_there_is_no_approach_where_nothing_moves() -> None:
-    assert [snapshot.label for snapshot in snapshots(space_plan())] == [
-        "initial posture",
-        "middle posture",
-        "final posture",
-    ]
+def test_there_are_no_distances_over_time_where_nothing_moves() -> None:
     assert clearance_figures(space_plan()) == {}
 
 
-def test_a_path_in_the_plane_shows_obstacles_at_the_times_of_the_postures() -> None:
+def test_a_path_in_the_plane_shows_obstacles_at_four_times() -> None:
     plan = plane_plan()
     figure = path_figure(plan)
     figure.draw_without_rendering()
     [axes] = figure.axes
-    shown = snapshots(plan)
-    assert [snapshot.opacity for snapshot in shown] == [0.12, 0.22, 0.35, 0.6]
+    shown = [snapshot for snapshot in snapshots(plan.motion) if snapshot.opacity]
+    closest = plan.motion.closest_approach
+    assert closest is not None
+    duration = plan.trajectory.duration
+    assert [snapshot.time for snapshot in shown] == pytest.approx([0.0, duration / 2.0, duration, closest.time])
+    assert [snapshot.opacity for snapshot in shown] == [0.12, 0.22, 0.35, 0.55]
     drawn = [patch for patch in axes.patches if isinstance(patch, Polygon)]
     for obstacle in IN_PLANE[1:]:
         for snapshot in shown:
@@ -97,15 +97,24 @@ def test_a_path_in_the_plane_shows_obstacles_at_the_times_of_the_postures() -> N
                 patch for patch in drawn
                 if len(patch.get_xy()) == len(outline) + 1 and np.allclose(patch.get_xy()[:-1], outline)
             ]  # fmt: skip
-            assert [patch.get_alpha() for patch in same] == [snapshot.opacity]
-    [posture] = [line for line in axes.lines if line.get_color() == CLOSEST]
-    closest = closest_to_moving(plan.criteria.robot, plan.criteria.obstacles, plan.trajectory)
-    assert closest is not None
-    expected = plan.motion.joint_positions(np.array([closest.time]))[0]
-    np.testing.assert_allclose(posture.get_xydata(), expected)
-    assert posture.get_label() == f"closest: {1000 * closest.distance:.1f} mm at {closest.time:.3g} s"
+            assert [patch.get_facecolor()[3] for patch in same] == [snapshot.opacity]
+    [posture] = [line for line in axes.lines if line.get_label() == "posture at the closest approach"]
+    np.testing.assert_allclose(posture.get_xydata(), plan.motion.joint_positions(np.array([closest.time]))[0])
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels.count("moving obstacle") == labels.count("its way") == 1
+    assert f"{1000 * closest.distance:.1f} mm at {closest.time:.3g} s" in [text.get_text() for text in axes.texts]
+
+
+@pytest.mark.parametrize(
+    ("speed", "labels"),
+    [(0.0, ["0 to 0.4 s"]), (1.0, ["0 to 0.15 s", "0.4 s"]), (9.0, ["0 s", "0.15 s", "0.4 s"])],
+)
+def test_what_hardly_moves_has_one_label(speed: float, labels: list[str]) -> None:
+    course = Course(1, MovingObstacle(DISC, ConstantVelocity((speed, 0.0))), TIMES)  # 0.4 m wide
+    found = dict(labelled_times(course))
+    assert list(found) == labels
+    shuffled = Course(1, course.obstacle, TIMES[[2, 0, 1]])
+    assert list(dict(labelled_times(shuffled))) == list(found)
 
 
 def test_the_picture_ends_where_the_arm_does() -> None:
@@ -113,7 +122,7 @@ def test_the_picture_ends_where_the_arm_does() -> None:
     [axes] = path_figure(plane_plan(far)).axes
     reach = 1.8 + 0.05
     assert axes.get_xlim()[1] < 1.2 * reach
-    [arrow] = [text for text in axes.texts if text.arrow_patch is not None]
+    [arrow] = [text for text in axes.texts if text.arrow_patch is not None and not text.get_text()]
     assert arrow.xy[0] < axes.get_xlim()[1]
 
 
@@ -128,10 +137,9 @@ def test_the_figure_of_distances_marks_the_closest_approach() -> None:
     closest = closest_to_moving(plan.criteria.robot, plan.criteria.obstacles, plan.trajectory)
     assert closest is not None
     np.testing.assert_allclose(lines["closest approach"].get_xydata(), [[closest.time, closest.distance]])
-    assert (
-        axes.get_title()
-        == f"obstacles that move, closest: {1000 * closest.distance:.1f} mm at {closest.time:.3g} s ({closest.pair})"
-    )
+    assert axes.get_title() == f"closest: {1000 * closest.distance:.1f} mm at {closest.time:.3g} s:\n{closest.pair}"
+    ends = [text.get_text() for text in axes.texts]
+    assert ends == ["standing", "obstacle 2", "kept from 2", "obstacle 3", "margin"]
     times, kept = lines["kept from obstacle 2"].get_data()
     np.testing.assert_allclose(kept, 0.05 * np.asarray(times))
 
@@ -160,7 +168,7 @@ def test_a_path_in_space_shows_obstacles_at_the_times_of_the_postures(
     for axes, columns in ((top, [0, 1]), (front, [0, 2]), (side, [1, 2])):
         [way] = [line for line in axes.lines if line.get_label() == "its way"]
         np.testing.assert_allclose(way.get_xydata(), middles[:, columns])
-    assert picture.get_title() == snapshots(plan)[-1].label
+    assert picture.get_title(loc="left") == "posture at the closest approach"
     assert "moving obstacle" in [text.get_text() for text in figure.legends[0].get_texts()]
     monkeypatch.setattr(files, "DPI", 40)
     paths = draw_figures(tmp_path, plan)

@@ -116,8 +116,15 @@ def test_three_views_have_one_scale_and_show_the_whole_motion() -> None:
         assert (joints[:, columns] > low).all() and (joints[:, columns] < high).all()
     assert top.get_xlim() == front.get_xlim() and front.get_ylim() == side.get_ylim()
     labels = top.get_legend_handles_labels()[1]
-    assert {"base", "obstacle", "planned path", "initial posture", "final posture", "start", "goal"} <= set(labels)
-    [way] = [line for line in front.lines if line.get_label() == "planned path"]
+    fan = f"9 postures, every {plan.trajectory.duration / 8:.3g} s, light to dark"
+    closest = plan.motion.closest_approach
+    assert {"base", "obstacle", "path of the tool", "first posture", fan, "start", "goal"} <= set(labels)
+    assert closest is not None and "posture at the closest approach" in labels
+    assert picture.get_title(loc="left") == "posture at the closest approach"
+    for axes in (top, front, side):
+        named = {text.get_text() for text in axes.texts}
+        assert {"start", "goal", f"{1000 * closest.distance:.1f} mm at {closest.time:.3g} s"} <= named
+    [way] = [line for line in front.lines if line.get_label() == "path of the tool"]
     np.testing.assert_allclose(way.get_xydata(), plan.motion.joint_positions(plan.times)[:, -1, [0, 2]])
     assert not picture.axison
 

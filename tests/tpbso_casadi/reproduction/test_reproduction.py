@@ -321,7 +321,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.setattr(reproduce, "QUICK", TINY)
         patch.setattr(pace_of_searches, "CASES", ("time-3",))
         patch.setattr(scaling, "TIME_SIZES", few)
-        assert reproduce.main(["--quick", "--quiet", "--out", str(folder), "--export", str(folder / "runs.csv")]) == 0
+        assert reproduce.main(["--quick", "--quiet", "--out", str(folder), "--table", str(folder / "runs.csv")]) == 0
     return folder
 
 
@@ -331,7 +331,7 @@ def test_the_page_holds_everything(folder: Path, tmp_path: Path) -> None:
     document = opened(folder / "report.html", tmp_path / "profile")
     for number in range(2, 17):
         assert f"Fig. {number}: " in document
-    assert document.count("<canvas") == 15
+    assert document.count('<canvas class="scene"') == 15
     assert document.count(" s</output>") == 15  # every player ran
     assert document.count('src="data:image/webp') == 11 * 3 + 4 * 4 + 1 + 1
     assert "the same objective to the last bit" in document

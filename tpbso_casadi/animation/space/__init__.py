@@ -1,5 +1,1 @@
-"""The player of motions in space."""
-
-from tpbso_casadi.animation.space.player import page
-
-__all__ = ["page"]
+"""Motions in space, as the player shows them."""

@@ -11,11 +11,11 @@ function axesOf(camera) {
 
 function turn(camera, across, along) {
   camera.azimuth -= across;
-  camera.elevation = Math.max(-STEEPEST, Math.min(STEEPEST, camera.elevation + along));
+  camera.elevation = within(camera.elevation + along, -STEEPEST, STEEPEST);
 }
 
 function zoom(camera, factor, home) {
-  camera.distance = Math.max(0.05 * home.distance, Math.min(6 * home.distance, camera.distance * factor));
+  camera.distance = within(camera.distance * factor, 0.05 * home.distance, 6 * home.distance);
 }
 
 // Move the point of interest with the pointer: by so many pixels in a picture of that size.

@@ -1,4 +1,4 @@
-"""What the player of motions in space shows, as plain data."""
+"""What the player is told of a motion in space alone."""
 
 from __future__ import annotations
 
@@ -9,36 +9,27 @@ from typing import Any
 import numpy as np
 
 from problems.base.matrix import FloatArray
-from tpbso_casadi.animation.closest import Closest, closest_of
+from tpbso_casadi.animation.content import DIGITS, FINE, rounded
 from tpbso_casadi.animation.frames import Frames
 from tpbso_casadi.figures.courses import Course
 from tpbso_casadi.figures.space.polyhedron import Polyhedron
 from tpbso_casadi.figures.space.scene import ground
-from tpbso_casadi.figures.style.colours import SERIES
-from tpbso_casadi.planning.joint_quantities import alternatives, shares_of_limits, torques_of
 
-DIGITS = 4  # of metres
-FINE = 6  # of seconds, joints, and directions
 ROUND = 24  # faces: what has more is round
 AXES = 0.15  # length of the axes at the base, of the picture's
 LIGHT = np.array([-0.35, -0.45, 0.82])
 
 
 def content_of(frames: Frames) -> dict[str, Any]:
-    """The data of a motion: lengths in m, times in s, angles in rad."""
+    """What is seen of the robot and its surroundings, and from where: lengths in m, angles in rad."""
     scene, robot = frames.scene, frames.problem.robot
     bounds = scene.bounds(frames.theta)
     view = scene.view(frames.theta, bounds)
     x, y, z = view.axes[2]
-    closest = closest_of(frames.problem, frames.theta, frames.times)
     return {
-        "times": rounded(frames.times, FINE),
-        "joints": rounded(frames.joints),
-        "way": rounded(frames.joints[:, -1]),
         "centers": rounded(scene.centers(frames.theta)),
         "radii": rounded(scene.radii, FINE),
         "kinds": list(_kinds([body.name for body in scene.balls])),
-        "points": rounded(frames.task_points),
         "solids": [_solid(solid) for solid in scene.solids],
         "planes": [[a, b, face] for (a, b), face in scene.planes.items()],
         "moving": [_moving(course) for course in scene.courses],
@@ -50,18 +41,7 @@ def content_of(frames: Frames) -> dict[str, Any]:
             "azimuth": float(np.arctan2(y, x)),
             "elevation": float(np.arcsin(z)),
         },
-        "joint_names": list(robot.joint_names),
-        "colours": SERIES,
-        "curves": _curves(frames),
-        "closest": None if closest is None else _closest(closest),
-        "notes": frames.notes,
-        "seconds": frames.seconds,
     }
-
-
-def rounded(values: FloatArray, digits: int = DIGITS) -> list[Any]:
-    """Nested lists of numbers that are short to write."""
-    return list(np.asarray(values, dtype=float).round(digits).tolist())
 
 
 def _kinds(names: list[str]) -> Iterator[int]:
@@ -94,30 +74,3 @@ def _moving(course: Course) -> dict[str, Any]:
 def _axes(base: FloatArray, length: float) -> list[Any]:
     """Name, start and end of the axes at the base."""
     return [[name, rounded(base), rounded(base + length * row)] for name, row in zip("xyz", np.eye(3), strict=True)]
-
-
-def _curves(frames: Frames) -> list[dict[str, Any]]:
-    """Positions of the joints; what is limited as shares of the limits; torques that nothing limits as they are."""
-    robot, units = frames.problem.robot, frames.problem.robot.joint_units
-    label = f"joint position [{alternatives(units)}]"
-    curves: list[dict[str, Any]] = [
-        {"label": label, "values": rounded(frames.theta, FINE), "units": list(units), "bound": False}
-    ]
-    for name, shares in shares_of_limits(robot, frames.trajectory, frames.times):
-        label = f"joint {name} / limit"
-        curves.append({"label": label, "values": rounded(shares, FINE), "units": [""] * robot.dof, "bound": True})
-    torques = torques_of(robot, frames.trajectory, frames.times) if robot.limits.torque is None else None
-    if torques is not None:
-        label = f"joint torque [{alternatives(robot.torque_units)}]"
-        values = rounded(torques, FINE)
-        curves.append({"label": label, "values": values, "units": list(robot.torque_units), "bound": False})
-    return curves
-
-
-def _closest(closest: Closest) -> dict[str, Any]:
-    return {
-        "names": [str(pair) for pair in closest.pairs],
-        "numbers": closest.numbers.tolist(),
-        "distances": rounded(closest.distances, FINE),
-        "points": rounded(closest.points),
-    }

@@ -1,8 +1,6 @@
 // Pictures of a scene: ground, obstacles, balls of the robot, its joints, the way of the tool, the closest two.
 const SPRITE = 128, ROUND = 24;
 
-const inMillimetres = (metres) => `${(1000 * metres).toFixed(1)} mm`;
-
 // The convex hull of points in the picture.
 function hullOf(points) {
   const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
@@ -39,56 +37,21 @@ function placedSolid(solid, [origin, ...axes]) {
   };
 }
 
-function painterOf(motion, pen, colours) {
+function painterOf(motion, pen, theme) {
   const { radii, kinds, moving } = motion;
-  const sprites = colours.bodies.map(spriteOf);
+  const sprites = [theme.body, theme["body-two"]].map(spriteOf);
 
-  function stroke(points, width, style, alpha = 1) {
-    if (points.length < 2) return;
-    pen.beginPath();
-    points.forEach(([x, y], index) => pen[index ? "lineTo" : "moveTo"](x, y));
-    pen.lineWidth = width;
-    pen.strokeStyle = style;
-    pen.globalAlpha = alpha;
-    pen.stroke();
-    pen.globalAlpha = 1;
-  }
-  function disc(spot, radius, style, edge) {
-    if (!spot) return;
-    pen.beginPath();
-    pen.arc(spot[0], spot[1], radius, 0, 2 * Math.PI);
-    pen.fillStyle = style;
-    pen.fill();
-    if (edge) { pen.lineWidth = radius / 3; pen.strokeStyle = edge; pen.stroke(); }
-  }
-  function write(text, spot, style, size) {
-    pen.font = `600 ${size}px system-ui, sans-serif`;
-    pen.lineWidth = size / 4;
-    pen.strokeStyle = colours.ground;
-    pen.strokeText(text, spot[0], spot[1]);
-    pen.fillStyle = style;
-    pen.fillText(text, spot[0], spot[1]);
-  }
-
-  function fill(corners, alpha) {
-    pen.beginPath();
-    corners.forEach(([x, y], index) => pen[index ? "lineTo" : "moveTo"](x, y));
-    pen.globalAlpha = alpha;
-    pen.fillStyle = colours.obstacle;
-    pen.fill();
-    pen.globalAlpha = 1;
-  }
   function paintEdges(view, solid, seen, front) {
     for (const [one, two, f, g, sharp] of solid.edges)
       if ((seen[f] || seen[g]) === front && (sharp || seen[f] !== seen[g]))
-        stroke(view.line([solid.vertices[one], solid.vertices[two]]), pen.scale, colours.edge, front ? 0.8 : 0.3);
+        pen.line(view.line([solid.vertices[one], solid.vertices[two]]), 1, theme.edge, { alpha: front ? 0.8 : 0.3 });
   }
   // Of something round the outline alone is filled: it has hundreds of faces.
   function paintRound(view, solid, seen, spots) {
     const outline = hullOf(spots);
     paintEdges(view, solid, seen, false);
-    fill(outline, 0.38);
-    stroke([...outline, outline[0]], pen.scale, colours.edge, 0.8);
+    pen.fill(outline, theme.obstacle, 0.38);
+    pen.line([...outline, outline[0]], 1, theme.edge, { alpha: 0.8 });
     paintEdges(view, solid, seen, true);
   }
   function paintSolid(view, solid, seen) {
@@ -97,7 +60,7 @@ function painterOf(motion, pen, colours) {
     const faces = solid.faces.map((face) => face.map((corner) => solid.vertices[corner]));
     for (const front of [false, true]) {
       faces.forEach((corners, f) => {
-        if (seen[f] === front) fill(view.polygon(corners), (front ? 0.3 : 0.14) * solid.shades[f]);
+        if (seen[f] === front) pen.fill(view.polygon(corners), theme.obstacle, (front ? 0.3 : 0.14) * solid.shades[f]);
       });
       paintEdges(view, solid, seen, front);
     }
@@ -124,41 +87,22 @@ function painterOf(motion, pen, colours) {
       if (number >= centers.length) paintSolid(view, solids[number - centers.length], seen[number - centers.length]);
       else {
         const { left, right, top, bottom } = things[number];
-        pen.drawImage(sprites[kinds[number] % sprites.length], left, top, right - left, bottom - top);
+        pen.context.drawImage(sprites[kinds[number] % sprites.length], left, top, right - left, bottom - top);
       }
     }
   }
-  function paintGround(view) {
-    for (const line of motion.ground) stroke(view.line(line), pen.scale, colours.faint, 0.35);
-    motion.axes.forEach(([name, from, to], axis) => {
-      stroke(view.line([from, to]), 2 * pen.scale, colours.axes[axis]);
-      const spot = view.point(to);
-      if (spot) write(name, spot, colours.axes[axis], 12 * pen.scale);
-    });
-  }
-  function paintClosest(view, close) {
-    const spots = close.points.map(view.point);
-    stroke(view.line(close.points), 2.5 * pen.scale, colours.close);
-    for (const spot of spots) disc(spot, 3.5 * pen.scale, colours.close);
-    const [spot] = spots, text = inMillimetres(close.distance);
-    if (spot) write(text, [spot[0] + 8 * pen.scale, spot[1]], colours.close, 12 * pen.scale);
-  }
+  const mark = (spot, ...style) => { if (spot) pen.dot(spot, ...style); };
 
-  // state: centers, joints, frames (of what moves by itself), passed (points of the way until now), close ({ points, distance } or null).
-  return (view, state, scale) => {
-    pen.scale = scale;
-    pen.lineJoin = pen.lineCap = "round";
-    pen.textAlign = "left";
-    pen.textBaseline = "middle";
-    pen.clearRect(0, 0, pen.canvas.width, pen.canvas.height);
-    paintGround(view);
-    for (const { way } of moving) stroke(view.line(way), 1.2 * scale, colours.edge, 0.6);
+  // state: centers, joints, frames (of what moves by itself), way, passed (points of it until now), close.
+  return (view, state) => {
+    paintGround(motion, pen, theme, view);
+    for (const { way } of moving) pen.line(view.line(way), 1.2, theme.edge, { alpha: 0.7, dashes: [4, 3] });
     paintThings(view, state.centers, state.frames);
-    stroke(view.line(motion.way), 1.5 * scale, colours.way, 0.35);
-    stroke(view.line(state.passed), 2.5 * scale, colours.way);
-    stroke(view.line(state.joints), 1.5 * scale, colours.ink, 0.7);
-    for (const joint of state.joints) disc(view.point(joint), 2.5 * scale, colours.ground, colours.ink);
-    for (const point of motion.points) disc(view.point(point), 4 * scale, colours.task, colours.ground);
-    if (state.close) paintClosest(view, state.close);
+    pen.line(view.line(state.way), 1.5, theme.way, { alpha: 0.35 });
+    pen.line(view.line(state.passed), 2.5, theme.way);
+    pen.line(view.line(state.joints), 1.5, theme.ink, { alpha: 0.7 });
+    for (const joint of state.joints) mark(view.point(joint), 2.5, theme.ground, theme.ink);
+    for (const point of motion.points) mark(view.point(point), 4, theme.task, theme.ground);
+    if (state.close) drawClosest(pen, theme, view.line(state.close.points), state.close.distance);
   };
 }

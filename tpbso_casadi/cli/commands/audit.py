@@ -10,9 +10,20 @@ from pathlib import Path
 from problems import CertificateStatus
 from problems.evaluation import InvalidEvaluation
 from tpbso_casadi.audit.content import audit_run, audit_scenario, impossible
-from tpbso_casadi.cli.common import Exit, OneLineParser, add_input_options, path, print_error
+from tpbso_casadi.cli.command import run_command
+from tpbso_casadi.cli.common import Exit, path, print_error
 from tpbso_casadi.cli.display.audit_tables import print_run_audit, print_scenario_audit
 from tpbso_casadi.cli.display.console import OutputConsole
+from tpbso_casadi.cli.figure_formats import add_figures_option
+from tpbso_casadi.cli.options import (
+    add_json,
+    add_outside_files,
+    add_quiet,
+    defaulting,
+    output_group,
+    problem_group,
+)
+from tpbso_casadi.cli.parser import OneLineParser, command_parser
 from tpbso_casadi.scenario.cases.builtin import TITLES
 from tpbso_casadi.scenario.input_files import is_folder
 from tpbso_casadi.scenario.loading import load
@@ -20,49 +31,56 @@ from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import OutputError, check_writable
 from tpbso_casadi.storage.plain import as_json
-from tpbso_casadi.storage.stored_run import InvalidRun, read_run
+from tpbso_casadi.storage.stored_run import read_run
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
-    options = parser().parse_args(arguments)
-    try:
-        if options.what not in TITLES and is_folder(options.what):
-            return of_run(Path(options.what), options)
-        return of_scenario(load(options.what, options.allow_outside_files), options)
-    except (ScenarioError, OutputError, InvalidRun, InvalidEvaluation) as error:
-        print_error(str(error))
-        return Exit.BAD_INPUT
+    return run_command(parser(), audit, arguments)
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> OneLineParser:
     """The command line's options."""
-    command_line = OneLineParser(
-        "python -m tpbso_casadi.audit",
-        description="Audit a run folder (exit 0 certified, 1 violated or undecided, 2 unreadable or contradictory) "
-        "or a scenario (exit 1 when a constraint can never be met).",
+    command_line = command_parser(
+        "audit",
+        "Audit a run folder (exit status 0: certified; 1: violated or undecided; 2: unreadable or contradictory) "
+        "or a scenario (1: a constraint can never be met).",
+        examples=["runs/first", "runs/first --json", "obstacle-3 --plots structure"],
     )
     command_line.add_argument(
         "what", metavar="RUN_FOLDER|SCENARIO", help="a run folder, a TOML file or a built-in name"
     )
-    add_input_options(command_line)
-    command_line.add_argument("--json", action="store_true", help="print the audit as JSON")
-    command_line.add_argument(
-        "--plots", type=path, metavar="DIR", help="draw the Jacobian's structure of a scenario there"
+    add_outside_files(problem_group(command_line))
+    output = output_group(command_line)
+    add_json(output)
+    output.add_argument(
+        "--plots",
+        type=path,
+        metavar="DIR",
+        help=defaulting("draw the structure of a scenario's Jacobian", "none"),
     )
+    add_figures_option(output)
+    add_quiet(output)
     return command_line
+
+
+def audit(options: argparse.Namespace) -> int:
+    """Audit what the options name; returns the exit status."""
+    if options.what not in TITLES and is_folder(options.what):
+        return of_run(Path(options.what), options)
+    return of_scenario(load(options.what, options.allow_outside_files), options)
 
 
 def of_run(folder: Path, options: argparse.Namespace) -> int:
     """Read, recompute and audit a run; returns the exit status."""
     run = read_run(folder)
     with plugin_failures_named(run.scenario):
-        audit = audit_run(run)
+        content = audit_run(run)
     if options.json:
-        sys.stdout.write(as_json(audit))
+        sys.stdout.write(as_json(content))
     else:
-        print_run_audit(audit, OutputConsole())
-    return Exit.FEASIBLE if audit["certificate"]["verdict"] == CertificateStatus.CERTIFIED else Exit.INFEASIBLE
+        print_run_audit(content, OutputConsole(quiet=options.quiet))
+    return Exit.FEASIBLE if content["certificate"]["verdict"] == CertificateStatus.CERTIFIED else Exit.INFEASIBLE
 
 
 def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
@@ -71,24 +89,24 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
         check_writable(options.plots)
     try:
         with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
-            audit = audit_scenario(scenario)
+            content = audit_scenario(scenario)
             if options.plots is not None:
-                draw(scenario, options.plots)
+                draw(scenario, options.plots, options.figures)
     except ScenarioError as error:
         raise ScenarioError(f"{options.what}: {error}") from error
     if options.json:
-        sys.stdout.write(as_json(audit))
+        sys.stdout.write(as_json(content))
     else:
-        print_scenario_audit(audit, OutputConsole())
-    if impossible(audit):
-        print_error(f"{options.what}: nothing in the search box meets {', '.join(impossible(audit))}")
+        print_scenario_audit(content, OutputConsole(quiet=options.quiet))
+    if impossible(content):
+        print_error(f"{options.what}: nothing in the search box meets {', '.join(impossible(content))}")
         return Exit.INFEASIBLE
     return Exit.FEASIBLE
 
 
-def draw(scenario: Scenario, folder: Path) -> None:
+def draw(scenario: Scenario, folder: Path, formats: Sequence[str]) -> None:
     """Draw the structure of the scenario's constraints."""
     from tpbso_casadi.figures.structure import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
 
     folder.mkdir(parents=True, exist_ok=True)
-    draw_structure(folder, scenario)
+    draw_structure(folder, scenario, formats)

@@ -4,102 +4,151 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
 
 from tpbso_casadi.campaign import Run, grid, parse_solvers
-from tpbso_casadi.campaign.export import export, write_summary
-from tpbso_casadi.campaign.grid import check_size
-from tpbso_casadi.campaign.statistics import summarise
+from tpbso_casadi.campaign.analysis.best import best_plans
+from tpbso_casadi.campaign.analysis.results import results_of
+from tpbso_casadi.campaign.export import export, files_of, write_comparison
+from tpbso_casadi.campaign.grid import SolverSpec, check_size
+from tpbso_casadi.campaign.logs.write import WRITERS, check_logs, traces_of_scenarios, write_logs
 from tpbso_casadi.campaign.table import HEADER, print_tables, rows
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
-    exit_code_of,
     failures,
     prepare,
+    run_campaign_command,
     run_with_progress,
     stored,
 )
-from tpbso_casadi.cli.common import OneLineParser, add_input_options, natural, positive_float, positive_int
+from tpbso_casadi.cli.commands.compare_functions import compare_functions, functions_of
+from tpbso_casadi.cli.common import positive_int
 from tpbso_casadi.cli.display.campaign_progress import phase
+from tpbso_casadi.cli.figure_formats import add_figures_option, figure_formats
+from tpbso_casadi.cli.options import (
+    SCENARIO,
+    add_evaluations,
+    add_iterations,
+    add_json,
+    add_no_plots,
+    add_outside_files,
+    add_population,
+    add_seed,
+    add_time_limit,
+    defaulting,
+    problem_group,
+    search_group,
+)
+from tpbso_casadi.cli.parser import OneLineParser, command_parser
 from tpbso_casadi.scenario.loading import load_all
 
 DEFAULT_SOLVERS = "bso,pso,ga,abso,abso+polish"
+FUNCTION_SOLVERS = "bso,pso,ga,abso"  # by default on functions, where there is nothing to polish
 DEFAULT_RUNS = 10
 DEFAULT_STARTS = 5
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
-    options = parser().parse_args(arguments)
-    return exit_code_of(lambda: compare(options))
+    stated = sys.argv[1:] if arguments is None else arguments
+    command = shlex.join(["tpbso", "compare", *stated])
+    return run_campaign_command(parser(), partial(compare, command=command), arguments)
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> OneLineParser:
     """The command line's options."""
-    command_line = OneLineParser(
-        "python -m tpbso_casadi.compare",
-        description="Compare solvers on scenarios: scenarios times solvers times --runs. The number of runs and an "
-        "estimate of the time are shown before it starts; by default it takes seconds to minutes a scenario.",
+    command_line = command_parser(
+        "compare",
+        "Compare solvers on scenarios: scenarios times solvers times --runs. The number of runs and an estimate of the "
+        "time are shown before it starts; by default it takes seconds to minutes a scenario. The same command resumes "
+        "an interrupted campaign.",
+        examples=[
+            "time-3 obstacle-3 --runs 20 --out runs/compare",
+            "time-3 --solvers 'pso,pso(population=40),ga+polish' --table runs.csv",
+        ],
     )
-    command_line.add_argument("scenario", nargs="+", help="TOML files or built-in names")
-    add_input_options(command_line)
     command_line.add_argument(
+        "scenario",
+        nargs="+",
+        metavar=SCENARIO,
+        help="TOML files or built-in names; or benchmark functions: function:rastrigin-10, function:bbob-f15-10@3",
+    )
+    add_outside_files(problem_group(command_line))
+    search = search_group(command_line)
+    search.add_argument(
         "--solvers",
         default=DEFAULT_SOLVERS,
         metavar="A,B,...",
-        help=f"NAME, NAME(setting=value,...), either with +polish or +polishN; the others are compared with "
-        f"the first; {DEFAULT_SOLVERS} if none",
+        help="NAME, NAME(setting=value,...), either with +polish or +polishN; the others are compared with the first",
     )
-    command_line.add_argument(
-        "--runs",
-        type=positive_int,
-        default=DEFAULT_RUNS,
-        metavar="N",
-        help=f"of each solver on each scenario; {DEFAULT_RUNS} by default",
+    search.add_argument(
+        "--runs", type=positive_int, default=DEFAULT_RUNS, metavar="N", help="of each solver on each scenario"
     )
-    command_line.add_argument(
-        "--seed", type=natural, default=1, help="of the first run, 1 by default; counted up from run to run"
-    )
-    budget = command_line.add_argument_group("the budget of each run, overriding the scenarios'")
-    budget.add_argument("--population", type=positive_int, metavar="M", help="of every swarm")
-    budget.add_argument("--iterations", type=positive_int, metavar="N", help="of every swarm")
-    budget.add_argument("--evaluations", type=positive_int, metavar="N", help="of every swarm")
-    budget.add_argument(
+    add_seed(search, default=1)
+    add_population(search, positive_int)
+    add_iterations(search, positive_int)
+    add_evaluations(search)
+    search.add_argument(
         "--starts",
         type=positive_int,
         metavar="N",
-        help=f"of ipopt, which counts nothing else; {DEFAULT_STARTS} by default, none with --time-limit",
+        help=f"of ipopt, which counts nothing else [default: {DEFAULT_STARTS}; none with --time-limit]",
     )
-    budget.add_argument("--time-limit", type=positive_float, metavar="S", help="results then depend on the machine")
-    add_campaign_options(command_line, Path("runs/compare"))
-    command_line.add_argument("--json", action="store_true", help="print the table as JSON")
-    command_line.add_argument("--no-plots", action="store_true", help="draw no figure")
+    add_time_limit(search)
+    output = add_campaign_options(command_line, Path("runs/compare"))
+    add_json(output)
+    add_no_plots(output)
+    add_figures_option(output)
+    output.add_argument(
+        "--format",
+        type=log_formats,
+        default=(),
+        metavar="LOGS",
+        help=defaulting(
+            "coco, ioh or both: also write the histories of all searches as logs for COCO's cocopp, for IOHanalyzer",
+            "none",
+        ),
+    )
     return command_line
 
 
-def compare(options: argparse.Namespace) -> int:
-    """Run the campaign of the options; returns the exit status."""
-    prepare(options, "summary.csv", *["comparison.png"] * (not options.no_plots))
+def compare(options: argparse.Namespace, command: str = "") -> int:
+    """Run the campaign of the options; returns the exit status.
+
+    Args:
+        options: of the command line.
+        command: the whole of it, for the page.
+    """
+    formats = figure_formats(options)
+    prepare(options, *files_of(formats))
+    functions = functions_of(options.scenario)
+    check_logs(options.format, len(options.scenario))
+    if functions:
+        return compare_functions(functions, solver_specs(options), options, options.table)
     runs = campaign(options)
     with stored(options) as store:
         run_with_progress(runs, store, options)
-        records = store.records(runs)
-    summaries = summarise(records)
-    with phase("writing the table and the figure", options.quiet):
-        write_summary(options.out, summaries, plots=not options.no_plots)
-        if options.export is not None:
-            export(records, options.export)
+        results, best = results_of(runs, store), best_plans(runs, store)
+        if options.format:
+            write_logs(options.format, options.out, traces_of_scenarios(runs, store))
+    with phase("writing tables, figures and the page", options.quiet):
+        write_comparison(options.out, results, runs, best, command, formats)
+        if options.table is not None:
+            export(results.records, options.table)
+    summaries = results.summaries
     if options.json:
         sys.stdout.write(json.dumps([dict(zip(HEADER, row, strict=True)) for row in rows(summaries)], indent=2) + "\n")
     elif not options.quiet:
         print_tables(summaries, Console())
         Console().print(f"written to {options.out}", highlight=False, soft_wrap=True)
-    return failures(records)
+    return failures(results.records)
 
 
 def campaign(options: argparse.Namespace) -> list[Run]:
@@ -108,12 +157,36 @@ def campaign(options: argparse.Namespace) -> list[Run]:
     Raises:
         ScenarioError: a scenario or solver is unknown, they do not fit each other, or there are too many runs.
     """
-    table, descent_table = swarm_budget(options), descent_budget(options)
-    specs = [replace(spec, table=table, descent_table=descent_table) for spec in parse_solvers(options.solvers)]
+    specs = solver_specs(options)
     scenarios = load_all(options.scenario, options.allow_outside_files)
     check_size(len(scenarios) * len(specs), options.seed, options.runs)
     with phase("building the models", options.quiet):
         return grid(scenarios, specs, range(options.seed, options.seed + options.runs))
+
+
+def solver_specs(options: argparse.Namespace) -> list[SolverSpec]:
+    """The solvers that the options state, with their budgets.
+
+    Raises:
+        ScenarioError: one cannot be read, or is there twice.
+    """
+    usual = FUNCTION_SOLVERS if functions_of(options.scenario) else DEFAULT_SOLVERS
+    stated = usual if options.solvers == DEFAULT_SOLVERS else options.solvers
+    table, descent_table = swarm_budget(options), descent_budget(options)
+    return [replace(spec, table=table, descent_table=descent_table) for spec in parse_solvers(stated)]
+
+
+def log_formats(text: str) -> tuple[str, ...]:
+    """Formats of logs from a command line.
+
+    Raises:
+        ArgumentTypeError: one is unknown.
+    """
+    names = tuple(dict.fromkeys(text.split(",")))
+    for name in names:
+        if name not in WRITERS:
+            raise argparse.ArgumentTypeError(f"{name or repr(name)} is none of {', '.join(WRITERS)}")
+    return names
 
 
 def swarm_budget(options: argparse.Namespace) -> dict[str, object]:

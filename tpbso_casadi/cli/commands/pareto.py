@@ -9,29 +9,40 @@ from contextlib import redirect_stdout
 from pathlib import Path
 
 from problems import OBJECTIVES
-from problems.evaluation import BACKENDS, EvaluationOptions, InvalidEvaluation
+from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from solvers.driver.interruption import Interruption, deferred_interrupt
+from tpbso_casadi.cli.command import run_command
 from tpbso_casadi.cli.commands.solve import evaluation_options, stated
-from tpbso_casadi.cli.common import (
-    Exit,
-    OneLineParser,
-    add_input_options,
-    natural,
-    path,
-    print_error,
-    whole_number,
-    word,
-)
+from tpbso_casadi.cli.common import Exit, print_error, whole_number, word
 from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.cli.display.front_tables import print_trade_off, say_point
 from tpbso_casadi.cli.display.planning_progress import planning_progress
+from tpbso_casadi.cli.figure_formats import add_figures_option, figure_formats
+from tpbso_casadi.cli.options import (
+    SCENARIO,
+    add_backend,
+    add_evaluations,
+    add_no_plots,
+    add_out,
+    add_outside_files,
+    add_quiet,
+    add_seed,
+    add_threads,
+    is_silent,
+    listed,
+    machine_group,
+    output_group,
+    problem_group,
+    search_group,
+)
+from tpbso_casadi.cli.parser import OneLineParser, command_parser
 from tpbso_casadi.cli.run_name import RUNS
 from tpbso_casadi.scenario import overriding
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
-from tpbso_casadi.scenario.section import MOST_EVALUATIONS, ScenarioError
+from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import OutputError
-from tpbso_casadi.trade_off.methods import METHODS, method_named
+from tpbso_casadi.trade_off.methods import EPSILON_CONSTRAINT, METHODS, WEIGHTED_SUM, method_named
 from tpbso_casadi.trade_off.objectives import Objectives
 from tpbso_casadi.trade_off.placement import ENDS
 from tpbso_casadi.trade_off.point import Point
@@ -40,63 +51,62 @@ from tpbso_casadi.trade_off.table import TradeOff
 from tpbso_casadi.trade_off.work import Work
 
 DEFAULT_POINTS = 12
-MOST_THREADS = 256
 MOST_PLANS = 1000
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
-    options = parser().parse_args(arguments)
-    try:
-        return pareto(options)
-    except (ScenarioError, OutputError, InvalidEvaluation) as error:
-        print_error(str(error))
-        return Exit.BAD_INPUT
-    except KeyboardInterrupt:
-        print_error("interrupted before there was a plan; nothing was written")
-        return Exit.INTERRUPTED
+    return run_command(
+        parser(), pareto, arguments, interrupted="interrupted before there was a plan; nothing was written"
+    )
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> OneLineParser:
     """The command line's options."""
-    command_line = OneLineParser(
-        "python -m tpbso_casadi.pareto",
-        description="How much of one objective another one costs: a front of plans, each certified and in a run folder "
-        "of its own. The same command resumes where it was interrupted.",
+    command_line = command_parser(
+        "pareto",
+        "How much of one objective another one costs: a front of plans, each certified and in a run folder of its own. "
+        "The same command resumes where it was interrupted.",
+        examples=["time-3 --objectives time,length", "obstacle-3 --objectives time,rotation --points 6 --out front"],
     )
-    command_line.add_argument("scenario", help="TOML file or built-in name; its objective does not matter")
-    add_input_options(command_line)
-    command_line.add_argument(
-        "--objectives", type=names, required=True, metavar="A,B", help=f"two of {', '.join(OBJECTIVES)}, or plug-ins"
+    command_line.add_argument("scenario", metavar=SCENARIO, help="TOML file or built-in name")
+    problem = problem_group(command_line)
+    add_outside_files(problem)
+    problem.add_argument(
+        "--objectives",
+        type=names,
+        required=True,
+        metavar="A,B",
+        help=f"two of {listed(OBJECTIVES)}, or plug-ins; always needed",
     )
-    command_line.add_argument(
+    problem.add_argument(
         "--points",
         type=whole_number(len(ENDS), MOST_PLANS),
         default=DEFAULT_POINTS,
         metavar="N",
-        help=f"plans to place, both ends among them; {DEFAULT_POINTS} by default. One near each end, and second "
-        "attempts at what comes out dominated, come on top",
+        help="plans to place, both ends among them; one near each end, and second attempts at what comes out "
+        "dominated, come on top",
     )
-    command_line.add_argument(
+    search = search_group(command_line)
+    search.add_argument(
         "--method",
         choices=METHODS,
-        help="bound the duration and minimise the other objective, where one of them is time (the default there); "
-        "weighted sums; or one run of pymoo's NSGA-II with the evaluations of all points, to compare with",
+        metavar="NAME",
+        help=f"{listed(METHODS)}: bound the duration and minimise the other objective; weighted sums; or one run of "
+        "pymoo's NSGA-II with the evaluations of all points, to compare with "
+        f"[default: {EPSILON_CONSTRAINT} where one objective is time, else {WEIGHTED_SUM}]",
     )
-    command_line.add_argument(
-        "--evaluations", type=whole_number(1, MOST_EVALUATIONS), metavar="N", help="of the search of each point"
-    )
-    command_line.add_argument("--seed", type=natural, help="same seed, same result")
-    speed = command_line.add_argument_group("the machine; these change how long it takes, not the result")
-    speed.add_argument("--backend", choices=BACKENDS, help="evaluates populations; auto by default")
-    speed.add_argument(
-        "--threads", type=whole_number(1, MOST_THREADS), default=1, metavar="N", help="for populations of thousands"
-    )
-    output = command_line.add_argument_group("the output")
-    output.add_argument("--out", type=path, metavar="DIR", help="folder; runs/SCENARIO-A-B by default")
+    add_evaluations(search)
+    add_seed(search)
+    machine = machine_group(command_line)
+    add_backend(machine)
+    add_threads(machine)
+    output = output_group(command_line)
+    add_out(output, "runs/SCENARIO-A-B")
     output.add_argument("--overwrite", action="store_true", help="drop what another scenario or setting left there")
-    output.add_argument("--no-plots", action="store_true", help="draw no figures")
-    output.add_argument("--quiet", action="store_true", help="no progress, no table")
+    add_no_plots(output)
+    add_figures_option(output)
+    add_quiet(output)
     return command_line
 
 
@@ -130,11 +140,12 @@ def written(objectives: Objectives, evaluation: EvaluationOptions, options: argp
     objectives.problems()  # what cannot be planned is said before anything is
     console, errors = OutputConsole(quiet=options.quiet), OutputConsole(stderr=True, quiet=options.quiet)
     with deferred_interrupt() as interruption:
-        with redirect_stdout(sys.stderr), planning_progress(None, options.quiet) as progress:
+        with redirect_stdout(sys.stderr), planning_progress(None, is_silent(options)) as progress:
             work = Work(
                 objectives=objectives,
                 store=store,
                 plots=not options.no_plots,
+                formats=options.figures,
                 evaluation=evaluation,
                 progress=progress,
                 interruption=interruption,
@@ -144,7 +155,7 @@ def written(objectives: Objectives, evaluation: EvaluationOptions, options: argp
             trade_off = TradeOff(objectives.headings, {name: store.points(name) for name in store.methods})
             if trade_off.points:
                 trade_off.write(folder)
-                draw(folder, trade_off, options)
+                draw(folder, trade_off, figure_formats(options))
         if trade_off.points:
             print_trade_off(trade_off, console)
             console.say(f"written to {folder}")
@@ -157,13 +168,13 @@ def default_folder(options: argparse.Namespace) -> Path:
     return RUNS / "-".join(parts)
 
 
-def draw(folder: Path, trade_off: TradeOff, options: argparse.Namespace) -> None:
+def draw(folder: Path, trade_off: TradeOff, formats: Sequence[str]) -> None:
     """The figure, unless there is to be none."""
-    if options.no_plots:
+    if not formats:
         return
     from tpbso_casadi.trade_off.figures import draw_front  # noqa: PLC0415 (matplotlib is slow to load)
 
-    draw_front(folder, trade_off)
+    draw_front(folder, trade_off, formats)
 
 
 def exit_status(points: Sequence[Point], folder: Path, interruption: Interruption) -> int:

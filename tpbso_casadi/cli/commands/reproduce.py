@@ -20,14 +20,15 @@ from tpbso_casadi.campaign.statistics import summarise
 from tpbso_casadi.campaign.table import HEADER, rows
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
-    exit_code_of,
     failures,
     local,
     prepare,
+    run_campaign_command,
     run_with_progress,
     stored,
 )
-from tpbso_casadi.cli.common import OneLineParser
+from tpbso_casadi.cli.options import search_group
+from tpbso_casadi.cli.parser import OneLineParser, command_parser
 from tpbso_casadi.reproduction.claims.catalogue import CLAIMS
 from tpbso_casadi.reproduction.claims.finding import ClaimOutcome
 from tpbso_casadi.reproduction.evidence import Evidence
@@ -49,14 +50,20 @@ COLOURS = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
-    options = parser().parse_args(arguments)
-    return exit_code_of(lambda: reproduce(options))
+    return run_campaign_command(parser(), reproduce, arguments)
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> OneLineParser:
     """The command line's options."""
-    command_line = OneLineParser("python -m tpbso_casadi.reproduce", description="Reproduce Section IV of the paper.")
-    command_line.add_argument("--quick", action="store_true", help="few and short runs, in under a minute")
+    command_line = command_parser(
+        "reproduce",
+        "Reproduce Section IV of the paper: its runs, its tables and what became of each of its claims, on one page. "
+        "The same command resumes an interrupted reproduction.",
+        examples=["--quick", "--workers 4 --out runs/reproduction"],
+    )
+    search_group(command_line).add_argument(
+        "--quick", action="store_true", help="few and short runs, in under a minute"
+    )
     add_campaign_options(command_line, Path("runs/reproduction"))
     return command_line
 
@@ -77,8 +84,8 @@ def reproduce(options: argparse.Namespace) -> int:
     with writing(options.out):
         write_csv(options.out / "summary.csv", HEADER, rows(summarise(evidence.records)))
         write_text(options.out / "report.html", lambda file: file.write(page))
-    if options.export is not None:
-        export(evidence.records, options.export)
+    if options.table is not None:
+        export(evidence.records, options.table)
     if not options.quiet:
         print_claims(evidence, Console())
         Console().print(f"written to {options.out / 'report.html'}", highlight=False, soft_wrap=True)

@@ -8,18 +8,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from problems.evaluation import InvalidEvaluation
+from tpbso_casadi.cli.command import run_command
 from tpbso_casadi.cli.commands.solve import written
-from tpbso_casadi.cli.common import Exit, OneLineParser, not_negative, path, print_error
+from tpbso_casadi.cli.common import not_negative, path
+from tpbso_casadi.cli.options import defaulting, listed, problem_group
 from tpbso_casadi.cli.output import Output, add_output_options
+from tpbso_casadi.cli.parser import OneLineParser, command_parser
 from tpbso_casadi.cli.run_name import free_folder
 from tpbso_casadi.scenario.input_files import InputFolder, is_folder, read_toml
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.scenario.tasks.joint_path import Interpolation
 from tpbso_casadi.scenario.tasks.joint_rows import read_joint_rows
-from tpbso_casadi.storage.files import OutputError
-from tpbso_casadi.storage.stored_run import InvalidRun, path_of, read_run
+from tpbso_casadi.storage.stored_run import path_of, read_run
 
 ROBOT_TABLES = ("unit", "arm", "robot", "obstacles", "model")  # of the file that states the robot
 MODEL_KEYS = ("limits", "margin", "self_collision")  # of [model], that say something of any motion
@@ -27,55 +28,64 @@ MODEL_KEYS = ("limits", "margin", "self_collision")  # of [model], that say some
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
-    options = parser().parse_args(arguments)
-    try:
-        return retime(options)
-    except (ScenarioError, OutputError, InvalidRun, InvalidEvaluation) as error:
-        print_error(str(error))
-        return Exit.BAD_INPUT
-    except KeyboardInterrupt:
-        print_error("interrupted before there was a motion; nothing was written")
-        return Exit.INTERRUPTED
+    return run_command(
+        parser(), retime, arguments, interrupted="interrupted before there was a motion; nothing was written"
+    )
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> OneLineParser:
     """The command line's options."""
-    command_line = OneLineParser(
-        "python -m tpbso_casadi.retime",
-        description="Run a path in joint space as fast as a robot's limits allow: speed, acceleration and, where it "
-        "has them, jerk and torque; proven for all t.",
+    command_line = command_parser(
+        "retime",
+        "Run a path in joint space as fast as a robot's limits allow: speed, acceleration and, where it has them, "
+        "jerk and torque; proven for all t.",
+        examples=[
+            "waypoints.csv --robot arm.toml --out runs/fast",
+            "waypoints.csv --robot arm.toml --blend 0.05",
+            "runs/first --export csv --no-plots --out runs/faster",
+        ],
     )
     command_line.add_argument(
         "path",
         metavar="PATH.csv|RUN_FOLDER",
         help="waypoints or a recording with the header q1..qk or t,q1..qk; or a run folder, for its motion's path",
     )
-    command_line.add_argument(
+    problem = problem_group(command_line)
+    problem.add_argument(
         "--robot",
         type=path,
-        metavar="ARM.toml",
-        help="a file with an [arm] or a [robot] table; its [[obstacles]] and the margin in [model] are judged too. "
-        "A run folder has its own",
+        metavar="FILE",
+        help="TOML file with an [arm] or a [robot] table; its [[obstacles]] and the margin in [model] are judged too "
+        "[default: a run's own]",
     )
-    command_line.add_argument(
+    problem.add_argument(
         "--payload",
         type=not_negative,
         metavar="KG",
-        help="what the tool carries, a mass at its own origin, in place of what the robot's table says; 0 for none",
+        help=defaulting("what the tool carries, a mass at its own origin; 0 for none", "the robot's"),
     )
-    given = command_line.add_argument_group("the path, in the unit of ARM.toml")
-    given.add_argument("--interpolation", choices=get_args(Interpolation), help="of waypoints; spline by default")
-    given.add_argument(
-        "--blend", type=not_negative, metavar="TOL", help="straight lines, their corners rounded by at most TOL rad"
+    problem.add_argument(
+        "--interpolation",
+        choices=get_args(Interpolation),
+        metavar="KIND",
+        help=defaulting(f"of waypoints: {listed(get_args(Interpolation))}", "spline, or blend with --blend"),
     )
-    given.add_argument(
+    problem.add_argument(
+        "--blend",
+        type=not_negative,
+        metavar="TOL",
+        help=defaulting("straight lines, their corners rounded by at most TOL, in the unit of the robot", "none"),
+    )
+    problem.add_argument(
         "--start-speed",
         type=not_negative,
         metavar="V",
-        help="|dq/dt| along the path at its start, rad/s; 0 if none",
+        help=defaulting("|dq/dt| along the path at its start, in the unit of the robot per s", "0, or the run's"),
     )
-    given.add_argument("--goal-speed", type=not_negative, metavar="V", help="at its end")
-    add_output_options(command_line, "runs/PATH-retimed")
+    problem.add_argument(
+        "--goal-speed", type=not_negative, metavar="V", help=defaulting("the same at its end", "0, or the run's")
+    )
+    add_output_options(command_line, "runs/PATH-retimed, none with --json")
     return command_line
 
 

@@ -12,45 +12,60 @@ from problems.robots.spatial.collision.spheres_file import read_spheres
 from problems.robots.spatial.description import RobotDescription
 from problems.robots.spatial.models import BUILT_IN, built_in
 from problems.robots.spatial.urdf import read_urdf
-from tpbso_casadi.cli.common import Exit, OneLineParser, path, print_error
+from tpbso_casadi.cli.command import run_command
+from tpbso_casadi.cli.common import Exit, path
 from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.cli.display.robot_tables import print_list, print_robot
+from tpbso_casadi.cli.options import defaulting, listed
+from tpbso_casadi.cli.parser import OneLineParser, add_verbose, command_parser
+from tpbso_casadi.figures.style.formats import FORMATS
 from tpbso_casadi.scenario.input_files import read_text
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import OutputError, check_file, check_writable, writing
 
-FORMATS = (".png", ".svg", ".pdf")
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
-    options = parser().parse_args(arguments)
-    try:
-        if options.command == "show":
-            return show(options)
-        print_list([(name, built_in(name)) for name in BUILT_IN], OutputConsole())
-        return Exit.FEASIBLE
-    except (ScenarioError, OutputError) as error:
-        print_error(str(error))
-        return Exit.BAD_INPUT
+    return run_command(parser(), robots, arguments)
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> OneLineParser:
     """The command line's options."""
-    command_line = OneLineParser(
-        "python -m tpbso_casadi.robots", description="Lists the robots that are built in, or shows a robot."
+    command_line = command_parser(
+        "robots",
+        "List the robots that are built in, or show a robot.",
+        examples=["list", "show panda", "show arm.urdf --tip-link tool0 --figure arm.png"],
     )
     commands = command_line.add_subparsers(dest="command", metavar="COMMAND", parser_class=OneLineParser)
-    commands.add_parser("list", help="the robots that are built in; the default")
-    shown = commands.add_parser("show", help="joints, limits, masses, reach and spheres of a robot")
-    shown.add_argument("robot", metavar="NAME|FILE.urdf", help=f"{', '.join(BUILT_IN)}, or a file")
-    shown.add_argument("--base-link", metavar="LINK", help="what stands still; the root by default")
-    shown.add_argument("--tip-link", metavar="LINK", help="the end of the chain; a robot's usual one by default")
-    shown.add_argument("--spheres", type=path, metavar="FILE.toml", help="collision spheres instead of its own")
+    listing = commands.add_parser("list", help="the robots that are built in; the default")
+    shown = commands.add_parser(
+        "show",
+        help="joints, limits, masses, reach and spheres of a robot",
+        examples=["panda", "arm.urdf --tip-link tool0 --figure arm.png"],
+    )
+    for command in (listing, shown):
+        add_verbose(command, default=argparse.SUPPRESS)
+    shown.add_argument("robot", metavar="NAME|FILE.urdf", help=f"{listed(BUILT_IN)}, or a file")
+    shown.add_argument("--base-link", metavar="LINK", help=defaulting("what stands still", "the root"))
+    shown.add_argument("--tip-link", metavar="LINK", help=defaulting("the end of the chain", "a robot's usual one"))
     shown.add_argument(
-        "--figure", type=path, metavar="FILE.png", help="draw it there, in three views and in perspective"
+        "--spheres", type=path, metavar="FILE", help=defaulting("collision spheres, a TOML file", "the robot's own")
+    )
+    shown.add_argument(
+        "--figure",
+        type=path,
+        metavar="FILE",
+        help=defaulting(f"draw it there ({listed(FORMATS)}), in three views and in perspective", "none"),
     )
     return command_line
+
+
+def robots(options: argparse.Namespace) -> int:
+    """Do what the options ask for; returns the exit status."""
+    if options.command == "show":
+        return show(options)
+    print_list([(name, built_in(name)) for name in BUILT_IN], OutputConsole())
+    return Exit.FEASIBLE
 
 
 def show(options: argparse.Namespace) -> int:
@@ -78,8 +93,8 @@ def check_figure(file: Path) -> None:
     Raises:
         OutputError: it cannot.
     """
-    if file.suffix not in FORMATS:
-        raise OutputError(f"{file}: the name of a figure ends with {', '.join(FORMATS)}")
+    if file.suffix[1:] not in FORMATS:
+        raise OutputError(f"{file}: the name of a figure ends with {', '.join(f'.{kind}' for kind in FORMATS)}")
     check_file(file)
     check_writable(file.parent)
 

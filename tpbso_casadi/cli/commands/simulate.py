@@ -10,23 +10,32 @@ from pathlib import Path
 from problems import InvalidProblem
 from solvers.driver.interruption import Interruption, deferred_interrupt
 from tpbso_casadi.animation.simulated import write_player
-from tpbso_casadi.cli.common import (
-    Exit,
-    OneLineParser,
-    add_input_options,
-    natural,
-    path,
-    positive_float,
-    print_error,
-    whole_number,
-)
+from tpbso_casadi.cli.command import run_command
+from tpbso_casadi.cli.common import Exit, positive_float, print_error
 from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.cli.display.simulation_tables import ReplanLines, print_simulation
+from tpbso_casadi.cli.figure_formats import add_figures_option
+from tpbso_casadi.cli.options import (
+    SCENARIO,
+    SCENARIOS,
+    add_evaluations,
+    add_no_plots,
+    add_out,
+    add_outside_files,
+    add_quiet,
+    add_seed,
+    add_within,
+    defaulting,
+    output_group,
+    problem_group,
+    search_group,
+)
+from tpbso_casadi.cli.parser import OneLineParser, command_parser
 from tpbso_casadi.cli.run_name import free_folder
 from tpbso_casadi.planning.replanning.replanner import Replanner
 from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, plugin_failures_named
-from tpbso_casadi.scenario.section import MOST_EVALUATIONS, ScenarioError
+from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.scenario.simulation import SimulationSection
 from tpbso_casadi.simulation.loop import Planner, Simulation
 from tpbso_casadi.simulation.record import SimulationRecord
@@ -41,51 +50,48 @@ OVERRIDDEN = ("seconds", "every", "evaluations", "within")  # keys of [simulatio
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
-    options = parser().parse_args(arguments)
-    try:
-        return simulate(options)
-    except (ScenarioError, OutputError) as error:
-        print_error(str(error))
-        return Exit.BAD_INPUT
-    except KeyboardInterrupt:
-        print_error("interrupted before the first replan; nothing was written")
-        return Exit.INTERRUPTED
+    return run_command(
+        parser(), simulate, arguments, interrupted="interrupted before the first replan; nothing was written"
+    )
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> OneLineParser:
     """The command line's options."""
-    command_line = OneLineParser(
-        "python -m tpbso_casadi.simulate",
-        description="Simulate how the planner would drive an arm from goal to goal among obstacles that change "
-        f"course: at every tick it sees them anew and has until the next one to answer. This is {WHAT}. "
-        "Simulated time waits for the planner; how often it was late is counted. Exit status 0: nothing was touched by "
-        "the moving arm, proven for all t, no limit was broken, and nothing jumped.",
+    command_line = command_parser(
+        "simulate",
+        "Simulate how the planner would drive an arm from goal to goal among obstacles that change course: at every "
+        f"tick it sees them anew and has until the next one to answer. This is {WHAT}. Simulated time waits for the "
+        "planner; how often it was late is counted. Exit status 0: nothing was touched by the moving arm, proven for "
+        "all t, no limit was broken, and nothing jumped.",
+        examples=["scene.toml --out runs/simulated", "scene.toml --seconds 5 --every 0.2 --seed 3"],
     )
-    command_line.add_argument("scenario", help="TOML file, with a [simulation] table or without")
-    add_input_options(command_line)
-    stated = command_line.add_argument_group("overriding the scenario")
-    stated.add_argument("--seconds", type=positive_float, metavar="S", help="to simulate; 10 by default")
-    stated.add_argument("--every", type=positive_float, metavar="S", help="time between two replans; 0.1 by default")
-    stated.add_argument(
-        "--evaluations", type=whole_number(1, MOST_EVALUATIONS), metavar="N", help="of each replan; 1500 by default"
+    command_line.add_argument(
+        "scenario", metavar=SCENARIO, help="TOML file or built-in name, with a [simulation] table or without"
     )
-    stated.add_argument(
-        "--within",
-        type=positive_float,
-        metavar="S",
-        help="seconds that each replan may take; without it the same seed gives the same simulation",
+    problem = problem_group(command_line)
+    add_outside_files(problem)
+    problem.add_argument("--seconds", type=positive_float, metavar="S", help=_simulated("to simulate", "seconds"))
+    problem.add_argument(
+        "--every", type=positive_float, metavar="S", help=_simulated("time between two replans, s", "every")
     )
-    stated.add_argument("--seed", type=natural, help="of changes of course and of the planner")
-    output = command_line.add_argument_group("the output")
-    output.add_argument(
-        "--out",
-        type=path,
-        metavar="DIR",
-        help="run folder, replaced as a whole; runs/SCENARIO-simulated-SEED by default",
-    )
-    output.add_argument("--no-plots", action="store_true", help="draw no figure, and write no player")
-    output.add_argument("--quiet", action="store_true", help="no progress, no table")
+    search = search_group(command_line)
+    add_evaluations(search, default=_default("evaluations"))
+    add_within(search, f"{SCENARIOS}, else no limit of time")
+    add_seed(search)
+    output = output_group(command_line)
+    add_out(output, "runs/SCENARIO-simulated-SEED")
+    add_no_plots(output)
+    add_figures_option(output)
+    add_quiet(output)
     return command_line
+
+
+def _simulated(text: str, key: str) -> str:
+    return defaulting(text, _default(key))
+
+
+def _default(key: str) -> str:
+    return f"{SCENARIOS}, else {SimulationSection.model_fields[key].default:g}"
 
 
 def simulate(options: argparse.Namespace) -> int:
@@ -99,7 +105,7 @@ def simulate(options: argparse.Namespace) -> int:
             check_run_folder(folder)
             simulation = Simulation(setting, interruption.breakable(partial(planner_of, setting)))
             record = simulation.run(interruption, ReplanLines(OutputConsole(stderr=True, quiet=options.quiet)))
-            views = [] if options.no_plots else views_of(record, Path(options.scenario).stem)
+            views = [] if options.no_plots else views_of(record, Path(options.scenario).stem, options.figures)
             return written(record, folder, views, interruption, OutputConsole(quiet=options.quiet))
     except ScenarioError as error:
         raise ScenarioError(f"{options.scenario}: {error}") from error
@@ -135,13 +141,13 @@ def planner_of(setting: Setting) -> Planner:
         raise ScenarioError(f"simulation.{error.field}: {error.reason}") from error
 
 
-def views_of(record: SimulationRecord, title: str) -> list[Writer]:
-    """What shows a simulation: a figure, and a player of a title."""
+def views_of(record: SimulationRecord, title: str, formats: Sequence[str]) -> list[Writer]:
+    """What shows a simulation: a figure in some formats, and a player of a title."""
 
     def draw(folder: Path) -> None:
         from tpbso_casadi.figures.simulation import draw_simulation  # noqa: PLC0415 (matplotlib is slow to load)
 
-        draw_simulation(folder, record)
+        draw_simulation(folder, record, formats)
 
     return [draw, lambda folder: write_player(folder, title, record)]
 

@@ -12,16 +12,13 @@ from typing import Any, get_args
 
 from problems import OBJECTIVES
 from problems.encodings import FORMULATIONS
-from problems.evaluation import BACKENDS, EvaluationOptions, InvalidEvaluation
+from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from problems.tasks.elbow import Elbow
 from problems.tasks.paths.path_following import KnotRedundancy
 from solvers.driver.interruption import Interruption, deferred_interrupt
+from tpbso_casadi.cli.command import run_command
 from tpbso_casadi.cli.common import (
     Exit,
-    OneLineParser,
-    add_input_options,
-    natural,
-    positive_float,
     print_error,
     whole_number,
     word,
@@ -29,7 +26,28 @@ from tpbso_casadi.cli.common import (
 from tpbso_casadi.cli.display.console import OutputConsole
 from tpbso_casadi.cli.display.plan_tables import print_plan, print_scenarios, summary_of
 from tpbso_casadi.cli.display.planning_progress import planning_progress
+from tpbso_casadi.cli.options import (
+    SCENARIO,
+    SCENARIOS,
+    Group,
+    add_backend,
+    add_evaluations,
+    add_iterations,
+    add_outside_files,
+    add_population,
+    add_seed,
+    add_threads,
+    add_time_limit,
+    add_within,
+    defaulting,
+    is_silent,
+    listed,
+    machine_group,
+    problem_group,
+    search_group,
+)
 from tpbso_casadi.cli.output import Output, add_output_options
+from tpbso_casadi.cli.parser import OneLineParser, command_parser
 from tpbso_casadi.cli.run_name import run_folder
 from tpbso_casadi.planning.plan import plan
 from tpbso_casadi.planning.planned_motion import PlannedMotion
@@ -40,7 +58,6 @@ from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.motions import FAMILIES
 from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import (
-    MOST_EVALUATIONS,
     MOST_ITERATIONS,
     MOST_LINKS,
     MOST_MEMBERS,
@@ -50,75 +67,101 @@ from tpbso_casadi.scenario.section import (
 from tpbso_casadi.storage.content import result_of
 from tpbso_casadi.storage.files import OutputError
 
-MOST_THREADS = 256
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
-    options = parser().parse_args(arguments)
-    try:
-        if options.list:
-            print_scenarios(OutputConsole())
-            return Exit.FEASIBLE
-        return solve(options)
-    except (ScenarioError, OutputError, InvalidEvaluation) as error:
-        print_error(str(error))
-        return Exit.BAD_INPUT
-    except KeyboardInterrupt:
-        print_error("interrupted before there was a plan; nothing was written")
-        return Exit.INTERRUPTED
+    return run_command(
+        parser(), solve, arguments, interrupted="interrupted before there was a plan; nothing was written"
+    )
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> OneLineParser:
     """The command line's options."""
-    command_line = OneLineParser("python -m tpbso_casadi.solve", description="Plan the motion of a robot arm.")
+    command_line = command_parser(
+        "solve",
+        "Plan the motion of a robot arm: search, refine, prove it for all t. Exit status 0: certified; 1: not; "
+        "2: bad input.",
+        examples=[
+            "time-3 --out runs/first",
+            "obstacle-3 --solver pso --evaluations 20000 --seed 7",
+            "closed-curve-time --polish --animate curve.html",
+        ],
+    )
     command_line.add_argument(
-        "scenario", nargs="?", default=DEFAULT, help=f"TOML file or built-in name; {DEFAULT} by default"
+        "scenario", nargs="?", default=DEFAULT, metavar=SCENARIO, help="TOML file or built-in name"
     )
     command_line.add_argument("--list", action="store_true", help="list the built-in scenarios")
-    add_input_options(command_line)
-    problem = command_line.add_argument_group("the problem, overriding the scenario")
+    add_problem_options(problem_group(command_line))
+    add_search_options(search_group(command_line))
+    machine = machine_group(command_line)
+    add_backend(machine)
+    add_threads(machine)
+    add_output_options(command_line, "runs/SCENARIO-SOLVER-SEED..., none with --json")
+    return command_line
+
+
+def add_problem_options(problem: Group) -> None:
+    """The options that change what a scenario states."""
+    add_outside_files(problem)
     problem.add_argument(
-        "--links", type=whole_number(1, MOST_LINKS), metavar="K", help="the same reach with K equal links"
+        "--links",
+        type=whole_number(1, MOST_LINKS),
+        metavar="K",
+        help=defaulting("the same reach with K equal links", SCENARIOS),
     )
     problem.add_argument(
-        "--objective", type=word, metavar="NAME", help=f"{', '.join(OBJECTIVES)}, a plug-in, or package.module:Class"
+        "--objective",
+        type=word,
+        metavar="NAME",
+        help=defaulting(f"{', '.join(OBJECTIVES)}, a plug-in, or package.module:Class", SCENARIOS),
     )
-    problem.add_argument("--elbow", choices=get_args(Elbow), help="branch of inverse kinematics at both ends")
-    problem.add_argument("--motion", choices=FAMILIES, help="the paper's quartic and quintic, or splines in least time")
+    problem.add_argument(
+        "--elbow",
+        choices=get_args(Elbow),
+        metavar="KIND",
+        help=defaulting(f"branch of inverse kinematics at both ends: {listed(get_args(Elbow))}", SCENARIOS),
+    )
+    problem.add_argument(
+        "--motion",
+        choices=FAMILIES,
+        metavar="KIND",
+        help=defaulting(f"{listed(FAMILIES)}: the paper's quartic and quintic, or splines in least time", SCENARIOS),
+    )
     problem.add_argument(
         "--retime",
         action=argparse.BooleanOptionalAction,
-        help="run the plan as fast as the limits allow on its path; by default with splines, and where the objective "
-        "does not depend on time",
+        help="run the plan as fast as the limits allow on its path [default: the scenario's; with splines, and where "
+        "the objective does not depend on time]",
     )
-    problem.add_argument("--formulation", choices=FORMULATIONS, help="cost (15), or feasible by construction")
     problem.add_argument(
-        "--knot-redundancy", choices=get_args(KnotRedundancy), help="of a path, where IPOPT follows it"
+        "--formulation",
+        choices=FORMULATIONS,
+        metavar="KIND",
+        help=defaulting(f"{listed(FORMULATIONS)}: cost (15), or feasible by construction", SCENARIOS),
     )
-    search = command_line.add_argument_group("the search, overriding the scenario")
+    problem.add_argument(
+        "--knot-redundancy",
+        choices=get_args(KnotRedundancy),
+        metavar="KIND",
+        help=defaulting(f"of a path, where IPOPT follows it: {listed(get_args(KnotRedundancy))}", SCENARIOS),
+    )
+
+
+def add_search_options(search: Group) -> None:
+    """The options that change how it is searched."""
     search.add_argument(
         "--solver",
         type=word,
         metavar="NAME",
-        help=f"{', '.join(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class; without it and without one "
-        f"in the scenario, {overriding.DEFAULT_SOLVER} with --polish",
+        help=f"{listed(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class; an iteration of ipopt is a "
+        f"start [default: the scenario's, else {overriding.DEFAULT_SOLVER} with --polish]",
     )
-    search.add_argument("--population", type=whole_number(0, MOST_MEMBERS), metavar="M", help="members of the swarm")
-    search.add_argument(
-        "--iterations",
-        type=whole_number(1, MOST_ITERATIONS),
-        metavar="N",
-        help="stop after N iterations, or starts with gradients",
-    )
-    search.add_argument(
-        "--evaluations", type=whole_number(1, MOST_EVALUATIONS), metavar="N", help="stop after N evaluations"
-    )
-    search.add_argument("--time-limit", type=positive_float, metavar="S", help="stop after S seconds")
-    search.add_argument(
-        "--within", type=positive_float, metavar="S", help="the best plan in S seconds: search and polish repeatedly"
-    )
-    search.add_argument("--seed", type=natural, help="same seed, same result")
+    add_population(search, whole_number(0, MOST_MEMBERS))
+    add_iterations(search, whole_number(1, MOST_ITERATIONS))
+    add_evaluations(search)
+    add_time_limit(search)
+    add_within(search, SCENARIOS)
+    add_seed(search)
     search.add_argument(
         "--polish",
         action="store_true",
@@ -128,19 +171,15 @@ def parser() -> argparse.ArgumentParser:
         "--polish-starts",
         type=whole_number(1, MOST_POLISH_STARTS),
         metavar="N",
-        help="refine N good candidates that lie apart, keep the best",
+        help=defaulting("refine N good candidates that lie apart, keep the best", SCENARIOS),
     )
-    speed = command_line.add_argument_group("the machine; these change how long it takes, not the result")
-    speed.add_argument("--backend", choices=BACKENDS, help="evaluates populations; auto by default")
-    speed.add_argument(
-        "--threads", type=whole_number(1, MOST_THREADS), default=1, metavar="N", help="for populations of thousands"
-    )
-    add_output_options(command_line, "runs/SCENARIO-SOLVER-SEED...")
-    return command_line
 
 
 def solve(options: argparse.Namespace) -> int:
     """Plan the scenario of the options, write and print the plan; returns the exit status."""
+    if options.list:
+        print_scenarios(OutputConsole())
+        return Exit.FEASIBLE
     given, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
     scenario = overridden(given, options)
     output = Output.of(options, partial(run_folder, options, scenario), Path(options.scenario).stem)
@@ -159,7 +198,7 @@ def written(
     problem = scenario.problem() if scenario.task.is_searched else None
     with deferred_interrupt() as interruption:
         foreign_output = redirect_stdout(sys.stderr)  # of plug-ins: standard output is for the result
-        with foreign_output, planning_progress(problem, options.quiet) as progress:
+        with foreign_output, planning_progress(problem, is_silent(options)) as progress:
             solution = plan(scenario, progress, evaluation, problem)
             folder = output.write(solution, progress, interruption)
         if options.json:

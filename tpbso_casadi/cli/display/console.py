@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import IO
+
 from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Column, Table
@@ -13,8 +15,10 @@ from tpbso_casadi.storage.plain import visible
 class OutputConsole(Console):
     """A console on which a closed pipe is an error like any other, and text is printed as it is."""
 
-    def __init__(self, *, stderr: bool = False, quiet: bool = False) -> None:
-        super().__init__(stderr=stderr, quiet=quiet, highlight=False, emoji=False)
+    def __init__(
+        self, *, stderr: bool = False, quiet: bool = False, file: IO[str] | None = None, width: int | None = None
+    ) -> None:
+        super().__init__(stderr=stderr, quiet=quiet, file=file, width=width, highlight=False, emoji=False)
 
     def on_broken_pipe(self) -> None:
         """Raise what has been raised, instead of exiting with status 1."""

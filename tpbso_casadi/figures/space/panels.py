@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,16 +18,19 @@ from matplotlib.lines import Line2D
 from problems.base.matrix import FloatArray
 from problems.tasks.drawing import MarkerKind
 from tpbso_casadi.figures.moving import LABEL, SQUARE, draw_ways
+from tpbso_casadi.figures.postures.passed import DIAMOND, Points
 from tpbso_casadi.figures.scene import MARKER_STYLES
 from tpbso_casadi.figures.space.painter import Painting, solid
 from tpbso_casadi.figures.space.polyhedron import Polyhedron
 from tpbso_casadi.figures.space.scene import Scene, ground
 from tpbso_casadi.figures.space.view import FRONT, SIDE, TOP, View
-from tpbso_casadi.figures.style.colours import OBSTACLE
+from tpbso_casadi.figures.style.colours import BLUE, CLOSEST, GIVEN, GREEN, OBSTACLE, PATH, VERMILLION
+from tpbso_casadi.figures.style.paper import ONE_COLUMN, TWO_COLUMNS, in_print
+from tpbso_casadi.figures.style.places import PlaceLabel, label_places
 
-SIZE = 8.6  # inches: the longer side of all panels together
+TALLEST = 6.0  # inches: of the panels
 OPACITY = 0.55  # of obstacles in views that nothing covers anything in
-FRAME_COLOURS = ("#d62728", "#2ca02c", "#1f77b4")  # of the axes x, y, z
+FRAME_COLOURS = (VERMILLION, GREEN, BLUE)  # of the axes x, y, z
 VIEWS = {"top": (TOP, "x [m]", "y [m]"), "front": (FRONT, "x [m]", "z [m]"), "side": (SIDE, "y [m]", "z [m]")}
 
 
@@ -35,34 +39,42 @@ class Posture:
     """A posture in a picture.
 
     Attributes:
-        label: for a legend.
+        label: for a legend; empty where it has none.
         colour: of it.
         theta: joint angles, (dof,), rad.
         time: at which obstacles that move are shown with it, s.
         opacity: of these obstacles.
+        strong: whether its spheres are shown, and its line is thick.
     """
 
     label: str
-    colour: str
+    colour: Any
     theta: FloatArray
     time: float = 0.0
     opacity: float = OPACITY
+    strong: bool = True
 
 
-@dataclass(frozen=True)
-class Points:
-    """Positions (n, 3), m, and what a legend calls them."""
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """Where a tool goes.
 
-    label: str
-    places: FloatArray
+    Attributes:
+        path: of the tool.
+        passed: places of interest on it.
+        named: what has a label beside it, one position each.
+        nearest: the two points of the closest approach, and what is said of it; None where there is none.
+    """
+
+    path: Points
+    passed: Sequence[Points] = ()
+    named: Sequence[Points] = ()
+    nearest: Points | None = None
 
 
+@in_print
 def space_figure(
-    scene: Scene,
-    postures: Sequence[Posture],
-    way: Points | None = None,
-    passed: Sequence[Points] = (),
-    swept: FloatArray | None = None,
+    scene: Scene, postures: Sequence[Posture], way: Way | None = None, swept: FloatArray | None = None
 ) -> Figure:
     """Top, front and side view of postures, and the last of them in perspective.
 
@@ -70,46 +82,63 @@ def space_figure(
         scene: robot, obstacles and markers.
         postures: to be shown.
         way: of the tool.
-        passed: places of interest on it.
         swept: further postures (n, dof), rad, that have to fit in.
     """
     shown = np.array([posture.theta for posture in postures])
     bounds = scene.bounds(shown if swept is None else np.vstack([shown, swept]))
     width, depth, height = bounds[1] - bounds[0]
-    scale = SIZE / max(width + depth, depth + height)
-    figure = Figure(figsize=(scale * (width + depth) + 1.4, scale * (depth + height) + 1.9), layout="constrained")
+    scale = min((TWO_COLUMNS - 1.1) / (width + depth), TALLEST / (depth + height))
+    size = max(ONE_COLUMN, scale * (width + depth) + 1.1), scale * (depth + height) + 1.7
+    figure = Figure(figsize=size, layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(width, depth), height_ratios=(depth, height))
     top = figure.add_subplot(grid[0, 0])
     front = figure.add_subplot(grid[1, 0], sharex=top)
     side = figure.add_subplot(grid[1, 1], sharey=front)
-    for axes, name in ((top, "top"), (front, "front"), (side, "side")):
-        view, across, along = VIEWS[name]
+    panels = [(top, *VIEWS["top"]), (front, *VIEWS["front"]), (side, *VIEWS["side"])]
+    for axes, view, across, along in panels:
         draw_measurable(axes, view, scene, postures)
-        draw_way(axes, view, way, passed)
+        draw_way(axes, view, way)
         low, high = view.project(bounds)
         axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel=across, ylabel=along)
-        axes.set_title(name, loc="left", fontsize="medium")
-        axes.grid(alpha=0.3)
         draw_ways(axes, [view.project(course.middles) for course in scene.courses])
+    for (axes, *_), name in zip(panels, VIEWS, strict=True):
+        axes.set_title(name, loc="left")
     if scene.courses:
         top.plot([], [], label=LABEL, **SQUARE)
     picture = figure.add_subplot(grid[0, 1])
     view = scene.view(shown, bounds)
     draw_picture(picture, view, scene, postures[-1], bounds)
-    draw_way(picture, view, way, passed)
-    if scene.courses:
-        draw_ways(picture, [view.project(course.middles) for course in scene.courses])
-        picture.set_title(literal(postures[-1].label), fontsize="medium")
-    figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
+    draw_way(picture, view, way)
+    draw_ways(picture, [view.project(course.middles) for course in scene.courses])
+    figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=2 if size[0] < 5.0 else 3)
+    if way is not None:
+        picture.set_title(literal(postures[-1].label), loc="left")
+        figure.draw_without_rendering()  # so that places are final
+        for axes, view, *_ in panels:
+            draw_names(axes, view, scene, postures, way)
     return figure
 
 
-def draw_way(axes: Axes, view: View, way: Points | None, passed: Sequence[Points]) -> None:
-    """The way of the tool, and places on it."""
-    if way is not None:
-        axes.plot(*view.project(way.places).T, color="#1f4fd8", linewidth=2, label=way.label, zorder=3)
-    for points in passed:
-        axes.plot(*view.project(points.places).T, "D", color="#ff7f0e", markersize=7, label=points.label, zorder=5)
+def draw_way(axes: Axes, view: View, way: Way | None) -> None:
+    """The way of the tool, places on it, and the closest approach."""
+    if way is None:
+        return
+    axes.plot(*view.project(way.path.places).T, color=PATH, linewidth=1.6, label=way.path.label, zorder=5)
+    for points in way.passed:
+        axes.plot(*view.project(points.places).T, **DIAMOND)
+    if way.nearest is not None:
+        ends = view.project(way.nearest.places)
+        axes.plot(*ends.T, color=CLOSEST, linewidth=1.6, zorder=7)
+        axes.plot(*ends.mean(axis=0), "o", color=CLOSEST, fillstyle="none", markersize=9.0, zorder=7)
+
+
+def draw_names(axes: Axes, view: View, scene: Scene, postures: Sequence[Posture], way: Way) -> None:
+    """Labels beside what has a name: the closest approach, start and goal, places that are passed."""
+    labels = [PlaceLabel(points.label, view.project(points.places[0])) for points in way.named]
+    if way.nearest is not None:
+        labels.insert(0, PlaceLabel(way.nearest.label, view.project(way.nearest.places).mean(axis=0), CLOSEST))
+    skeletons = scene.robot.skeleton(np.array([posture.theta for posture in postures]))
+    label_places(axes, labels, [view.project(line) for line in (way.path.places, *skeletons)])
 
 
 def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Posture]) -> None:
@@ -119,12 +148,14 @@ def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Pos
         draw_solids(axes, view, standing, OPACITY)
         axes.plot([], [], "s", color=OBSTACLE, alpha=0.35, markersize=9, label="obstacle")
     for posture in postures if scene.moving else ():
+        if posture.opacity == 0.0:
+            continue
         solids = scene.solids_at(posture.time)
         draw_solids(axes, view, [solids[number] for number in scene.moving], posture.opacity, posture.opacity)
     axes.plot(*view.project(np.array(scene.robot.base)), "s", color="black", markersize=7, label="base", zorder=5)
     for posture in postures:
         centers, skeleton = scene.centers(posture.theta[None])[0], scene.robot.skeleton(posture.theta[None])[0]
-        sizes = 2.0 * scene.radii
+        sizes = 2.0 * scene.radii * posture.strong
         axes.add_collection(
             EllipseCollection(
                 sizes, sizes, np.zeros(len(sizes)), units="xy", offsets=view.project(centers),
@@ -133,12 +164,13 @@ def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Pos
             autolim=False,
         )  # fmt: skip
         axes.plot(
-            *view.project(skeleton).T, "-o", color=posture.colour, label=literal(posture.label), markersize=5,
-            markerfacecolor="white", linewidth=1.8, zorder=4,
+            *view.project(skeleton).T, "-o", color=posture.colour, label=literal(posture.label) or None,
+            markerfacecolor="white", markersize=3.5 if posture.strong else 2.0,
+            linewidth=1.8 if posture.strong else 0.9, zorder=4 if posture.strong else 3,
         )  # fmt: skip
     for marker in scene.markers:
         style = MARKER_STYLES[marker.kind]
-        axes.plot(*view.project(marker.points).T, linestyle="none", color="#2ca02c", label=marker.label, **style)
+        axes.plot(*view.project(marker.points).T, linestyle="none", color=GIVEN, label=marker.label, **style)
 
 
 def draw_solids(axes: Axes, view: View, solids: Sequence[Polyhedron], opacity: float, edges: float = 1.0) -> None:
@@ -172,7 +204,7 @@ def draw_picture(axes: Axes, view: View, scene: Scene, posture: Posture, bounds:
     for marker in scene.markers:
         if marker.kind is not MarkerKind.POINTS:
             style = MARKER_STYLES[marker.kind]
-            axes.plot(*view.project(marker.points).T, linestyle="none", color="#2ca02c", **style)
+            axes.plot(*view.project(marker.points).T, linestyle="none", color=GIVEN, **style)
     corner = np.array(np.meshgrid(*bounds.T)).reshape(3, -1).T
     seen = view.project(corner)
     (left, bottom), (right, top) = seen.min(axis=0), seen.max(axis=0)

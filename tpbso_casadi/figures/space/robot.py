@@ -5,7 +5,6 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +12,10 @@ import numpy as np
 from problems.robots.spatial.description import RobotDescription
 from tpbso_casadi.figures.space.panels import Posture, space_figure
 from tpbso_casadi.figures.space.scene import Scene
-from tpbso_casadi.storage.files import write_with
+from tpbso_casadi.figures.style.colours import BLUE
+from tpbso_casadi.figures.style.files import write_figure
 
-COLOUR = "#1f77b4"
-DPI = 150
+COLOUR = BLUE
 
 
 def draw_robot(file: Path, description: RobotDescription) -> Path:
@@ -29,4 +28,5 @@ def draw_robot(file: Path, description: RobotDescription) -> Path:
     low, high = np.array(robot.position_limits).T
     posture = Posture(description.title or description.chain.name, COLOUR, np.clip(np.zeros(robot.dof), low, high))
     figure = space_figure(Scene(robot), [posture])
-    return write_with(file, partial(figure.savefig, dpi=DPI))
+    [path] = write_figure(file.parent, file.stem, figure, (file.suffix[1:],))
+    return path

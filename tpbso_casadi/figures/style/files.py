@@ -12,14 +12,19 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from tpbso_casadi.figures.style.formats import DEFAULT
+from tpbso_casadi.figures.style.paper import RC
 from tpbso_casadi.storage.files import write_with
 
-DPI = 150
-METADATA = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}  # the same, the same bytes
-FORMATS = tuple(METADATA)
+DPI = 200
+METADATA: dict[str, dict[str, None]] = {
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None},
+    "svg": {"Date": None},
+}  # the same, the same bytes
 
 
-def write_figure(folder: Path, name: str, figure: Figure, formats: Sequence[str] = ("png",)) -> list[Path]:
+def write_figure(folder: Path, name: str, figure: Figure, formats: Sequence[str] = DEFAULT) -> list[Path]:
     """Write a figure in each format; returns the paths.
 
     Args:
@@ -31,7 +36,7 @@ def write_figure(folder: Path, name: str, figure: Figure, formats: Sequence[str]
     Raises:
         OSError: a file cannot be written.
     """
-    with mpl.rc_context({"svg.hashsalt": name, "svg.fonttype": "none", "pdf.fonttype": 42}):
+    with mpl.rc_context(RC | {"svg.hashsalt": name}):
         return [
             write_with(
                 folder / f"{name}.{kind}", partial(figure.savefig, format=kind, dpi=DPI, metadata=METADATA[kind])

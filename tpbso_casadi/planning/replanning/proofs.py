@@ -9,13 +9,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from problems import Constraint, Limit, Robot, Trajectory
+from problems import Constraint, Robot, Trajectory
 from problems.base.arguments import Reading
 from problems.base.matrix import FloatArray
 from problems.certify.clearance import ClearanceProof, prove_clearance
 from problems.certify.verdict import TOLERANCE, CertificateStatus
 from problems.certify.verification import prove
-from problems.limits import limits_of, proximity_limits
+from problems.limits import LimitKind, limits_of, proximity_limits
 from problems.limits.distances.clearance import Clearance
 from problems.limits.distances.proximity import Pair, Proximity
 from problems.motions.samples import Samples
@@ -129,7 +129,7 @@ class RobotLimits:
         more: kinds of limits that hold besides.
     """
 
-    def __init__(self, robot: Robot, more: Sequence[type[Limit]] = ()) -> None:
+    def __init__(self, robot: Robot, more: Sequence[LimitKind] = ()) -> None:
         near = {limit.name for limit in proximity_limits(robot, ())}
         limits = [limit for limit in limits_of(robot, (), more) if limit.name not in near]
         anywhere = Trajectory.standing(np.zeros(robot.dof), 1.0).samples(np.zeros(1))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from problems import InvalidProblem, Joints, Limit, Move, Obstacle, Robot, Trajectory
+from problems import InvalidProblem, Joints, LimitKind, Move, Obstacle, Robot, Trajectory
 from problems.assembly.moving.time_move import TimeMoveProblem, time_move
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions
@@ -44,7 +44,7 @@ class Search:
         seed: of the first; the next ones count on from it.
     """
 
-    def __init__(self, robot: Robot, further: Sequence[type[Limit]], evaluations: int, seed: int) -> None:
+    def __init__(self, robot: Robot, further: Sequence[LimitKind], evaluations: int, seed: int) -> None:
         self._robot, self._further, self._evaluations, self._seed = robot, further, evaluations, seed
         self._solver, self._evaluation = PSO(population=MEMBERS), _compiled_at_once()
         self._problem: TimeMoveProblem | None = None

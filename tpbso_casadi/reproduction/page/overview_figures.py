@@ -12,13 +12,14 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from tpbso_casadi.campaign.figures import draw_runs
+from tpbso_casadi.campaign.figures.runs import draw_runs
+from tpbso_casadi.figures.style.colours import colour_of, line_of, marker_of
 from tpbso_casadi.reproduction.evidence import Evidence
 from tpbso_casadi.reproduction.experiment import BASES
 from tpbso_casadi.reproduction.page.case_figures import Picture, webp
 from tpbso_casadi.reproduction.paper import NAMES, ROTATION, TIME, Order
 
-COLOURS = {"ga": "#2ca02c", "pso": "#d62728", "bso": "#1f77b4"}
+SOLVERS = ("ga", "pso", "bso")
 OFFSET = 0.26  # between the solvers of one case
 
 
@@ -29,15 +30,14 @@ def figure_17(evidence: Evidence) -> Picture:
     for row, basis in zip(panels, BASES, strict=True):
         for axes, cases, quantity in zip(row, (TIME, ROTATION), ("time [s]", "joint rotation [rad]"), strict=True):
             for place, case in enumerate(cases):
-                for offset, (solver, colour) in enumerate(COLOURS.items()):
-                    draw_runs(
-                        axes, place + OFFSET * (offset - 1), evidence.of(case, solver, basis), colour, OFFSET * 0.8
-                    )
+                for index, solver in enumerate(SOLVERS):
+                    summary, centre = evidence.of(case, solver, basis), place + OFFSET * (index - 1)
+                    draw_runs(axes, centre, summary, colour_of(index), OFFSET * 0.8, marker_of(index))
             axes.set_xticks(range(len(cases)), [case.rsplit("-", 1)[1] for case in cases])
             axes.set(xlabel="links", ylabel=quantity, title=basis)
             axes.grid(axis="y", alpha=0.3)
-    for solver, colour in COLOURS.items():
-        panels[0, 0].plot([], [], "o", color=colour, label=NAMES[solver])
+    for index, solver in enumerate(SOLVERS):
+        panels[0, 0].plot([], [], marker_of(index), color=colour_of(index), label=NAMES[solver])
     panels[0, 0].legend(loc="upper left")
     return Picture("each run a point, the mean of the feasible ones a line", webp(figure))
 
@@ -52,7 +52,8 @@ def scaling_figure(scaling: Mapping[str, Any], orders: Mapping[str, Order], unit
     for axes, (experiment, symbol) in zip(all_axes, panels, strict=False):
         for solver, row in scaling[experiment][symbol].items():
             sizes, values = np.array(row["sizes"], dtype=np.float64), np.array(row["values"])
-            axes.loglog(sizes, values, "o-", color=COLOURS[solver], label=NAMES[solver], markersize=4)
+            index = SOLVERS.index(solver)
+            axes.loglog(sizes, values, **line_of(index), marker=marker_of(index), label=NAMES[solver], markersize=4)
             power = orders[experiment].exponents[symbol]
             axes.loglog(sizes, values[-1] * (sizes / sizes[-1]) ** power, ":", color="0.5", zorder=0)
         axes.set_title(f"{orders[experiment].title}: ${symbol[0]}_{{{symbol[2:]}}}$", fontsize=9)

@@ -28,7 +28,7 @@ from tpbso_casadi.scenario.section import (
     Positive,
     ScenarioError,
 )
-from tpbso_casadi.scenario.task import ModelSection, ObjectiveChoice, TaskSection
+from tpbso_casadi.scenario.task import ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
 from tpbso_casadi.scenario.tasks.path_points import PathPoints, read_points
 
 
@@ -40,6 +40,7 @@ class PathTask(TaskSection):
     kind: Literal["path"]
     accuracy: Positive
     angular_accuracy: Annotated[Positive | None, ANGULAR] = None
+    objectives: OwnObjectives = Field(default_factory=list)
     objective: ObjectiveChoice = "time"
     elbow: Elbow = "free"
     total_time: tuple[Positive, Positive] | None = None
@@ -69,7 +70,7 @@ def _paper(table: PathTask, robot: Robot, obstacles: tuple[Obstacle, ...], model
     )
     return path_following(
         task,
-        find_objective(table.objective),
+        find_objective(table.objective, table.own_objectives),
         model.formulation,
         model.samples,
         model.redundancy_values,
@@ -81,7 +82,12 @@ def _spline(table: PathTask, robot: Robot, obstacles: tuple[Obstacle, ...], mode
     """Ours: the tool stays near the whole path and passes its points when it suits."""
     if model.pieces is not None:
         raise InvalidProblem("pieces", "the points of a path decide about its pieces")
-    settings = find_objective(table.objective), model.samples, model.redundancy_values, model.further_limits
+    settings = (
+        find_objective(table.objective, table.own_objectives),
+        model.samples,
+        model.redundancy_values,
+        model.further_limits,
+    )
     if isinstance(robot, SpatialArm):
         return space_tracing(_in_space(table, robot, obstacles), *settings)
     _refuse_poses(table)

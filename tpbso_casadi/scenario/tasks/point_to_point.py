@@ -16,7 +16,7 @@ from problems.tasks.elbow import Elbow
 from problems.tasks.move import Move
 from tpbso_casadi.scenario.catalogues import find_objective
 from tpbso_casadi.scenario.section import ANGULAR, MOST_LINKS, NotNegative, Number, Positive, ScenarioError
-from tpbso_casadi.scenario.task import ModelSection, ObjectiveChoice, TaskSection
+from tpbso_casadi.scenario.task import ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
 from tpbso_casadi.scenario.tasks.places import AnyGoals, AnyPlace, AnyPlaces, built
 
 Velocities = Annotated[list[Number], Field(min_length=1, max_length=MOST_LINKS)]
@@ -41,6 +41,7 @@ class PointToPointTask(TaskSection):
     start_velocity: Annotated[Velocities | None, ANGULAR] = None
     goal_velocity: Annotated[Velocities | None, ANGULAR] = None
     start_acceleration: Annotated[Velocities | None, ANGULAR] = None
+    objectives: OwnObjectives = Field(default_factory=list)
     objective: ObjectiveChoice = "time"
     elbow: Elbow = "free"
     segment_time: tuple[Positive, Positive] | None = None
@@ -72,7 +73,7 @@ def _paper(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...
     assert isinstance(table.start, tuple)
     assert isinstance(table.goal, tuple)
     task = PointToPoint(robot, table.start, table.goal, table.elbow, obstacles, table.segment_time)
-    objective = find_objective(table.objective)
+    objective = find_objective(table.objective, table.own_objectives)
     return point_to_point(task, objective, model.formulation, model.samples, model.further_limits)
 
 
@@ -98,7 +99,7 @@ def _spline(
     table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection
 ) -> Problem[Any]:
     """A path that is timed."""
-    task, objective = _move(table, robot, obstacles), find_objective(table.objective)
+    task, objective = _move(table, robot, obstacles), find_objective(table.objective, table.own_objectives)
     return move(task, objective, model.samples, model.pieces, model.further_limits)
 
 
@@ -106,7 +107,7 @@ def _time_spline(
     table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection
 ) -> Problem[Any]:
     """A motion over time that leaves from any state."""
-    task, objective = _move(table, robot, obstacles), find_objective(table.objective)
+    task, objective = _move(table, robot, obstacles), find_objective(table.objective, table.own_objectives)
     pieces = {} if model.pieces is None else {"pieces": model.pieces}
     return time_move(task, objective, model.samples, limits=model.further_limits, **pieces)
 

@@ -61,6 +61,11 @@ class ArmSection(Section):
     payload: PlanarPayloadTable | None = None
     gravity: PlanarPoint = GRAVITY
 
+    @property
+    def title(self) -> str:
+        """What robot it is, in a few words."""
+        return f"arm of {len(self.link_lengths)} links"
+
     def in_radians(self) -> Self:
         """The same, read as a table in degrees."""
         base = [*self.base[:2], *map(radians, self.base[2:])]
@@ -124,6 +129,11 @@ class RobotSection(Section):
 
     model: Word
     settings: dict[str, Any] = Field(default_factory=dict)
+
+    @property
+    def title(self) -> str:
+        """The name of its kind."""
+        return self.model
 
     def in_radians(self) -> Self:
         """The same, read as a table in degrees, of the fields that the robot's class calls angular."""

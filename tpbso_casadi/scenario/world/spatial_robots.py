@@ -94,6 +94,11 @@ class SpatialRobotSection(Section):
     base: PoseTable = PoseTable()
     tool: PoseTable = PoseTable()
 
+    @property
+    def title(self) -> str:
+        """The name of its model, or of its file."""
+        return self.model or self.urdf or "robot"
+
     @model_validator(mode="after")
     def _one_source(self) -> Self:
         described = self.urdf is not None or self.urdf_text is not None

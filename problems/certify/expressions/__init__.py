@@ -1,0 +1,1 @@
+"""Proofs for expressions of a user's own."""

@@ -1,0 +1,214 @@
+"""Limits of a user's own: bounds of an expression at every instant of a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from problems.base.arguments import Statement
+from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray, Matrix, largest
+from problems.limits.constraint import Constraint
+from problems.limits.limit import Limit
+from problems.motions.expressions.sample_function import SampleFunction
+from problems.motions.expressions.tracing import random_states
+from problems.motions.samples import Samples
+from problems.robots.robot import Robot
+from problems.scene.obstacle import Obstacle
+
+PROBES = 8  # random states at which it is seen how an expression depends on how fast a motion is run
+SLOWER = 1.7  # the factor there
+DEGREES = (1.0, 2.0, 3.0, 4.0, 6.0)  # with which an expression may fall as a motion is run more slowly
+SAME = 1e-9  # relative
+
+Bound = tuple[float, ...] | None
+
+
+@dataclass(frozen=True)
+class ExpressionLimit(Limit):
+    """``lower <= f(one instant) <= upper`` at every time.
+
+    Args:
+        name: of its constraint.
+        robot: that moves.
+        function: f, m values.
+        unit: of its values.
+        lower: of each value, m numbers; None where there is none.
+        upper: likewise.
+        scale: the usual size of each value, m positive numbers: what an excess and margins are relative to.
+        degree: with which power of the factor the values fall where a motion is run more slowly, if 0 keeps the
+            bounds: every shape keeps them then if it is run slowly enough; None where that is not so.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("lower", "upper", "scale")
+
+    name: str  # type: ignore[misc]  # a class attribute of other limits
+    robot: Robot
+    function: SampleFunction
+    unit: str
+    lower: Bound
+    upper: Bound
+    scale: tuple[float, ...]
+    degree: float | None = None
+
+    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """The bounds at each sample, kept by a share ``margin`` of the scale."""
+        searched = any(isinstance(part, ca.SX) for part in (*samples.derivatives, samples.times))
+        return self.bounding(self.function.at(samples, smooth=searched), margin)
+
+    def bounding(self, values: Matrix, margin: float = 0.0) -> list[Constraint]:
+        """The same of values (n, m) that are known."""
+        scale = ca.horzcat(*self.scale)
+        spare = margin * scale if margin else ca.DM.zeros(1, len(self.scale))
+        is_length = self.function.is_root and self.lower is None
+        return [
+            Constraint(
+                name=self.name,
+                unit=self.unit,
+                expression=values,
+                lower=None if self.lower is None else ca.horzcat(*self.lower) + spare,
+                upper=None if self.upper is None else ca.horzcat(*self.upper) - spare,
+                columns=self.columns,
+                scale=scale,
+                transform=_squared if is_length and self.degree is not None else None,
+                formula=self.formula,
+            )
+        ]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What the values are called."""
+        width = self.function.width
+        return ("value",) if width == 1 else tuple(f"value {number}" for number in range(1, width + 1))
+
+    @property
+    def formula(self) -> str:
+        """What it says, for a reader."""
+        parts = (_written(self.lower), self.function.formula, _written(self.upper))
+        return f"{' <= '.join(part for part in parts if part)}, at every sample t_j"
+
+    def near(self, samples: Samples) -> ExpressionLimit:
+        """All of it: how far from its bounds it could get is not known."""
+        return self
+
+    @property
+    def scales_with_time(self) -> bool:
+        """Whether every shape keeps it if it is run slowly enough."""
+        return self.degree is not None
+
+    def magnitudes(self, samples: Samples) -> Matrix:
+        """Shares of the bounds, (n, m)."""
+        values, shares = self.function.at(samples, smooth=isinstance(samples.duration, ca.SX)), []
+        for bound in (self.lower, self.upper):
+            if bound is not None:
+                shares.append(values / ca.repmat(ca.horzcat(*bound), samples.count, 1))
+        return shares[0] if len(shares) == 1 else ca.fmax(*shares)
+
+    def time_scale(self, peaks: Matrix) -> Matrix:
+        """The root of the largest share."""
+        assert self.degree is not None
+        share = ca.fmax(0.0, largest(peaks))
+        return share if self.degree == 1.0 else share ** (1.0 / self.degree)
+
+
+def _squared(values: Matrix) -> Matrix:
+    """What a nonlinear program bounds in the place of a length: smooth where that is zero."""
+    return values * values
+
+
+def _written(bound: Bound) -> str:
+    if bound is None:
+        return ""
+    return ", ".join(str(value) for value in bound) if len(set(map(str, bound))) > 1 else str(bound[0])
+
+
+@dataclass(frozen=True)
+class StatedExpression(Statement):
+    """A kind of limit: what holds for any robot that has what the expression depends on.
+
+    Args:
+        name: of the limit.
+        unit: of its values.
+        function: m values.
+        lower: m numbers or one for all of them; None where there is none.
+        upper: likewise.
+
+    Raises:
+        InvalidProblem: no bounds, not as many as there are values, or none between which a value can be.
+    """
+
+    name: str
+    unit: str
+    function: SampleFunction
+    lower: Bound = None
+    upper: Bound = None
+
+    def __post_init__(self) -> None:
+        if self.lower is None and self.upper is None:
+            raise InvalidProblem("constraints", f"{self.name!r} has no bounds: say lower, upper, or both")
+        width = self.function.width
+        for key in ("lower", "upper"):
+            bound: Bound = getattr(self, key)
+            if bound is not None and len(bound) not in (1, width):
+                raise InvalidProblem("constraints", f"{self.name!r}: {len(bound)} numbers in {key} for {width} values")
+        for low, high in self._pairs:
+            if not low < high:
+                raise InvalidProblem("constraints", f"{self.name!r}: lower {low:g} is not below upper {high:g}")
+
+    def holding(self, robot: Robot, obstacles: Sequence[Obstacle]) -> ExpressionLimit:
+        """The limit of a robot.
+
+        Raises:
+            InvalidProblem: the robot has not what the expression depends on.
+        """
+        self.function.check(robot, "constraints", self.name)
+        low, high = zip(*self._pairs, strict=True)
+        return ExpressionLimit(
+            name=self.name,
+            robot=robot,
+            function=self.function,
+            unit=self.unit,
+            lower=None if self.lower is None else low,
+            upper=None if self.upper is None else high,
+            scale=tuple(_scale(*pair) for pair in self._pairs),
+            degree=degree_of(self.function, robot) if max(low) < 0.0 < min(high) else None,
+        )
+
+    @property
+    def _pairs(self) -> list[tuple[float, float]]:
+        """Both bounds of each value; infinite where there is none."""
+        width = self.function.width
+        sides = (
+            (missing,) * width if bound is None else bound if len(bound) == width else bound * width
+            for bound, missing in ((self.lower, -np.inf), (self.upper, np.inf))
+        )
+        return list(zip(*sides, strict=True))
+
+
+def _scale(low: float, high: float) -> float:
+    """The usual size of what is between bounds."""
+    if np.isfinite(low) and np.isfinite(high):
+        return high - low
+    return abs(low if np.isfinite(low) else high) or 1.0
+
+
+def degree_of(function: SampleFunction, robot: Robot) -> float | None:
+    """With which power of the factor all values fall where a motion is run more slowly; None where with no one power.
+
+    Seen at random states, where every derivative falls with its order.
+    """
+    if function.uses("time", "duration"):
+        return None
+    states, powers = random_states(robot, PROBES), np.repeat(np.arange(4), robot.dof)
+    slower = states / SLOWER ** np.append(powers, 0)
+    before, after = (function.probed(robot, each) for each in (states, slower))
+    return next((degree for degree in DEGREES if _falls(before, after, degree)), None)
+
+
+def _falls(before: FloatArray, after: FloatArray, degree: float) -> bool:
+    size = float(np.max(np.abs(before)))
+    return size > 0.0 and bool(np.allclose(after * SLOWER**degree, before, rtol=SAME, atol=SAME * size))

@@ -1,0 +1,125 @@
+"""Objectives of a user's own: the integral of an expression over time, and an expression of the duration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from problems.base.arguments import Statement
+from problems.base.errors import InvalidProblem
+from problems.base.matrix import FloatArray, Matrix, as_array, total
+from problems.motions.expressions.sample_function import SampleFunction
+from problems.motions.samples import Samples
+from problems.motions.trajectory import SAMPLED_ORDERS, Trajectory
+from problems.objectives.objective import Objective
+from problems.objectives.quadrature import integral
+from problems.robots.robot import Robot
+
+FLOOR = 1e-15  # in the unit of the integral: what nobody notices
+USUAL_SHARE = 0.1  # of the speed and acceleration limits, in a motion of the usual size
+NAMED_SYMBOL = "J"
+
+
+@dataclass(frozen=True)
+class ExpressionObjective(Statement, Objective):
+    """``integral of rate dt from 0 to T + terminal(T)``.
+
+    Args:
+        stated_name: as in a scenario file.
+        stated_unit: of its value.
+        rate: scalar function of one instant; None where nothing is integrated.
+        of_duration: scalar function of the duration T alone; None where there is none.
+
+    Raises:
+        InvalidProblem: neither is stated, one is no scalar, or the second depends on more than the duration.
+    """
+
+    stated_name: str
+    stated_unit: str
+    rate: SampleFunction | None
+    of_duration: SampleFunction | None = None
+
+    def __post_init__(self) -> None:
+        parts = [part for part in (self.rate, self.of_duration) if part is not None]
+        if not parts:
+            raise InvalidProblem("objectives", f"{self.name!r}: nothing is minimised")
+        if any(part.width != 1 for part in parts):
+            raise InvalidProblem("objectives", f"{self.name!r}: one number is needed; say ca.sumsqr(...) of a vector")
+        if self.of_duration is not None and any(name != "duration" for name, _ in self.of_duration.entries):
+            raise InvalidProblem("objectives", f"{self.name!r}: terminal may depend on m.duration alone")
+
+    @property
+    def name(self) -> str:
+        """As it is stated."""
+        return self.stated_name
+
+    @property
+    def symbol(self) -> str:
+        """J."""
+        return NAMED_SYMBOL
+
+    @property
+    def unit(self) -> str:
+        """As it is stated."""
+        return self.stated_unit
+
+    @property
+    def needs_masses(self) -> bool:
+        """Whether torques are in it."""
+        return self.rate is not None and self.rate.uses("torque")
+
+    @property
+    def is_integral(self) -> bool:
+        """Whether there is a rate."""
+        return self.rate is not None
+
+    def check(self, robot: Robot) -> None:
+        """That it is defined for a robot."""
+        super().check(robot)
+        if self.rate is not None:
+            self.rate.check(robot, "objectives", self.name)
+
+    def terminal(self, duration: Matrix) -> Matrix:
+        """What the duration itself counts."""
+        if self.of_duration is None:
+            return ca.DM(0.0)
+        return self.of_duration.at(Samples(robot=None, derivatives=(), duration=duration))
+
+    def at(self, samples: Samples) -> Matrix | None:
+        """Each sample's weight times the rate."""
+        if self.rate is None:
+            return None
+        assert samples.weights is not None
+        return samples.weights * self.rate.at(samples, smooth=isinstance(samples.weights, ca.SX))
+
+    def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
+        """The same over Gauss's points, where there are any."""
+        points = samples if samples.quadrature is None else samples.quadrature
+        part = self.at(points)
+        return self.terminal(samples.duration) + (ca.DM(0.0) if part is None else total(part))
+
+    def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
+        """To 1e-9 of its size, kinks included."""
+        ends = float(self.terminal(ca.DM(trajectory.duration)))
+        if self.rate is None:
+            return ends
+        rate = self.rate.of_state(robot, trajectory.duration)
+
+        def at(moments: FloatArray) -> FloatArray:
+            state = [trajectory.at(moments, order).T for order in range(SAMPLED_ORDERS)]
+            return as_array(rate(np.vstack([*state, moments]))).ravel()
+
+        return ends + integral(at, trajectory.extreme_times(0), FLOOR)
+
+    def size(self, robot: Robot) -> float:
+        """That of a second at a tenth of the limits in the middle of the joint ranges; 1 where that is nothing."""
+        limits, ranges = robot.limits, robot.limits.position or ((0.0, 0.0),) * robot.dof
+        middle = [sum(bounds) / 2.0 for bounds in ranges]
+        rates = [USUAL_SHARE * value for value in (*limits.speed, *limits.acceleration)]
+        state = np.array([[*middle, *rates, *[0.0] * robot.dof, 0.5]])
+        size = abs(float(self.terminal(ca.DM(1.0))))
+        if self.rate is not None:
+            size += abs(float(self.rate.probed(robot, state)[0, 0]))
+        return size if np.isfinite(size) and size > 0.0 else 1.0

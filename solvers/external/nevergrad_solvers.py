@@ -1,0 +1,80 @@
+"""The optimisers of nevergrad by their names in its registry.
+
+Bennet, Doerr, Moreau, Rapin, Teytaud and Teytaud, "Nevergrad: black-box optimization platform", 2021.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import nevergrad
+import numpy as np
+
+from solvers.box import Box, FloatArray
+from solvers.driver.iterations import Iterations
+from solvers.external.callback_to_generator import LARGEST_COST
+from solvers.external.global_random import GlobalRandom
+from solvers.solver import DEFAULT_EVALUATIONS, Search, Solver, require
+
+ONE_BY_ONE = 1
+
+
+@dataclass(frozen=True)
+class Nevergrad(Solver):
+    """An optimiser of nevergrad, told how many candidates it may ask for before it is told their costs.
+
+    The default is a fast one. ``NGOpt``, which chooses among many by dimension and budget, may take milliseconds for
+    each candidate.
+    """
+
+    minimum_population: ClassVar[int] = 1
+
+    population: int = 30  # m >= 1, nevergrad's num_workers: candidates that are evaluated at a time
+    optimizer: str = "TwoPointsDE"  # a name of nevergrad.optimizers.registry: NGOpt, CMA, PSO, ...
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        known = nevergrad.optimizers.registry
+        require(self.optimizer in known, f"optimizer = {self.optimizer!r} is none of nevergrad's {len(known)}")
+        alone = known[self.optimizer].no_parallelization and self.population > ONE_BY_ONE
+        require(not alone, f"optimizer = {self.optimizer!r} works one candidate at a time; say population=1")
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+        """Ask for a population, tell its costs."""
+        own = GlobalRandom(rng)
+        with _working(own):
+            optimizer = self._optimizer(box, rng, iterations.evaluations or DEFAULT_EVALUATIONS)
+        while True:
+            with _working(own):
+                asked = [optimizer.ask() for _ in range(self.population)]
+                shares = np.array([candidate.value for candidate in asked])
+            costs = yield box.from_unit(shares)
+            with _working(own):
+                for candidate, cost in zip(asked, np.minimum(costs, LARGEST_COST), strict=True):
+                    optimizer.tell(candidate, float(cost))
+            if next(iterations, None) is None:
+                return
+
+    def _optimizer(self, box: Box, rng: np.random.Generator, evaluations: int) -> Any:
+        """Of the unit cube, with known candidates as its first."""
+        cube = nevergrad.p.Array(shape=(box.dimension,), lower=0.0, upper=1.0)
+        cube.random_state = np.random.RandomState(int(rng.integers(2**32)))
+        optimizer = nevergrad.optimizers.registry[self.optimizer](cube, budget=evaluations, num_workers=self.population)
+        for share in self._known(box)[::-1]:  # the last suggestion is the first that is asked for
+            optimizer.suggest(share)
+        return optimizer
+
+    def _known(self, box: Box) -> FloatArray:
+        return np.empty((0, box.dimension)) if box.known is None else box.to_unit(box.known)[: self.population]
+
+
+@contextmanager
+def _working(own: GlobalRandom) -> Iterator[None]:
+    """While nevergrad works: its random numbers are the search's own, and its advice is not shown."""
+    with own.active(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield

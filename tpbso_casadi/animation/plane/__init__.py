@@ -1,0 +1,1 @@
+"""Motions in the plane, as the player shows them."""

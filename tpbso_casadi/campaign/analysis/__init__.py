@@ -1,0 +1,1 @@
+"""What the runs of a campaign show: convergence, targets reached, ranks, effect sizes."""

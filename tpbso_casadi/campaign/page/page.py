@@ -1,0 +1,187 @@
+"""The result page of a comparison: one HTML file that fetches nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+from scipy.stats import rankdata
+
+from tpbso_casadi.campaign.analysis.best import BestPlan
+from tpbso_casadi.campaign.analysis.references import gaps_of
+from tpbso_casadi.campaign.analysis.results import Results
+from tpbso_casadi.campaign.analysis.targets import evaluations_needed
+from tpbso_casadi.campaign.page.provenance import seeds, solver_rows
+from tpbso_casadi.campaign.run import Run
+from tpbso_casadi.campaign.statistics import Judgement, Summary, p_text
+from tpbso_casadi.campaign.table import against_first
+from tpbso_casadi.storage.versions import versions
+
+FOLDER = Path(__file__).parent
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """A figure on the page, or why there is none.
+
+    Attributes:
+        title: of its section.
+        name: of its files.
+        reading: how it is read.
+        svg: itself; empty where it is left out.
+        reason: why it is left out.
+    """
+
+    title: str
+    name: str
+    reading: str
+    svg: Markup
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Overall:
+    """A solver over all cases.
+
+    Attributes:
+        solver: its label.
+        rank: mean rank of its median run over the cases.
+        reached: share of all targets.
+        plans: runs with a certified plan.
+        runs: all of them.
+    """
+
+    solver: str
+    rank: float
+    reached: float
+    plans: int
+    runs: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """A solver on a case.
+
+    Attributes:
+        summary: of its runs.
+        gap: of its median run.
+        judgement: of it against the first solver; None for that.
+    """
+
+    summary: Summary
+    gap: float
+    judgement: Judgement | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseSection:
+    """A case on the page.
+
+    Attributes:
+        name: of the scenario.
+        unit: of the objective.
+        rows: a solver each.
+        best: the best plan; None where there is none.
+        picture: of that; empty where none is drawn.
+    """
+
+    name: str
+    unit: str
+    rows: list[Row]
+    best: BestPlan | None
+    picture: Markup
+
+
+def render(
+    results: Results,
+    runs: Sequence[Run],
+    best: Sequence[BestPlan],
+    command: str,
+    pictures: Sequence[Picture],
+    plans: dict[str, Markup],
+) -> str:
+    """The page.
+
+    Args:
+        results: of the runs.
+        runs: all of the campaign.
+        best: plan of each case that has one.
+        command: that does the same runs again; empty for none.
+        pictures: of the comparison; none where none are drawn.
+        plans: pictures of the best plans, by case.
+    """
+    environment = Environment(loader=FileSystemLoader(FOLDER), autoescape=True, undefined=StrictUndefined)
+    environment.filters |= {"number": number, "percent": percent, "p_text": p_text}
+    return environment.get_template("comparison.html").render(
+        style=Markup((FOLDER / "comparison.css").read_text(encoding="utf-8")),
+        results=results,
+        command=command,
+        solvers=solver_rows(runs),
+        seeds=seeds(runs),
+        versions=versions(),
+        overall=overall(results),
+        pictures=pictures,
+        cases=case_sections(results, best, plans),
+        failed=[record for record in results.records if record.error],
+        missing=len(runs) - len(results.records),
+    )
+
+
+def overall(results: Results) -> list[Overall]:
+    """Each solver over all cases, by mean rank."""
+    ranks = rankdata(results.scores(), axis=1).mean(axis=0) if results.records else np.empty(0)
+    rows = []
+    for solver, rank in zip(results.solvers, ranks, strict=True):
+        of_solver = [summary for summary in results.summaries if summary.solver == solver]
+        runs = results.runs_of(solver)
+        needed = np.array([evaluations_needed(run, results.references[run.case]) for run in runs])
+        rows.append(
+            Overall(
+                solver=solver,
+                rank=float(rank),
+                reached=float(np.isfinite(needed).mean()),
+                plans=sum(summary.feasible_objectives.size for summary in of_solver),
+                runs=len(runs),
+            )
+        )
+    return sorted(rows, key=lambda row: row.rank)
+
+
+def case_sections(results: Results, best: Sequence[BestPlan], plans: dict[str, Markup]) -> list[CaseSection]:
+    """Everything about each case."""
+    judgements = against_first(results.summaries)
+    by_case = {plan.run.case: plan for plan in best}
+    return [
+        CaseSection(
+            name=case,
+            unit=next((summary.unit for summary in results.of_case(case) if summary.unit), ""),
+            rows=[
+                Row(
+                    summary=summary,
+                    gap=float(gaps_of(np.array(summary.median), results.references[case])),
+                    judgement=judgements.get((case, summary.solver)),
+                )
+                for summary in results.of_case(case)
+            ],
+            best=by_case.get(case),
+            picture=plans.get(case, Markup("")),
+        )
+        for case in results.cases
+    ]
+
+
+def number(value: float, digits: int = 5) -> str:
+    """A number for a table, a dash where there is none."""
+    return f"{value:.{digits}g}" if isfinite(value) else "-"
+
+
+def percent(value: float) -> str:
+    """A share or a gap for a table; a dash where there is none."""
+    if not isfinite(value):
+        return "-"
+    return "< 0.01 %" if 0.0 < value < 1e-4 else f"{100.0 * value:.3g} %"

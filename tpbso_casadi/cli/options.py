@@ -1,0 +1,176 @@
+"""Options that several commands have: the same name, short form and help in all of them."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TypeAlias
+
+from problems.evaluation import BACKENDS
+from tpbso_casadi.cli.common import natural, path, positive_float, whole_number
+from tpbso_casadi.scenario.section import MOST_EVALUATIONS
+
+Group: TypeAlias = argparse._ActionsContainer
+
+SCENARIO = "SCENARIO"  # metavar of a TOML file or a built-in name
+SCENARIOS = "the scenario's"  # default of what overrides a scenario
+MOST_THREADS = 256
+
+
+def problem_group(parser: argparse.ArgumentParser) -> Group:
+    """The group of options that say what is planned."""
+    return parser.add_argument_group("problem", "What is planned.")
+
+
+def search_group(parser: argparse.ArgumentParser) -> Group:
+    """The group of options that say how it is searched."""
+    return parser.add_argument_group("search", "How it is searched.")
+
+
+def machine_group(parser: argparse.ArgumentParser) -> Group:
+    """The group of options that change how long a command takes, not what comes out."""
+    return parser.add_argument_group("machine", "These change how long it takes, not the result.")
+
+
+def output_group(parser: argparse.ArgumentParser) -> Group:
+    """The group of options that say what is written and printed."""
+    return parser.add_argument_group("output")
+
+
+def defaulting(text: str, default: object) -> str:
+    """The help of an option, with its default."""
+    return f"{text} [default: {default}]"
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names in a help text."""
+    return ", ".join(names)
+
+
+def is_silent(options: argparse.Namespace) -> bool:
+    """Whether no progress is shown: it would stand between the lines of ``-v``."""
+    return bool(options.quiet or options.verbose)
+
+
+def add_outside_files(group: Group) -> None:
+    """The option of every command that reads scenario files."""
+    group.add_argument(
+        "--allow-outside-files", action="store_true", help="a scenario may name files outside its own folder"
+    )
+
+
+def add_seed(group: Group, default: int | None = None) -> None:
+    """The seed; the scenario's unless there is a default."""
+    group.add_argument(
+        "-s",
+        "--seed",
+        type=natural,
+        metavar="N",
+        default=default,
+        help=defaulting(
+            "random seed, of the first run where there are many; same seed, same result",
+            SCENARIOS if default is None else default,
+        ),
+    )
+
+
+def add_evaluations(group: Group, default: object = SCENARIOS) -> None:
+    """The budget of evaluations."""
+    group.add_argument(
+        "--evaluations",
+        type=whole_number(1, MOST_EVALUATIONS),
+        metavar="N",
+        help=defaulting("stop each search after N evaluations", default),
+    )
+
+
+def add_population(group: Group, kind: Callable[[str], int]) -> None:
+    """The size of the swarm."""
+    group.add_argument(
+        "--population",
+        type=kind,
+        metavar="M",
+        help=defaulting("members of the swarm", f"{SCENARIOS}, else the solver's own"),
+    )
+
+
+def add_iterations(group: Group, kind: Callable[[str], int]) -> None:
+    """The budget of iterations."""
+    group.add_argument(
+        "--iterations", type=kind, metavar="N", help=defaulting("stop each search after N iterations", SCENARIOS)
+    )
+
+
+def add_time_limit(group: Group) -> None:
+    """The budget of time."""
+    group.add_argument(
+        "--time-limit",
+        type=positive_float,
+        metavar="S",
+        help=defaulting("stop each search after S seconds; results then depend on the machine", SCENARIOS),
+    )
+
+
+def add_within(group: Group, default: object) -> None:
+    """The time for the best plan."""
+    group.add_argument(
+        "--within",
+        type=positive_float,
+        metavar="S",
+        help=defaulting("the best plan in S seconds; results then depend on the machine", default),
+    )
+
+
+def add_backend(group: Group) -> None:
+    """How populations are evaluated."""
+    group.add_argument(
+        "--backend",
+        choices=BACKENDS,
+        metavar="KIND",
+        help=defaulting(f"evaluates populations: {listed(BACKENDS)}", "TPBSO_CASADI_BACKEND, else auto"),
+    )
+
+
+def add_threads(group: Group) -> None:
+    """Threads of the backend."""
+    group.add_argument(
+        "--threads",
+        type=whole_number(1, MOST_THREADS),
+        default=1,
+        metavar="N",
+        help="threads that evaluate populations of thousands",
+    )
+
+
+def add_out(group: Group, shown: object, default: Path | None = None) -> None:
+    """The folder of the output.
+
+    Args:
+        group: to add it to.
+        shown: the default as the help says it.
+        default: in the options where the user names none.
+    """
+    group.add_argument(
+        "-o",
+        "--out",
+        type=path,
+        default=default,
+        metavar="DIR",
+        help=defaulting("folder to write to: a run there is replaced as a whole, a campaign is resumed", shown),
+    )
+
+
+def add_json(group: Group) -> None:
+    """The result for machines."""
+    group.add_argument("-j", "--json", action="store_true", help="print the result as JSON instead of tables")
+
+
+def add_no_plots(group: Group) -> None:
+    """Whether to draw."""
+    group.add_argument("--no-plots", action="store_true", help="draw no figures, and write no player of a simulation")
+
+
+def add_quiet(group: Group) -> None:
+    """Whether to say anything but errors."""
+    group.add_argument("-q", "--quiet", action="store_true", help="no progress, no table")

@@ -1,0 +1,1 @@
+"""Arguments of a call: objects as tables of a scenario, errors in words of Python."""

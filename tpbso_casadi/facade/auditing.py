@@ -1,0 +1,48 @@
+"""``audit`` and ``read_run``: the proof of a plan, of a stored run or of a scenario's constraints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tpbso_casadi.audit.content import audit_scenario
+from tpbso_casadi.facade.plan import Plan
+from tpbso_casadi.facade.results.audit import Audit, ScenarioAudit
+from tpbso_casadi.facade.results.stored_plan import StoredPlan
+from tpbso_casadi.facade.statement import HasScenario, What, scenario_of
+from tpbso_casadi.scenario.cases.builtin import TITLES
+from tpbso_casadi.scenario.input_files import is_folder
+from tpbso_casadi.scenario.scenario import plugin_failures_named
+from tpbso_casadi.storage.stored_run import read_run as read_stored_run
+
+
+def audit(what: Plan | What | HasScenario) -> Audit:
+    """Audit a plan, a run folder or a scenario.
+
+    Args:
+        what: a plan, or the path of a run folder: its certificate, its optimality, shadow prices of its limits, as
+            :meth:`Plan.audit`. Or anything else that :func:`plan` takes: the structure of the constraints of its search
+            model and of its nonlinear program, before anything is searched.
+
+    Raises:
+        InvalidRun: the folder has been changed, or a number in it is not what a recomputation gives.
+        ScenarioError: the task cannot be done.
+    """
+    if isinstance(what, Plan):
+        return what.audit()
+    if isinstance(what, str | Path) and what not in TITLES and is_folder(str(what)):
+        return read_run(what).audit()
+    scenario = scenario_of(what)
+    with plugin_failures_named(scenario):
+        return ScenarioAudit(audit_scenario(scenario))
+
+
+def read_run(folder: str | Path) -> StoredPlan:
+    """The plan in a run folder, all of it computed again; of its search there is only the record, in its ``result``.
+
+    Args:
+        folder: that ``plan.save(folder)`` or ``tpbso solve`` wrote.
+
+    Raises:
+        InvalidRun: a file is missing or was changed, or a number is not what a recomputation gives.
+    """
+    return StoredPlan.of(read_stored_run(Path(folder)))

@@ -1,0 +1,104 @@
+"""[[model.constraints]] and [[task.objectives]]: constraints and objectives of a user's own, complete in the file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Self, TypeVar
+
+from pydantic import AfterValidator, Field, model_validator
+
+from problems import LIMITS, OBJECTIVES, InvalidProblem
+from problems.limits.expression import StatedExpression
+from problems.motions.expressions.sample_function import SampleFunction
+from problems.motions.expressions.text import InvalidText, read
+from problems.objectives.expression import ExpressionObjective
+from tpbso_casadi.scenario.section import Number, Section, Word
+
+LONGEST_EXPRESSION = 2_000_000  # characters
+MOST_VALUES = 1_000  # of one expression
+TAKEN = {*LIMITS, *OBJECTIVES}
+
+
+def _readable(text: str) -> str:
+    try:
+        read(text)
+    except InvalidText as error:
+        raise ValueError(f"is no expression: {error}") from error
+    return text
+
+
+def _free(name: str) -> str:
+    if not name.strip() or not name.isprintable() or ":" in name:
+        raise ValueError("a name in printable characters, without a colon, is needed")
+    if name in TAKEN:
+        raise ValueError(f"{name!r} is the name of one of ours; say another")
+    return name
+
+
+Expression = Annotated[str, Field(max_length=LONGEST_EXPRESSION), AfterValidator(_readable)]
+OwnName = Annotated[Word, AfterValidator(_free)]
+Bound = Annotated[list[Number], Field(min_length=1, max_length=MOST_VALUES)]
+
+
+class ConstraintSection(Section):
+    """One of [[model.constraints]]: bounds, in ``unit``, of an expression in what is known of one instant."""
+
+    name: OwnName
+    unit: Word = "1"
+    lower: Number | Bound | None = None
+    upper: Number | Bound | None = None
+    expression: Expression
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        if len(self.expression.split("\n= ")) > MOST_VALUES:
+            raise ValueError(f"expression: more than {MOST_VALUES} values")
+        try:
+            self.kind()
+        except InvalidProblem as error:
+            raise ValueError(error.reason) from error
+        return self
+
+    def kind(self) -> StatedExpression:
+        """The kind of limit."""
+        lower, upper = _bound(self.lower), _bound(self.upper)
+        return StatedExpression(self.name, self.unit, SampleFunction(self.expression), lower, upper)
+
+
+class ObjectiveSection(Section):
+    """One of [[task.objectives]]: the integral over time of ``expression``, and ``terminal`` of the duration."""
+
+    name: OwnName
+    unit: Word = "1"
+    expression: Expression | None = None
+    terminal: Expression | None = None
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        try:
+            self.built()
+        except InvalidProblem as error:
+            raise ValueError(error.reason) from error
+        return self
+
+    def built(self) -> ExpressionObjective:
+        """The objective."""
+        rate, terminal = (None if text is None else SampleFunction(text) for text in (self.expression, self.terminal))
+        return ExpressionObjective(self.name, self.unit, rate, terminal)
+
+
+S = TypeVar("S", ConstraintSection, ObjectiveSection)
+
+
+def check_names(sections: list[S]) -> list[S]:
+    """That no two of them have the same name."""
+    names = [section.name for section in sections]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(f"{twice!r} is there twice; give each a name of its own")
+    return sections
+
+
+def _bound(stated: Any) -> tuple[float, ...] | None:
+    if stated is None:
+        return None
+    return tuple(map(float, stated)) if isinstance(stated, list) else (float(stated),)
