@@ -1,53 +1,53 @@
-"""What the README shows, run."""
+"""What the README shows, run; what it names, there."""
 
 from __future__ import annotations
 
 import re
-import tomllib
+import shlex
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-from tpbso_casadi import parse_scenario
-from tpbso_casadi.cli.commands.solve import main
+from tpbso_casadi.cli.commands import solve
 
-README = (Path(__file__).parent.parent / "README.md").read_text()
-
-
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
-
-
-def test_scenarios_are_scenarios() -> None:
-    whole, task = blocks("toml")
-    scenario = parse_scenario(tomllib.loads(whole))
-    assert scenario.problem().robot.dof == 4
-    assert scenario.solver.budget().evaluations == 30_000
-    path = tomllib.loads(task) | {"arm": tomllib.loads(whole)["arm"]}
-    path["task"]["points"] = [[1.0, 0.0], [1.0, 0.5], [0.5, 1.0]]
-    assert parse_scenario(path).problem().robot.dof == 4
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text()
+LONGEST = 150  # lines
+BLOCKS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+COMMANDS = [text for text in re.findall(r"`tpbso ([^`]+)`", README) if not text.startswith("audit run")]
 
 
-def test_the_example_from_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    usage, _ = blocks("python")
-    exec(usage, {})
-    value, feasible, duration = capsys.readouterr().out.split()
-    assert (feasible, value) == ("True", duration)
+def test_it_is_short() -> None:
+    assert len(README.splitlines()) <= LONGEST
+    assert README.count("![") == 2
 
 
-def test_the_example_of_a_solver_plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    _, solver = blocks("python")
-    (tmp_path / "readme_walk.py").write_text(solver)
-    monkeypatch.syspath_prepend(str(tmp_path))
+@pytest.mark.parametrize("block", BLOCKS)
+def test_what_it_shows_of_python_runs(
+    block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.chdir(tmp_path)
-    arguments = [
-        "rotation-2",
-        "--solver",
-        "readme_walk:RandomWalk",
-        "--formulation",
-        "reduced",
-        "--no-plots",
-        "--quiet",
-    ]
-    assert main(arguments) == 0
-    assert Path("runs/rotation-2-RandomWalk-1-reduced/result.json").exists()
+    exec(block, {})
+    assert "certified" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_its_commands_are_commands(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    name, *arguments = shlex.split(command)
+    options = import_module(f"tpbso_casadi.cli.commands.{name}").parser().parse_args(arguments)
+    files = [argument for argument in arguments if argument.startswith("examples/")]
+    assert vars(options) and all(Path(file).exists() for file in files)
+
+
+def test_what_it_names_is_there() -> None:
+    names = re.findall(r"\]\(([^)#]+)", README)
+    assert names and not [name for name in names if not name.startswith("https:") and not (ROOT / name).exists()]
+
+
+def test_the_first_command_plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    [options] = re.findall(r"-m tpbso_casadi\.solve (.+)", README)
+    monkeypatch.chdir(tmp_path)
+    assert solve.main([*shlex.split(options), "--quiet", "--no-plots"]) == 0
+    assert len(list(tmp_path.glob("runs/*/result.json"))) == 1
