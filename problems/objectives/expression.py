@@ -78,8 +78,12 @@ class ExpressionObjective(Statement, Objective):
     def check(self, robot: Robot) -> None:
         """That it is defined for a robot."""
         super().check(robot)
-        if self.rate is not None:
-            self.rate.check(robot, "objectives", self.name)
+        if self.rate is None:
+            return
+        self.rate.check(robot, "objectives", self.name)
+        if self.rate.uses("jerk") and robot.limits.jerk is None:
+            reason = "jerk is infinite where accelerations jump; state the max_jerk of the robot"
+            raise InvalidProblem("objectives", f"{self.name!r}: {reason}")
 
     def terminal(self, duration: Matrix) -> Matrix:
         """What the duration itself counts."""

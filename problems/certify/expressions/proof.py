@@ -26,6 +26,7 @@ from problems.motions.trajectory import SAMPLED_ORDERS, Trajectory
 
 FIRST_TIMES = 401  # at which a violation is looked for first
 INITIAL_CELLS = 64
+JERK = 3  # order of the derivative
 MOST_NUMBERS = 60_000_000  # intervals that are computed, operations times cells
 FEWEST_CELLS, MOST_CELLS = 4_000, 60_000  # that are looked at, however long or short an expression is
 MOST_AT_ONCE = 4_096  # cells
@@ -37,6 +38,10 @@ def prove_expression(limit: ExpressionLimit, trajectory: Trajectory) -> Verdict:
     outcome = _of_values(limit, as_array(limit.function.at(trajectory.samples(times, limit.robot))), times)
     if not outcome.satisfied or not trajectory.is_finite:
         return outcome
+    jump = trajectory.jump_time(JERK - 1) if limit.function.uses("jerk") else None
+    if jump is not None:  # where the jerk is infinite for a moment
+        where = f"accelerations jump, t = {jump:.4g} s"
+        return replace(outcome, worst=np.inf, status=CertificateStatus.VIOLATED, where=where)
     motion = _Expression(limit, trajectory)
     most = int(np.clip(MOST_NUMBERS / motion.operations, FEWEST_CELLS, MOST_CELLS))
     queue, count = [TimeCells.over(trajectory, INITIAL_CELLS)], 0

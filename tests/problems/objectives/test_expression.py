@@ -69,7 +69,9 @@ def test_what_is_no_objective(parts: Any, reason: str) -> None:
         ExpressionObjective("own", "1", *parts)
 
 
-@pytest.mark.parametrize(("text", "reason"), [("= torque[0]", "masses"), ("= q[7]", r"q\[7\] of 2")])
+@pytest.mark.parametrize(
+    ("text", "reason"), [("= torque[0]", "masses"), ("= q[7]", r"q\[7\] of 2"), ("= jerk[0]", "state the max_jerk")]
+)
 def test_what_a_robot_has_not(text: str, reason: str) -> None:
     with pytest.raises(InvalidProblem, match=reason):
         ExpressionObjective("own", "1", SampleFunction(text)).check(ARM)

@@ -69,6 +69,13 @@ def test_a_spike_between_the_samples_is_not_overlooked() -> None:
     assert prove_expression(jump, SWING).status is not CERTIFIED
 
 
+def test_a_jerk_is_infinite_where_accelerations_jump() -> None:
+    found = prove_expression(limit(lambda m: m.jerk[0], upper=1e6), SWING)  # which starts with 6 rad/s^2 at once
+    assert found.status is VIOLATED
+    assert found.worst == np.inf
+    assert found.where == "accelerations jump, t = 0 s"
+
+
 def test_what_cannot_be_bounded_is_undecided_and_what_is_undefined_violated() -> None:
     assert prove_expression(limit(lambda m: ca.erf(m.q[0]), upper=1.0), SWING).satisfied
     touched = limit(lambda m: m.q[0] - m.q[0] * ca.cos(m.q[1] - m.q[1]), upper=0.0)
