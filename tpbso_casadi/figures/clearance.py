@@ -27,7 +27,7 @@ def clearance_figure(curves: list[DistanceCurve], approach: ClosestApproach) -> 
     figure = Figure(figsize=(ONE_COLUMN, HEIGHT), layout="constrained")
     axes = figure.subplots()
     draw_distances(axes, curves, approach)
-    axes.set_title(f"{description(approach)}:\n{approach.pair}", parse_math=False)
+    axes.set_title(description(approach), parse_math=False)
     return figure
 
 

@@ -78,5 +78,6 @@ def closest_to_moving(robot: Robot, obstacles: Sequence[Obstacle], trajectory: T
 
 
 def description(approach: ClosestApproach) -> str:
-    """How close, and when, for a legend."""
-    return f"closest: {1000.0 * approach.distance:.1f} mm at {approach.time:.3g} s"
+    """How close to an obstacle that moves, and when, in two lines."""
+    apart = f"{1000.0 * approach.distance:.1f} mm at {approach.time:.3g} s"
+    return f"closest to a moving obstacle:\n{apart} ({approach.pair})"

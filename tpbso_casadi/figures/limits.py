@@ -63,7 +63,8 @@ def draw_binding(axes: Axes, times: FloatArray, shares: dict[str, FloatArray], j
             bottom = joint + 1.4 - (row + 1) * height
             bars = [(times[start], times[end] - times[start]) for start, end in spans(used[:, joint] >= BINDING)]
             if bars:
-                axes.broken_barh(bars, (bottom, height), **bar_style(name))
+                axes.broken_barh(bars, (bottom, height), facecolor=STYLES[name][0], edgecolor=STYLES[name][0])
+                axes.broken_barh(bars, (bottom, height), **bar_style(name) | {"facecolor": "none"})
     axes.set_yticks(range(1, joints + 1), [f"joint {joint}" for joint in range(1, joints + 1)])
     axes.set_ylim(joints + 0.6, 0.4)
     axes.set_xlim(times[0], times[-1])

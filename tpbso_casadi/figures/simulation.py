@@ -88,7 +88,7 @@ def draw_times(axes: Axes, courses: tuple[Course, ...], columns: list[int]) -> N
     """The first and the last time at which obstacles are drawn, on their middles."""
     for course in courses:
         for text, place in labelled_times(replace(course, times=course.times[[0, -1]])):
-            axes.annotate(text, tuple(place[columns]), fontsize=7, ha="center", va="center", clip_on=True, zorder=7)
+            axes.annotate(text, tuple(place[columns]), fontsize=7, ha="center", va="center", zorder=7)
 
 
 def in_plane(figure: Figure, place: SubplotSpec, record: SimulationRecord, motion: Motion) -> Axes:

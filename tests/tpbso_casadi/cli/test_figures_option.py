@@ -40,6 +40,8 @@ def test_solve_draws_each_format_and_the_audit_knows_it() -> None:
     assert solve.main([*QUICK, "--figures", "pdf", "--out", "again"]) == 0
     for name in NAMES:
         assert Path(f"run/{name}.pdf").read_bytes() == Path(f"again/{name}.pdf").read_bytes()
+    assert not [path for path in Path("run").glob("*.pdf") if b"/Subtype /Image" in path.read_bytes()]
+    assert not [path for path in Path("run").glob("*.svg") if "<image" in path.read_text()]  # lines, not pixels
     with Path("run/path.svg").open("a") as file:
         file.write("<!-- changed -->")
     assert audit.main(["run"]) == 2

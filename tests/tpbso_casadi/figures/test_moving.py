@@ -137,7 +137,8 @@ def test_the_figure_of_distances_marks_the_closest_approach() -> None:
     closest = closest_to_moving(plan.criteria.robot, plan.criteria.obstacles, plan.trajectory)
     assert closest is not None
     np.testing.assert_allclose(lines["closest approach"].get_xydata(), [[closest.time, closest.distance]])
-    assert axes.get_title() == f"closest: {1000 * closest.distance:.1f} mm at {closest.time:.3g} s:\n{closest.pair}"
+    apart = f"{1000 * closest.distance:.1f} mm at {closest.time:.3g} s ({closest.pair})"
+    assert axes.get_title() == f"closest to a moving obstacle:\n{apart}"
     ends = [text.get_text() for text in axes.texts]
     assert ends == ["standing", "obstacle 2", "kept from 2", "obstacle 3", "margin"]
     times, kept = lines["kept from obstacle 2"].get_data()

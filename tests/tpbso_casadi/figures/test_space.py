@@ -11,6 +11,7 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from problems import Box
+from problems.tasks.drawing import Marker, MarkerKind
 from tpbso_casadi.figures.paths import path_figure
 from tpbso_casadi.figures.run import draw_figures, joints_figure
 from tpbso_casadi.figures.space.order import painting_order
@@ -150,6 +151,22 @@ def test_any_name_may_be_a_label() -> None:
     robot = space_plan().criteria.robot
     figure = space_figure(Scene(robot), [Posture("$\\frac$ \\$", "#1f77b4", np.zeros(4))])
     figure.draw_without_rendering()
+
+
+def test_a_path_to_trace_in_space_has_its_band_in_each_view() -> None:
+    points = np.array([[0.3, 0.0, 0.2], [0.3, 0.4, 0.2], [0.3, 0.4, 0.6]])
+    marker = Marker(label="given points", points=points, kind=MarkerKind.POINTS, tolerance=0.05, joined=True)
+    robot = space_plan().criteria.robot
+    figure = space_figure(Scene(robot, markers=(marker,)), [Posture("zero", "black", np.zeros(4))])
+    for axes, columns in zip(figure.axes, ([0, 1], [0, 2], [1, 2]), strict=False):
+        [band] = [patch for patch in axes.patches if patch.get_label() == "within 50 mm of the path"]
+        low, high = band.get_path().get_extents().get_points()
+        np.testing.assert_allclose([low, high], [points[:, columns].min(0) - 0.05, points[:, columns].max(0) + 0.05])
+
+
+def test_the_picture_says_which_posture_it_shows() -> None:
+    picture = path_figure(space_plan(obstacles=False)).axes[-1]
+    assert picture.get_title(loc="left") == "last posture"
 
 
 def test_the_eye_has_the_robot_before_the_obstacles() -> None:

@@ -6,7 +6,7 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from matplotlib.lines import Line2D
 from problems.base.matrix import FloatArray
 from problems.tasks.drawing import MarkerKind
 from tpbso_casadi.figures.moving import LABEL, SQUARE, draw_ways
+from tpbso_casadi.figures.postures.band import draw_band
 from tpbso_casadi.figures.postures.passed import DIAMOND, Points
 from tpbso_casadi.figures.scene import MARKER_STYLES
 from tpbso_casadi.figures.space.painter import Painting, solid
@@ -28,6 +29,7 @@ from tpbso_casadi.figures.style.colours import BLUE, CLOSEST, GIVEN, GREEN, OBST
 from tpbso_casadi.figures.style.paper import ONE_COLUMN, TWO_COLUMNS, in_print
 from tpbso_casadi.figures.style.places import PlaceLabel, label_places
 
+LAST = "last posture"
 TALLEST = 6.0  # inches: of the panels
 OPACITY = 0.55  # of obstacles in views that nothing covers anything in
 FRAME_COLOURS = (VERMILLION, GREEN, BLUE)  # of the axes x, y, z
@@ -112,7 +114,7 @@ def space_figure(
     draw_ways(picture, [view.project(course.middles) for course in scene.courses])
     figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=2 if size[0] < 5.0 else 3)
     if way is not None:
-        picture.set_title(literal(postures[-1].label), loc="left")
+        picture.set_title(LAST if way.nearest is None else literal(postures[-1].label), loc="left")
         figure.draw_without_rendering()  # so that places are final
         for axes, view, *_ in panels:
             draw_names(axes, view, scene, postures, way)
@@ -169,6 +171,7 @@ def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Pos
             linewidth=1.8 if posture.strong else 0.9, zorder=4 if posture.strong else 3,
         )  # fmt: skip
     for marker in scene.markers:
+        draw_band(axes, replace(marker, points=view.project(marker.points)))
         style = MARKER_STYLES[marker.kind]
         axes.plot(*view.project(marker.points).T, linestyle="none", color=GIVEN, label=marker.label, **style)
 

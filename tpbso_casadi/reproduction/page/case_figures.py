@@ -23,7 +23,7 @@ from tpbso_casadi.planning.plan import plan
 from tpbso_casadi.planning.planned_motion import SearchedMotion
 from tpbso_casadi.scenario.scenario import parse_scenario
 
-DPI = 110
+DPI = 200
 
 
 @dataclass(frozen=True)
