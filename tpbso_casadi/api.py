@@ -65,6 +65,7 @@ from tpbso_casadi.facade.own import StatedConstraint as Constraint
 from tpbso_casadi.facade.own import StatedCost as Cost
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planning import plan
+from tpbso_casadi.facade.replanning import replan
 from tpbso_casadi.facade.results.audit import Audit, RunAudit, ScenarioAudit
 from tpbso_casadi.facade.results.comparison import Comparison
 from tpbso_casadi.facade.results.front import Front
@@ -73,7 +74,6 @@ from tpbso_casadi.facade.retiming import retime
 from tpbso_casadi.facade.robots import StatedRobot, robot
 from tpbso_casadi.facade.statement import scenario_of
 from tpbso_casadi.facade.trading_off import pareto
-from tpbso_casadi.planning.replanning.replan import replan
 from tpbso_casadi.planning.replanning.replanner import Replanner
 from tpbso_casadi.planning.replanning.step import Step
 from tpbso_casadi.scenario.cases.builtin import builtin

@@ -179,9 +179,11 @@ class PointToPointNlp(TimedProgram):
         return self._variables(self.decode(x))
 
     def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
-        """Postures at the breakpoints, the speed in the middle, t1 and t2."""
-        at = trajectory.samples(trajectory.breakpoints)
-        t1, t2 = (ca.DM(float(t)) for t in np.diff(trajectory.breakpoints))
+        """Postures at the breakpoints, the speed in the middle, t1 and t2; of another form half of the time is over."""
+        two = len(trajectory.breakpoints) == 3
+        times = trajectory.breakpoints if two else trajectory.duration * np.array([0.0, 0.5, 1.0])
+        at = trajectory.samples(times)
+        t1, t2 = (ca.DM(float(t)) for t in np.diff(times))
         return self._variables(Quantities(at.theta[0, :], at.theta[1, :], at.speed[1, :], at.theta[2, :], t1, t2))
 
     def _variables(self, quantities: Quantities) -> FloatArray:

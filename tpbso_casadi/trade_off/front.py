@@ -12,6 +12,7 @@ from problems.base.matrix import FloatArray
 from tpbso_casadi.trade_off.point import Pair, Point, Standing
 
 SAME = 1e-4  # of the front's width in an objective: two plans that differ by less are the same
+ROUNDING = 1e-9  # of the largest value: two that differ by less are the same
 REFERENCE = 0.1  # of the front's width, by which the reference of the hypervolume is worse than the worst
 
 
@@ -60,11 +61,11 @@ class Front:
 
 
 def width(values: Sequence[Pair]) -> FloatArray:
-    """From the least to the largest of each objective, (2,); 1 where there is nothing between them."""
+    """From the least to the largest of each objective, (2,); 1 where there is nothing between them but rounding."""
     if not values:
         return np.ones(2)
-    spread = np.ptp(np.array(values), axis=0)
-    return np.where(spread > 0.0, spread, 1.0)
+    spread, largest = np.ptp(np.array(values), axis=0), np.abs(np.array(values)).max(axis=0)
+    return np.where(spread > ROUNDING * largest, spread, 1.0)
 
 
 def reference_point(values: FloatArray) -> Pair:

@@ -147,7 +147,7 @@ def test_a_class_inside_a_function_is_refused() -> None:
     class Hidden(tp.PSO):
         pass
 
-    with pytest.raises(tp.ScenarioError, match="^Hidden: a plan names its classes; define it in a module"):
+    with pytest.raises(tp.ScenarioError, match=r"^Hidden: a plan names its classes; define it in a module"):
         tp.scenario_of(ARM, **TASK, solver=Hidden)
 
 

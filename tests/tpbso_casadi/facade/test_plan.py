@@ -137,7 +137,7 @@ def test_unknown_kinds_of_files_are_said(keys: dict[str, Any], expected: str, tm
 
 def test_an_animation_by_its_suffix(tmp_path: Path) -> None:
     assert "<canvas" in planned().animate(tmp_path / "motion.html").read_text()
-    with pytest.raises(tp.OutputError, match="^animate .*motion.avi: the name must end with"):
+    with pytest.raises(tp.OutputError, match=r"^animate .*motion.avi: the name must end with"):
         planned().animate(tmp_path / "motion.avi")
 
 

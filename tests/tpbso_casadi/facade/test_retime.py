@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,7 @@ def test_a_blend_leaves_the_lines_by_its_tolerance_at_most() -> None:
         np.abs(theta - (a + np.clip((theta - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)[:, None] * (b - a))).max(
             axis=1
         )
-        for a, b in zip(ROWS[:-1], ROWS[1:], strict=True)
+        for a, b in pairwise(ROWS)
     ]
     assert 0.0 < np.min(away, axis=0).max() <= 0.05 + 1e-9
 
@@ -91,7 +92,7 @@ def test_what_is_asked_besides_is_kept() -> None:
     "path", [[[0.0, 0.0], [1.0]], [["a", "b"]], ROWS * 1j, object(), {"a": 1}, ROWS * 1e9, ROWS[:1]]
 )
 def test_what_is_no_path_is_said(path: Any) -> None:
-    with pytest.raises(tp.ScenarioError, match="^path: "):
+    with pytest.raises(tp.ScenarioError, match=r"^path: "):
         tp.retime(path, ARM)
 
 

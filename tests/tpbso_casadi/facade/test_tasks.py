@@ -69,7 +69,7 @@ class MyTask(tp.PointToPoint):
 
 
 def test_a_task_of_ones_own_needs_a_kind() -> None:
-    with pytest.raises(tp.ScenarioError, match="robot, no scenario|needed|robot"):
+    with pytest.raises(tp.ScenarioError, match=r"robot, no scenario|needed|robot"):
         tp.scenario_of(MyTask(ARM, (1.0, 0.0), (0.5, 1.5)))
 
 
