@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from tpbso_casadi.campaign.export import export, write_summary
+from tpbso_casadi.campaign.export import export
 from tpbso_casadi.campaign.functions.run import FunctionRun, function_grid
 from tpbso_casadi.campaign.functions.search import PREFIX
 from tpbso_casadi.campaign.grid import SolverSpec, check_size
@@ -23,6 +23,7 @@ from tpbso_casadi.campaign.table import HEADER, print_tables, rows
 from tpbso_casadi.cli.campaign import executors_of, failures, stored
 from tpbso_casadi.cli.display.campaign_progress import State, campaign_progress, say
 from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.storage.files import write_csv, writing
 
 
 def functions_of(cases: Sequence[str]) -> list[str]:
@@ -77,7 +78,8 @@ def _run(runs: Sequence[FunctionRun], store: Store, options: argparse.Namespace)
 
 def _report(records: Sequence[Record], options: argparse.Namespace, table: Path | None) -> None:
     summaries = summarise(records)
-    write_summary(options.out, summaries, plots=False)
+    with writing(options.out):
+        write_csv(options.out / "summary.csv", HEADER, rows(summaries))
     if table is not None:
         export(records, table)
     if options.json:
