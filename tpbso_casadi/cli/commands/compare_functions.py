@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from tpbso_casadi.campaign.export import export
+from tpbso_casadi.campaign.export import export, write_summary
 from tpbso_casadi.campaign.functions.run import FunctionRun, function_grid
 from tpbso_casadi.campaign.functions.search import PREFIX
 from tpbso_casadi.campaign.grid import SolverSpec, check_size
