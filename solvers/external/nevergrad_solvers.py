@@ -28,7 +28,7 @@ class Nevergrad(Solver):
     """An optimiser of nevergrad, told how many candidates it may ask for before it is told their costs.
 
     The default is a fast one. ``NGOpt``, which chooses among many by dimension and budget, may take milliseconds for
-    each candidate.
+    each candidate. Many of them begin at the centre of the box, where many published functions have their minimum.
     """
 
     minimum_population: ClassVar[int] = 1

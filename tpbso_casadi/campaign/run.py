@@ -9,10 +9,11 @@ import traceback
 from dataclasses import asdict, dataclass
 from functools import cached_property, lru_cache
 from hashlib import sha256
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 from problems import Problem
 from problems.evaluation import EvaluationOptions
+from tpbso_casadi.campaign.functions.search import KEY, search_text
 from tpbso_casadi.planning.plan import plan
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario
 from tpbso_casadi.storage.content import result_of
@@ -23,6 +24,33 @@ LONGEST_ERROR = 300  # characters
 LONGEST_DETAILS = 20_000  # characters, the last ones of a traceback
 CACHED_PROBLEMS = 64  # of a worker: some 10 MB each
 RUN_LOCK = threading.Lock()  # IPOPT's linear solver is not thread-safe, and a cluster's worker may have many threads
+
+
+class AnyRun(Protocol):
+    """What a store and a runner need of a run, whatever it searches."""
+
+    @property
+    def case(self) -> str:
+        """What is searched, for tables."""
+
+    @property
+    def solver(self) -> str:
+        """Label of the solver and its settings, likewise."""
+
+    @property
+    def seed(self) -> int:
+        """Of the search."""
+
+    @property
+    def key(self) -> str:
+        """A digest of everything that decides the result."""
+
+    @property
+    def task(self) -> tuple[str, dict[str, str]]:
+        """The arguments of :func:`run_one`: plain data, which any executor can transport."""
+
+
+AnyRunT = TypeVar("AnyRunT", bound=AnyRun)
 
 
 @dataclass(frozen=True)
@@ -82,7 +110,7 @@ def run_one(scenario: str, expected: dict[str, str], backend: str | None = None)
     """Do one run; whatever is raised within it becomes a failed outcome, an exit by a plug-in too. Ctrl-C passes.
 
     Args:
-        scenario: JSON.
+        scenario: JSON, or the statement of the search of a benchmark function.
         expected: versions that the campaign is made with.
         backend: evaluates populations; None for that of the environment. It changes no result.
     """
@@ -121,7 +149,10 @@ def _result(scenario: str, expected: dict[str, str], backend: str | None) -> str
     ours = versions()
     if ours != expected:
         raise OtherVersions(f"{difference(ours, expected)} on this worker")
-    stated = parse_scenario(json.loads(scenario))
+    content = json.loads(scenario)
+    if KEY in content:
+        return search_text(content)
+    stated = parse_scenario(content)
     problem = problem_of(stated)
     finished = plan(stated, evaluation=None if backend is None else EvaluationOptions(backend), problem=problem)
     if finished.interrupted:

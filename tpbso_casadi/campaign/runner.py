@@ -8,7 +8,8 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from contextlib import contextmanager, suppress
 
 from tpbso_casadi.campaign.executors import ExecutorFactory, LostExecutor
-from tpbso_casadi.campaign.run import Outcome, Run, failed, run_one
+from tpbso_casadi.campaign.run import AnyRunT as Run
+from tpbso_casadi.campaign.run import Outcome, failed, run_one
 from tpbso_casadi.campaign.store import Store
 
 SOLO_ATTEMPTS = 2  # of a run that was in progress when a worker died

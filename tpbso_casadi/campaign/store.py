@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from tpbso_casadi.campaign.record import Record, read_record
-from tpbso_casadi.campaign.run import Outcome, Run, difference
+from tpbso_casadi.campaign.run import AnyRunT as Run
+from tpbso_casadi.campaign.run import Outcome, difference
 from tpbso_casadi.storage.result import InvalidResult, RunResult
 from tpbso_casadi.storage.versions import versions
 

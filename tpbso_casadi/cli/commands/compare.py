@@ -16,7 +16,8 @@ from tpbso_casadi.campaign import Run, grid, parse_solvers
 from tpbso_casadi.campaign.analysis.best import best_plans
 from tpbso_casadi.campaign.analysis.results import results_of
 from tpbso_casadi.campaign.export import export, files_of, write_comparison
-from tpbso_casadi.campaign.grid import check_size
+from tpbso_casadi.campaign.grid import SolverSpec, check_size
+from tpbso_casadi.campaign.logs.write import WRITERS, check_logs, traces_of_scenarios, write_logs
 from tpbso_casadi.campaign.table import HEADER, print_tables, rows
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
@@ -26,12 +27,14 @@ from tpbso_casadi.cli.campaign import (
     run_with_progress,
     stored,
 )
+from tpbso_casadi.cli.commands.compare_functions import compare_functions, functions_of
 from tpbso_casadi.cli.common import OneLineParser, add_input_options, natural, positive_float, positive_int
 from tpbso_casadi.cli.display.campaign_progress import phase
 from tpbso_casadi.cli.figure_formats import add_figures_option, figure_formats
 from tpbso_casadi.scenario.loading import load_all
 
 DEFAULT_SOLVERS = "bso,pso,ga,abso,abso+polish"
+FUNCTION_SOLVERS = "bso,pso,ga,abso"  # by default on functions, where there is nothing to polish
 DEFAULT_RUNS = 10
 DEFAULT_STARTS = 5
 
@@ -50,7 +53,11 @@ def parser() -> argparse.ArgumentParser:
         description="Compare solvers on scenarios: scenarios times solvers times --runs. The number of runs and an "
         "estimate of the time are shown before it starts; by default it takes seconds to minutes a scenario.",
     )
-    command_line.add_argument("scenario", nargs="+", help="TOML files or built-in names")
+    command_line.add_argument(
+        "scenario",
+        nargs="+",
+        help="TOML files or built-in names; or benchmark functions: function:rastrigin-10, function:bbob-f15-10@3",
+    )
     add_input_options(command_line)
     command_line.add_argument(
         "--solvers",
@@ -84,6 +91,14 @@ def parser() -> argparse.ArgumentParser:
     command_line.add_argument("--json", action="store_true", help="print the table as JSON")
     command_line.add_argument("--no-plots", action="store_true", help="draw no figure, on the page neither")
     add_figures_option(command_line)
+    command_line.add_argument(
+        "--format",
+        type=log_formats,
+        default=(),
+        metavar="coco,ioh",
+        help="also write the histories of all searches as logs for COCO's cocopp, for IOHanalyzer, or for both; "
+        "none by default",
+    )
     return command_line
 
 
@@ -96,10 +111,16 @@ def compare(options: argparse.Namespace, command: str = "") -> int:
     """
     formats = figure_formats(options)
     prepare(options, *files_of(formats))
+    functions = functions_of(options.scenario)
+    check_logs(options.format, options.out, len(options.scenario))
+    if functions:
+        return compare_functions(functions, solver_specs(options), options, options.export)
     runs = campaign(options)
     with stored(options) as store:
         run_with_progress(runs, store, options)
         results, best = results_of(runs, store), best_plans(runs, store)
+        if options.format:
+            write_logs(options.format, options.out, traces_of_scenarios(runs, store))
     with phase("writing tables, figures and the page", options.quiet):
         write_comparison(options.out, results, runs, best, command, formats)
         if options.export is not None:
@@ -119,12 +140,36 @@ def campaign(options: argparse.Namespace) -> list[Run]:
     Raises:
         ScenarioError: a scenario or solver is unknown, they do not fit each other, or there are too many runs.
     """
-    table, descent_table = swarm_budget(options), descent_budget(options)
-    specs = [replace(spec, table=table, descent_table=descent_table) for spec in parse_solvers(options.solvers)]
+    specs = solver_specs(options)
     scenarios = load_all(options.scenario, options.allow_outside_files)
     check_size(len(scenarios) * len(specs), options.seed, options.runs)
     with phase("building the models", options.quiet):
         return grid(scenarios, specs, range(options.seed, options.seed + options.runs))
+
+
+def solver_specs(options: argparse.Namespace) -> list[SolverSpec]:
+    """The solvers that the options state, with their budgets.
+
+    Raises:
+        ScenarioError: one cannot be read, or is there twice.
+    """
+    usual = FUNCTION_SOLVERS if functions_of(options.scenario) else DEFAULT_SOLVERS
+    stated = usual if options.solvers == DEFAULT_SOLVERS else options.solvers
+    table, descent_table = swarm_budget(options), descent_budget(options)
+    return [replace(spec, table=table, descent_table=descent_table) for spec in parse_solvers(stated)]
+
+
+def log_formats(text: str) -> tuple[str, ...]:
+    """Formats of logs from a command line.
+
+    Raises:
+        ArgumentTypeError: one is unknown.
+    """
+    names = tuple(dict.fromkeys(text.split(",")))
+    for name in names:
+        if name not in WRITERS:
+            raise argparse.ArgumentTypeError(f"{name or repr(name)} is none of {', '.join(WRITERS)}")
+    return names
 
 
 def swarm_budget(options: argparse.Namespace) -> dict[str, object]:

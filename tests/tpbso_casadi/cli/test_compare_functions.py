@@ -1,0 +1,137 @@
+"""``compare function:...`` and ``compare --format``, run for real."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tpbso_casadi as tp
+from tpbso_casadi.campaign import Store, parse_solvers
+from tpbso_casadi.campaign.functions.run import function_grid
+from tpbso_casadi.campaign.functions.search import Recorder
+from tpbso_casadi.campaign.run import run_one
+from tpbso_casadi.cli.commands.compare import main
+from tpbso_casadi.storage.versions import versions
+
+FUNCTIONS = ["function:sphere-3", "function:rastrigin-2@4"]
+SMALL = ["--runs", "2", "--evaluations", "200", "--quiet", "--workers", "1"]
+
+
+@pytest.fixture(autouse=True)
+def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def run(*arguments: str) -> int:
+    """The exit status of the command line, run in this process."""
+    try:
+        return int(main([*arguments]))
+    except SystemExit as end:
+        return int(end.code or 0)
+
+
+def test_functions_are_compared_as_scenarios_are(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*FUNCTIONS, "--solvers", "pso,bso(c1=1.5)", *SMALL, "--format", "coco,ioh") == 0
+    with Path("runs/compare/summary.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["case"], row["solver"]) for row in rows] == [
+        *(("sphere-3", "pso"), ("sphere-3", "bso(c1=1.5)")),
+        *(("rastrigin-2@4", "pso"), ("rastrigin-2@4", "bso(c1=1.5)")),
+    ]
+    function = tp.benchmark_function("rastrigin-2@4")
+    alone = [tp.minimize(function, function.bounds, tp.BSO(c1=1.5), 200, seed, vectorized=True) for seed in (1, 2)]
+    assert float(rows[3]["mean"]) == pytest.approx(np.mean([result.cost for result in alone]), rel=1e-12)
+    assert rows[3]["unit"] == "above minimum"
+    assert run(*FUNCTIONS, "--solvers", "pso,bso(c1=1.5)", *SMALL, "--json") == 0
+    assert [row["mean"] for row in json.loads(capsys.readouterr().out)] == [float(row["mean"]) for row in rows]
+    assert Path("runs/compare/coco/cases.txt").read_text().startswith("f1: sphere-3\nf2: rastrigin-2@4\n")
+    meta = json.loads(Path("runs/compare/ioh/bso_c1=1.5/IOHprofiler_f2_rastrigin-2-4.json").read_text())
+    assert [described["evals"] for described in meta["scenarios"][0]["runs"]] == [200, 200]
+    lowest = [described["best"]["y"] for described in meta["scenarios"][0]["runs"]]
+    assert lowest == pytest.approx([result.cost for result in alone], rel=1e-12)
+
+
+def test_every_improvement_is_recorded_at_its_evaluation() -> None:
+    recorder = Recorder(lambda x: x[:, 0])
+    for batch in ([5.0, 6.0, 3.0], [], [3.0, 1.0]):
+        assert recorder(np.array(batch).reshape(-1, 1)).tolist() == batch
+    assert (recorder.evaluations, recorder.values) == ([1, 3, 5], [5.0, 3.0, 1.0])
+
+
+def test_what_is_stored_of_a_search() -> None:
+    [search] = function_grid(["styblinski-tang-2"], parse_solvers("pso(population=20)"), [3])
+    content = json.loads(run_one(*search.task).result or "")
+    result = tp.minimize(tp.benchmark_function("styblinski-tang-2"), [(-5, 5)] * 2, "pso", 30_000, 3, population=20)
+    assert content["x"] == result.x.tolist()
+    assert content["objective"]["value"] == content["improvements"]["cost"][-1] == content["history"]["cost"][-1]
+    assert content["minimum"]["value"] == pytest.approx(-78.3323314)
+    assert 0.0 <= content["cost"] == pytest.approx(result.cost - content["minimum"]["value"], abs=1e-12)
+    assert content["improvements"]["evaluations"][0] == 1
+
+
+def test_the_key_of_a_run_knows_what_decides_it_and_no_label() -> None:
+    specs = parse_solvers("pso,pso(population=100),pso(population=99)")
+    keys = [search.key for search in function_grid(["sphere-2", "sphere-3"], specs, [1, 2])]
+    assert keys[0] == keys[1]  # 100 is its default
+    assert len(set(keys)) == 8
+
+
+def test_a_run_that_fails_is_stored_as_such(tmp_path: Path) -> None:
+    searches = function_grid(["sphere-2"], parse_solvers("helpers.campaign:Raises"), range(1, 30))
+    search, outcome = next((s, o) for s in searches if (o := run_one(*s.task)).error)
+    with Store(tmp_path / "store") as store:
+        store.add(search, outcome)
+        [record] = store.records([search])
+    assert record.error == outcome.error != ""
+    assert run_one(json.dumps(search.statement), versions() | {"numpy": "0"}).error.startswith("OtherVersions")
+
+
+def test_histories_of_plans_as_logs() -> None:
+    arguments = ["time-2", "--solvers", "bso,ipopt", *SMALL, "--no-plots", "--starts", "1", "--format", "coco"]
+    assert run(*arguments) == 0
+    assert sorted(path.name for path in Path("runs/compare/coco").iterdir()) == ["bso", "cases.txt"]
+    rows = [
+        line.split() for line in Path("runs/compare/coco/bso/data_f1/bbobexp_f1_DIM6.tdat").read_text().splitlines()
+    ]
+    values = [(int(row[0]), float(row[2])) for row in rows if row[0] != "%"]
+    assert values[0][0] == 1
+    assert min(gap for _, gap in values) == 0.0  # the best of this campaign is what gaps are measured from
+    assert max(evaluations for evaluations, _ in values) == 200
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["function:sphere"], "function:sphere: 'sphere' is not FUNCTION-D or FUNCTION-D@N"),
+        (["function:spere-2"], "function:spere-2: no benchmark function 'spere'; did you mean sphere?"),
+        (["function:sphere-2", "function:sphere-2"], "function:sphere-2: is there twice"),
+        (["function:sphere-2", "time-2"], "time-2: a scenario beside benchmark functions; compare each in a command"),
+        (["function:sphere-2", "--solvers", "ipopt"], "function:sphere-2: ipopt: IPOPT needs the derivatives"),
+        (
+            ["function:sphere-2", "--solvers", "bso+polish"],
+            "function:sphere-2: bso+polish: IPOPT needs",
+        ),
+        (["function:sphere-2", "--solvers", "bos"], "function:sphere-2: bos: solver.name: no solver 'bos'; did you"),
+        (["function:sphere-2", "--solvers", "bso(c9=1)"], "solver.settings.c9: bso has no such setting"),
+        (["function:sphere-2", "--population", str(10**8)], "function:sphere-2: bso: solver.population:"),
+        (["function:sphere-2", "--runs", "100001"], "runs: a campaign has at most 100000 in all"),
+        (["function:sphere-2", "--format", "csv"], "argument --format: csv is none of coco, ioh"),
+        ([f"function:sphere-{d}" for d in range(1, 26)] + ["--format", "coco"], "--format coco: 25 cases where COCO's"),
+    ],
+)
+def test_errors_in_one_line(arguments: list[str], expected: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*arguments) == 2
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert expected in error
+
+
+def test_logs_where_a_file_is_in_the_way(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("runs/compare").mkdir(parents=True)
+    Path("runs/compare/coco").write_text("")
+    assert run("function:sphere-2", "--solvers", "pso", *SMALL, "--format", "coco") == 2
+    assert "runs/compare/coco is a file, not a folder" in capsys.readouterr().err
+    assert not Path("runs/compare/runs.sqlite").exists()
