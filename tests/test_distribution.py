@@ -98,6 +98,24 @@ def test_a_motion_is_planned_from_the_wheel(programs: Path, tmp_path: Path) -> N
     assert line.startswith(str(programs.parent)) and "certified" in line
 
 
+def test_a_class_in_the_working_folder_is_found(programs: Path, tmp_path: Path) -> None:
+    (tmp_path / "walking.py").write_text("from solvers import PSO\n\n\nclass Walking(PSO):\n    ...\n")
+    run(
+        programs,
+        tmp_path,
+        "tpbso",
+        "solve",
+        "time-2",
+        "--solver",
+        "walking:Walking",
+        "--evaluations",
+        "300",
+        "-o",
+        "run",
+    )
+    assert json.loads((tmp_path / "run" / "result.json").read_text())["solver"]["name"] == "walking:Walking"
+
+
 @pytest.mark.slow
 def test_every_command_runs_from_the_wheel(programs: Path, tmp_path: Path) -> None:
     for example in ("simulation-plane.toml", "waypoints.csv", "arm.toml", "pareto.toml"):

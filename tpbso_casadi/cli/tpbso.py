@@ -48,6 +48,7 @@ def main(name: str = "tpbso") -> NoReturn:
     command, *arguments = sys.argv[1:] or ["--help"]
     if command in COMMANDS:
         sys.argv[1:] = arguments
+        sys.path.append("")  # plug-ins in the working folder, as with python -m; what is installed comes first
         run(f"tpbso_casadi.cli.commands.{command}", f"{name} {command}")
     if command not in ANSWERS:
         refuse(f"there is no command {command!a:.60}{_meant(command)} ({name} --help lists all)")
