@@ -1,8 +1,12 @@
-"""``{command} NAME``: what a command of ``tpbso`` takes, from its own parser."""
+"""``{command} NAME``: what a command of ``tpbso`` takes, from its own parser.
+
+To the page ``reference/commands`` every command is added by itself.
+"""
 
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Iterator
 from importlib import import_module
 from typing import Any
@@ -10,6 +14,11 @@ from typing import Any
 from docutils import nodes
 from docutils.parsers.rst import Directive
 from sphinx.application import Sphinx
+
+from tpbso_casadi.cli.tpbso import COMMANDS
+
+PAGE = "reference/commands"
+WIDTH = "78"
 
 
 class Command(Directive):
@@ -26,7 +35,6 @@ class Command(Directive):
 
 def _described(parser: argparse.ArgumentParser, program: str) -> Iterator[nodes.Node]:
     parser.prog = program
-    parser.formatter_class = lambda prog: argparse.HelpFormatter(prog, width=78)  # whatever the terminal
     usage = parser.format_usage().removeprefix("usage: ")
     if parser.description:
         yield nodes.paragraph(text=parser.description)
@@ -40,6 +48,10 @@ def _described(parser: argparse.ArgumentParser, program: str) -> Iterator[nodes.
         if shown:
             yield nodes.rubric(text=(group.title or "").capitalize())
             yield nodes.definition_list("", *(_entry(parser, action) for action in shown))
+    examples = [f"{program} {example}".rstrip() for example in getattr(parser, "examples", ())]
+    if examples:
+        yield nodes.rubric(text="Examples")
+        yield nodes.literal_block("", "\n".join(examples), language="none")
     for name, below in inner:
         yield nodes.rubric(text=f"{program} {name}")
         yield from _described(below, f"{program} {name}")
@@ -53,7 +65,15 @@ def _entry(parser: argparse.ArgumentParser, action: argparse.Action) -> nodes.de
     return nodes.definition_list_item("", term, nodes.definition("", nodes.paragraph(text=text)))
 
 
+def add_commands(app: Sphinx, docname: str, source: list[str]) -> None:
+    """A section for each command on the page of all."""
+    if docname == PAGE:
+        source[0] += "".join(f"\n## tpbso {name}\n\n```{{command}} {name}\n```\n" for name in COMMANDS)
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Register the directive."""
+    os.environ["COLUMNS"] = WIDTH  # of usages, whatever the terminal
     app.add_directive("command", Command)
+    app.connect("source-read", add_commands)
     return {"version": "1", "parallel_read_safe": True}

@@ -7,18 +7,20 @@ package is documented without being listed here.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
 from docutils import nodes
 from docutils.statemachine import StringList
 from pydantic import BaseModel
 from sphinx.application import Sphinx
+from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
 import tpbso_casadi
 
-ERRORS, DATA, REST = "errors", "data", "rest"
+LOGGER = logging.getLogger(__name__)
+ERRORS, DATA = "errors", "data"
 GROUPS = {
     "solvers": ("solvers", "tpbso_casadi.scenario.catalogues", "tpbso_casadi.facade.solvers"),
     "robots": ("problems.robots", "tpbso_casadi.facade.robots"),
@@ -31,8 +33,11 @@ GROUPS = {
     "plans": ("tpbso_casadi",),
 }
 OF_DATA = {
+    "BENCHMARK_FUNCTIONS": "The names of the functions that :func:`benchmark_function` makes.",
+    "EXTERNAL": "Solvers of other libraries, by name: where each is, and the extra that installs the library.",
     "OBJECTIVES": "What can be minimised, by name: a class of each.",
     "SOLVERS": "The package's own metaheuristics, by name: a class of each.",
+    "Search": "What :meth:`Solver.search` returns: a generator that yields candidates (m, d) and is sent costs (m,).",
 }
 
 
@@ -87,8 +92,12 @@ def documented(name: str, value: object) -> Iterator[str]:
     else:
         yield f".. py:data:: {name}"
         yield ""
-        yield f"   {OF_DATA[name]}"
-        yield "   " + ", ".join(f"``{key}``" for key in value)  # type: ignore[attr-defined]
+        if name in OF_DATA:
+            yield f"   {OF_DATA[name]}"
+        else:
+            LOGGER.warning("%s: nothing is said of this public name; say it in %s", name, __file__)
+        if isinstance(value, Collection):
+            yield "   " + ", ".join(f"``{key}``" for key in value)
     yield ""
 
 

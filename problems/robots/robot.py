@@ -228,7 +228,7 @@ class Robot(Statement, ABC):
 
         Returns:
             turns (m, dof), from joint speeds to angular rates u = turns @ dq/dt; and levers (m,), m: seen from the
-            first body, no point of the second moves faster than the sum over j of levers[j] |u_j|.
+            first body, no point of the second moves faster than the sum over j of ``levers[j] |u_j|``.
         """
         raise NotImplementedError(f"{type(self).__name__} has no pairs of its own bodies")
 
@@ -240,7 +240,7 @@ class Robot(Statement, ABC):
     @property
     @abstractmethod
     def levers(self) -> FloatArray:
-        """No point of body b moves faster than the sum over j of levers[b, j] |u_j|; (bodies, m), m."""
+        """No point of body b moves faster than the sum over j of ``levers[b, j] |u_j|``; (bodies, m), m."""
 
     @property
     def rigid_chain(self) -> RigidChain | None:

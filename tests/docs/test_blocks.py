@@ -13,7 +13,15 @@ from _pytest.mark.structures import ParameterSet
 from helpers.manual_blocks import DOCS, Block, blocks_of, prepare, run_command
 
 PAGES = [DOCS / "index.md", *sorted((DOCS / "how-to").glob("*.md")), *sorted((DOCS / "explanation").glob("*.md"))]
-LONG = {"index.md", "how-to/figures.md", "how-to/moving.md", "how-to/robots.md", "explanation/moving.md"}  # seconds
+LONG = {
+    "index.md",
+    "how-to/figures.md",
+    "how-to/compare.md",
+    "how-to/moving.md",
+    "how-to/own-objective.md",
+    "how-to/robots.md",
+    "explanation/moving.md",
+}  # seconds
 FAILING = "error: "  # a command that is shown with an error does end with one
 
 

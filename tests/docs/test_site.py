@@ -65,7 +65,7 @@ def test_a_browser_shows_it_without_complaints_and_without_sideways_scrolling(tm
         for width in (NARROW, WIDE)
     )
     (site / "frames.html").write_text(FRAMES.format(frames=frames))
-    text = opened(site / "frames.html", tmp_path / "profile", flags=["--allow-file-access-from-files"])
+    text = opened(site / "frames.html", tmp_path / "profile", "--allow-file-access-from-files")
     result = re.search(r'<pre id="result">(.*?)</pre>', text)
     assert result is not None
     widths = json.loads(result[1])

@@ -56,7 +56,7 @@ def retime(
         robot: that moves, with k joints, as for :func:`plan`; that of the plan, where the path is one.
         interpolation: of waypoints: ``spline``, or ``blend``: straight lines with rounded corners.
         tolerance: how far a blend may leave the lines, rad; with 0 the corners are stops.
-        start_speed: |dq/dt| at the start, along the path, rad/s; 0, or that of the plan.
+        start_speed: ``|dq/dt|`` at the start, along the path, rad/s; 0, or that of the plan.
         goal_speed: at the end.
         total_time: bounds of T, (shortest, longest), s.
         obstacles: by which the motion is judged; it does not avoid them. Those of the plan, where the path is one.

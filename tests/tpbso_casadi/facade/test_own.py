@@ -240,17 +240,24 @@ def test_a_panda_keeps_them() -> None:
     panda = tp.robot("panda")
     start, goal = [0.0, -0.5, 0.0, -2.2, 0.0, 1.8, 0.8], [1.4, 0.5, 0.2, -1.4, 0.3, 2.0, 0.2]
     kept = [
-        tp.Constraint(lambda m: m.tool[2], upper=0.47, lower=0.3, name="height", unit="m"),
+        tp.Constraint(lambda m: m.tool[2], upper=0.6, lower=0.25, name="height", unit="m"),
         tp.Constraint(lambda m: ca.norm_2(m.tool_velocity), upper=0.8, name="tool speed", unit="m/s"),
         tp.Constraint(lambda m: m.q[1] + m.q[3], lower=-2.75, upper=-0.85, name="coupling", unit="rad"),
         tp.Constraint(lambda m: m.rotation[2, 2], upper=-0.5, name="downwards"),
     ]
-    plan = tp.plan(panda, start=tp.Joints(tuple(start)), goal=tp.Joints(tuple(goal)), constraints=kept, evaluations=800)
+    plan = tp.plan(
+        panda,
+        start=tp.Joints(tuple(start)),
+        goal=tp.Joints(tuple(goal)),
+        constraints=kept,
+        evaluations=800,
+        polish=False,
+    )
     assert plan.certified
     times = densely(plan)
     theta = plan.trajectory(times)
     place, rotation = panda.model.tool_at(theta)  # type: ignore[attr-defined]
-    assert 0.3 <= place[:, 2].min() <= place[:, 2].max() <= 0.47
+    assert 0.25 <= place[:, 2].min() <= place[:, 2].max() <= 0.6
     assert np.linalg.norm(np.diff(place, axis=0), axis=1).max() / times[1] <= 0.8
     assert rotation[:, 2, 2].max() <= -0.5
     assert (np.abs(theta[:, 1] + theta[:, 3] + 1.8) <= 0.95).all()
