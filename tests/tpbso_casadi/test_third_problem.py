@@ -13,7 +13,7 @@ from helpers.third_problem import JointMoveProblem, JointMoveTask
 from tpbso_casadi import parse_scenario, read_scenario
 from tpbso_casadi.animation import frames_of, page
 from tpbso_casadi.campaign import ExecutorFactory, Store, grid, parse_solvers, run_campaign
-from tpbso_casadi.campaign.analysis.best import best_plans
+from tpbso_casadi.campaign.analysis.best import best_runs
 from tpbso_casadi.campaign.analysis.results import results_of
 from tpbso_casadi.campaign.export import write_comparison
 from tpbso_casadi.cli.commands.audit import main as audit
@@ -67,7 +67,7 @@ def test_it_is_compared(tmp_path: Path) -> None:
         run_campaign(runs, store, executors)
         assert [record.error for record in store.records(runs)] == [""] * 4
         assert {store.result(run).scenario.task.kind for run in runs} == {"joint-move"}
-        results, best = results_of(runs, store), best_plans(runs, store)
+        results, best = results_of(runs, store), best_runs(runs, store)
     assert [summary.infeasible for summary in results.summaries] == [0, 0]
     write_comparison(Path("out"), results, runs, best)
     assert Path("out/comparison.png").exists() and "move" in Path("out/comparison.html").read_text()

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from tpbso_casadi.campaign.analysis.best import BestPlan
+from tpbso_casadi.campaign.analysis.best import Best
 from tpbso_casadi.campaign.analysis.results import Results
 from tpbso_casadi.campaign.page.page import Picture, render
 from tpbso_casadi.campaign.record import Record
-from tpbso_casadi.campaign.run import Run
+from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.statistics import Summary
 from tpbso_casadi.campaign.table import HEADER, rows
 from tpbso_casadi.figures.style.formats import DEFAULT
@@ -80,8 +80,8 @@ def write_summary(folder: Path, summaries: Sequence[Summary]) -> None:
 def write_comparison(
     folder: Path,
     results: Results,
-    runs: Sequence[Run],
-    best: Sequence[BestPlan],
+    runs: Sequence[AnyRun],
+    best: Sequence[Best],
     command: str = "",
     formats: Sequence[str] = DEFAULT,
 ) -> None:
@@ -91,7 +91,7 @@ def write_comparison(
         folder: to write to; it is made.
         results: of the runs.
         runs: all of the campaign.
-        best: plan of each case.
+        best: run of each case.
         command: that does the same runs again, for the page; empty for none.
         formats: of the figures; none for no figures, on the page neither.
 

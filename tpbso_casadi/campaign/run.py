@@ -6,14 +6,22 @@ import json
 import threading
 import time
 import traceback
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cached_property, lru_cache
 from hashlib import sha256
 from typing import Any, Protocol, TypeVar
 
+import numpy as np
+
 from problems import Problem
+from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions
+from solvers import Box
+from tpbso_casadi.campaign.analysis.found import Found, plan_found
+from tpbso_casadi.campaign.analysis.measures import PLANS, Measure
 from tpbso_casadi.campaign.functions.search import KEY, search_text
+from tpbso_casadi.planning.motion import INFEASIBLE_MERIT
 from tpbso_casadi.planning.plan import plan
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario
 from tpbso_casadi.storage.content import result_of
@@ -27,7 +35,7 @@ RUN_LOCK = threading.Lock()  # IPOPT's linear solver is not thread-safe, and a c
 
 
 class AnyRun(Protocol):
-    """What a store and a runner need of a run, whatever it searches."""
+    """What a campaign needs of a run, whatever it searches."""
 
     @property
     def case(self) -> str:
@@ -48,6 +56,44 @@ class AnyRun(Protocol):
     @property
     def task(self) -> tuple[str, dict[str, str]]:
         """The arguments of :func:`run_one`: plain data, which any executor can transport."""
+
+    @property
+    def section(self) -> SolverSection:
+        """Solver, budget and seed."""
+
+    @property
+    def measure(self) -> Measure:
+        """What it is judged by."""
+
+    @property
+    def least_infeasible_cost(self) -> float:
+        """The lowest cost of a candidate that does not count."""
+
+    @property
+    def plugins(self) -> list[str]:
+        """Names of the classes that are not the package's own."""
+
+    @property
+    def searched(self) -> str:
+        """The same text for runs that search the same, whatever the solver."""
+
+    @property
+    def box(self) -> Box:
+        """Where it searches."""
+
+    def evaluator(self, backend: str | None) -> Callable[[FloatArray], object]:
+        """What evaluates a population (m, n).
+
+        Args:
+            backend: that does it; None for that of the environment.
+        """
+
+    def found(self, text: str) -> Found:
+        """What it found, from the text that is stored of it.
+
+        Raises:
+            InvalidResult, ScenarioError, Contradiction, ValidationError: it is no result of such a run.
+        """
 
 
 AnyRunT = TypeVar("AnyRunT", bound=AnyRun)
@@ -83,6 +129,47 @@ class Run:
     def task(self) -> tuple[str, dict[str, str]]:
         """The arguments of :func:`run_one`: plain data, which any executor can transport."""
         return self.scenario.model_dump_json(), versions()
+
+    @property
+    def section(self) -> SolverSection:
+        """Solver, budget and seed."""
+        return self.scenario.solver
+
+    @property
+    def measure(self) -> Measure:
+        """Plans are measured from the best of a campaign."""
+        return PLANS
+
+    @property
+    def least_infeasible_cost(self) -> float:
+        """Each candidate with so high a cost breaks a limit at the samples of the search; each lower one keeps all."""
+        if self.section.kind().solves_program:
+            return INFEASIBLE_MERIT
+        return float(np.nextafter(problem_of(self.scenario).objective_upper_bound, np.inf))
+
+    @property
+    def plugins(self) -> list[str]:
+        """Names of the classes that are not the package's own."""
+        return self.scenario.plugins
+
+    @property
+    def searched(self) -> str:
+        """The scenario without its solver."""
+        return without_solver(self.scenario)
+
+    @property
+    def box(self) -> Box:
+        """Where it searches."""
+        return Box(*problem_of(self.scenario).bounds)
+
+    def evaluator(self, backend: str | None) -> Callable[[FloatArray], object]:
+        """What evaluates a population (m, n)."""
+        options = EvaluationOptions() if backend is None else EvaluationOptions(backend)
+        return problem_of(self.scenario).evaluator(options)
+
+    def found(self, text: str) -> Found:
+        """Its plan, computed again."""
+        return plan_found(text)
 
 
 @dataclass(frozen=True)
@@ -166,7 +253,12 @@ def problem_of(scenario: Scenario) -> Problem[Any]:
     Raises:
         ScenarioError: the robot cannot do the task.
     """
-    return _problem(scenario.model_copy(update={"solver": SolverSection()}).model_dump_json())
+    return _problem(without_solver(scenario))
+
+
+def without_solver(scenario: Scenario) -> str:
+    """What a scenario searches, as a text."""
+    return scenario.model_copy(update={"solver": SolverSection()}).model_dump_json()
 
 
 @lru_cache(maxsize=CACHED_PROBLEMS)

@@ -12,10 +12,10 @@ import numpy as np
 from scipy.stats import PermutationMethod, mannwhitneyu, rankdata
 
 from problems.base.matrix import FloatArray
+from tpbso_casadi.campaign.analysis.measures import PLANS, TIE_TOLERANCE, Measure
 from tpbso_casadi.campaign.analysis.quantiles import quantile
 from tpbso_casadi.campaign.record import Record
 
-TIE_TOLERANCE = 1e-4  # relative: objectives this close to the best of two samples count as equal to it
 SIGNIFICANCE_LEVEL = 0.05
 EXACT_PARTITIONS = 20_000  # two samples with ties are permuted up to so many ways; beyond, p is asymptotic
 SMALLEST_SHOWN_P = 0.001
@@ -33,6 +33,7 @@ class Summary:
         failed: runs that raised.
         evaluations: of a run, mean.
         seconds: of a run, median.
+        measure: that the runs are judged by.
     """
 
     case: str
@@ -42,6 +43,7 @@ class Summary:
     failed: int
     evaluations: float
     seconds: float
+    measure: Measure = PLANS
 
     @property
     def feasible_objectives(self) -> FloatArray:
@@ -92,15 +94,15 @@ class Summary:
         return self.failed + self.infeasible, self.mean if self.feasible_objectives.size else float("inf")
 
 
-def summarise(records: Iterable[Record]) -> list[Summary]:
+def summarise(records: Iterable[Record], measure: Measure = PLANS) -> list[Summary]:
     """One summary for each case and solver, in the order in which they appear."""
     groups: dict[tuple[str, str], list[Record]] = {}
     for record in records:
         groups.setdefault((record.case, record.solver), []).append(record)
-    return [_summary(*labels, group) for labels, group in groups.items()]
+    return [_summary(*labels, group, measure) for labels, group in groups.items()]
 
 
-def _summary(case: str, solver: str, records: Sequence[Record]) -> Summary:
+def _summary(case: str, solver: str, records: Sequence[Record], measure: Measure) -> Summary:
     done = [record for record in records if not record.error]
     objectives = [record.objective if record.feasible else None for record in done]
     values = np.array([np.inf if objective is None else objective for objective in objectives], dtype=np.float64)
@@ -115,6 +117,7 @@ def _summary(case: str, solver: str, records: Sequence[Record]) -> Summary:
         failed=len(records) - len(done),
         evaluations=evaluations,
         seconds=seconds,
+        measure=measure,
     )
 
 
@@ -183,7 +186,7 @@ def _relation(comparison: Comparison, p: float, tests: int) -> Relation:
 
 def compare_summaries(first: Summary, second: Summary) -> Comparison:
     """Compare two solvers on a case. Objectives within 0.01 % of the best of both count as equal to it."""
-    effect, p = rank_sum(*with_ties(first.objectives, second.objectives))
+    effect, p = rank_sum(*with_ties(first.objectives, second.objectives, first.measure.reached))
     return Comparison(
         case=first.case,
         solver=first.solver,
@@ -226,10 +229,10 @@ def p_text(p: float) -> str:
     return f"{p:.3f}" if p >= SMALLEST_SHOWN_P else f"< {SMALLEST_SHOWN_P}"
 
 
-def with_ties(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two samples in which every value close enough to the best of both is replaced by it."""
+def with_ties(a: FloatArray, b: FloatArray, reached: float = -np.inf) -> tuple[FloatArray, FloatArray]:
+    """Two samples in which values close enough to the best of both, and all up to ``reached``, are replaced by it."""
     best = min((float(values.min()) for values in (a, b) if values.size), default=np.inf)
-    limit = best + TIE_TOLERANCE * abs(best)
+    limit = max(best + TIE_TOLERANCE * abs(best), reached)
     return np.where(a <= limit, best, a), np.where(b <= limit, best, b)
 
 

@@ -79,7 +79,9 @@ def _print(table: RenderableType, console: Console) -> None:
 def _numbers(summaries: Sequence[Summary]) -> Table:
     """What the runs of each solver on one case gave."""
     unit = next((summary.unit for summary in summaries if summary.unit), "")
-    table = _table(f"{summaries[0].case} [{unit}]", ("mean", "std", "plans", "evals", "seconds"))
+    table = _table(
+        f"{summaries[0].case} [{unit}]", ("mean", "std", f"{summaries[0].measure.result}s", "evals", "seconds")
+    )
     for s in summaries:
         numbers = _short(s.mean, ".5g"), _short(s.std, ".1e")
         plans = f"{s.feasible_objectives.size} of {s.objectives.size + s.failed}"

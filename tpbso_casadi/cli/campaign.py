@@ -14,7 +14,7 @@ from tpbso_casadi.campaign.estimate import campaign_seconds
 from tpbso_casadi.campaign.executors import ExecutorError, ExecutorFactory, LostExecutor, processes
 from tpbso_casadi.campaign.export import check_export
 from tpbso_casadi.campaign.record import Record
-from tpbso_casadi.campaign.run import Run
+from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.runner import run_campaign
 from tpbso_casadi.campaign.store import Store, StoreError
 from tpbso_casadi.cli.command import FAILURES, run_command
@@ -126,7 +126,7 @@ def local(options: argparse.Namespace, runs: int | None = None) -> ExecutorFacto
     return executors if runs is None or runs >= workers else processes(runs, options.backend)
 
 
-def run_with_progress(runs: Sequence[Run], store: Store, options: argparse.Namespace) -> None:
+def run_with_progress(runs: Sequence[AnyRun], store: Store, options: argparse.Namespace) -> None:
     """Do the remaining runs; their number, an estimate, and then progress are said on standard error.
 
     Raises:
@@ -160,7 +160,7 @@ def executors_of(options: argparse.Namespace, runs: int) -> Iterator[ExecutorFac
         yield executors
 
 
-def announced(runs: Sequence[Run], pending: Sequence[Run], options: argparse.Namespace) -> float | None:
+def announced(runs: Sequence[AnyRun], pending: Sequence[AnyRun], options: argparse.Namespace) -> float | None:
     """Say how large a campaign is.
 
     Args:

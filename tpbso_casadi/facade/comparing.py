@@ -12,12 +12,14 @@ from typing import Any, TypeAlias
 
 from solvers import AnySolver
 from solvers.driver.interruption import deferred_interrupt
-from tpbso_casadi.campaign.analysis.best import best_plans
+from tpbso_casadi.campaign.analysis.best import best_runs
 from tpbso_casadi.campaign.analysis.results import results_of
 from tpbso_casadi.campaign.executors import processes
+from tpbso_casadi.campaign.functions.run import FUNCTION_SOLVERS, function_grid, functions_of
+from tpbso_casadi.campaign.functions.search import PREFIX
 from tpbso_casadi.campaign.grid import SolverSpec, check_size, grid, parse_solver, parse_solvers
 from tpbso_casadi.campaign.in_process import in_process
-from tpbso_casadi.campaign.run import Run
+from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.runner import run_campaign
 from tpbso_casadi.campaign.store import Store
 from tpbso_casadi.facade.arguments.keywords import AnySolverChoice, solver_table
@@ -57,14 +59,15 @@ def compare(
     Same seed, same result, whatever the number of workers.
 
     Args:
-        scenarios: anything that :func:`plan` takes; a list of such; or a table of them by label.
+        scenarios: anything that :func:`plan` takes; a list of such; or a table of them by label. Or benchmark
+            functions by name, ``["function:rastrigin-10", "function:bbob-f15-10@3"]``.
         solvers: names, as on the command line (``"bso(lambda_=0.4)"``, ``"abso+polish"``), classes, or solvers with
             their settings, your own too; or a table of them by label. The others are compared with the first.
         runs: of each solver on each scenario.
         seed: of the first run.
         population: of every swarm.
         iterations: of every swarm.
-        evaluations: of every run of a swarm, the scenario's own budget by default.
+        evaluations: of every run of a swarm, the scenario's or solver's own budget by default.
         time_limit: of every run, s; the results then depend on the machine.
         starts: of ``ipopt``, which counts nothing else.
         workers: processes; with 1 everything is done in this one. A script that asks for more has to begin with
@@ -82,10 +85,13 @@ def compare(
         budget = _given({"population": population, "iterations": iterations, "evaluations": evaluations})
         limit = _given({"time_limit": time_limit})
         descent: dict[str, Any] = {"evaluations": None, "iterations": None if limit else starts, **limit}
-        specs = [replace(spec, table=budget | limit, descent_table=descent) for spec in specs_of(solvers)]
-        stated = labelled(scenarios, keys)
-        check_size(len(stated) * len(specs), seed, runs)
-        campaign = grid(stated, specs, range(seed, seed + runs))
+        functions = functions_among(scenarios, keys)
+        usual = FUNCTION_SOLVERS if functions and solvers is USUAL_SOLVERS else solvers
+        specs = [replace(spec, table=budget | limit, descent_table=descent) for spec in specs_of(usual)]
+        stated = {} if functions else labelled(scenarios, keys)
+        check_size((len(functions) or len(stated)) * len(specs), seed, runs)
+        seeds = range(seed, seed + runs)
+        campaign = function_grid(functions, specs, seeds) if functions else grid(stated, specs, seeds)
         comparison = _done(campaign, workers, folder, progress)
     if folder is not None:
         comparison.save(folder)
@@ -93,7 +99,7 @@ def compare(
 
 
 def _done(
-    campaign: Sequence[Run], workers: int, folder: str | Path | None, progress: Callable[[int, int], object]
+    campaign: Sequence[AnyRun], workers: int, folder: str | Path | None, progress: Callable[[int, int], object]
 ) -> Comparison:
     """The comparison of all runs, done as far as they are not stored."""
     with ExitStack() as opened:
@@ -110,13 +116,30 @@ def _done(
             progress(ended[0], len(campaign))
 
         run_campaign(campaign, store, executors, progress=count)
-        return Comparison(results_of(campaign, store), tuple(campaign), tuple(best_plans(campaign, store)))
+        return Comparison(results_of(campaign, store), tuple(campaign), tuple(best_runs(campaign, store)))
 
 
-def known_to_workers(campaign: Sequence[Run]) -> bool:
+def known_to_workers(campaign: Sequence[AnyRun]) -> bool:
     """Whether other processes find all classes by their names: not those of a notebook."""
     interactive = not hasattr(sys.modules["__main__"], "__file__")
-    return not (interactive and any(name.startswith("__main__:") for run in campaign for name in run.scenario.plugins))
+    return not (interactive and any(name.startswith("__main__:") for run in campaign for name in run.plugins))
+
+
+def functions_among(scenarios: AnyScenarios, keys: Mapping[str, Any]) -> list[str]:
+    """The benchmark functions that are to be compared, without their prefix; none where these are scenarios.
+
+    Raises:
+        ScenarioError: there are scenarios too, or keys that state a task.
+    """
+    if isinstance(scenarios, Mapping):
+        labelled_functions = functions_of(list(scenarios.values()))
+        if labelled_functions:
+            raise ScenarioError(f"scenarios: {PREFIX}{labelled_functions[0]} is a benchmark function; say a list")
+        return []
+    functions = functions_of(scenarios if isinstance(scenarios, list | tuple) else [scenarios])
+    if functions and keys:
+        raise ScenarioError(f"{next(iter(keys))}: is of a scenario; a benchmark function has no such key")
+    return functions
 
 
 def _given(keys: dict[str, Any]) -> dict[str, Any]:

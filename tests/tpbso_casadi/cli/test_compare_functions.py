@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import re
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +14,12 @@ import pytest
 
 import tpbso_casadi as tp
 from tpbso_casadi.campaign import Store, parse_solvers
+from tpbso_casadi.campaign.analysis.convergence import convergences
 from tpbso_casadi.campaign.functions.run import function_grid
 from tpbso_casadi.campaign.functions.search import Recorder
 from tpbso_casadi.campaign.run import run_one
 from tpbso_casadi.cli.commands.compare import main
+from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.versions import versions
 
 FUNCTIONS = ["function:sphere-3", "function:rastrigin-2@4"]
@@ -35,7 +40,7 @@ def run(*arguments: str) -> int:
 
 
 def test_functions_are_compared_as_scenarios_are(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(*FUNCTIONS, "--solvers", "pso,bso(c1=1.5)", *SMALL, "--format", "coco,ioh") == 0
+    assert run(*FUNCTIONS, "--solvers", "pso,bso(c1=1.5)", *SMALL, "--no-plots", "--format", "coco,ioh") == 0
     with Path("runs/compare/summary.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [(row["case"], row["solver"]) for row in rows] == [
@@ -46,13 +51,72 @@ def test_functions_are_compared_as_scenarios_are(capsys: pytest.CaptureFixture[s
     alone = [tp.minimize(function, function.bounds, tp.BSO(c1=1.5), 200, seed, vectorized=True) for seed in (1, 2)]
     assert float(rows[3]["mean"]) == pytest.approx(np.mean([result.cost for result in alone]), rel=1e-12)
     assert rows[3]["unit"] == "above minimum"
-    assert run(*FUNCTIONS, "--solvers", "pso,bso(c1=1.5)", *SMALL, "--json") == 0
+    assert all(row["median_gap"] == row["median"] != "" for row in rows)  # to the minimum, absolutely
+    assert run(*FUNCTIONS, "--solvers", "pso,bso(c1=1.5)", *SMALL, "--no-plots", "--json") == 0
     assert [row["mean"] for row in json.loads(capsys.readouterr().out)] == [float(row["mean"]) for row in rows]
     assert Path("runs/compare/coco/cases.txt").read_text().startswith("f1: sphere-3\nf2: rastrigin-2@4\n")
     meta = json.loads(Path("runs/compare/ioh/bso_c1=1.5/IOHprofiler_f2_rastrigin-2-4.json").read_text())
     assert [described["evals"] for described in meta["scenarios"][0]["runs"]] == [200, 200]
     lowest = [described["best"]["y"] for described in meta["scenarios"][0]["runs"]]
     assert lowest == pytest.approx([result.cost for result in alone], rel=1e-12)
+
+
+def test_functions_have_figures_and_a_page() -> None:
+    arguments = [*FUNCTIONS, "--solvers", "pso,bso", "--runs", "4", *SMALL[2:], "--figures", "svg"]
+    assert run(*arguments) == 0
+    written = {path.name for path in Path("runs/compare").glob("*.svg")}
+    assert written == {"comparison.svg", "ecdf.svg", "effect-sizes.svg"}
+    page = Path("runs/compare/comparison.html").read_text()
+    assert page.count('<svg class="figure"') == 3  # and no motions
+    assert "51 gaps to\nthe known minimum of the function, from 100 to 1e-08" in page
+    assert "the lowest value of every run" in page and "certified" not in page and "plan" not in visible(page)
+    assert "where 0 is the minimum, at x = (" in page
+    assert run(*arguments, "--no-plots") == 0
+    assert "No figures were drawn" in Path("runs/compare/comparison.html").read_text()
+
+
+def test_functions_are_compared_from_python(tmp_path: Path) -> None:
+    compared = tp.compare(FUNCTIONS, ["pso", tp.BSO(c1=1.5)], runs=4, evaluations=200, folder=tmp_path)
+    assert repr(compared) == "<comparison: 2 solvers on 2 functions, 16 runs>"
+    alone = tp.minimize(tp.benchmark_function("sphere-3"), [(-5.12, 5.12)] * 3, tp.BSO(c1=1.5), 200, 4)
+    assert compared.objectives["sphere-3", "bso(c1=1.5)"][3] == pytest.approx(alone.cost, rel=1e-12)
+    assert [best.run.case for best in compared.best] == ["sphere-3", "rastrigin-2@4"]
+    assert {path.name for path in tmp_path.glob("*.png")} == {"comparison.png", "ecdf.png", "effect-sizes.png"}
+
+
+def test_the_convergence_of_a_function_is_exact(tmp_path: Path) -> None:
+    [spec] = parse_solvers("pso")
+    [search] = runs = function_grid(["sphere-3"], [replace(spec, table={"evaluations": 200})], [1])
+    with Store(tmp_path / "runs.sqlite") as store:
+        store.add(search, run_one(*search.task))
+        [(_, text)] = store.texts(runs)
+        [convergence] = convergences(runs, store)
+    improvements = json.loads(text or "")["improvements"]
+    assert convergence.evaluations.tolist() == improvements["evaluations"]
+    assert convergence.objectives.tolist() == improvements["cost"]
+    assert convergence.done == 200
+
+
+@pytest.mark.parametrize(
+    ("call", "expected"),
+    [
+        (lambda: tp.compare(["function:sphere-2", "time-2"], "pso"), "time-2: a scenario beside benchmark functions"),
+        (lambda: tp.compare("function:sphere-2", "pso", goal=(1, 1)), "goal: is of a scenario"),
+        (lambda: tp.compare("function:sphere-2", "ipopt"), "function:sphere-2: ipopt: IPOPT needs the derivatives"),
+        (
+            lambda: tp.compare({"a": "function:sphere-2"}, "pso"),
+            "scenarios: function:sphere-2 is a benchmark function; say a list",
+        ),
+    ],
+)
+def test_errors_from_python(call: Callable[[], object], expected: str) -> None:
+    with pytest.raises(ScenarioError, match=re.escape(expected)):
+        call()
+
+
+def visible(page: str) -> str:
+    """What a reader reads, without style and drawings."""
+    return re.sub(r"<style>.*?</style>|<svg.*?</svg>|<[^>]*>", "", page, flags=re.DOTALL)
 
 
 def test_every_improvement_is_recorded_at_its_evaluation() -> None:
@@ -109,7 +173,7 @@ def test_histories_of_plans_as_logs() -> None:
         (["function:sphere"], "function:sphere: 'sphere' is not FUNCTION-D or FUNCTION-D@N"),
         (["function:spere-2"], "function:spere-2: no benchmark function 'spere'; did you mean sphere?"),
         (["function:sphere-2", "function:sphere-2"], "function:sphere-2: is there twice"),
-        (["function:sphere-2", "time-2"], "time-2: a scenario beside benchmark functions; compare each in a command"),
+        (["function:sphere-2", "time-2"], "time-2: a scenario beside benchmark functions; compare each by itself"),
         (["function:sphere-2", "--solvers", "ipopt"], "function:sphere-2: ipopt: IPOPT needs the derivatives"),
         (
             ["function:sphere-2", "--solvers", "bso+polish"],

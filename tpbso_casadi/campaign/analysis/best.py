@@ -1,4 +1,4 @@
-"""The best plan of each case."""
+"""The best run of each case."""
 
 from __future__ import annotations
 
@@ -6,33 +6,35 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 
+from pydantic import ValidationError
+
+from tpbso_casadi.campaign.analysis.convergence import in_one_line
+from tpbso_casadi.campaign.analysis.found import Found
 from tpbso_casadi.campaign.record import Record
-from tpbso_casadi.campaign.run import Run
+from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.store import Store, StoreError
-from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.scenario.scenario import plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.recomputation.agreement import Contradiction
-from tpbso_casadi.storage.stored_run import checked
+from tpbso_casadi.storage.result import InvalidResult
 
 
 @dataclass(frozen=True, kw_only=True)
-class BestPlan:
-    """The plan of the lowest objective on a case; of equal ones that of the first run.
+class Best:
+    """The run of the lowest objective on a case; of equal ones the first.
 
     Attributes:
-        run: that found it.
-        record: of that run.
-        motion: computed again from what is stored, certificate and objective included.
+        run: itself.
+        record: of it.
+        found: what it found.
     """
 
-    run: Run
+    run: AnyRun
     record: Record
-    motion: Motion
+    found: Found
 
 
-def best_plans(runs: Sequence[Run], store: Store) -> list[BestPlan]:
-    """The best plan of each case that has one, in the order of the cases.
+def best_runs(runs: Sequence[AnyRun], store: Store) -> list[Best]:
+    """The best run of each case that has one, in the order of the cases.
 
     Raises:
         StoreError: what is stored is no result, or not what a recomputation gives.
@@ -45,18 +47,19 @@ def best_plans(runs: Sequence[Run], store: Store) -> list[BestPlan]:
             if record.objective < lowest:
                 best[record.case] = record.objective, record
     chosen = [(by_labels[record.case, record.solver, record.seed], record) for _, record in best.values()]
-    return [BestPlan(run=run, record=record, motion=motion_of(run, store)) for run, record in chosen]
+    return [Best(run=run, record=record, found=found_by(run, store)) for run, record in chosen]
 
 
-def motion_of(run: Run, store: Store) -> Motion:
-    """The plan of a run.
+def found_by(run: AnyRun, store: Store) -> Found:
+    """What a run that did not fail found.
 
     Raises:
         StoreError: what is stored is no result, or not what a recomputation gives.
     """
-    result = store.result(run)
+    [(_, text)] = store.texts([run])
     try:
-        with plugin_failures_named(result.scenario, Contradiction):
-            return checked(result).motion
-    except (ScenarioError, Contradiction) as error:
+        return run.found(text or "")
+    except ValidationError as error:
+        raise StoreError(f"{store.place(run)}: {in_one_line(error)}") from error
+    except (InvalidResult, ScenarioError, Contradiction) as error:
         raise StoreError(f"{store.place(run)}: {error}") from error

@@ -9,9 +9,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from problems.base.matrix import FloatArray
-from tpbso_casadi.campaign.run import Run, problem_of
+from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.store import Store, StoreError
-from tpbso_casadi.planning.motion import INFEASIBLE_MERIT
 from tpbso_casadi.storage.result import HistoryResult
 
 
@@ -70,6 +69,7 @@ class StoredSearch(_Part):
     objective: _Objective
     evaluations: int
     history: HistoryResult
+    improvements: HistoryResult | None = None
     polish: _Stage | None = None
     retiming: _Stage | None = None
 
@@ -79,13 +79,18 @@ class StoredSearch(_Part):
         return max(1, self.evaluations + (0 if self.polish is None else self.polish.evaluations))
 
     @property
+    def course(self) -> HistoryResult:
+        """Where the best so far changed: at each evaluation where that is stored, else at each iteration."""
+        return self.improvements or self.history
+
+    @property
     def searched(self) -> _Motion:
         """The motion that the search ended with, before any other stage."""
         stage = self.polish or self.retiming
         return _Motion(objective=self.objective.value, feasible=self.feasible) if stage is None else stage.before
 
 
-def convergences(runs: Iterable[Run], store: Store) -> list[Convergence]:
+def convergences(runs: Iterable[AnyRun], store: Store) -> list[Convergence]:
     """The convergence of each of these runs that is stored, in their order.
 
     Raises:
@@ -96,18 +101,22 @@ def convergences(runs: Iterable[Run], store: Store) -> list[Convergence]:
         try:
             stored = None if text is None else StoredSearch.model_validate_json(text)
         except ValidationError as error:
-            first = error.errors(include_url=False, include_context=False)[0]
-            place = ".".join(map(str, first["loc"]))
-            raise StoreError(f"{store.place(run)}: {place}: {first['msg']}") from error
+            raise StoreError(f"{store.place(run)}: {in_one_line(error)}") from error
         found.append(convergence_of(run, stored))
     return found
 
 
-def convergence_of(run: Run, stored: StoredSearch | None) -> Convergence:
+def in_one_line(error: ValidationError) -> str:
+    """The first thing that is wrong with a stored result, and where."""
+    first = error.errors(include_url=False, include_context=False)[0]
+    return f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
+
+
+def convergence_of(run: AnyRun, stored: StoredSearch | None) -> Convergence:
     """The convergence of a run; None is stored where it failed."""
     evaluations, objectives = np.empty(0), np.empty(0)
     if stored is not None and stored.feasible and stored.objective.value is not None:
-        evaluations, objectives = improvements(stored, least_infeasible_cost(run), stored.objective.value)
+        evaluations, objectives = improvements(stored, run.least_infeasible_cost, stored.objective.value)
     return Convergence(
         case=run.case,
         solver=run.solver,
@@ -118,13 +127,6 @@ def convergence_of(run: Run, stored: StoredSearch | None) -> Convergence:
     )
 
 
-def least_infeasible_cost(run: Run) -> float:
-    """Every candidate with so high a cost breaks a limit at the samples of the search; every lower one keeps all."""
-    if run.scenario.solver.kind().solves_program:
-        return INFEASIBLE_MERIT
-    return float(np.nextafter(problem_of(run.scenario).objective_upper_bound, np.inf))
-
-
 def improvements(stored: StoredSearch, least_infeasible: float, objective: float) -> tuple[FloatArray, FloatArray]:
     """Evaluations and objectives of each better plan of a run, both (n,).
 
@@ -133,8 +135,8 @@ def improvements(stored: StoredSearch, least_infeasible: float, objective: float
         least_infeasible: the lowest cost of a candidate that breaks a limit.
         objective: of the certified plan at the end, which no earlier value may undercut.
     """
-    evaluations = np.array([*stored.history.evaluations, stored.done], dtype=np.float64)
-    cost = np.array([np.inf if c is None else c for c in stored.history.cost])
+    evaluations = np.array([*stored.course.evaluations, stored.done], dtype=np.float64)
+    cost = np.array([np.inf if c is None else c for c in stored.course.cost])
     end = stored.searched
     if end.feasible and end.objective is not None and cost.size:
         values = np.where(cost < least_infeasible, cost + (end.objective - cost[-1]), np.inf)

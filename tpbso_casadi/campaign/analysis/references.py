@@ -12,11 +12,16 @@ from tpbso_casadi.campaign.statistics import Summary
 
 
 def references(summaries: Sequence[Summary]) -> dict[str, float | None]:
-    """By case the lowest objective of a certified plan of any solver in the campaign; None where there is no plan."""
+    """By case the lowest objective: where it is known that of all, else that of a certified plan of any solver.
+
+    None where there is no plan.
+    """
     plans: dict[str, list[float]] = {summary.case: [] for summary in summaries}
+    known = {summary.case: summary.measure.known for summary in summaries}
     for summary in summaries:
         plans[summary.case] += summary.feasible_objectives.tolist()
-    return {case: min(objectives, default=None) for case, objectives in plans.items()}
+    lowest = {case: min(objectives, default=None) for case, objectives in plans.items()}
+    return {case: value if value is None or known[case] is None else known[case] for case, value in lowest.items()}
 
 
 def gaps_of(objectives: FloatArray, reference: float | None) -> FloatArray:

@@ -14,10 +14,8 @@ from problems.base.matrix import FloatArray
 from tpbso_casadi.campaign.analysis.convergence import Convergence
 from tpbso_casadi.campaign.analysis.references import gaps_of
 
-TARGETS = np.logspace(1.0, -4.0, 51)  # gaps, ten a decade, down to that within which statistics count plans as equal
 
-
-def evaluations_needed(run: Convergence, reference: float | None, targets: FloatArray = TARGETS) -> FloatArray:
+def evaluations_needed(run: Convergence, reference: float | None, targets: FloatArray) -> FloatArray:
     """After how many evaluations a run first had a plan within each gap.
 
     Args:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from matplotlib.figure import Figure
 
 from tpbso_casadi.campaign.analysis.gap_curves import FEWEST_FOR_QUARTILES
+from tpbso_casadi.campaign.analysis.measures import Measure
 from tpbso_casadi.campaign.analysis.ranks import FEWEST_SOLVERS, cases_needed
 from tpbso_casadi.campaign.analysis.results import Results
 from tpbso_casadi.campaign.figures.comparison import comparison_figure
@@ -25,8 +26,8 @@ class FigureKind:
 
     Attributes:
         name: of its files.
-        title: of its section.
-        reading: how it is read, in sentences.
+        title: of its section, with words of the measure in braces.
+        reading: how it is read, in sentences, likewise.
         draw: makes it.
         left_out: why it makes no sense for these results; empty where it does.
     """
@@ -37,6 +38,14 @@ class FigureKind:
     draw: Callable[[Results], Figure]
     left_out: Callable[[Results], str]
 
+    def title_of(self, measure: Measure) -> str:
+        """The title for runs that are judged by a measure."""
+        return self.title.format(m=measure)
+
+    def reading_of(self, measure: Measure) -> str:
+        """How it is read, likewise."""
+        return self.reading.format(m=measure, targets=len(measure.targets), equal=measure.written(measure.equal))
+
 
 def too_many_panels(results: Results) -> str:
     """A panel a case is too much."""
@@ -46,7 +55,7 @@ def too_many_panels(results: Results) -> str:
 
 def no_plan(results: Results) -> str:
     """There is nothing to measure from."""
-    return "" if any(value is not None for value in results.references.values()) else "no run has a certified plan"
+    return "" if any(value is not None for value in results.references.values()) else results.measure.none
 
 
 def too_few_runs(results: Results) -> str:
@@ -76,14 +85,11 @@ def plural(number: int) -> str:
 FIGURES = (
     FigureKind(
         name="comparison",
-        title="Gap to the best plan",
-        reading="Left: over the evaluations of a run, how far its best plan so far lies above the best certified plan"
-        " of this campaign. The line is the median run of a solver, the band reaches from the lower to the "
-        "upper quartile; it begins where half of the runs, and the band where a quarter, have a plan that "
-        "keeps all limits at the samples of the search. A run whose plan is not certified in the end, and one"
-        " that failed, has no plan at any time and counts as the worst. A cross marks where the longest run "
-        "of a solver ended. Right: the certified plan of every run, with median and quartiles. Gaps in grey, "
-        "within 0.01 %, are counted as equal to the best by all tests.",
+        title="{m.title}",
+        reading="Left: over the evaluations of a run, how far its {m.so_far} so far lies above {m.reference}. The line "
+        "is the median run of a solver, the band reaches from the lower to the upper quartile{m.begins}. {m.without}. "
+        "A cross marks where the longest run of a solver ended. Right: the {m.final} of every run, with median and "
+        "quartiles. Gaps in grey, within {equal}, are counted as equal to it by all tests.",
         draw=comparison_figure,
         left_out=lambda results: no_plan(results) or too_many_panels(results),
     ),
@@ -91,9 +97,8 @@ FIGURES = (
         name="ecdf",
         title="Targets reached",
         reading="The share of all cases, runs and targets that a solver has reached after so many evaluations, as in "
-        "COCO. Targets are gaps to the best certified plan of this campaign, ten a decade from 1000 % to 0.01"
-        " %. Higher and farther left is better; a line ends at the share of targets that the solver reached "
-        "at all. A run without a certified plan reaches none.",
+        "COCO. Targets are {targets} gaps to {m.reference}, from {m.span}. Higher and farther left is better; a line "
+        "ends at the share of targets that the solver reached at all. {m.without}.",
         draw=ecdf_figure,
         left_out=no_plan,
     ),

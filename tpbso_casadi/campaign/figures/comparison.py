@@ -11,16 +11,16 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from problems.base.matrix import FloatArray
 from tpbso_casadi.campaign.analysis.gap_curves import FEWEST_FOR_QUARTILES, GapCurve, gap_curve
+from tpbso_casadi.campaign.analysis.measures import Measure
 from tpbso_casadi.campaign.analysis.quantiles import quantile
 from tpbso_casadi.campaign.analysis.references import gaps_of
 from tpbso_casadi.campaign.analysis.results import Results
 from tpbso_casadi.campaign.figures.runs import draw_points
-from tpbso_casadi.campaign.statistics import TIE_TOLERANCE, Summary
+from tpbso_casadi.campaign.statistics import Summary
 from tpbso_casadi.figures.style.colours import colour_of, line_of, marker_of
 from tpbso_casadi.figures.style.labels import EndLabel, label_ends
 from tpbso_casadi.figures.style.paper import SMALL, in_print
 
-LEAST_GAP = TIE_TOLERANCE / 10.0  # smaller ones are drawn there
 COLUMNS = 2
 EQUAL = "0.92"  # behind gaps within which statistics count plans as equal
 ROOM = 2.5  # factor of the y axis above the largest gap, for runs without a plan
@@ -39,7 +39,7 @@ def comparison_figure(results: Results) -> Figure:
         left = figure.add_subplot(grid[row, 2 * column])
         right = figure.add_subplot(grid[row, 2 * column + 1], sharey=left)
         panels.append((left, draw_case(left, right, results, case)))
-    figure.suptitle("Gap to the best certified plan of the campaign: median run and quartiles")
+    figure.suptitle(f"Gap to {results.measure.reference}: median run and quartiles")
     figure.draw_without_rendering()  # panels get their places, which labels need
     for left, ends in panels:
         label_ends(left, ends)
@@ -48,43 +48,48 @@ def comparison_figure(results: Results) -> Figure:
 
 def draw_case(left: Axes, right: Axes, results: Results, case: str) -> list[EndLabel]:
     """The two panels of a case; returns what is to be written at the ends of the lines."""
-    reference, summaries = results.references[case], results.of_case(case)
+    reference, summaries, measure = results.references[case], results.of_case(case), results.measure
     left.set_title(case, loc="left")
     if reference is None:
-        left.text(0.5, 0.5, "no solver found a plan", ha="center", transform=left.transAxes)
+        left.text(0.5, 0.5, measure.none, ha="center", transform=left.transAxes)
         left.set_axis_off()
         right.set_axis_off()
         return []
     curves = [gap_curve(results, case, summary.solver) for summary in summaries]
-    finals = [np.maximum(gaps_of(summary.objectives, reference), LEAST_GAP) for summary in summaries]
-    set_scales(left, curves, finals)
+    finals = [np.maximum(gaps_of(summary.objectives, reference), measure.drawn) for summary in summaries]
+    set_scales(left, curves, finals, measure)
     for index, (curve, gaps, summary) in enumerate(zip(curves, finals, summaries, strict=True)):
-        draw_curve(left, index, curve)
+        draw_curve(left, index, curve, measure.drawn)
         draw_final(right, index, gaps, summary)
-    finish(left, right, summaries, f"gap to {reference:.5g} {summaries[0].unit}")
+    finish(left, right, summaries, measure.axis(reference, summaries[0].unit))
     top = left.get_ylim()[1]
-    ends = [min(max(float(curve.median[-1]), LEAST_GAP), top) for curve in curves]
+    ends = [min(max(float(curve.median[-1]), measure.drawn), top) for curve in curves]
     return [
         EndLabel(summary.solver, end, colour_of(index))
         for index, (summary, end) in enumerate(zip(summaries, ends, strict=True))
     ]
 
 
-def set_scales(axes: Axes, curves: list[GapCurve], finals: list[FloatArray]) -> None:
+def set_scales(axes: Axes, curves: list[GapCurve], finals: list[FloatArray], measure: Measure) -> None:
     """Logarithmic axes from the first plan of a median run on, and from the least gap up to the largest."""
     values = np.concatenate([*(curve.median for curve in curves), *finals])
-    largest = float(values[np.isfinite(values)].max(initial=LEAST_GAP))
+    shown = np.maximum(values[np.isfinite(values)], measure.drawn)
+    largest = float(shown.max(initial=measure.drawn))
+    least = float(shown.min(initial=largest))
     starts = [curve.evaluations[np.isfinite(curve.lower)] for curve in curves]
     first = min((float(evaluations[0]) for evaluations in starts if evaluations.size), default=1.0)
     axes.set(xscale="log", yscale="log")
     axes.set_xlim(first / 1.1, float(curves[0].evaluations[-1]))
-    axes.set_ylim(LEAST_GAP / 1.6, max(10.0 * TIE_TOLERANCE, largest) * ROOM)
+    axes.set_ylim(least / 1.6, max(10.0 * measure.equal, largest) * ROOM)
 
 
-def draw_curve(axes: Axes, index: int, curve: GapCurve) -> None:
-    """One solver: its median a line, the half of its runs in the middle a band; thin once all runs have ended."""
+def draw_curve(axes: Axes, index: int, curve: GapCurve, least: float) -> None:
+    """One solver: its median a line, the half of its runs in the middle a band; thin once all runs have ended.
+
+    Gaps below the least are drawn there.
+    """
     top = 10.0 * axes.get_ylim()[1]
-    lower, median, upper = (np.maximum(gaps, LEAST_GAP) for gaps in (curve.lower, curve.median, curve.upper))
+    lower, median, upper = (np.maximum(gaps, least) for gaps in (curve.lower, curve.median, curve.upper))
     some = np.isfinite(lower)
     axes.fill_between(
         curve.evaluations[some], lower[some], np.minimum(upper[some], top), color=colour_of(index), alpha=0.15, lw=0.0
@@ -109,7 +114,7 @@ def draw_final(axes: Axes, index: int, gaps: FloatArray, summary: Summary) -> No
         axes.vlines(index + 0.36, lower, upper, color=colour, linewidth=1.2)
     if missing:
         axes.plot(index, top, "x", color=colour, markersize=6)
-        note = f"{missing} of {summary.objectives.size + summary.failed}\nno plan"
+        note = f"{missing} of {runs}\nno {summary.measure.result}"
         axes.text(
             index, 1.01, note, color=colour, fontsize=SMALL - 1, ha="center", transform=axes.get_xaxis_transform()
         )
@@ -117,10 +122,11 @@ def draw_final(axes: Axes, index: int, gaps: FloatArray, summary: Summary) -> No
 
 def finish(left: Axes, right: Axes, summaries: list[Summary], gap: str) -> None:
     """Axes, grids and names."""
+    measure = summaries[0].measure
     left.set_xlabel("evaluations")
     left.set_ylabel(gap)
     left.yaxis.set_major_locator(LogLocator(numticks=12))
-    left.yaxis.set_major_formatter(FuncFormatter(lambda value, _: percentage(value)))
+    left.yaxis.set_major_formatter(FuncFormatter(lambda value, _: measure.ticked(value)))
     for axis in (left.xaxis, left.yaxis):
         axis.set_minor_formatter(NullFormatter())
     right.tick_params(labelleft=False)
@@ -128,13 +134,8 @@ def finish(left: Axes, right: Axes, summaries: list[Summary], gap: str) -> None:
     names = [wrapped(summary.solver) for summary in summaries]
     right.set_xticks(range(len(summaries)), names, rotation=35, ha="right", fontsize=SMALL)
     for axes in (left, right):
-        axes.axhspan(LEAST_GAP / 10.0, TIE_TOLERANCE, color=EQUAL, zorder=0)
+        axes.axhspan(measure.drawn / 10.0, measure.equal, color=EQUAL, zorder=0)
         axes.grid(visible=False, axis="x")
-
-
-def percentage(gap: float) -> str:
-    """A gap for an axis; the least one stands for all below."""
-    return f"≤ {100.0 * gap:g} %" if gap <= 1.001 * LEAST_GAP else f"{100.0 * gap:g} %"
 
 
 def wrapped(label: str) -> str:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from problems.base.matrix import FloatArray
 from tpbso_casadi.campaign.analysis.results import Results
-from tpbso_casadi.campaign.analysis.targets import TARGETS, evaluations_needed, shares_reached
+from tpbso_casadi.campaign.analysis.targets import shares_reached
 from tpbso_casadi.figures.style.colours import colour_of, line_of
 from tpbso_casadi.figures.style.labels import EndLabel, label_ends
 from tpbso_casadi.figures.style.paper import TWO_COLUMNS, in_print
@@ -20,7 +20,7 @@ def ecdf_figure(results: Results) -> Figure:
     figure = Figure(figsize=(TWO_COLUMNS, 3.8), layout="constrained")
     axes = figure.subplots()
     axes.set_title(
-        f"Targets reached: {len(TARGETS)} gaps from {TARGETS[0]:.0%} to {TARGETS[-1]:.2%}, "
+        f"Targets reached: {len(results.measure.targets)} gaps from {results.measure.span}, "
         f"{len(results.cases)} case{'s' * (len(results.cases) > 1)}",
         loc="left",
     )
@@ -29,7 +29,7 @@ def ecdf_figure(results: Results) -> Figure:
     ends, first = [], float(longest)
     for index, solver in enumerate(results.solvers):
         runs = results.runs_of(solver)
-        reached = [evaluations_needed(run, results.references[run.case]) for run in runs]
+        reached = [results.needed(run) for run in runs]
         evaluations, shares = shares_reached(reached)
         first = min([first, *evaluations[:1]])
         last = draw_shares(axes, index, evaluations, shares, max(run.done for run in runs), longest)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from problems.base.matrix import FloatArray
 from solvers import Solver, minimize
@@ -19,6 +19,7 @@ from tpbso_casadi.storage.plain import as_json, plain, settings_of
 KEY = "function"  # which only searches of functions have, scenarios have none
 PREFIX = "function:"  # of the name of one on a command line
 UNIT = "above minimum"
+MOST_SHOWN = 6  # numbers of a vector
 
 
 class Recorder:
@@ -109,6 +110,30 @@ def search_text(statement: Mapping[str, Any]) -> str:
         "improvements": {"evaluations": recorder.evaluations, "cost": _above(np.array(recorder.values), function)},
     }
     return as_json(plain(content), None)
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(strict=True, extra="ignore")
+
+
+class _Minimum(_Part):
+    value: float
+
+
+class StoredMinimum(_Part):
+    """Where a search ended, of what is stored of it."""
+
+    cost: float
+    x: list[float]
+    minimum: _Minimum
+
+    @property
+    def words(self) -> str:
+        """The value of the function itself, and where it has it."""
+        shown = ", ".join(f"{number:.5g}" for number in self.x[:MOST_SHOWN])
+        more = f", and {len(self.x) - MOST_SHOWN} more" if len(self.x) > MOST_SHOWN else ""
+        value, lowest = self.cost + self.minimum.value, self.minimum.value
+        return f"f(x) = {value:.7g} where {lowest:.7g} is the minimum, at x = ({shown}{more})"
 
 
 def _above(values: FloatArray | float, function: BenchmarkFunction) -> Any:

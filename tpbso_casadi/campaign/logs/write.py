@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from tpbso_casadi.campaign.functions.run import FunctionRun
+from tpbso_casadi.campaign.analysis.convergence import StoredSearch
 from tpbso_casadi.campaign.logs.coco import check_coco, write_coco
 from tpbso_casadi.campaign.logs.ioh import write_ioh
 from tpbso_casadi.campaign.logs.trace import Trace
-from tpbso_casadi.campaign.run import AnyRun, Run, problem_of
+from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.store import Store
 from tpbso_casadi.storage.files import check_writable, writing
 
@@ -43,53 +41,30 @@ def check_logs(formats: Sequence[str], folder: Path, cases: int) -> None:
         check_writable(folder / name)
 
 
-def traces_of_functions(runs: Sequence[FunctionRun], store: Store) -> list[Trace]:
-    """The runs that did not fail; their values are above the minimum, which is 0."""
-    return [
-        _trace(run, content, "improvements", len(content["x"]), worst=np.inf, optimum=0.0)
-        for run, content in _stored(runs, store)
-    ]
-
-
-def traces_of_scenarios(runs: Sequence[Run], store: Store) -> list[Trace]:
+def traces_of(runs: Sequence[AnyRun], store: Store) -> list[Trace]:
     """The searches that did not fail, without those that descend a program, whose values are no costs of candidates.
 
-    The value is the cost that the search minimises, penalties included; the optimum the lowest of all these runs, and
-    the worst the highest in any of their histories.
+    The value is the cost that the search minimises, penalties included. Where the lowest is not known it is that of all
+    these runs; the worst is the highest in any of their histories.
     """
-    searches = [run for run in runs if not run.scenario.solver.kind().solves_program]
-    stored = _stored(searches, store)
+    searches = [run for run in runs if not run.section.kind().solves_program]
+    stored = [(run, StoredSearch.model_validate_json(text)) for run, text in store.texts(searches) if text is not None]
     costs: dict[str, list[float]] = {}
-    for run, content in stored:
-        costs.setdefault(run.case, []).extend(cost for cost in content["history"]["cost"] if cost is not None)
-    dimensions = {run.case: problem_of(run.scenario).bounds[0].size for run, _ in stored}
-    return [
-        _trace(
-            run,
-            content,
-            "history",
-            dimensions[run.case],
-            worst=max(costs[run.case], default=np.inf),
-            optimum=min(costs[run.case], default=np.inf),
-        )
-        for run, content in stored
-    ]
+    for run, search in stored:
+        costs.setdefault(run.case, []).extend(cost for cost in search.course.cost if cost is not None)
+    dimensions = {run.case: run.box.dimension for run in searches}
+    return [_trace(run, search, dimensions[run.case], costs[run.case]) for run, search in stored]
 
 
-def _stored(runs: Sequence[Any], store: Store) -> list[tuple[Any, dict[str, Any]]]:
-    return [(run, json.loads(text)) for run, text in store.texts(runs) if text is not None]
-
-
-def _trace(run: AnyRun, content: dict[str, Any], key: str, dimension: int, worst: float, optimum: float) -> Trace:
-    history = content[key]
+def _trace(run: AnyRun, search: StoredSearch, dimension: int, costs: Sequence[float]) -> Trace:
     return Trace(
         case=run.case,
         solver=run.solver,
         seed=run.seed,
         dimension=dimension,
-        evaluations=np.array(history["evaluations"], dtype=np.float64),
-        values=np.array([np.inf if cost is None else cost for cost in history["cost"]]),
-        done=content["evaluations"],
-        worst=worst,
-        optimum=optimum,
+        evaluations=np.array(search.course.evaluations, dtype=np.float64),
+        values=np.array([np.inf if cost is None else cost for cost in search.course.cost]),
+        done=search.evaluations,
+        worst=max(costs, default=np.inf),
+        optimum=min(costs, default=np.inf) if run.measure.known is None else run.measure.known,
     )

@@ -12,12 +12,12 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from scipy.stats import rankdata
 
-from tpbso_casadi.campaign.analysis.best import BestPlan
+from tpbso_casadi.campaign.analysis.best import Best
+from tpbso_casadi.campaign.analysis.measures import PLANS
 from tpbso_casadi.campaign.analysis.references import gaps_of
 from tpbso_casadi.campaign.analysis.results import Results
-from tpbso_casadi.campaign.analysis.targets import evaluations_needed
 from tpbso_casadi.campaign.page.provenance import seeds, solver_rows
-from tpbso_casadi.campaign.run import Run
+from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.statistics import Judgement, Summary, p_text
 from tpbso_casadi.campaign.table import against_first
 from tpbso_casadi.storage.versions import versions
@@ -83,24 +83,24 @@ class CaseSection:
     """A case on the page.
 
     Attributes:
-        name: of the scenario.
+        name: of what was searched.
         unit: of the objective.
         rows: a solver each.
-        best: the best plan; None where there is none.
+        best: the best run; None where there is none.
         picture: of that; empty where none is drawn.
     """
 
     name: str
     unit: str
     rows: list[Row]
-    best: BestPlan | None
+    best: Best | None
     picture: Markup
 
 
 def render(
     results: Results,
-    runs: Sequence[Run],
-    best: Sequence[BestPlan],
+    runs: Sequence[AnyRun],
+    best: Sequence[Best],
     command: str,
     pictures: Sequence[Picture],
     plans: dict[str, Markup],
@@ -110,16 +110,17 @@ def render(
     Args:
         results: of the runs.
         runs: all of the campaign.
-        best: plan of each case that has one.
+        best: run of each case that has one.
         command: that does the same runs again; empty for none.
         pictures: of the comparison; none where none are drawn.
         plans: pictures of the best plans, by case.
     """
     environment = Environment(loader=FileSystemLoader(FOLDER), autoescape=True, undefined=StrictUndefined)
-    environment.filters |= {"number": number, "percent": percent, "p_text": p_text}
+    environment.filters |= {"number": number, "percent": percent, "gap": results.measure.shown, "p_text": p_text}
     return environment.get_template("comparison.html").render(
         style=Markup((FOLDER / "comparison.css").read_text(encoding="utf-8")),
         results=results,
+        measure=results.measure,
         command=command,
         solvers=solver_rows(runs),
         seeds=seeds(runs),
@@ -139,7 +140,7 @@ def overall(results: Results) -> list[Overall]:
     for solver, rank in zip(results.solvers, ranks, strict=True):
         of_solver = [summary for summary in results.summaries if summary.solver == solver]
         runs = results.runs_of(solver)
-        needed = np.array([evaluations_needed(run, results.references[run.case]) for run in runs])
+        needed = np.array([results.needed(run) for run in runs])
         rows.append(
             Overall(
                 solver=solver,
@@ -152,10 +153,10 @@ def overall(results: Results) -> list[Overall]:
     return sorted(rows, key=lambda row: row.rank)
 
 
-def case_sections(results: Results, best: Sequence[BestPlan], plans: dict[str, Markup]) -> list[CaseSection]:
+def case_sections(results: Results, best: Sequence[Best], plans: dict[str, Markup]) -> list[CaseSection]:
     """Everything about each case."""
     judgements = against_first(results.summaries)
-    by_case = {plan.run.case: plan for plan in best}
+    by_case = {each.run.case: each for each in best}
     return [
         CaseSection(
             name=case,
@@ -181,7 +182,5 @@ def number(value: float, digits: int = 5) -> str:
 
 
 def percent(value: float) -> str:
-    """A share or a gap for a table; a dash where there is none."""
-    if not isfinite(value):
-        return "-"
-    return "< 0.01 %" if 0.0 < value < 1e-4 else f"{100.0 * value:.3g} %"
+    """A share for a table; a dash where there is none."""
+    return PLANS.shown(value)

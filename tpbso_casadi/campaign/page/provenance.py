@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from solvers import Budget
-from tpbso_casadi.campaign.run import Run
+from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.storage.plain import settings_of
 
 
@@ -27,18 +27,18 @@ class SolverRow:
     polish: int
 
 
-def solver_rows(runs: Sequence[Run]) -> list[SolverRow]:
+def solver_rows(runs: Sequence[AnyRun]) -> list[SolverRow]:
     """The solvers of a campaign, in their order."""
-    by_label: dict[str, list[Run]] = {}
+    by_label: dict[str, list[AnyRun]] = {}
     for run in runs:
         by_label.setdefault(run.solver, []).append(run)
     return [_solver_row(label, of_label) for label, of_label in by_label.items()]
 
 
-def _solver_row(label: str, runs: Sequence[Run]) -> SolverRow:
-    section = runs[0].scenario.solver
+def _solver_row(label: str, runs: Sequence[AnyRun]) -> SolverRow:
+    section = runs[0].section
     step = section.kind().steps.name
-    budgets = dict.fromkeys(in_words(run.scenario.solver.budget(), step) for run in runs)
+    budgets = dict.fromkeys(in_words(run.section.budget(), step) for run in runs)
     return SolverRow(
         label=label,
         settings=settings_of(section.build()),
@@ -54,7 +54,7 @@ def in_words(budget: Budget, step: str) -> str:
     return " or ".join(parts + ([] if budget.seconds is None else [f"{budget.seconds:g} s"]))
 
 
-def seeds(runs: Sequence[Run]) -> str:
+def seeds(runs: Sequence[AnyRun]) -> str:
     """The seeds of a campaign, in words."""
     numbers = sorted({run.seed for run in runs})
     if not numbers:

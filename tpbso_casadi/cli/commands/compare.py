@@ -13,12 +13,14 @@ from pathlib import Path
 
 from rich.console import Console
 
-from tpbso_casadi.campaign import Run, grid, parse_solvers
-from tpbso_casadi.campaign.analysis.best import best_plans
+from tpbso_casadi.campaign import grid, parse_solvers
+from tpbso_casadi.campaign.analysis.best import best_runs
 from tpbso_casadi.campaign.analysis.results import results_of
 from tpbso_casadi.campaign.export import export, files_of, write_comparison
+from tpbso_casadi.campaign.functions.run import FUNCTION_SOLVERS, function_grid, functions_of
 from tpbso_casadi.campaign.grid import SolverSpec, check_size
-from tpbso_casadi.campaign.logs.write import WRITERS, check_logs, traces_of_scenarios, write_logs
+from tpbso_casadi.campaign.logs.write import WRITERS, check_logs, traces_of, write_logs
+from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.table import HEADER, print_tables, rows
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
@@ -28,7 +30,6 @@ from tpbso_casadi.cli.campaign import (
     run_with_progress,
     stored,
 )
-from tpbso_casadi.cli.commands.compare_functions import compare_functions, functions_of
 from tpbso_casadi.cli.common import positive_int
 from tpbso_casadi.cli.display.campaign_progress import phase
 from tpbso_casadi.cli.figure_formats import add_figures_option, figure_formats
@@ -50,7 +51,6 @@ from tpbso_casadi.cli.parser import OneLineParser, command_parser
 from tpbso_casadi.scenario.loading import load_all
 
 DEFAULT_SOLVERS = "bso,pso,ga,abso,abso+polish"
-FUNCTION_SOLVERS = "bso,pso,ga,abso"  # by default on functions, where there is nothing to polish
 DEFAULT_RUNS = 10
 DEFAULT_STARTS = 5
 
@@ -128,16 +128,13 @@ def compare(options: argparse.Namespace, command: str = "") -> int:
     """
     formats = figure_formats(options)
     prepare(options, *files_of(formats))
-    functions = functions_of(options.scenario)
     check_logs(options.format, options.out, len(options.scenario))
-    if functions:
-        return compare_functions(functions, solver_specs(options), options, options.table)
     runs = campaign(options)
     with stored(options) as store:
         run_with_progress(runs, store, options)
-        results, best = results_of(runs, store), best_plans(runs, store)
+        results, best = results_of(runs, store), best_runs(runs, store)
         if options.format:
-            write_logs(options.format, options.out, traces_of_scenarios(runs, store))
+            write_logs(options.format, options.out, traces_of(runs, store))
     with phase("writing tables, figures and the page", options.quiet):
         write_comparison(options.out, results, runs, best, command, formats)
         if options.table is not None:
@@ -151,17 +148,18 @@ def compare(options: argparse.Namespace, command: str = "") -> int:
     return failures(results.records)
 
 
-def campaign(options: argparse.Namespace) -> list[Run]:
+def campaign(options: argparse.Namespace) -> Sequence[AnyRun]:
     """The runs that the options state.
 
     Raises:
-        ScenarioError: a scenario or solver is unknown, they do not fit each other, or there are too many runs.
+        ScenarioError: a scenario, function or solver is unknown, they do not fit, or there are too many runs.
     """
-    specs = solver_specs(options)
-    scenarios = load_all(options.scenario, options.allow_outside_files)
-    check_size(len(scenarios) * len(specs), options.seed, options.runs)
+    functions, specs = functions_of(options.scenario), solver_specs(options)
+    scenarios = {} if functions else load_all(options.scenario, options.allow_outside_files)
+    check_size((len(functions) or len(scenarios)) * len(specs), options.seed, options.runs)
+    seeds = range(options.seed, options.seed + options.runs)
     with phase("building the models", options.quiet):
-        return grid(scenarios, specs, range(options.seed, options.seed + options.runs))
+        return function_grid(functions, specs, seeds) if functions else grid(scenarios, specs, seeds)
 
 
 def solver_specs(options: argparse.Namespace) -> list[SolverSpec]:
@@ -170,7 +168,7 @@ def solver_specs(options: argparse.Namespace) -> list[SolverSpec]:
     Raises:
         ScenarioError: one cannot be read, or is there twice.
     """
-    usual = FUNCTION_SOLVERS if functions_of(options.scenario) else DEFAULT_SOLVERS
+    usual = ",".join(FUNCTION_SOLVERS) if functions_of(options.scenario) else DEFAULT_SOLVERS
     stated = usual if options.solvers == DEFAULT_SOLVERS else options.solvers
     table, descent_table = swarm_budget(options), descent_budget(options)
     return [replace(spec, table=table, descent_table=descent_table) for spec in parse_solvers(stated)]

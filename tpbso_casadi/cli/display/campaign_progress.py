@@ -14,7 +14,7 @@ from threading import Event, Thread
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-from tpbso_casadi.campaign.run import Outcome, Run
+from tpbso_casadi.campaign.run import AnyRun, Outcome
 
 LINE_SECONDS = 15.0  # between two plain lines
 UNITS = ((86_400.0 * 365.25, "years"), (86_400.0, "days"), (3_600.0, "h"), (60.0, "min"))
@@ -28,10 +28,10 @@ def duration(seconds: float) -> str:
     return f"{max(1.0, seconds):.0f} s"
 
 
-def size_of(runs: Sequence[Run], stored: int) -> str:
+def size_of(runs: Sequence[AnyRun], stored: int) -> str:
     """The size of a campaign in words."""
     counts = (
-        (len({run.case for run in runs}), "scenario"),
+        (len({run.case for run in runs}), runs[0].measure.case),
         (len({run.solver for run in runs}), "solver"),
         (len({run.seed for run in runs}), "seed"),
     )

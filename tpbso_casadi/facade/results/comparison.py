@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from problems.base.matrix import FloatArray
-from tpbso_casadi.campaign.analysis.best import BestPlan
+from tpbso_casadi.campaign.analysis.best import Best
 from tpbso_casadi.campaign.analysis.results import Results
 from tpbso_casadi.campaign.export import export, write_comparison
 from tpbso_casadi.campaign.record import Record
-from tpbso_casadi.campaign.run import Run
+from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.statistics import Summary
 from tpbso_casadi.campaign.table import HEADER, print_tables, rows
 from tpbso_casadi.facade.results.data_frame import data_frame
@@ -37,12 +37,12 @@ class Comparison:
     Attributes:
         results: of all runs.
         runs: what was run, scenarios with solvers and seeds.
-        best: plan of each scenario that has one.
+        best: run of each scenario that has one, with what it found.
     """
 
     results: Results
-    runs: tuple[Run, ...]
-    best: tuple[BestPlan, ...]
+    runs: tuple[AnyRun, ...]
+    best: tuple[Best, ...]
 
     @property
     def records(self) -> tuple[Record, ...]:
@@ -129,7 +129,8 @@ class Comparison:
         cases = len({summary.case for summary in self.summaries})
         solvers = len({summary.solver for summary in self.summaries})
         failed = f", {len(self.failures)} failed" if self.failures else ""
-        return f"<comparison: {solvers} solvers on {cases} scenarios, {len(self.records)} runs{failed}>"
+        searched = f"{cases} {self.results.measure.case}s"
+        return f"<comparison: {solvers} solvers on {searched}, {len(self.records)} runs{failed}>"
 
     def __str__(self) -> str:
         text = StringIO()

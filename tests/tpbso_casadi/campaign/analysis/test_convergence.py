@@ -14,7 +14,7 @@ import pytest
 
 from tpbso_casadi import builtin
 from tpbso_casadi.campaign import Outcome, Run, Store, StoreError, grid, parse_solvers, run_one
-from tpbso_casadi.campaign.analysis.best import best_plans
+from tpbso_casadi.campaign.analysis.best import best_runs
 from tpbso_casadi.campaign.analysis.convergence import StoredSearch, convergence_of, improvements
 from tpbso_casadi.campaign.analysis.results import Results, results_of
 
@@ -62,13 +62,15 @@ def test_every_run_ends_with_its_certified_objective(path: Path) -> None:
 def test_the_best_plan_is_computed_again(path: Path) -> None:
     results = stored(path)
     with Store(path) as store:
-        [best] = best_plans(campaign(), store)
+        [best] = best_runs(campaign(), store)
     assert (
         best.record.objective
         == results.references["rotation-2"]
         == min(record.objective for record in results.records if record.objective is not None)
     )
-    assert best.motion.objective == pytest.approx(best.record.objective, rel=1e-9) and best.motion.feasible
+    assert best.found.planned is not None
+    motion = best.found.planned.motion
+    assert motion.objective == pytest.approx(best.record.objective, rel=1e-9) and motion.feasible
 
 
 @pytest.mark.parametrize(
@@ -99,7 +101,7 @@ def test_a_best_plan_that_was_changed_is_one_line(path: Path, tmp_path: Path) ->
     with closing(sqlite3.connect(copy, isolation_level=None)) as connection:
         connection.execute("UPDATE runs SET result = json_set(result, '$.objective.value', 0.001) WHERE error = ''")
     with Store(copy) as store, pytest.raises(StoreError, match=r"result of rotation-2, bso, seed 1: .*changed"):
-        best_plans(campaign(), store)
+        best_runs(campaign(), store)
 
 
 def search(**changes: Any) -> StoredSearch:

@@ -3,21 +3,54 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from helpers.comparisons import convergence, final, results
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tpbso_casadi.campaign.analysis.gap_curves import gap_curve
-from tpbso_casadi.campaign.analysis.targets import TARGETS, evaluations_needed, shares_reached
-from tpbso_casadi.campaign.statistics import TIE_TOLERANCE
+from tpbso_casadi.campaign.analysis.measures import PLANS, TIE_TOLERANCE, VALUES
+from tpbso_casadi.campaign.analysis.results import Results
+from tpbso_casadi.campaign.analysis.targets import evaluations_needed, shares_reached
+from tpbso_casadi.campaign.statistics import compare_summaries
 
 INF = np.inf
 
 
 def test_targets_are_those_that_are_said() -> None:
-    assert len(TARGETS) == 51
-    assert TARGETS[0] == 10.0 and np.isclose(TARGETS[-1], TIE_TOLERANCE)
-    np.testing.assert_allclose(TARGETS[:-1] / TARGETS[1:], 10.0**0.1)
+    assert (PLANS.span, VALUES.span) == ("1000 % to 0.01 %", "100 to 1e-08")
+    assert len(PLANS.targets) == len(VALUES.targets) == 51
+    assert np.isclose(PLANS.targets[-1], TIE_TOLERANCE)
+    np.testing.assert_allclose(PLANS.targets[:-1] / PLANS.targets[1:], 10.0**0.1)
+    np.testing.assert_allclose(VALUES.targets[:-1] / VALUES.targets[1:], 10.0**0.2)
+
+
+@pytest.mark.parametrize(
+    ("gap", "of_plan", "of_value"),
+    [
+        (0.0, "0 %", "0"),
+        (1e-9, "< 0.01 %", "< 1e-08"),
+        (0.012345, "1.23 %", "0.0123"),
+        (INF, "-", "-"),
+    ],
+)
+def test_gaps_in_words(gap: float, of_plan: str, of_value: str) -> None:
+    assert (PLANS.shown(gap), VALUES.shown(gap)) == (of_plan, of_value)
+
+
+def test_gaps_of_values_are_absolute_and_measured_from_the_known_minimum() -> None:
+    runs = results({("f", "a"): final([0.5, 2.0, None]), ("f", "b"): final([1e-9, 1e-12, 1e-10])})
+    found = Results(runs.records, runs.convergences, VALUES)
+    assert found.references == {"f": 0.0}
+    assert found.scores().tolist() == [[2.0, 0.0]]  # below 1e-8 all is reached
+    assert found.effect_sizes("f").tolist() == [[0.5, 0.0], [1.0, 0.5]]
+    for runs_of_b in found.runs_of("b"):
+        assert np.isfinite(found.needed(runs_of_b)).all()
+    several = results({("f", "a"): final([1e-9] * 5), ("f", "b"): final([1e-15] * 5)})
+    assert compare_summaries(*Results(several.records, several.convergences, VALUES).summaries).a12 == 0.5
+    assert compare_summaries(*several.summaries).a12 == 0.0
+    nothing = results({("f", "a"): final([None])})
+    assert Results(nothing.records, nothing.convergences, VALUES).references == {"f": None}
 
 
 def test_evaluations_needed_by_hand() -> None:
@@ -45,7 +78,7 @@ def test_needed_agrees_with_the_convergence_itself(steps: list[tuple[int, float]
     run = convergence(list(zip(evaluations, objectives, strict=False)))
     everywhere = np.arange(1.0, 101.0)
     gaps = run.at(everywhere) - 1.0
-    for target, needed in zip(TARGETS, evaluations_needed(run, 1.0), strict=True):
+    for target, needed in zip(PLANS.targets, evaluations_needed(run, 1.0, PLANS.targets), strict=True):
         reached = everywhere[gaps <= target * (1.0 + 1e-12)]
         assert needed == (reached[0] if reached.size else INF)
 

@@ -10,10 +10,11 @@ import pytest
 from helpers.comparisons import final, random_results, results
 from matplotlib.figure import Figure
 
+from tpbso_casadi.campaign.analysis.measures import PLANS
 from tpbso_casadi.campaign.analysis.results import Results
 from tpbso_casadi.campaign.export import FIGURES as NAMES
 from tpbso_casadi.campaign.figures.catalogue import FIGURES, FigureKind
-from tpbso_casadi.campaign.figures.comparison import LEAST_GAP, comparison_figure
+from tpbso_casadi.campaign.figures.comparison import comparison_figure
 from tpbso_casadi.campaign.figures.critical_difference import critical_difference_figure
 from tpbso_casadi.campaign.figures.drawing import Drawing, drawing_of, inline_svg, write_figures
 from tpbso_casadi.campaign.figures.ecdf import ecdf_figure
@@ -74,12 +75,12 @@ def test_the_comparison_shows_gaps_and_says_who_has_no_plan() -> None:
     left, right, empty, _ = comparison_figure(found).axes
     a = next(line for line in left.lines if line.get_color() == colour_of(0))
     x, y = np.array(a.get_data(), dtype=np.float64)
-    assert np.nanmin(y) == LEAST_GAP and np.nanmax(y) == pytest.approx(0.5)  # 3 and 2 over the best, 2
+    assert np.nanmin(y) == PLANS.drawn and np.nanmax(y) == pytest.approx(0.5)  # 3 and 2 over the best, 2
     assert x[np.isfinite(y)][0] == pytest.approx(10.0, rel=0.05)
     assert left.get_ylabel() == "gap to 2 s" and left.get_title(loc="left") == "x"
     assert texts(left) == ["a", "b"]  # at the ends of the lines
     assert texts(right) == ["1 of 4\nno plan"]
-    assert texts(empty) == ["no solver found a plan"]
+    assert texts(empty) == ["no run has a certified plan"]
 
 
 def test_the_ecdf_ends_at_the_share_of_targets_reached() -> None:

@@ -14,7 +14,7 @@ from oracles.colour_vision import VISIONS, differences
 
 from tpbso_casadi import builtin
 from tpbso_casadi.campaign import Run, Store, grid, parse_solvers, run_one
-from tpbso_casadi.campaign.analysis.best import best_plans
+from tpbso_casadi.campaign.analysis.best import best_runs
 from tpbso_casadi.campaign.analysis.results import Results, results_of
 from tpbso_casadi.campaign.export import write_comparison
 from tpbso_casadi.campaign.page.page import FOLDER, percent, render
@@ -124,7 +124,7 @@ def test_one_run_of_one_solver_has_a_page(tmp_path: Path) -> None:
     [run] = runs = grid({"time-2": builtin("time-2")}, parse_solvers("bso"), (1,))
     with Store(tmp_path / "runs.sqlite") as store:
         store.add(run, run_one(*run.task))
-        found, best = results_of(runs, store), best_plans(runs, store)
+        found, best = results_of(runs, store), best_runs(runs, store)
     write_comparison(tmp_path, found, runs, best)
     text = (tmp_path / "comparison.html").read_text()
     assert "<h1>Comparison of 1 solver on 1 case</h1>" in text and text.count("Left out: ") == 2
