@@ -16,6 +16,7 @@ from problems.certify.verdict import Verdict, verdict
 from problems.certify.verification import limit_verdicts
 from problems.limits.distances.clearance import Clearance
 from problems.limits.limit import Limit
+from problems.motions.joint_path import JointPath
 from problems.motions.trajectory import Trajectory
 from problems.objectives import Objective
 from problems.robots.robot import Robot
@@ -51,6 +52,10 @@ class Criteria:
     def obstacles(self) -> tuple[Obstacle, ...]:
         """The obstacles to keep clear of."""
         return self.task.obstacles
+
+    def path_of(self, trajectory: Trajectory) -> JointPath:
+        """The path of a motion, of the lowest degree that is known of it; its time is the parameter."""
+        return JointPath.of(trajectory)
 
     def at_free_times(self) -> Criteria:
         """The same for a motion that is timed anew along its path."""

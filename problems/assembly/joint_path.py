@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from problems.assembly.criteria import Criteria
 from problems.limits import LimitKind, limits_of
+from problems.motions.joint_path import JointPath
 from problems.motions.trajectory import Trajectory
 from problems.objectives import OBJECTIVES
 from problems.tasks.paths.joint_path import JointFollowing
@@ -33,6 +34,10 @@ class JointFollowingCriteria(Criteria):
     free_timing: ClassVar[bool] = True
 
     task: JointFollowing
+
+    def path_of(self, trajectory: Trajectory) -> JointPath:
+        """The given path, of a lower degree than any motion along it."""
+        return self.task.path
 
     def given_motion(self) -> Trajectory:
         """The path in the least time; slower where other limits or a total time need it and both ends are at rest.

@@ -168,7 +168,11 @@ def add_json(group: Group) -> None:
 
 def add_no_plots(group: Group) -> None:
     """Whether to draw."""
-    group.add_argument("--no-plots", action="store_true", help="draw no figures, and write no player of a simulation")
+    group.add_argument(
+        "--no-plots",
+        action="store_true",
+        help="draw no figures, whatever --figures says, and write no player of a simulation",
+    )
 
 
 def add_quiet(group: Group) -> None:

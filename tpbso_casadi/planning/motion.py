@@ -48,8 +48,8 @@ class Motion:
 
     @property
     def path(self) -> JointPath:
-        """The path that it runs, with its time as the parameter."""
-        return JointPath.of(self.trajectory)
+        """The path that it runs: the given one where one is given, else its own, with its time as the parameter."""
+        return self.problem.path_of(self.trajectory)
 
     @property
     def criteria(self) -> Criteria:

@@ -18,6 +18,7 @@ from problems.timing.speed_rows import Intervals
 
 DEGREE = 4
 BISECTIONS = 60
+LEAST_SPAN = 1e-290  # s^n, an interval to the n-th power: dividing by less gives no number
 SAME_TIME = 1e-9  # of the duration: a knot nearer to where the path changes its piece is left out
 
 
@@ -74,5 +75,7 @@ class TimeLaw:
         local = [self.at(tau[:-1], n) * steps**n / factorial(n) / lengths for n in range(1, DEGREE + 1)]
         inside = np.stack([np.zeros_like(steps), *local])[..., None]
         scaled = composition(Intervals.of(path, nodes).local, inside)
-        powers = np.arange(len(scaled))[:, None]
-        return Trajectory(tau * duration, (scaled / ((steps * duration) ** powers)[..., None])[::-1])
+        spans = (steps * duration) ** np.arange(len(scaled))[:, None]
+        kept = spans > LEAST_SPAN  # terms beyond turn a joint by rounding at most: a law hardly bends in an interval
+        coefficients = np.where(kept[..., None], scaled, 0.0) / np.where(kept, spans, 1.0)[..., None]
+        return Trajectory(tau * duration, coefficients[::-1])

@@ -21,7 +21,7 @@ from problems.timing.retime import retime
 from problems.timing.smooth.law_ends import LawEnds
 from problems.timing.smooth.law_search import LawSearch
 from problems.timing.smooth.smooth_timing import _refined
-from problems.timing.smooth.time_law import DEGREE
+from problems.timing.smooth.time_law import DEGREE, TimeLaw
 from problems.timing.speed_profile import SpeedProfile
 from problems.timing.stretch import minimum_time_scale
 
@@ -377,3 +377,14 @@ def test_a_ceiling_of_a_path_that_stands_still_in_places_is_refused() -> None:
     path = polyline(np.repeat(WAYPOINTS[:3], [1, 2, 1], axis=0))
     with pytest.raises(InvalidProblem, match=r"^path: it stands still in places"):
         retime(path, LIMITS, ceiling=SpeedProfile(path.breakpoints, np.array([0.0, 1.0, 1.0, 0.0])))
+
+
+def test_a_path_of_a_high_degree_in_very_short_intervals() -> None:
+    """Where the highest powers of an interval in s are no numbers any more."""
+    path = JointPath(np.array([0.0, 1.0]), np.random.default_rng(3).uniform(-1.0, 1.0, (21, 1, 2)))
+    knots = np.concatenate([np.zeros(DEGREE), np.linspace(0.0, 1.0, 41), np.ones(DEGREE)])
+    law = TimeLaw(knots, np.linspace(0.0, 1.0, knots.size - DEGREE - 1) ** 2)
+    duration, tau = 1e-3, np.linspace(0.0, 1.0, 1001)
+    trajectory = law.trajectory(path, duration)
+    assert (trajectory.breakpoints[1] ** (len(trajectory.coefficients) - 1)) == 0.0
+    np.testing.assert_allclose(trajectory.at(tau * duration), path.at(law.at(tau)), rtol=0.0, atol=1e-12)

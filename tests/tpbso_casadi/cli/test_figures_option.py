@@ -66,6 +66,16 @@ def test_audit_draws_the_structure(capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
 
 
+def test_an_audit_says_what_it_would_not_draw(capsys: pytest.CaptureFixture[str]) -> None:
+    assert audit.main(["time-2", "--figures", "pdf"]) == 2
+    assert capsys.readouterr().err == "error: --figures: an audit draws nothing by itself; say --plots DIR too\n"
+    Path("run").mkdir()
+    assert audit.main(["run", "--plots", "drawn"]) == 2
+    told = "error: --plots: run is a run, whose figures are made with it; say a scenario\n"
+    assert capsys.readouterr().err == told
+    assert held(".") == {"run"}
+
+
 @pytest.mark.parametrize("text", ["jpg", "png,", "PDF", ""])
 def test_a_format_that_there_is_not_is_named(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:

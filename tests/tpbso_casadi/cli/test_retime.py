@@ -111,6 +111,18 @@ def test_a_run_is_retimed_on_its_own_path_and_no_slower() -> None:
     assert result("again")["objective"]["value"] <= after.trajectory.duration * (1.0 + 1e-6)
 
 
+def test_a_run_of_a_given_path_is_retimed_on_the_path_that_was_given() -> None:
+    Path("arm.toml").write_text(ARM + "max_jerk = 100.0\n")
+    assert run("path.csv", "--robot", "arm.toml", "--out", "run", "--no-plots") == 0
+    assert run("run", "--out", "again", "--no-plots") == 0
+    assert run("again", "--out", "thrice", "--no-plots") == 0
+    assert result("again")["solution"] == result("thrice")["solution"] == result("run")["solution"]
+    assert audit.main(["thrice"]) == 0
+    assert run("run", "--start-speed", "0.2", "--out", "moving", "--no-plots") == 0  # from where the run is at rest
+    velocity = read_run(Path("moving")).motion.trajectory.at(np.zeros(1), 1)
+    assert np.linalg.norm(velocity) == pytest.approx(0.2, abs=1e-9)
+
+
 def test_a_scenario_file_says_the_same() -> None:
     Path("s.toml").write_text(ARM + '[task]\nkind = "joint-path"\njoints = "path.csv"\n')
     assert solve.main(["s.toml", "--quiet", "--no-plots", "--out", "solved"]) == 0

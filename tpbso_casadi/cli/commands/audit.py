@@ -24,6 +24,7 @@ from tpbso_casadi.cli.options import (
     problem_group,
 )
 from tpbso_casadi.cli.parser import OneLineParser, command_parser
+from tpbso_casadi.figures.style.formats import DEFAULT
 from tpbso_casadi.scenario.cases.builtin import TITLES
 from tpbso_casadi.scenario.input_files import is_folder
 from tpbso_casadi.scenario.loading import load
@@ -60,12 +61,15 @@ def parser() -> OneLineParser:
         help=defaulting("draw the structure of a scenario's Jacobian", "none"),
     )
     add_figures_option(output)
+    command_line.set_defaults(figures=None)  # stated without --plots it would do nothing
     add_quiet(output)
     return command_line
 
 
 def audit(options: argparse.Namespace) -> int:
     """Audit what the options name; returns the exit status."""
+    if options.figures is not None and options.plots is None:
+        raise ScenarioError("--figures: an audit draws nothing by itself; say --plots DIR too")
     if options.what not in TITLES and is_folder(options.what):
         return of_run(Path(options.what), options)
     return of_scenario(load(options.what, options.allow_outside_files), options)
@@ -73,6 +77,8 @@ def audit(options: argparse.Namespace) -> int:
 
 def of_run(folder: Path, options: argparse.Namespace) -> int:
     """Read, recompute and audit a run; returns the exit status."""
+    if options.plots is not None:
+        raise ScenarioError(f"--plots: {folder} is a run, whose figures are made with it; say a scenario")
     run = read_run(folder)
     with plugin_failures_named(run.scenario):
         content = audit_run(run)
@@ -91,7 +97,7 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
         with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
             content = audit_scenario(scenario)
             if options.plots is not None:
-                draw(scenario, options.plots, options.figures)
+                draw(scenario, options.plots, options.figures or DEFAULT)
     except ScenarioError as error:
         raise ScenarioError(f"{options.what}: {error}") from error
     if options.json:
