@@ -24,6 +24,7 @@ PROBES = 8  # random states at which it is seen how an expression depends on how
 SLOWER = 1.7  # the factor there
 DEGREES = (1.0, 2.0, 3.0, 4.0, 6.0)  # with which an expression may fall as a motion is run more slowly
 SAME = 1e-9  # relative
+FAR = 100.0  # times the nearer bound
 
 Bound = tuple[float, ...] | None
 
@@ -193,10 +194,9 @@ class StatedExpression(Statement):
 
 
 def _scale(low: float, high: float) -> float:
-    """The usual size of what is between bounds."""
-    if np.isfinite(low) and np.isfinite(high):
-        return high - low
-    return abs(low if np.isfinite(low) else high) or 1.0
+    """The usual size of what is between bounds; of the nearer one, where the other is too far off to be meant."""
+    near = min(abs(bound) or 1.0 for bound in (low, high) if np.isfinite(bound))
+    return min(high - low, FAR * near) if np.isfinite(high - low) else near
 
 
 def degree_of(function: SampleFunction, robot: Robot) -> float | None:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base.matrix import FloatArray, as_array
+from problems.certify.dynamics.taylor import ROUNDING
 from problems.certify.dynamics.time_cells import TimeCells, shifted
 from problems.certify.expressions.ranges import CONTINUOUS, Range, Ranges
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
@@ -58,9 +59,20 @@ def prove_expression(limit: ExpressionLimit, trajectory: Trajectory) -> Verdict:
 
 
 def _of_values(limit: ExpressionLimit, values: FloatArray, times: FloatArray) -> Verdict:
-    """The verdict on values (n, m) at times (n,); one that is no number breaks the limit."""
-    [constraint] = limit.bounding(ca.DM(np.where(np.isnan(values), np.inf, values)))
-    return verdict(constraint, times)
+    """The verdict on values (n, m) at times (n,); one that is no finite number breaks the limit."""
+    [constraint] = limit.bounding(ca.DM(values))
+    undefined = np.argwhere(~np.isfinite(values))
+    if not undefined.size:
+        return verdict(constraint, times)
+    (row, column), (lower, upper) = undefined[0], constraint.bounds
+    return Verdict(
+        name=limit.name,
+        worst=np.inf,
+        bound=float(upper[column] if np.isfinite(upper[column]) else lower[column]),
+        unit=limit.unit,
+        status=CertificateStatus.VIOLATED,
+        where=f"{limit.columns[column]} is undefined, t = {times[row]:.4g} s",
+    )
 
 
 def _parts(cells: TimeCells) -> list[TimeCells]:
@@ -129,7 +141,8 @@ class _Expression:
 
     def _along(self, cells: TimeCells) -> tuple[FloatArray, list[Range]]:
         """What the expression depends on: in the middles of the cells, and anywhere in them."""
-        around = shifted(self.trajectory.coefficients[::-1][:, cells.pieces], cells.middles)
+        local, ends = self.trajectory.coefficients[::-1][:, cells.pieces], cells.middles + cells.halves
+        around, sizes = shifted(local, cells.middles), shifted(np.abs(local), ends)
         degree, count, joints = around.shape
         values, ranges = [], []
         for order in range(SAMPLED_ORDERS + 1):
@@ -138,15 +151,17 @@ class _Expression:
                 for power in range(degree - order)
             ] or [np.zeros((count, joints))]
             rest = np.sum(np.abs(terms[1:]), axis=0) if len(terms) > 1 else np.zeros((count, joints))
+            rest += ROUNDING * perm(order, order) * sizes[order] if order < degree else 0.0
             values.append(terms[0].T)
             ranges += list(zip((terms[0] - rest).T, (terms[0] + rest).T, strict=True))
         times = cells.moments(np.zeros(count)).times
-        ranges.append((times - cells.halves, times + cells.halves))
+        reach = cells.halves + ROUNDING * self.trajectory.breakpoints[-1]
+        ranges.append((times - reach, times + reach))
         return np.vstack([*values, times]), ranges
 
 
 def _around(middle: FloatArray, changes: Range, halves: FloatArray) -> Range:
     """What is within half a cell of its middle, by the mean value theorem."""
     away = np.maximum(np.abs(changes[0]), np.abs(changes[1])) * halves
-    away = np.where(np.isnan(middle) | np.isnan(away), np.inf, away)
-    return np.where(np.isnan(middle), 0.0, middle) - away, np.where(np.isnan(middle), 0.0, middle) + away
+    known = np.isfinite(middle) & np.isfinite(away)
+    return np.where(known, middle - away, -np.inf), np.where(known, middle + away, np.inf)

@@ -1,6 +1,8 @@
 """Interval arithmetic over many boxes at once: what an expression can be in each of them.
 
-Bounds hold up to rounding. An operation that is not in the tables, or an argument outside a domain, can be anything.
+A range is finite, and then the value is defined all over the box; or it is not a number, where the value may be
+undefined or without bounds: an argument may be outside a domain or 0 in a denominator, or the operation is in no table.
+Bounds are moved outwards by more than rounding takes.
 """
 
 from __future__ import annotations
@@ -11,16 +13,25 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import erf
 
 from problems.base.matrix import FloatArray
 
 Range: TypeAlias = tuple[FloatArray, FloatArray]  # lower and upper bounds in n boxes, both (n,)
+ROUNDING = 8.0 * np.finfo(float).eps  # relative, of one operation
+LARGEST_ANGLE = 1e6  # rad; beyond, remainders of turns are too rough to tell where a sine peaks
 
 CONTINUOUS = {  # where an expression holds nothing else, the mean value theorem is true of it
     *("neg", "sq", "twice", "inv", "sqrt", "fabs", "sin", "cos", "tan", "asin", "acos", "atan", "exp", "log"),
     *("sinh", "cosh", "tanh", "asinh", "erf", "log1p", "expm1", "add", "sub", "mul", "div", "fmin", "fmax", "pow"),
     "hypot",
 }
+
+EXACT = {  # what takes no rounding
+    *("neg", "twice", "fabs", "sign", "floor", "ceil", "not", "fmin", "fmax", "lt", "le", "eq", "ne", "and", "or"),
+    "if_else_zero",
+}
+WITHIN_ONE = {"sin", "cos", "tanh", "erf"}  # never beyond 1 in size, whatever the rounding
 
 
 class Ranges:
@@ -43,28 +54,33 @@ class Ranges:
         """One operation."""
         self.operations.add(name)
         with np.errstate(all="ignore"):
-            return self._certain(UNARY[name](*a) if name in UNARY else self._anything)
+            return _certain(name, UNARY[name](*a) if name in UNARY else self._undefined)
 
     def binary(self, name: str, a: Range, b: Range) -> Range:
         """One operation."""
         self.operations.add(name)
         with np.errstate(all="ignore"):
-            return self._certain(BINARY[name](a, b) if name in BINARY else self._anything)
+            return _certain(name, BINARY[name](a, b) if name in BINARY else self._undefined)
 
     @property
-    def _anything(self) -> Range:
-        return self.constant(-np.inf)[0], self.constant(np.inf)[0]
+    def _undefined(self) -> Range:
+        return self.constant(np.nan)
 
-    def _certain(self, found: Range) -> Range:
-        """With nothing known where it is no number."""
-        low, high = found
-        return np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
+
+def _certain(name: str, found: Range) -> Range:
+    """With room for rounding, and nothing known where a bound is not finite."""
+    low, high = found
+    known, room = np.isfinite(low) & np.isfinite(high), 0.0 if name in EXACT else ROUNDING
+    low, high = low - room * np.abs(low), high + room * np.abs(high)
+    if name in WITHIN_ONE:
+        low, high = np.maximum(low, -1.0), np.minimum(high, 1.0)
+    return np.where(known, low, np.nan), np.where(known, high, np.nan)
 
 
 def _within(low: FloatArray, high: FloatArray, domain: tuple[float, float], found: Range) -> Range:
-    """What was found where an argument is within a domain; anything elsewhere."""
+    """What was found where an argument is within a domain."""
     inside = (low >= domain[0]) & (high <= domain[1])
-    return np.where(inside, found[0], -np.inf), np.where(inside, found[1], np.inf)
+    return np.where(inside, found[0], np.nan), np.where(inside, found[1], np.nan)
 
 
 def _rising(
@@ -90,25 +106,34 @@ def _even(function: Callable[[FloatArray], FloatArray]) -> Callable[[FloatArray,
     return of
 
 
-def _cosine(low: FloatArray, high: FloatArray) -> Range:
-    ends = np.cos(low), np.cos(high)
-    has_top = np.floor(high / (2.0 * pi)) >= np.ceil(low / (2.0 * pi))
-    has_bottom = np.floor(high / (2.0 * pi) - 0.5) >= np.ceil(low / (2.0 * pi) - 0.5)
-    return np.where(has_bottom, -1.0, np.minimum(*ends)), np.where(has_top, 1.0, np.maximum(*ends))
+def _wave(function: Callable[[FloatArray], FloatArray], top: float) -> Callable[[FloatArray, FloatArray], Range]:
+    """A sine whose highest value is at an angle, in turns."""
+
+    def of(low: FloatArray, high: FloatArray) -> Range:
+        ends = function(low), function(high)
+        rough = np.maximum(np.abs(low), np.abs(high)) > LARGEST_ANGLE
+        has_top, has_bottom = (
+            rough | (np.floor(high / (2.0 * pi) - at) >= np.ceil(low / (2.0 * pi) - at)) for at in (top, top + 0.5)
+        )
+        return np.where(has_bottom, -1.0, np.minimum(*ends)), np.where(has_top, 1.0, np.maximum(*ends))
+
+    return of
 
 
 def _tangent(low: FloatArray, high: FloatArray) -> Range:
-    same_branch = np.floor(low / pi + 0.5) == np.floor(high / pi + 0.5)
-    return np.where(same_branch, np.tan(low), -np.inf), np.where(same_branch, np.tan(high), np.inf)
+    ends = np.tan(low), np.tan(high)
+    same_branch = (np.floor(low / pi + 0.5) == np.floor(high / pi + 0.5)) & (ends[0] <= ends[1])
+    known = same_branch & (np.maximum(np.abs(low), np.abs(high)) <= LARGEST_ANGLE)
+    return np.where(known, ends[0], np.nan), np.where(known, ends[1], np.nan)
 
 
 def _inverse(low: FloatArray, high: FloatArray) -> Range:
     crosses = (low <= 0.0) & (high >= 0.0)
-    return np.where(crosses, -np.inf, 1.0 / high), np.where(crosses, np.inf, 1.0 / low)
+    return np.where(crosses, np.nan, 1.0 / high), np.where(crosses, np.nan, 1.0 / low)
 
 
 def _product(a: Range, b: Range) -> Range:
-    corners = [np.where((x == 0.0) | (y == 0.0), 0.0, x * y) for x in a for y in b]
+    corners = [x * y for x in a for y in b]
     return np.minimum.reduce(corners), np.maximum.reduce(corners)
 
 
@@ -123,14 +148,14 @@ def _power(a: Range, b: Range) -> Range:
         return _even(lambda x: x**exponent)(*a) if exponent % 2 == 0.0 else (a[0] ** exponent, a[1] ** exponent)
     logarithm = _within(*a, (0.0, np.inf), (np.log(a[0]), np.log(a[1])))
     low, high = _product(logarithm, b)
-    return np.where(a[0] >= 0.0, np.exp(low), -np.inf), np.where(a[0] >= 0.0, np.exp(high), np.inf)
+    return np.exp(low), np.exp(high)
 
 
 def _angle(y: Range, x: Range) -> Range:
     """atan2: sharp to the right of 0, anything within a turn elsewhere."""
-    right = x[0] > 0.0
+    right, turn = x[0] > 0.0, np.where(np.isnan(y[0]) | np.isnan(x[0]), np.nan, pi)
     low, high = _product(y, _inverse(*x))
-    return np.where(right, np.arctan(low), -pi), np.where(right, np.arctan(high), pi)
+    return np.where(right, np.arctan(low), -turn), np.where(right, np.arctan(high), turn)
 
 
 def _hypotenuse(a: Range, b: Range) -> Range:
@@ -138,33 +163,42 @@ def _hypotenuse(a: Range, b: Range) -> Range:
     return np.hypot(one[0], other[0]), np.hypot(one[1], other[1])
 
 
-def _truth(certain: NDArray[np.bool_], possible: NDArray[np.bool_]) -> Range:
-    return np.where(certain, 1.0, 0.0), np.where(possible, 1.0, 0.0)
+def _truth(certain: NDArray[np.bool_], impossible: NDArray[np.bool_]) -> Range:
+    """Neither is certain of what is not a number."""
+    return np.where(certain, 1.0, 0.0), np.where(impossible, 0.0, 1.0)
+
+
+def _identical(a: Range, b: Range) -> NDArray[np.bool_]:
+    return np.asarray((a[0] == a[1]) & (b[0] == b[1]) & (a[0] == b[0]))
+
+
+def _apart(a: Range, b: Range) -> NDArray[np.bool_]:
+    return np.asarray((a[1] < b[0]) | (b[1] < a[0]))
 
 
 def _both(a: Range, b: Range) -> Range:
     """Of truth values, of which anything but 0 is true."""
-    return _truth(_surely(a) & _surely(b), _maybe(a) & _maybe(b))
+    return _truth(_surely(a) & _surely(b), _never(a) | _never(b))
 
 
 def _either(a: Range, b: Range) -> Range:
-    return _truth(_surely(a) | _surely(b), _maybe(a) | _maybe(b))
+    return _truth(_surely(a) | _surely(b), _never(a) & _never(b))
 
 
 def _surely(a: Range) -> NDArray[np.bool_]:
     return np.asarray((a[0] > 0.0) | (a[1] < 0.0))
 
 
-def _maybe(a: Range) -> NDArray[np.bool_]:
-    return np.asarray((a[0] != 0.0) | (a[1] != 0.0))
+def _never(a: Range) -> NDArray[np.bool_]:
+    return np.asarray((a[0] == 0.0) & (a[1] == 0.0))
 
 
 def _if(a: Range, b: Range) -> Range:
     """B where a is true, else 0."""
     low, high = np.minimum(b[0], 0.0), np.maximum(b[1], 0.0)
     return (
-        np.where(_surely(a), b[0], np.where(_maybe(a), low, 0.0)),
-        np.where(_surely(a), b[1], np.where(_maybe(a), high, 0.0)),
+        np.where(_surely(a), b[0], np.where(_never(a), 0.0, low)),
+        np.where(_surely(a), b[1], np.where(_never(a), 0.0, high)),
     )
 
 
@@ -178,9 +212,9 @@ UNARY: dict[str, Callable[[FloatArray, FloatArray], Range]] = {
     "sign": _rising(np.sign),
     "floor": _rising(np.floor),
     "ceil": _rising(np.ceil),
-    "not": lambda low, high: _truth(~_maybe((low, high)), ~_surely((low, high))),
-    "sin": lambda low, high: _cosine(low - pi / 2.0, high - pi / 2.0),
-    "cos": _cosine,
+    "not": lambda low, high: _truth(_never((low, high)), _surely((low, high))),
+    "sin": _wave(np.sin, 0.25),
+    "cos": _wave(np.cos, 0.0),
     "tan": _tangent,
     "asin": _rising(np.arcsin, -1.0, 1.0),
     "acos": _falling(np.arccos, -1.0, 1.0),
@@ -191,6 +225,9 @@ UNARY: dict[str, Callable[[FloatArray, FloatArray], Range]] = {
     "cosh": _even(np.cosh),
     "tanh": _rising(np.tanh),
     "asinh": _rising(np.arcsinh),
+    "acosh": _rising(np.arccosh, lowest=1.0),
+    "atanh": _rising(np.arctanh, -1.0, 1.0),
+    "erf": _rising(erf),
     "log1p": _rising(np.log1p, lowest=-1.0),
     "expm1": _rising(np.expm1),
 }
@@ -204,10 +241,10 @@ BINARY: dict[str, Callable[[Range, Range], Range]] = {
     "pow": _power,
     "atan2": _angle,
     "hypot": _hypotenuse,
-    "lt": lambda a, b: _truth(a[1] < b[0], a[0] < b[1]),
-    "le": lambda a, b: _truth(a[1] <= b[0], a[0] <= b[1]),
-    "eq": lambda a, b: _truth((a[0] == a[1]) & (b[0] == b[1]) & (a[0] == b[0]), (a[0] <= b[1]) & (b[0] <= a[1])),
-    "ne": lambda a, b: _truth((a[1] < b[0]) | (b[1] < a[0]), ~((a[0] == a[1]) & (b[0] == b[1]) & (a[0] == b[0]))),
+    "lt": lambda a, b: _truth(a[1] < b[0], a[0] >= b[1]),
+    "le": lambda a, b: _truth(a[1] <= b[0], a[0] > b[1]),
+    "eq": lambda a, b: _truth(_identical(a, b), _apart(a, b)),
+    "ne": lambda a, b: _truth(_apart(a, b), _identical(a, b)),
     "and": _both,
     "or": _either,
     "if_else_zero": _if,

@@ -1,8 +1,8 @@
 """From a Python function of one instant to an expression: it is called with symbols, once for each form of it.
 
 Where the function only computes with what it is given, tool position and torques stay symbols of their own: short, and
-readable. Where it differentiates them with respect to joint angles, they have to be written out in these; whether that
-matters is seen at random states.
+readable. Where it differentiates them with respect to joint angles, they have to be written out in these; that is so
+where the short form, with what its symbols stand for put in, is another one.
 """
 
 from __future__ import annotations
@@ -26,8 +26,6 @@ from problems.motions.samples import Samples
 from problems.robots.robot import Robot
 
 BASIC = ("q", "speed", "acceleration", "jerk", "time", "duration")
-PROBES = 8  # random states at which both forms are compared
-SAME = 1e-9  # relative to the largest value
 MISUSED = "truth value"  # what CasADi says of ``if`` on symbols
 PLACE = re.compile(r"^\.\.\./\S+:\d+: ")  # in CasADi's own source
 KNOWN = [name for name, part in vars(MotionView).items() if isinstance(part, property)]
@@ -48,9 +46,8 @@ def traced(stated: Stated, robot: Robot, called: str) -> SampleFunction:
     """
     short, long = _Symbols(robot), _WrittenOut(robot)
     expressions = [_column(_called(stated, MotionView(robot, each), called), called) for each in (short, long)]
-    given = [_text(expressions[0], short.known, called), _text(expressions[1], long.known, called)]
-    first, second = (SampleFunction(text) for text in given)
-    return first if _same(first, second, robot) else second
+    brief, full = _text(expressions[0], short.known, called), _text(expressions[1], long.known, called)
+    return SampleFunction(brief if _inserted(expressions[0], short.known, long, called) == full else full)
 
 
 @dataclass
@@ -116,11 +113,11 @@ def _text(expression: ca.SX, symbols: Mapping[str, ca.SX], called: str) -> str:
         raise InvalidProblem(called, str(error)) from error
 
 
-def _same(first: SampleFunction, second: SampleFunction, robot: Robot) -> bool:
-    states = random_states(robot, PROBES)
-    one, other = first.probed(robot, states), second.probed(robot, states)
-    largest = float(np.nanmax(np.abs(other), initial=1.0))
-    return bool(np.allclose(one, other, rtol=SAME, atol=SAME * largest, equal_nan=True))
+def _inserted(expression: ca.SX, symbols: Mapping[str, ca.SX], long: _WrittenOut, called: str) -> str:
+    """The short form with what its symbols stand for put in: the long form, unless something was differentiated."""
+    function = ca.Function("short", list(symbols.values()), [expression])
+    inserted = function.call([long(name) for name in symbols])[0]
+    return _text(ca.densify(ca.SX(inserted)), long.known, called)
 
 
 def random_states(robot: Robot, count: int) -> FloatArray:

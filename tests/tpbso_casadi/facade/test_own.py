@@ -56,7 +56,7 @@ def calm_plan() -> Plan:
 
 @pytest.fixture(scope="module")
 def run_folder(calm_plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return calm_plan.save(tmp_path_factory.mktemp("own") / "run", plots=False)
+    return calm_plan.save(tmp_path_factory.mktemp("own") / "run", figures=())
 
 
 def verdict_of(plan: Plan, name: str) -> Any:

@@ -56,6 +56,18 @@ def test_everything_that_a_view_has() -> None:
     np.testing.assert_allclose(value(lambda m: m.time / m.duration)[:, 0], states[:, -1] / 2.0)
 
 
+def test_what_is_differentiated_where_nobody_looks_first() -> None:
+    def rare(m: Any) -> Any:
+        return ca.if_else(m.q[0] < -5.0, ca.sumsqr(ca.jacobian(m.tool, m.q)), 0.0)
+
+    states = states_of(ARM)[0]
+    states[0, 0] = -6.0
+    found = traced(rare, ARM, "constraint 'c'").probed(ARM, states)[:, 0]
+    angles = np.cumsum(states[0, :3])
+    reach = [np.linalg.norm([LENGTHS[n:] @ np.cos(angles[n:]), LENGTHS[n:] @ np.sin(angles[n:])]) for n in range(3)]
+    np.testing.assert_allclose(found, [np.square(reach).sum(), 0.0, 0.0, 0.0, 0.0])
+
+
 def test_the_rotation_of_a_tool_in_space() -> None:
     panda = space_robot("panda").model
     assert isinstance(panda, SpatialArm)
