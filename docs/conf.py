@@ -40,6 +40,7 @@ myst_enable_extensions = ["colon_fence", "deflist", "attrs_inline"]
 myst_heading_anchors = 4
 nb_execution_mode = "cache"  # notebooks that changed are run; ``-D nb_execution_mode=off`` runs none
 nb_execution_cache_path = str(Path(__file__).parent / "_build" / ".jupyter_cache")
+nb_execution_in_temp = True  # what they write is not left beside the pages
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
 nb_merge_streams = True

@@ -17,8 +17,11 @@ LONG = {
     "index.md",
     "how-to/figures.md",
     "how-to/compare.md",
+    "how-to/logs.md",
     "how-to/moving.md",
     "how-to/own-objective.md",
+    "how-to/player.md",
+    "how-to/read-a-comparison.md",
     "how-to/robots.md",
     "explanation/moving.md",
 }  # seconds

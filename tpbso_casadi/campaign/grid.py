@@ -153,8 +153,10 @@ def check_size(combinations: int, first_seed: int, seeds: int) -> None:
         seeds: of each.
 
     Raises:
-        ScenarioError: there are too many runs, or a seed is too large.
+        ScenarioError: there are no runs or too many, or a seed is too large.
     """
+    if seeds < 1:
+        raise ScenarioError(f"runs: {seeds} are none; each solver needs at least one on each scenario")
     if combinations * seeds > MOST_RUNS:
         raise ScenarioError(f"runs: a campaign has at most {MOST_RUNS} in all, scenarios times solvers times seeds")
     if first_seed + seeds - 1 > LARGEST_SEED:
