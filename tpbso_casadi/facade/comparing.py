@@ -10,6 +10,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from solvers import AnySolver
 from solvers.driver.interruption import deferred_interrupt
 from tpbso_casadi.campaign.analysis.best import best_plans
@@ -84,6 +86,8 @@ def compare(
         descent: dict[str, Any] = {"evaluations": None, "iterations": None if limit else starts, **limit}
         specs = [replace(spec, table=budget | limit, descent_table=descent) for spec in specs_of(solvers)]
         stated = labelled(scenarios, keys)
+        if not isinstance(runs, int | np.integer) or runs < 1:
+            raise ScenarioError(f"runs: a whole number of 1 or more is needed, not {runs!r:.60}")
         check_size(len(stated) * len(specs), seed, runs)
         campaign = grid(stated, specs, range(seed, seed + runs))
         comparison = _done(campaign, workers, folder, progress)
