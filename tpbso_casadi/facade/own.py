@@ -33,6 +33,10 @@ class StatedConstraint:
     name: str = "constraint"
     unit: str = "1"
 
+    def __repr__(self) -> str:
+        bounds = f"lower={self.lower}, upper={self.upper}"
+        return f"<constraint {self.name!r}: {bounds}, {self.unit}>"
+
     def table(self, robot: Robot) -> Table:
         """The table of a scenario that states it.
 
@@ -61,6 +65,9 @@ class StatedCost:
     name: str = "cost"
     unit: str = "1"
     terminal: Stated | None = None
+
+    def __repr__(self) -> str:
+        return f"<objective {self.name!r}, {self.unit}>"
 
     def table(self, robot: Robot) -> Table:
         """The table of a scenario that states it.

@@ -16,6 +16,7 @@ from tpbso_casadi.facade.statement import HasScenario, What, given_scenario, sce
 from tpbso_casadi.planning.plan import SILENT
 from tpbso_casadi.planning.plan import plan as plan_scenario
 from tpbso_casadi.planning.progress import Progress
+from tpbso_casadi.scenario.validation import shown
 
 
 def plan(
@@ -70,7 +71,7 @@ def plan(
 
     Raises:
         ScenarioError: naming the first wrong argument or key, what is wrong with it, and what to do.
-        TypeError: a keyword that no table has.
+        TypeError: a keyword that no table has; a plan or options that are none.
     """
     scenario = scenario_of(
         what,
@@ -89,6 +90,9 @@ def plan(
         within=within,
         **keys,
     )
+    for name, value, kind in (("warm_start", warm_start, Plan), ("evaluation", evaluation, EvaluationOptions)):
+        if value is not None and not isinstance(value, kind):
+            raise TypeError(f"{name}: a tp.{kind.__name__} is needed, not {shown(value)}")
     before = None if warm_start is None else warm_start.planned
     with nullcontext() if given_scenario(what) is not None else in_words_of_python():
         return Plan(plan_scenario(scenario, progress, evaluation, warm_start=before))

@@ -8,6 +8,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
+
 from problems import Objective
 from problems.evaluation import EvaluationOptions
 from solvers.driver.interruption import deferred_interrupt
@@ -98,8 +100,8 @@ def pareto(
 
 
 def _check(points: int, method: str | None) -> None:
-    if not FEWEST <= points <= MOST:
-        raise ScenarioError(f"points: {points} is not within {FEWEST} and {MOST}")
+    if not isinstance(points, int | np.integer) or not FEWEST <= points <= MOST:
+        raise ScenarioError(f"points: {points!r} is not within {FEWEST} and {MOST}")
     if method is not None and method not in METHODS:
         raise ScenarioError(f"method: {in_words(list(METHODS))} is needed, not {method!r}{hint(method, METHODS)}")
 

@@ -143,6 +143,32 @@ def test_a_class_of_a_notebook_is_found(monkeypatch: pytest.MonkeyPatch) -> None
     assert tp.scenario_of(ARM, **TASK, solver=noted).solver.kind() is noted
 
 
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"warm_start": "time-3"}, r"^warm_start: a tp\.Plan is needed, not 'time-3'$"),
+        ({"evaluation": 3}, r"^evaluation: a tp\.EvaluationOptions is needed, not 3$"),
+    ],
+)
+def test_objects_of_another_kind_are_refused_by_name(keys: dict[str, Any], message: str) -> None:
+    with pytest.raises(TypeError, match=message):
+        planned(**keys)()
+
+
+@pytest.mark.parametrize("count", [0, -1, "3", 1.5])
+def test_counts_are_whole_numbers(count: Any) -> None:
+    with pytest.raises(tp.ScenarioError, match=r"^runs: a whole number of 1 or more is needed"):
+        tp.compare("time-3", solvers=["bso"], runs=count)
+    with pytest.raises(tp.ScenarioError, match=r"^points: .* is not within 2 and 1000"):
+        tp.pareto("time-3", points=count)
+
+
+def test_own_constraints_and_objectives_have_short_names() -> None:
+    height = tp.Constraint(lambda m: m.tool[1], lower=-0.05, name="height", unit="m")
+    assert repr(height) == "<constraint 'height': lower=-0.05, upper=None, m>"
+    assert repr(tp.Cost(lambda m: 1.0, name="clock", unit="s")) == "<objective 'clock', s>"
+
+
 def test_a_class_inside_a_function_is_refused() -> None:
     class Hidden(tp.PSO):
         pass
