@@ -81,7 +81,15 @@ class Trajectory:
         return np.asarray(self._derivatives[derivative](times))
 
     def __call__(self, times: float | FloatArray, derivative: int = 0) -> FloatArray:
-        """Joint values or a derivative of them at a time in s, (k,), or at times (n,), (n, k); rad / s^derivative."""
+        """Joint values or a derivative of them at a time in s, (k,), or at times (n,), (n, k); rad / s^derivative.
+
+        Outside 0 to T the first and the last polynomial are continued, which nothing is proven of.
+
+        Raises:
+            ValueError: there is no such derivative.
+        """
+        if not 0 <= derivative <= SAMPLED_ORDERS:
+            raise ValueError(f"derivative: {derivative} is none; there are those from 0 to {SAMPLED_ORDERS}")
         return self.at(np.asarray(times, dtype=np.float64), derivative)
 
     @property

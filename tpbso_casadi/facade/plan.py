@@ -54,7 +54,7 @@ class Plan:
 
     @property
     def trajectory(self) -> Trajectory:
-        """Joint values over time; ``plan.trajectory(t)`` evaluates it."""
+        """Joint values over time; ``plan.trajectory(t)`` evaluates it, for t from 0 to T."""
         return self.planned.trajectory
 
     @property

@@ -79,3 +79,11 @@ def test_motions_of_different_order_are_joined() -> None:
 def test_what_is_no_part(first: float, last: float) -> None:
     with pytest.raises(ValueError, match="is no part of 0 to"):
         smooth_motion(2).part(first, last)
+
+
+@pytest.mark.parametrize("order", [-1, 99])
+def test_a_derivative_that_there_is_not_is_refused(order: int) -> None:
+    standing = Trajectory.standing(np.array([0.1, 0.2]), 1.0)
+    np.testing.assert_array_equal(standing(0.5), [0.1, 0.2])
+    with pytest.raises(ValueError, match=f"^derivative: {order} is none; there are those from 0 to "):
+        standing(0.5, order)
