@@ -13,7 +13,6 @@ from problems.base.matrix import FloatArray
 from problems.motions.joint_path import JointPath
 from problems.motions.trajectory import Trajectory
 from tpbso_casadi.facade.arguments.messages import in_words_of_python
-from tpbso_casadi.facade.arguments.tasks import pieces_table
 from tpbso_casadi.facade.auditing import read_run
 from tpbso_casadi.facade.plain_data import plain
 from tpbso_casadi.facade.plan import Plan
@@ -24,9 +23,10 @@ from tpbso_casadi.planning.plan import plan as plan_scenario
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.scenario import parse_scenario
 from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario.tasks.joint_path import pieces_table
 from tpbso_casadi.scenario.tasks.joint_rows import LARGEST_ANGLE, read_joint_rows
 from tpbso_casadi.scenario.validation import shown
-from tpbso_casadi.storage.stored_run import path_of
+from tpbso_casadi.storage.stored_run import path_table
 
 AnyPath: TypeAlias = FloatArray | JointPath | Trajectory | Plan | str | Path
 Content: TypeAlias = dict[str, Any]
@@ -125,14 +125,13 @@ def _of_rows(rows: Any, shape: Content) -> Content:
 
 def _of_plan(plan: Plan) -> Content:
     """The path of a plan, of the lowest degree that is known of it, and what the plan says of its surroundings."""
-    task = plan.motion.criteria.task
-    if task.end_accelerations.any():
-        raise ScenarioError("path: it leaves with an acceleration, which the timing of a path does not keep")
-    start, goal = (float(np.linalg.norm(velocity)) for velocity in task.end_velocities)
+    try:
+        task = path_table(plan.as_run())
+    except ScenarioError as error:
+        raise ScenarioError(f"path: {error}") from error
     content = plan.scenario.model_dump()
     model = {key: content["model"][key] for key in MODEL_KEYS}
-    pieces = pieces_table(path_of(plan.as_run())) | {"start_speed": start, "goal_speed": goal}
-    return {key: content[key] for key in SURROUNDINGS} | {"model": model, "task": pieces}
+    return {key: content[key] for key in SURROUNDINGS} | {"model": model, "task": task}
 
 
 def _waypoints(path: Any) -> FloatArray:

@@ -15,9 +15,11 @@ from problems.evaluation import EvaluationOptions
 from solvers.driver.interruption import deferred_interrupt
 from tpbso_casadi.facade.arguments.messages import in_words_of_python
 from tpbso_casadi.facade.plain_data import plain
+from tpbso_casadi.facade.results.export import chosen
 from tpbso_casadi.facade.results.front import Front
 from tpbso_casadi.facade.results.stored_plan import StoredPlan
 from tpbso_casadi.facade.statement import HasScenario, What, scenario_of
+from tpbso_casadi.figures.style.formats import DEFAULT, FORMATS
 from tpbso_casadi.planning.plan import SILENT
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.scenario.section import ScenarioError
@@ -43,6 +45,7 @@ def pareto(
     folder: str | Path | None = None,
     overwrite: bool = False,
     plots: bool = False,
+    figures: Sequence[str] = DEFAULT,
     evaluation: EvaluationOptions | None = None,
     progress: Progress = SILENT,
     told: Callable[[Point], object] = lambda point: None,
@@ -61,6 +64,7 @@ def pareto(
             of the front; the same call resumes there. Nothing is kept by default.
         overwrite: whether to drop what another scenario or setting left in the folder.
         plots: whether to draw the figures of each plan in the folder.
+        figures: formats of all figures in the folder: ``png``, ``pdf``, ``svg``.
         evaluation: how populations are evaluated; changes the time, not the result.
         progress: is told what begins, and the status after every iteration.
         told: gets every point once it is stored.
@@ -68,6 +72,7 @@ def pareto(
 
     Raises:
         ScenarioError: naming the first wrong argument; or no plan is certified.
+        ValueError: there is no such format.
         OutputError: the folder cannot be written, or holds another front.
         KeyboardInterrupt: Ctrl-C; complete points are stored where there is a folder.
     """
@@ -75,6 +80,7 @@ def pareto(
         names = tuple(plain(objective) for objective in objectives)
         stated = Objectives(scenario_of(what, **keys), names)
         _check(points, method)
+        formats = chosen("figures", figures, FORMATS)
         made = method_named(method, stated, points)
         place = Path(opened.enter_context(TemporaryDirectory())) if folder is None else Path(folder)
         asked = {"scenario": stated.scenario.model_dump(), "objectives": stated.names}
@@ -85,6 +91,7 @@ def pareto(
                 objectives=stated,
                 store=store,
                 plots=plots and folder is not None,
+                formats=formats,
                 evaluation=evaluation,
                 progress=progress,
                 interruption=interruption,
@@ -95,7 +102,7 @@ def pareto(
                 raise KeyboardInterrupt
         front = _front(TradeOff(stated.headings, {made.name: store.points(made.name)}), made.name, place)
     if folder is not None:
-        front.save(folder)
+        front.save(folder, formats)
     return front
 
 

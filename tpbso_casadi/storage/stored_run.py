@@ -15,6 +15,7 @@ from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.scenario.input_files import read_text
 from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario.tasks.joint_path import pieces_table
 from tpbso_casadi.storage.recomputation.agreement import Contradiction
 from tpbso_casadi.storage.recomputation.files import check_files, check_table
 from tpbso_casadi.storage.recomputation.motions import check_trajectory
@@ -84,6 +85,19 @@ def path_of(run: StoredRun) -> JointPath:
     retiming = run.result.retiming
     same = retiming is not None and retiming.accepted and retiming.candidate == SAME_PATH
     return run.found.path if same else run.motion.path
+
+
+def path_table(run: StoredRun) -> dict[str, Any]:
+    """The [task] table of a run's path, with the speeds of its ends; plain data.
+
+    Raises:
+        ScenarioError: the timing of a path would not keep how it begins.
+    """
+    task = run.motion.criteria.task
+    if task.end_accelerations.any():
+        raise ScenarioError("it leaves with an acceleration, which the timing of a path does not keep")
+    start, goal = (float(np.linalg.norm(velocity)) for velocity in task.end_velocities)
+    return {**pieces_table(path_of(run)), "start_speed": start, "goal_speed": goal}
 
 
 def _searched(scenario: Scenario, solution: SolutionResult) -> Problem[Any]:

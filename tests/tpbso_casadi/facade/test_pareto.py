@@ -54,7 +54,10 @@ def test_the_folder_keeps_it_and_resumes(front: tp.Front, folder: Path) -> None:
     assert {path.name for path in folder.iterdir()} >= {"front.csv", "front.png", "points", "front.json"}
     made: list[Any] = []
     keys: dict[str, Any] = {"points": 2, **TASK, "evaluations": 100, "folder": folder, "told": made.append}
-    again = tp.pareto(ARM, ("time", "rotation"), **keys)
+    again = tp.pareto(ARM, ("time", "rotation"), figures=["pdf", "svg"], **keys)
+    assert {path.name for path in folder.glob("front.*")} >= {"front.pdf", "front.svg"}
+    assert front.save(folder / "svg", figures=["svg"]).joinpath("front.svg").exists()
+    assert not list((folder / "svg").glob("*.png"))
     assert made == []
     np.testing.assert_array_equal(again.values, front.values)
     with pytest.raises(tp.OutputError, match="was made with"):
@@ -85,3 +88,10 @@ def test_a_front_of_the_papers_motions_starts_from_plans_that_are_timed_anew() -
 def test_mistakes_take_one_line(call: Any, expected: str) -> None:
     with pytest.raises(tp.ScenarioError, match=f"^{expected}"):
         call()
+
+
+def test_a_format_that_there_is_not_is_named(front: tp.Front, tmp_path: Path) -> None:
+    for call in (lambda: tp.pareto(ARM, figures=["jpg"], **TASK), lambda: front.save(tmp_path, figures="jpg")):
+        with pytest.raises(ValueError, match="figures: there is no kind 'jpg'; there are png, pdf, svg"):
+            call()
+    assert not list(tmp_path.iterdir())

@@ -20,9 +20,10 @@ from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.scenario.tasks.joint_path import Interpolation
 from tpbso_casadi.scenario.tasks.joint_rows import read_joint_rows
-from tpbso_casadi.storage.stored_run import path_of, read_run
+from tpbso_casadi.storage.stored_run import path_table, read_run
 
 ROBOT_TABLES = ("unit", "arm", "robot", "obstacles", "model")  # of the file that states the robot
+SPEEDS = ("start_speed", "goal_speed")
 MODEL_KEYS = ("limits", "margin", "self_collision")  # of [model], that say something of any motion
 
 
@@ -118,20 +119,15 @@ def of_run(folder: Path, options: argparse.Namespace) -> Scenario:
         if getattr(options, option) is not None:
             raise ScenarioError(f"--{option}: {folder} is a run, whose path is complete")
     run = read_run(folder)
-    given_path, (start, goal) = path_of(run), run.motion.criteria.task.end_velocities
-    if run.motion.criteria.task.end_accelerations.any():
-        raise ScenarioError(f"{folder}: leaves with an acceleration, which the timing of a path does not keep")
-    given = {
-        "kind": "joint-path",
-        "shape": "pieces",
-        "breakpoints": given_path.breakpoints.tolist(),
-        "coefficients": given_path.coefficients.tolist(),
-    }
+    try:
+        given = path_table(run)
+    except ScenarioError as error:
+        raise ScenarioError(f"{folder}: {error}") from error
     if options.robot is not None:
-        return _parsed(_surroundings(options.robot), given, options, options.robot)
-    speeds = {"start_speed": float((start @ start) ** 0.5), "goal_speed": float((goal @ goal) ** 0.5)}
+        at_rest = {key: value for key, value in given.items() if key not in SPEEDS}
+        return _parsed(_surroundings(options.robot), at_rest, options, options.robot)
     content = run.scenario.model_dump()
-    return _parsed({key: content[key] for key in ROBOT_TABLES}, given | speeds, options)
+    return _parsed({key: content[key] for key in ROBOT_TABLES}, given, options)
 
 
 def _surroundings(file: Path) -> dict[str, Any]:
@@ -157,7 +153,7 @@ def _loaded(table: dict[str, Any], mass: float | None) -> dict[str, Any]:
 def _parsed(
     surroundings: dict[str, Any], given: dict[str, Any], options: argparse.Namespace, file: Path | None = None
 ) -> Scenario:
-    speeds = {key: getattr(options, key) for key in ("start_speed", "goal_speed")}
+    speeds = {key: getattr(options, key) for key in SPEEDS}
     task = given | {key: value for key, value in speeds.items() if value is not None}
     content = {**_carrying(surroundings, options.payload), "task": task}
     model = content.get("model")

@@ -10,7 +10,6 @@ import numpy as np
 from problems import Move, PathFollowing, PointToPoint
 from problems import Path as PathOfPoints
 from problems.base.matrix import FloatArray
-from problems.motions.joint_path import JointPath
 from problems.tasks.paths.joint_path import JointFollowing
 from problems.tasks.paths.path_tracing import PathTracing
 from problems.tasks.paths.space_tracing import SpaceTracing
@@ -18,6 +17,7 @@ from problems.tasks.task import Task
 from tpbso_casadi.facade.plain_data import plain
 from tpbso_casadi.facade.tables import goals_table, place_table, places_table
 from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario.tasks.joint_path import pieces_table
 
 Tables = dict[str, dict[str, Any]]
 
@@ -46,12 +46,6 @@ def path_table(path: PathOfPoints) -> dict[str, Any]:
     if PathOfPoints.through(rows).corners != path.corners:
         raise ScenarioError("path: its corners have to be where it turns by 45 degrees or more; say Path.through(...)")
     return {"points": rows}
-
-
-def pieces_table(path: JointPath) -> dict[str, Any]:
-    """The [task] table of a path in joint space, exactly."""
-    pieces = {"breakpoints": plain(path.breakpoints), "coefficients": plain(path.coefficients)}
-    return {"kind": "joint-path", "shape": "pieces", **pieces}
 
 
 def _kept(table: dict[str, Any]) -> list[tuple[str, Any]]:

@@ -19,8 +19,9 @@ from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.statistics import Summary
 from tpbso_casadi.campaign.table import HEADER, print_tables, rows
 from tpbso_casadi.facade.results.data_frame import data_frame
+from tpbso_casadi.facade.results.export import chosen
 from tpbso_casadi.facade.results.html import heading, table
-from tpbso_casadi.figures.style.formats import DEFAULT
+from tpbso_casadi.figures.style.formats import DEFAULT, FORMATS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -119,9 +120,11 @@ class Comparison:
             The path of the folder.
 
         Raises:
+            ValueError: there is no such format.
             OutputError: it cannot be written.
         """
-        write_comparison(Path(folder), self.results, self.runs, self.best, formats=figures if plots else ())
+        formats = chosen("figures", figures, FORMATS) if plots else ()
+        write_comparison(Path(folder), self.results, self.runs, self.best, formats=formats)
         export(self.records, Path(folder) / "runs.csv")
         return Path(folder)
 

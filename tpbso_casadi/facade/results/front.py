@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,8 +11,10 @@ import numpy as np
 
 from problems.base.matrix import FloatArray
 from tpbso_casadi.facade.results.data_frame import data_frame
+from tpbso_casadi.facade.results.export import chosen
 from tpbso_casadi.facade.results.html import heading, picture, table
 from tpbso_casadi.facade.results.stored_plan import StoredPlan
+from tpbso_casadi.figures.style.formats import DEFAULT, FORMATS
 from tpbso_casadi.trade_off.point import Point
 from tpbso_casadi.trade_off.table import TradeOff
 
@@ -70,22 +73,26 @@ class Front:
 
         return shown(front_figure(self.trade_off))
 
-    def save(self, folder: str | Path) -> Path:
+    def save(self, folder: str | Path, figures: Sequence[str] = DEFAULT) -> Path:
         """Write the tables ``front.csv`` and ``methods.csv``, and the figure.
 
         Args:
             folder: to write to.
+            figures: formats of the figure: ``png``, ``pdf``, ``svg``; empty for none.
 
         Returns:
             The path of the folder.
 
         Raises:
+            ValueError: there is no such format.
             OutputError: it cannot be written.
         """
         from tpbso_casadi.trade_off.figures import draw_front  # noqa: PLC0415 (matplotlib is slow to load)
 
+        formats = chosen("figures", figures, FORMATS)
         self.trade_off.write(Path(folder))
-        draw_front(Path(folder), self.trade_off)
+        if formats:
+            draw_front(Path(folder), self.trade_off, formats)
         return Path(folder)
 
     def __len__(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, ClassVar, Literal, NoReturn, Self
+from typing import Annotated, Any, ClassVar, Literal, NoReturn, Self
 
 import numpy as np
 from pydantic import Field
@@ -132,3 +132,9 @@ class JointPiecesTask(GivenPathTask):
         if not (np.diff(breakpoints) > 0.0).all():
             raise InvalidProblem("breakpoints", "increasing parameters are needed")
         return JointPath(breakpoints, np.array(self.coefficients))
+
+
+def pieces_table(path: JointPath) -> dict[str, Any]:
+    """The [task] table of a path in joint space, exactly; plain data."""
+    pieces = {"breakpoints": path.breakpoints.tolist(), "coefficients": path.coefficients.tolist()}
+    return {"kind": "joint-path", "shape": "pieces", **pieces}
