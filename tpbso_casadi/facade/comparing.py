@@ -87,8 +87,8 @@ def compare(
         budget = _given({"population": population, "iterations": iterations, "evaluations": evaluations})
         limit = _given({"time_limit": time_limit})
         descent: dict[str, Any] = {"evaluations": None, "iterations": None if limit else starts, **limit}
-        if not isinstance(runs, int | np.integer) or runs < 1:
-            raise ScenarioError(f"runs: a whole number of 1 or more is needed, not {runs!r:.60}")
+        if not isinstance(runs, int | np.integer):
+            raise ScenarioError(f"runs: a whole number is needed, not {runs!r:.60}")
         functions = functions_among(scenarios, keys)
         usual = FUNCTION_SOLVERS if functions and solvers is USUAL_SOLVERS else solvers
         specs = [replace(spec, table=budget | limit, descent_table=descent) for spec in specs_of(usual)]

@@ -60,13 +60,18 @@ def test_an_unknown_option_is_one_line(command: str, capsys: pytest.CaptureFixtu
     assert (printed.out, printed.err) == ("", "error: unrecognized arguments: --unknown\n")
 
 
+def text_of(default: object) -> object:
+    """As it is typed: several values with commas between them."""
+    return ",".join(default) if isinstance(default, tuple) else default
+
+
 @each_parser
 def test_every_value_has_a_default_that_the_help_shows(parser: OneLineParser) -> None:
     valued = [action for action in options_of(parser) if action.nargs != 0 and not action.required]
     formatter = parser._get_formatter()
     helps = {action.dest: formatter._expand_help(action) for action in valued}
     assert {option: shown for option, shown in helps.items() if not re.search(r"\[default: [^\]]+\]$", shown)} == {}
-    stated = {action.dest: action.default for action in valued if action.default not in (None, [])}
+    stated = {action.dest: text_of(action.default) for action in valued if action.default not in (None, [], ())}
     assert {option: value for option, value in stated.items() if f"[default: {value}]" not in helps[option]} == {}
 
 

@@ -220,7 +220,7 @@ ERRORS: list[tuple[dict[str, Any], str]] = [
     ({"objective": tp.Cost(lambda m: m.q[0], name="time")}, "'time' is the name of one of ours"),
     ({"objective": [(1, "time"), (2, "time")]}, "two have the same name"),
     ({"objective": [1]}, "pairs of a weight and an objective are needed"),
-    ({"objective": {tp.Cost(lambda m: 1.0): -1.0}}, "objective.cost"),
+    ({"objective": {tp.Cost(lambda m: 1.0): -1.0}}, "objective.cost: input should be greater than 0"),
     ({"objective": 5}, "5 is no name, no tp.Cost"),
     ({"objective": Energy}, "'energy' needs masses"),
     ({"objective": "calm"}, "not 'calm'"),
