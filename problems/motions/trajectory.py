@@ -21,6 +21,7 @@ SMOOTH_ORDERS = 3  # of which all but the jerks are continuous where nothing els
 CONTINUOUS_ORDERS = 2  # of which at least angles and speeds have to be
 ROUNDING = 1e-12  # relative to a derivative's largest value: smaller jumps are none
 JUMP = 1e-6  # of the scale of jumps: an acceleration that jumps by less is continuous; timed pieces can be short
+ROUNDED_TIME = 1e-9  # s, and relative to T: a time that is outside the motion by less is at its end
 SLIVER = 1e-12  # s: shorter ends of pieces are left out where a motion is cut
 LARGEST_JUMP_SCALE, LEAST_JUMP_SCALE = 1.0, 1e-6  # rad: jumps are relative to what lies between
 
@@ -83,14 +84,25 @@ class Trajectory:
     def __call__(self, times: float | FloatArray, derivative: int = 0) -> FloatArray:
         """Joint values or a derivative of them at a time in s, (k,), or at times (n,), (n, k); rad / s^derivative.
 
-        Outside 0 to T the first and the last polynomial are continued, which nothing is proven of.
+        Raises:
+            ValueError: there is no such derivative, or a time is outside 0 to T by more than rounding.
+        """
+        if derivative not in range(SAMPLED_ORDERS + 1):
+            raise ValueError(f"derivative: {derivative} is none; there are those from 0 to {SAMPLED_ORDERS}")
+        return self.at(self.checked_times(times), int(derivative))
+
+    def checked_times(self, times: float | FloatArray) -> FloatArray:
+        """Times in s, moved into 0 to T where they are outside by no more than rounding.
 
         Raises:
-            ValueError: there is no such derivative.
+            ValueError: one is outside by more.
         """
-        if not 0 <= derivative <= SAMPLED_ORDERS:
-            raise ValueError(f"derivative: {derivative} is none; there are those from 0 to {SAMPLED_ORDERS}")
-        return self.at(np.asarray(times, dtype=np.float64), derivative)
+        given = np.asarray(times, dtype=np.float64)
+        inside = np.clip(given, 0.0, self.duration)
+        outside = given[~(np.abs(given - inside) <= ROUNDED_TIME * max(1.0, self.duration))]
+        if outside.size:
+            raise ValueError(f"times: {outside[0]:g} s is not within the motion, 0 to {self.duration:.6g} s")
+        return inside
 
     @property
     def moves(self) -> bool:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from tpbso_casadi.audit.content import audit_scenario
+from tpbso_casadi.facade.arguments.values import file_path
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.results.audit import Audit, ScenarioAudit
 from tpbso_casadi.facade.results.stored_plan import StoredPlan
-from tpbso_casadi.facade.statement import HasScenario, What, scenario_of
+from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, scenario_of
 from tpbso_casadi.scenario.cases.builtin import TITLES
 from tpbso_casadi.scenario.input_files import is_folder
 from tpbso_casadi.scenario.scenario import plugin_failures_named
@@ -31,6 +32,7 @@ def audit(what: Plan | What | HasScenario) -> Audit:
         return what.audit()
     if isinstance(what, str | Path) and what not in TITLES and is_folder(str(what)):
         return read_run(what).audit()
+    check_plannable("what", what, "a plan, the folder of a run")
     scenario = scenario_of(what)
     with plugin_failures_named(scenario):
         return ScenarioAudit(audit_scenario(scenario))
@@ -43,6 +45,7 @@ def read_run(folder: str | Path) -> StoredPlan:
         folder: that ``plan.save(folder)`` or ``tpbso solve`` wrote.
 
     Raises:
+        TypeError: the folder is no path.
         InvalidRun: a file is missing or was changed, or a number is not what a recomputation gives.
     """
-    return StoredPlan.of(read_stored_run(Path(folder)))
+    return StoredPlan.of(read_stored_run(file_path("folder", folder)))

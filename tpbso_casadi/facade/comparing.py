@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -26,8 +26,9 @@ from tpbso_casadi.campaign.runner import run_campaign
 from tpbso_casadi.campaign.store import Store
 from tpbso_casadi.facade.arguments.keywords import AnySolverChoice, solver_table
 from tpbso_casadi.facade.arguments.messages import in_words_of_python
+from tpbso_casadi.facade.arguments.values import function
 from tpbso_casadi.facade.results.comparison import Comparison
-from tpbso_casadi.facade.statement import HasScenario, What, scenario_of
+from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, scenario_of
 from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import writing
@@ -83,6 +84,7 @@ def compare(
         ScenarioError: naming the first wrong argument.
         StoreError: the folder is in use, or cannot be written.
     """
+    function("progress", progress)
     with in_words_of_python():
         budget = _given({"population": population, "iterations": iterations, "evaluations": evaluations})
         limit = _given({"time_limit": time_limit})
@@ -157,9 +159,11 @@ def labelled(scenarios: AnyScenarios, keys: dict[str, Any]) -> dict[str, Scenari
         ScenarioError: there is none, two have the same label, or one is wrong.
     """
     if isinstance(scenarios, Mapping):
+        _check_plannable(scenarios.values())
         return {str(label): scenario_of(what, **keys) for label, what in scenarios.items()}
     several = isinstance(scenarios, list | tuple) and not all(isinstance(each, int | float) for each in scenarios)
     given: Sequence[Any] = scenarios if several else [scenarios]  # type: ignore[assignment]
+    _check_plannable(given)
     found: dict[str, Scenario] = {}
     for number, what in enumerate(given, start=1):
         label = Path(what).stem if isinstance(what, str | Path) else f"scenario {number}"
@@ -167,6 +171,11 @@ def labelled(scenarios: AnyScenarios, keys: dict[str, Any]) -> dict[str, Scenari
             raise ScenarioError(f"scenarios: {label} is there twice; say a table, {{'label': scenario}}")
         found[label] = scenario_of(what, **keys)
     return found
+
+
+def _check_plannable(scenarios: Iterable[Any]) -> None:
+    for what in scenarios:
+        check_plannable("scenarios", what)
 
 
 def specs_of(solvers: AnySolvers) -> list[SolverSpec]:

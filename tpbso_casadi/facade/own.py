@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import Any, TypeAlias
 
 from problems import OBJECTIVES, InvalidProblem, Limit, Objective, Robot
@@ -21,8 +22,8 @@ class StatedConstraint:
     Args:
         expression: a function of one instant ``m`` of the motion, see :class:`MotionView`, that gives a number or a
             vector; called with CasADi's symbols.
-        lower: bound of each value, or one for all of them; None where there is none.
-        upper: likewise.
+        lower: bound of each value, or one for all of them; None (or -inf) where there is none.
+        upper: likewise; None (or inf) where there is none.
         name: what tables and verdicts call it.
         unit: of the values and bounds.
     """
@@ -43,7 +44,8 @@ class StatedConstraint:
         Raises:
             ScenarioError: the function raises, or gives no expression.
         """
-        bounds = {key: plain(value) for key, value in (("lower", self.lower), ("upper", self.upper))}
+        sides = (("lower", self.lower, -inf), ("upper", self.upper, inf))
+        bounds = {key: _bound(value, none) for key, value, none in sides}
         text = _text(self.expression, robot, f"constraint {self.name!r}")
         stated = {"name": self.name, "unit": self.unit, **bounds, "expression": text}
         return {key: value for key, value in stated.items() if value is not None}
@@ -86,6 +88,13 @@ class StatedCost:
 AnyConstraint: TypeAlias = StatedConstraint | Limit | type[Limit]
 AnyTerm: TypeAlias = str | StatedCost | Objective | type[Objective]
 AnyObjective: TypeAlias = AnyTerm | Mapping[Any, float] | Sequence[tuple[float, AnyTerm]]
+
+
+def _bound(value: Any, none: float) -> Any:
+    """A bound as plain data; None where every number says that there is none."""
+    bound = plain(value)
+    missing = bound == [none] * len(bound) if isinstance(bound, list) and bound else bound == none
+    return None if missing else bound
 
 
 def constraints_table(constraints: AnyConstraint | Iterable[AnyConstraint], robot: Robot) -> Table:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from problems.base.matrix import FloatArray
 from solvers import Result
 from tpbso_casadi.audit.content import audit_run
 from tpbso_casadi.facade.arguments.messages import in_words_of_python
+from tpbso_casadi.facade.arguments.values import file_path, positive, times_array
 from tpbso_casadi.facade.results.audit import RunAudit
 from tpbso_casadi.facade.results.data_frame import data_frame
 from tpbso_casadi.facade.results.export import RATE, chosen, exports_of
@@ -100,7 +102,10 @@ class Plan:
     def __repr__(self) -> str:
         objective = self.planned.criteria.objective
         parts = self.motion.objective_parts or [(objective, 1.0, self.objective)]
-        values = ", ".join(f"{part.name} {value:.6g} {part.unit}" for part, _, value in parts)
+        values = ", ".join(
+            f"{part.name} {value:.6g} {part.unit}" if isfinite(value) else f"{part.name} is undefined"
+            for part, _, value in parts
+        )
         return f"<plan: {values}, {self.status}, T = {self.duration:.4g} s>"
 
     def to_numpy(self, times: FloatArray | None = None) -> dict[str, FloatArray]:
@@ -108,8 +113,12 @@ class Plan:
 
         Args:
             times: at which, (n,), s; :attr:`times` by default.
+
+        Raises:
+            ValueError: they are no times from 0 to T.
         """
-        header, table = table_of(self.motion, self.times if times is None else times)
+        given = self.times if times is None else self.trajectory.checked_times(times_array(times))
+        header, table = table_of(self.motion, given)
         return dict(zip(header, table.T, strict=True))
 
     def to_dataframe(self, times: FloatArray | None = None) -> pd.DataFrame:
@@ -144,22 +153,27 @@ class Plan:
             The path of the file.
 
         Raises:
+            TypeError: it is no path.
             OutputError: an unknown suffix, no ffmpeg for an MP4, or a file that cannot be written.
         """
         from tpbso_casadi.animation import animate, check_animation  # noqa: PLC0415 (slow to load)
 
+        file = file_path("path", path)
         with in_words_of_python():
-            check_animation(Path(path))
-            animate(Path(path), Path(path).stem, self.motion)
-        return Path(path)
+            check_animation(file)
+            animate(file, file.stem, self.motion)
+        return file
 
     def player(self, height: int = 520) -> Player:
         """The motion as a player, which a notebook shows.
 
         Args:
             height: of the frame, pixels.
+
+        Raises:
+            ValueError: it is no number above 0.
         """
-        return Player.of(self.motion, repr(self)[1:-1], height)
+        return Player.of(self.motion, repr(self)[1:-1], round(positive("height", height, "pixels")))
 
     def save(
         self, folder: str | Path, export: Sequence[str] = (), figures: Sequence[str] = ("png",), rate: float = RATE
@@ -176,12 +190,14 @@ class Plan:
             The path of the folder.
 
         Raises:
-            ValueError: an unknown kind of export or of figures.
-            OutputError: the folder cannot be written, or holds anything but a run.
+            TypeError: the folder is no path.
+            ValueError: an unknown kind of export or of figures; a rate that is no number above 0.
+            OutputError: the folder cannot be written, or holds anything but a run; the rate makes too many rows.
         """
+        place = file_path("folder", folder)
         formats, exports = chosen("figures", figures, FORMATS), exports_of(self.motion, export, rate)
-        write_run(Path(folder), self.planned, bool(formats), exports, formats=formats)
-        return Path(folder)
+        write_run(place, self.planned, bool(formats), exports, formats=formats)
+        return place
 
     def audit(self) -> RunAudit:
         """The certificate of the plan, constraint by constraint, and what holds it back; takes seconds.

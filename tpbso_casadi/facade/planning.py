@@ -90,7 +90,8 @@ def plan(
         within=within,
         **keys,
     )
-    for name, value, kind in (("warm_start", warm_start, Plan), ("evaluation", evaluation, EvaluationOptions)):
+    given = (("warm_start", warm_start, Plan), ("evaluation", evaluation, EvaluationOptions))
+    for name, value, kind in (*given, ("progress", progress, Progress)):
         if value is not None and not isinstance(value, kind):
             raise TypeError(f"{name}: a tp.{kind.__name__} is needed, not {shown(value)}")
     before = None if warm_start is None else warm_start.planned

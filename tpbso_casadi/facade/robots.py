@@ -12,7 +12,7 @@ from problems import InvalidProblem, PlanarArm, Robot
 from problems.base.matrix import FloatArray
 from problems.robots.spatial.models import BUILT_IN
 from problems.robots.spatial.spatial_arm import SpatialArm
-from tpbso_casadi.facade.arguments.messages import check_keywords, in_words_of_python
+from tpbso_casadi.facade.arguments.messages import as_argument, check_keywords, in_words_of_python
 from tpbso_casadi.facade.plain_data import plain
 from tpbso_casadi.facade.tables import OF_THE_MODEL, arm_table, settings_table
 from tpbso_casadi.scenario.cases.builtin import TITLES
@@ -49,7 +49,7 @@ class StatedRobot:
         try:
             model = self.table.build()
         except InvalidProblem as error:
-            raise ScenarioError(f"{self.table.prefix}{error.field}: {error.reason}") from error
+            raise ScenarioError(as_argument(f"{self.table.prefix}{error.field}: {error.reason}")) from error
         if isinstance(model, SpatialArm):
             KNOWN_TABLES[model] = self.table
             for oldest in [*KNOWN_TABLES][:-MOST_KNOWN]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
+
+import numpy as np
 
 from problems import Path as PathOfPoints
 from problems import Robot
@@ -12,6 +14,7 @@ from problems.tasks.task import Task
 from tpbso_casadi.facade.arguments.keywords import AnySolverChoice, solver_table, sorted_into_tables
 from tpbso_casadi.facade.arguments.messages import in_words_of_python
 from tpbso_casadi.facade.arguments.tasks import STATEMENTS, path_table, tables_of
+from tpbso_casadi.facade.arguments.values import whole_or_not
 from tpbso_casadi.facade.own import constraints_table, objective_table
 from tpbso_casadi.facade.plain_data import plain
 from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
@@ -22,6 +25,7 @@ from tpbso_casadi.scenario.loading import load
 from tpbso_casadi.scenario.overriding import overridden
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
 from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario.validation import shown
 
 What: TypeAlias = Scenario | Task | AnyRobot
 
@@ -53,11 +57,30 @@ def scenario_of(
         ScenarioError: naming the first wrong argument.
         TypeError: a keyword that no table has.
     """
+    check_plannable("what", what)
     given = given_scenario(what)
     if given is not None:
         return _overridden(given, solver, polish, keys)
     with in_words_of_python():
         return _overridden(None, solver, polish, keys, what)
+
+
+def check_plannable(name: str, what: Any, also: str = "") -> None:
+    """That something can be planned, as far as its kind tells.
+
+    Args:
+        name: of the argument.
+        what: its value.
+        also: what else it may be, for the message.
+
+    Raises:
+        ScenarioError: it cannot.
+    """
+    kinds = (str, Path, StatedRobot, Robot, Sequence, np.ndarray)
+    if isinstance(what, kinds) or type(what) in STATEMENTS or given_scenario(what) is not None:
+        return
+    known = "a scenario, its file (.toml) or its name, a task such as tp.Move(...), or a robot, tp.robot(...)"
+    raise ScenarioError(f"{name}: {f'{also}, ' if also else ''}{known}, is needed, not {shown(what)}")
 
 
 def _overridden(
@@ -69,7 +92,7 @@ def _overridden(
     tables = sorted_into_tables(stated, None if given is None else given.task)
     tables["solver"] |= solver_table(solver)
     if polish is not None:
-        tables["solver"]["polish_starts"] = int(polish)
+        tables["solver"]["polish_starts"] = whole_or_not("polish", polish)
     if given is None and type(what) in STATEMENTS:
         given = task_scenario(what)
     if given is None:

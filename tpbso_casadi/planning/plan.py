@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from math import isfinite
+from typing import Any, TypeVar
 
 import numpy as np
 
-from problems import Problem, Trajectory
+from problems import CertificateStatus, Problem, Trajectory
 from problems.base.matrix import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import IPOPT, AnySolver, Archive, Box, Result, Solver, minimize
@@ -27,6 +28,7 @@ from tpbso_casadi.planning.within import best_within
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection
 from tpbso_casadi.scenario.section import ScenarioError
 
+P = TypeVar("P", bound=PlannedMotion)
 SILENT = Progress()
 RESTARTS = 2  # of a search in space without a certified plan
 
@@ -55,14 +57,14 @@ def plan(
         The plan. After Ctrl-C too, once there is a candidate: the best so far.
 
     Raises:
-        ScenarioError: the task cannot be done, the solver is unknown, or there is nothing to learn from the plan to
-            start from.
+        ScenarioError: the task cannot be done, the solver is unknown, what is minimised has no value, or there is
+            nothing to learn from the plan to start from.
         KeyboardInterrupt: Ctrl-C, before there was a candidate.
     """
     with deferred_interrupt() as interruption:
         progress.phase("modelling")
         if not scenario.task.is_searched:
-            return timed(scenario, interruption.breakable(scenario.criteria), progress, interruption)
+            return _valued(timed(scenario, interruption.breakable(scenario.criteria), progress, interruption))
         problem = interruption.breakable(scenario.problem) if problem is None else problem
         solver = scenario.solver.build()
 
@@ -82,8 +84,20 @@ def plan(
             return found
 
         if not problem.branches or solver.solves_program:
-            return planned(problem, scenario.solver)
-        return best_of_branches(problem, solver, scenario.solver, evaluation, progress, interruption, planned)
+            return _valued(planned(problem, scenario.solver))
+        return _valued(best_of_branches(problem, solver, scenario.solver, evaluation, progress, interruption, planned))
+
+
+def _valued(found: P) -> P:
+    """The plan, if what is minimised has a value.
+
+    Raises:
+        ScenarioError: all limits hold, but the objective is no number.
+    """
+    if found.motion.status is CertificateStatus.CERTIFIED and not isfinite(found.objective):
+        name, value = found.criteria.objective.name, found.objective
+        raise ScenarioError(f"task.objective: {name!r} is undefined ({value:g}) along the motion that was found")
+    return found
 
 
 def may_start_again(scenario: Scenario, problem: Problem[Any]) -> bool:

@@ -27,6 +27,9 @@ from problems.robots.robot import Robot
 
 BASIC = ("q", "speed", "acceleration", "jerk", "time", "duration")
 MISUSED = "truth value"  # what CasADi says of ``if`` on symbols
+OUTSIDE, LENGTH = "out of bounds", re.compile(r"supplied length of (\d+)")  # what it says of an index
+NO_NUMBER = "nan"  # what Python's own functions make of symbols
+OF_SYMBOLS = "say ca.sin in place of math.sin, and so on: only CasADi's functions take symbols"
 PLACE = re.compile(r"^\.\.\./\S+:\d+: ")  # in CasADi's own source
 KNOWN = [name for name, part in vars(MotionView).items() if isinstance(part, property)]
 
@@ -83,8 +86,17 @@ def _called(stated: Stated, view: MotionView, called: str) -> Any:
         raise InvalidProblem(called, f"{error.field}: {error.reason}") from error
     except Exception as error:
         reason = PLACE.sub("", " ".join(str(error).split()))
+        if OUTSIDE in reason:
+            raise InvalidProblem(called, _outside(reason, view.robot)) from error
         advice = "say ca.if_else(condition, a, b) in place of if" if MISUSED in reason else f"m has {', '.join(KNOWN)}"
         raise InvalidProblem(called, f"raised {type(error).__name__}: {reason[:150]}; {advice}") from error
+
+
+def _outside(reason: str, robot: Robot) -> str:
+    """What is said of an index that is too large or too small."""
+    length = LENGTH.search(reason)
+    known = f"{robot.dof} joints, {robot.dim} coordinates of a point" if length is None else f"{length[1]} in all"
+    return f"an index is out of range: {known}, counted from 0"
 
 
 def _column(value: Any, called: str) -> ca.SX:
@@ -110,7 +122,8 @@ def _text(expression: ca.SX, symbols: Mapping[str, ca.SX], called: str) -> str:
     try:
         return written(expression, symbols)
     except UnsupportedOperation as error:
-        raise InvalidProblem(called, str(error)) from error
+        advice = f"; {OF_SYMBOLS}" if str(error).endswith(NO_NUMBER) else ""
+        raise InvalidProblem(called, f"{error}{advice}") from error
 
 
 def _inserted(expression: ca.SX, symbols: Mapping[str, ca.SX], long: _WrittenOut, called: str) -> str:

@@ -13,7 +13,8 @@ from tpbso_casadi.scenario.section import ScenarioError
 from tpbso_casadi.storage.files import OutputError
 
 KEY = re.compile(r"^(?:task|model|solver|arm|robot)\.(?:settings\.)?(\w+)")
-ENTRY = re.compile(r"^(\w+)\.(\d+)\.?")  # of a list
+ENTRY = re.compile(r"^(\w+)((?:\.\d+)+)\.?")  # of a list, or of a list in it
+NUMBER = re.compile(r"\.(\d+)")
 OPTION = re.compile(r"^--")
 ARGUMENTS = {
     "points": "path",
@@ -29,13 +30,14 @@ ADVICE = {  # of what is missing
     "max_acceleration": "say how much they may accelerate, max_acceleration=... in rad/s^2",
     "tolerance": "say how far a blend may leave the lines, tolerance=... in rad",
 }
+BRACKETED = r"[\1]"
 MISSING = ": missing key"
 
 
 def as_argument(message: str) -> str:
     """A message that begins with a key of a scenario, or an option, as one that begins with an argument."""
     message = OPTION.sub("", KEY.sub(lambda key: ARGUMENTS.get(key[1], key[1]), message))
-    message = ENTRY.sub(lambda entry: f"{entry[1]}[{entry[2]}] ", message).replace("] :", "]:")
+    message = ENTRY.sub(lambda entry: f"{entry[1]}{NUMBER.sub(BRACKETED, entry[2])} ", message).replace("] :", "]:")
     name, missing, _ = message.partition(MISSING)
     return f"{name}: missing; {ADVICE[name]}" if missing and name in ADVICE else message
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from functools import partial
 
+from tpbso_casadi.facade.arguments.messages import in_words_of_python
+from tpbso_casadi.facade.arguments.values import positive
 from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, export_motion
+from tpbso_casadi.scenario.validation import shown
+from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, equal_steps, export_motion
 from tpbso_casadi.storage.run_folder import Writer
 
 RATE = DEFAULT_RATE  # Hz
@@ -18,8 +21,10 @@ def chosen(argument: str, kinds: Sequence[str], known: Collection[str]) -> tuple
     Raises:
         ValueError: there is no such kind; lists those that there are.
     """
+    if not isinstance(kinds, Iterable):
+        raise ValueError(f"{argument}: kinds are needed, of {', '.join(known)}, or () for none; not {shown(kinds)}")
     kinds = (kinds,) if isinstance(kinds, str) else tuple(kinds)
-    unknown = next((kind for kind in kinds if kind not in known), None)
+    unknown = next((kind for kind in kinds if not isinstance(kind, str) or kind not in known), None)
     if unknown is not None:
         raise ValueError(f"{argument}: there is no kind {unknown!r}; there are {', '.join(known)}")
     return kinds
@@ -29,6 +34,11 @@ def exports_of(motion: Motion, kinds: Sequence[str], rate: float = RATE) -> list
     """What writes each export, at a rate in Hz.
 
     Raises:
-        ValueError: there is no such kind.
+        ValueError: there is no such kind, or the rate is no number above 0.
+        OutputError: it makes too many rows.
     """
-    return [partial(export_motion, motion=motion, kind=kind, rate=rate) for kind in chosen("export", kinds, EXPORTS)]
+    hertz, exports = positive("rate", rate, "Hz"), chosen("export", kinds, EXPORTS)
+    if exports:
+        with in_words_of_python():
+            equal_steps(motion, hertz)
+    return [partial(export_motion, motion=motion, kind=kind, rate=hertz) for kind in exports]

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Self
 
+from tpbso_casadi.facade.arguments.values import file_path
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.results.export import RATE, chosen, exports_of
 from tpbso_casadi.figures.style.formats import FORMATS
@@ -46,14 +47,15 @@ class StoredPlan(Plan):
         self, folder: str | Path, export: Sequence[str] = (), figures: Sequence[str] = ("png",), rate: float = RATE
     ) -> Path:
         """Write the run to another folder, as :meth:`Plan.save` does; figures of its search are left out."""
+        place = file_path("folder", folder)
         formats, exports = chosen("figures", figures, FORMATS), exports_of(self.motion, export, rate)
         replace_folder(
-            Path(folder),
+            place,
             needed=[lambda staged: write_motion(staged / "trajectory.csv", self.motion, self.times)],
             further=[*([partial(self._draw, formats)] if formats else []), *exports],
             result=lambda files: self.result.model_copy(update={"files": files}).to_json(),
         )
-        return Path(folder)
+        return place
 
     def _draw(self, formats: Sequence[str], folder: Path) -> None:
         from tpbso_casadi.figures.run import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
