@@ -157,7 +157,7 @@ def test_objects_of_another_kind_are_refused_by_name(keys: dict[str, Any], messa
 
 @pytest.mark.parametrize("count", [0, -1, "3", 1.5])
 def test_counts_are_whole_numbers(count: Any) -> None:
-    with pytest.raises(tp.ScenarioError, match=r"^runs: a whole number of 1 or more is needed"):
+    with pytest.raises(tp.ScenarioError, match=r"^runs: (a whole number is needed|-?\d+ are none)"):
         tp.compare("time-3", solvers=["bso"], runs=count)
     with pytest.raises(tp.ScenarioError, match=r"^points: .* is not within 2 and 1000"):
         tp.pareto("time-3", points=count)

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
-from tpbso_casadi.cli.commands import solve
 from tpbso_casadi.facade.plan import Plan
 
 ARM = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0)
