@@ -62,7 +62,7 @@ def test_each_takes_one_command(section: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_each_makes_its_picture(name: str, folder: Path) -> None:
-    assert run(folder, name).strip()
+    run(folder, name)
     assert (folder / name.replace("_", "-")).with_suffix(".png").stat().st_size > 10_000
 
 
