@@ -124,7 +124,7 @@ def test_labels() -> None:
         (lambda: tp.compare("time-2", "psoo"), "time-2: psoo: solver.name: no solver 'psoo'; did you mean pso"),
         (lambda: tp.compare("time-2", "pso", runs=10**6), "runs: a campaign has at most"),
         (lambda: tp.compare("time-2", "pso", runs=1, workers=10**6), "workers: more than"),
-        (lambda: tp.compare("time-2", ["pso"], runs=0), "runs: 0 are none"),
+        (lambda: tp.compare("time-2", ["pso"], runs=0), "runs: a whole number of 1 or more is needed, not 0"),
     ],
 )
 def test_mistakes_take_one_line(call: Any, expected: str) -> None:
