@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
+from tpbso_casadi.cli.commands import solve
 from tpbso_casadi.facade.plan import Plan
 
 ARM = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0)
@@ -129,3 +130,18 @@ def test_a_motion_that_breaks_limits_says_that_its_cost_is_undefined() -> None:
     plan = tp.plan(ARM, **TASK, objective=UNDEFINED, constraints=never)
     assert not plan.certified
     assert repr(plan).startswith("<plan: cost is undefined, violated, T = ")
+
+
+def test_a_command_says_so_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, out = tmp_path / "arm.toml", tmp_path / "run"
+    file.write_text(
+        "[arm]\nlink_lengths = [0.7, 0.7, 0.6]\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
+        '[task]\nkind = "point-to-point"\nstart = [1.0, 0.0]\ngoal = [0.5, 1.5]\nobjective = "cost"\n'
+        '[[task.objectives]]\nname = "cost"\nexpression = """w0 = sub(q[0], 100.0)\nw1 = sqrt(w0)\n= w1"""\n'
+        "[solver]\nevaluations = 50\npolish_starts = 0\n"
+    )
+    assert solve.main([str(file), "--out", str(out), "--no-plots"]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1
+    assert "task.objective: 'cost' is undefined (nan) along the motion that was found" in said[0]
+    assert not out.exists()
