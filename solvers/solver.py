@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Generator
+from numbers import Integral
 from typing import ClassVar, Literal, TypeAlias
 
 import numpy as np
@@ -38,8 +39,12 @@ class Solver(SolverTraits, ABC):
     population: int | None
 
     def __post_init__(self) -> None:
-        if self.population is not None and self.population < self.minimum_population:
-            name = type(self).__name__
+        if self.population is None:
+            return
+        name = type(self).__name__
+        if isinstance(self.population, bool) or not isinstance(self.population, Integral):
+            raise TypeError(f"{name} needs a whole number for its population, not {self.population!r:.60}")
+        if self.population < self.minimum_population:
             raise ValueError(f"{name} needs a population of at least {self.minimum_population}, not {self.population}")
 
     @abstractmethod

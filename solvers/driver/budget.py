@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from enum import StrEnum
+from numbers import Integral, Real
 
 
 class StopReason(StrEnum):
@@ -56,6 +57,7 @@ class Budget:
 
     Raises:
         ValueError: a limit is not positive, or none of the first three is given.
+        TypeError: a limit is not a number, or evaluations are not a whole one.
     """
 
     evaluations: int | None = None
@@ -67,6 +69,7 @@ class Budget:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
+            _check_number(field.name, value)
             if field.name != "target" and value is not None and not value > 0:
                 raise ValueError(f"a budget of {value} {field.name} is not positive")
         if self.evaluations is None and self.iterations is None and self.seconds is None:
@@ -94,3 +97,11 @@ class Budget:
         if not shares and self.seconds is not None:
             shares.append(usage.seconds / self.seconds)
         return min(1.0, max(shares))
+
+
+def _check_number(name: str, value: object) -> None:
+    if value is None:
+        return
+    kind, words = (Integral, "whole number") if name == "evaluations" else (Real, "number")
+    if isinstance(value, bool) or not isinstance(value, kind):
+        raise TypeError(f"a budget of {value!r:.60} {name}: a {words} is needed")

@@ -55,11 +55,13 @@ class CMAES(Solver):
 
         With our random numbers and no output.
         """
-        options = {
+        options: dict[str, Any] = {
             "bounds": [0.0, 1.0],
             "popsize": population,
             "randn": lambda *shape: rng.standard_normal(shape),
             "seed": np.nan,  # leaves NumPy's global generator alone
             "verbose": -9,
         }
+        if box.dimension == 1:
+            options["maxstd"] = np.inf  # the package cannot limit the one standard deviation, and raises
         return cma.CMAEvolutionStrategy(box.initial_shares(rng.random((1, box.dimension)))[0], self.sigma, options)

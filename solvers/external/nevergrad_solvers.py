@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import nevergrad
 import numpy as np
 
 from solvers.box import Box, FloatArray
@@ -19,6 +18,9 @@ from solvers.driver.iterations import Iterations
 from solvers.external.callback_to_generator import LARGEST_COST
 from solvers.external.global_random import GlobalRandom
 from solvers.solver import DEFAULT_EVALUATIONS, Search, Solver, require
+
+with GlobalRandom(np.random.default_rng(1)).active():  # it draws random numbers as it is imported
+    import nevergrad
 
 ONE_BY_ONE = 1
 

@@ -13,7 +13,7 @@ from solvers.driver.interruption import Interruption
 from solvers.driver.result import Result, Status
 from solvers.driver.run import SearchRun
 from solvers.standalone.record import Record, read_record, write_record
-from solvers.standalone.statement import Bounds, SolverChoice, box_of, budget_of, candidates_of, solver_of
+from solvers.standalone.statement import Bounds, SolverChoice, box_of, budget_of, candidates_of, generator_of, solver_of
 
 
 class AskTell:
@@ -52,7 +52,7 @@ class AskTell:
     ) -> None:
         self.solver, self.budget, self.seed = solver_of(solver, settings), budget_of(budget), seed
         self.box = candidates_of(known, box_of(bounds))
-        self._run = SearchRun(self.solver, self.box, self.budget, np.random.default_rng(seed), Interruption())
+        self._run = SearchRun(self.solver, self.box, self.budget, generator_of(seed), Interruption())
         self._asked = False
         self._record = Record.of(self.solver, self.box, self.budget, seed)
 
@@ -156,7 +156,10 @@ class AskTell:
             OSError: it cannot be read.
         """
         record = read_record(Path(file))
-        search = cls(record.solver(), record.box, budget=record.budget, seed=record.seed)
+        try:
+            search = cls(record.solver(), record.box, budget=record.budget, seed=record.seed)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{file}: not a saved search: {error}") from error
         for costs in record.costs:
             if search.done or len(costs) != len(search.ask()):
                 raise ValueError(f"{file}: the search takes another course here; versions or the solver have changed")
@@ -168,6 +171,9 @@ class AskTell:
 
 def _array(name: str, values: Any) -> FloatArray:
     try:
-        return np.asarray(values, dtype=np.float64)
+        table = np.asarray(values)
+        if table.dtype.kind == "c":
+            raise ValueError("complex")
+        return table.astype(np.float64)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"tell: {name} are {values!r:.60} where numbers are needed") from error
+        raise ValueError(f"tell: {name} are {values!r:.60} where real numbers are needed") from error

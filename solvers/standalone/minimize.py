@@ -12,7 +12,7 @@ from solvers.driver.budget import Budget
 from solvers.driver.minimize import minimize as drive
 from solvers.driver.result import Result, Status
 from solvers.standalone.cost import PopulationCost, SingleCost
-from solvers.standalone.statement import Bounds, SolverChoice, box_of, budget_of, candidates_of, solver_of
+from solvers.standalone.statement import Bounds, SolverChoice, box_of, budget_of, candidates_of, generator_of, solver_of
 
 
 def minimize(
@@ -52,6 +52,9 @@ def minimize(
     """
     if not callable(f):
         raise TypeError(f"f: a function is needed, not {f!r:.60}")
+    if callback is not None and not callable(callback):
+        raise TypeError(f"callback: a function is needed, not {callback!r:.60}")
+    generator_of(seed)
     cost = PopulationCost(f) if vectorized else SingleCost(f)
     box = candidates_of(known, box_of(bounds))
     return drive(cost, box, solver_of(solver, settings), budget_of(budget), seed, callback)

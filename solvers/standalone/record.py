@@ -111,9 +111,11 @@ def read_record(file: Path) -> Record:
             sizes, costs, known = archive["sizes"], archive["costs"], archive["known"]
             if stated["format"] != FORMAT or sizes.sum() != len(costs):
                 raise ValueError("of another format")
+            if costs.dtype != np.float64 or costs.ndim != 1 or not isinstance(stated["settings"], dict):
+                raise ValueError("its costs or its settings are of another kind")
             box = Box(*archive["bounds"]).with_known(known if len(known) else None)
             told = np.split(costs, np.cumsum(sizes)[:-1]) if len(sizes) else []
             budget = Budget(**stated["budget"])
         return Record(stated["solver"], stated["settings"], box, budget, stated["seed"], told, stated["digest"])
-    except (ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile, EOFError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, zipfile.BadZipFile, EOFError) as error:
         raise ValueError(f"{file}: not a saved search: {error}") from error

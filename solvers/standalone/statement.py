@@ -41,7 +41,8 @@ def box_of(bounds: Bounds) -> Box:
         lower, upper = table
     else:
         raise ValueError(f"bounds: of shape {table.shape}; say one (low, high) a variable, or an array (2, d)")
-    _check(lower, upper)
+    with np.errstate(over="ignore"):
+        _check(lower, upper)
     return Box(lower.copy(), upper.copy())
 
 
@@ -51,6 +52,9 @@ def _check(lower: FloatArray, upper: FloatArray) -> None:
         raise ValueError(f"bounds: {_shown(lower, upper, wrong)}; finite numbers are needed")
     if (lower > upper).any():
         raise ValueError(f"bounds: {_shown(lower, upper, lower > upper)} is swapped; say (low, high)")
+    wide = ~np.isfinite(upper - lower)
+    if wide.any():
+        raise ValueError(f"bounds: {_shown(lower, upper, wide)} is wider than a floating-point number can say")
 
 
 def _shown(lower: FloatArray, upper: FloatArray, chosen: NDArray[np.bool_]) -> str:
@@ -126,9 +130,28 @@ def candidates_of(known: Any, box: Box) -> Box:
     """The box with known candidates (m, d), or one (d,), that are evaluated first; None for none.
 
     Raises:
-        ValueError: of another shape, or not finite.
+        ValueError: of another shape, no real numbers, or not finite.
     """
     if known is None:
         return box
-    table = np.atleast_2d(np.asarray(known, dtype=np.float64))
+    try:
+        table = np.atleast_2d(np.asarray(known, dtype=np.float64))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"known: candidates (m, {box.dimension}) are needed, not {known!r:.60}") from error
     return box.with_known(table)
+
+
+def generator_of(seed: Any) -> np.random.Generator:
+    """The random generator of a seed, or the generator that it is.
+
+    Raises:
+        ValueError: it is negative.
+        TypeError: it is neither a whole number nor a generator, or None, with which no result could be repeated.
+    """
+    if seed is None:
+        raise TypeError("seed: None gives another result every time; say a whole number, or a generator of your own")
+    try:
+        return np.random.default_rng(seed)
+    except (TypeError, ValueError) as error:
+        kind = type(error)
+        raise kind(f"seed: a whole number >= 0 or a numpy Generator is needed, not {seed!r:.60}") from error

@@ -7,6 +7,7 @@ import signal
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import count, repeat
+from typing import Any
 
 import numpy as np
 import pytest
@@ -167,3 +168,19 @@ def test_what_solvers_state_about_themselves() -> None:
     assert (Solver.default_budget, IPOPT.default_budget) == (Budget(30_000), Budget(iterations=20))
     assert (Solver.has_population, IPOPT.has_population) == (True, False)
     assert (Solver.solves_program, IPOPT.solves_program) == (False, True)
+
+
+@pytest.mark.parametrize(
+    ("limits", "reason"),
+    [
+        ({"evaluations": 1.5}, "a budget of 1.5 evaluations: a whole number is needed"),
+        ({"evaluations": "5"}, "a budget of '5' evaluations: a whole number is needed"),
+        ({"evaluations": True}, "a budget of True evaluations: a whole number is needed"),
+        ({"evaluations": 5, "seconds": "1"}, "a budget of '1' seconds: a number is needed"),
+        ({"evaluations": 5, "target": "low"}, "a budget of 'low' target: a number is needed"),
+    ],
+)
+def test_a_limit_that_is_no_number(limits: dict[str, Any], reason: str) -> None:
+    with pytest.raises(TypeError) as caught:
+        Budget(**limits)
+    assert str(caught.value) == reason

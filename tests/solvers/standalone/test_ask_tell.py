@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -119,8 +121,10 @@ def test_misuse_is_one_line_and_leaves_the_search_as_it_was() -> None:
         search.tell(candidates, cost(candidates)[:-1])
     with pytest.raises(ValueError, match=r"^tell: costs of shape \(30, 1\) for 30 candidates; \(30,\)$"):
         search.tell(candidates, cost(candidates)[:, None])
-    with pytest.raises(ValueError, match=r"^tell: costs are 'cheap' where numbers are needed$"):
+    with pytest.raises(ValueError, match=r"^tell: costs are 'cheap' where real numbers are needed$"):
         search.tell(candidates, "cheap")
+    with pytest.raises(ValueError, match=r"^tell: costs are array.* where real numbers are needed$"):
+        search.tell(candidates, 1j * cost(candidates))
     search.tell(candidates, cost(candidates))
     with pytest.raises(RuntimeError, match="nothing was asked for"):
         search.tell(candidates, cost(candidates))
@@ -192,3 +196,29 @@ def test_an_archive_of_something_else(tmp_path: Path) -> None:
     np.savez(tmp_path / "x.npz", stated=np.array("{}"), sizes=np.ones(1), costs=np.ones(1), known=np.ones(1))
     with pytest.raises(ValueError, match=r"x.npz: not a saved search: 'format'"):
         AskTell.load(tmp_path / "x.npz")
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("stated", lambda stated: stated | {"seed": -3}),
+        ("stated", lambda stated: stated | {"solver": "os:system"}),
+        ("stated", lambda stated: stated | {"settings": [1]}),
+        ("stated", lambda stated: stated | {"settings": {"population": "many"}}),
+        ("stated", lambda stated: stated | {"budget": {"evaluations": 1.5}}),
+        ("costs", lambda costs: costs * 1j),
+        ("costs", lambda costs: costs[:, None]),
+        ("costs", lambda costs: costs.astype(str)),
+    ],
+)
+def test_an_archive_that_was_changed(tmp_path: Path, name: str, change: Callable[[Any], Any]) -> None:
+    search = AskTell("pso", BOUNDS, budget=60, population=30)
+    search.tell(search.ask(), cost(search.ask()))
+    file = search.save(tmp_path / "x.npz")
+    with np.load(file) as archive:
+        parts = dict(archive)
+    kept = json.loads(str(parts["stated"])) if name == "stated" else parts[name]
+    parts[name] = np.array(json.dumps(change(kept))) if name == "stated" else change(kept)
+    np.savez(file, **parts)
+    with pytest.raises(ValueError, match=r"x.npz: not a saved search: [^\n]+$"):
+        AskTell.load(file)

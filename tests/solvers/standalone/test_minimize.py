@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -115,6 +117,15 @@ class NoSolver:
         ({"seeed": 3}, TypeError, "AdaptiveBeetleSwarm has no setting 'seeed'"),
         ({"budget": 0}, ValueError, "a budget of 0 evaluations is not positive"),
         ({"budget": 1e4}, TypeError, "budget: a number of evaluations or a Budget is needed, not 10000.0"),
+        ({"budget": 10, "seed": -1}, ValueError, "seed: a whole number >= 0 or a numpy Generator is needed, not -1"),
+        ({"seed": 1.5}, TypeError, "seed: a whole number >= 0 or a numpy Generator is needed, not 1.5"),
+        ({"seed": None}, TypeError, "seed: None gives another result every time; say a whole number"),
+        ({"callback": 3}, TypeError, "callback: a function is needed, not 3"),
+        ({"solver": "bso", "population": "3"}, TypeError, "BSO needs a whole number for its population, not '3'"),
+        ({"solver": "bso", "population": 2.5}, TypeError, "BSO needs a whole number for its population, not 2.5"),
+        ({"bounds": [(-1e308, 1e308)]}, ValueError, "bounds: variable 0 from -1e+308 to 1e+308 is wider than"),
+        ({"known": "abc"}, ValueError, "known: candidates (m, 3) are needed, not 'abc'"),
+        ({"known": [1j, 0, 0]}, ValueError, "known: candidates (m, 3) are needed, not [1j, 0, 0]"),
         ({"known": [[1.0, 2.0]]}, ValueError, "known candidates of shape (1, 2) where finite (m, 3) are needed"),
         ({"f": 3.0}, TypeError, "f: a function is needed, not 3.0"),
         ({"f": lambda x: x}, ValueError, "f returned shape (3,) for one vector (3,); a function of a whole"),
@@ -140,3 +151,21 @@ def test_a_library_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr("solvers.standalone.statement.find_spec", lambda name: None)
     with pytest.raises(ValueError, match=r"cma needs the package cma: pip install 'tpbso-casadi\[cma\]'"):
         tp.minimize(of_one, BOUNDS, "cma")
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_cma_searches_one_variable(seed: int) -> None:
+    pytest.importorskip("cma")
+    result = tp.minimize(lambda x: float((x[0] - 1.0) ** 2), [(-5, 5)], "cma", 150, seed)
+    assert (result.evaluations, result.x[0]) == (150, pytest.approx(1.0, abs=1e-2))
+
+
+def test_importing_a_library_leaves_the_global_generators_alone() -> None:
+    pytest.importorskip("nevergrad")
+    program = (
+        "import random, numpy as np\n"
+        "before = random.getstate(), str(np.random.get_state())\n"
+        "import solvers.external.nevergrad_solvers\n"
+        "assert before == (random.getstate(), str(np.random.get_state()))\n"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
