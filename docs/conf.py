@@ -24,7 +24,7 @@ extensions = [
     "references",
     "scenario_keys",
 ]
-exclude_patterns = ["_build", "_ext", "**/.ipynb_checkpoints"]
+exclude_patterns = ["_build", "_ext", "jupyter_execute", "**/.ipynb_checkpoints"]  # what builds leave behind, too
 smartquotes = False  # keys and commands are quoted as they are typed
 highlight_language = "none"  # of blocks that do not say what they are: terminals and tables
 
