@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from solvers.traits import Preset
@@ -16,6 +16,8 @@ from tpbso_casadi.scenario.motions import FAMILIES
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named
 from tpbso_casadi.scenario.section import ScenarioError
 
+USUAL_SOLVERS = ("bso", "pso", "ga", "abso", "abso+polish")  # that are compared where nothing is said
+USUAL_RUNS, USUAL_STARTS = 10, 5  # of each, and of a descent
 MOST_RUNS = 100_000  # of a campaign
 LARGEST_SEED = 2**63 - 1  # that a store can hold
 SPEC = re.compile(r"(?P<name>[^()+\s]+)(?:\((?P<settings>[^()]*)\))?(?P<polish>\+polish(?P<starts>\d*))?")
@@ -61,6 +63,25 @@ class SolverSpec:
         with plugin_failures_named(applied):
             applied.solver.build()
         return applied
+
+
+def budgeted(
+    specs: Iterable[SolverSpec], budget: Mapping[str, Any], time_limit: float | None, starts: int | None
+) -> list[SolverSpec]:
+    """The same solvers with the budget of a campaign in place of the scenarios' own.
+
+    30,000 evaluations, a swarm's work of a second, are a thousand starts of a descent: it counts nothing but those.
+
+    Args:
+        specs: the solvers.
+        budget: keys of [solver] for a swarm; what is None is left to the scenario.
+        time_limit: of every run, s; None for none.
+        starts: of a descent; None for no limit of their number.
+    """
+    limit = {} if time_limit is None else {"time_limit": time_limit}
+    swarm = {key: value for key, value in budget.items() if value is not None} | limit
+    descent = {"evaluations": None, "iterations": starts, **limit}
+    return [replace(spec, table=swarm, descent_table=descent) for spec in specs]
 
 
 def _is_retimed(scenario: Scenario) -> bool:

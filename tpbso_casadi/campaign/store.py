@@ -21,6 +21,7 @@ from tpbso_casadi.campaign.run import Outcome, difference
 from tpbso_casadi.storage.result import InvalidResult, RunResult
 from tpbso_casadi.storage.versions import versions
 
+STORE = "runs.sqlite"  # the file in the folder of a campaign
 APPLICATION = 0x7450_4253  # SQLite's "application id" of our files
 FORMAT = 2
 BUSY_SECONDS = 10.0  # to wait for others that write to the file

@@ -16,7 +16,7 @@ from tpbso_casadi.campaign.export import check_export
 from tpbso_casadi.campaign.record import Record
 from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.runner import run_campaign
-from tpbso_casadi.campaign.store import Store, StoreError
+from tpbso_casadi.campaign.store import STORE, Store, StoreError
 from tpbso_casadi.cli.command import FAILURES, run_command
 from tpbso_casadi.cli.common import Exit, path, positive_int, print_error
 from tpbso_casadi.cli.display.campaign_progress import State, campaign_progress, duration, phase, say, size_of
@@ -35,7 +35,6 @@ from tpbso_casadi.storage.files import OutputError, check_file, check_writable, 
 
 CAMPAIGN_FAILURES = (*FAILURES, StoreError, ExecutorError, LostExecutor)
 INTERRUPTED = "interrupted; completed runs are stored, and the same command resumes"
-STORE = "runs.sqlite"
 
 
 def run_campaign_command(

@@ -19,11 +19,21 @@ from tpbso_casadi.campaign.analysis.results import results_of
 from tpbso_casadi.campaign.executors import processes
 from tpbso_casadi.campaign.functions.run import FUNCTION_SOLVERS, function_grid, functions_of
 from tpbso_casadi.campaign.functions.search import PREFIX
-from tpbso_casadi.campaign.grid import SolverSpec, check_size, grid, parse_solver, parse_solvers
+from tpbso_casadi.campaign.grid import (
+    USUAL_RUNS,
+    USUAL_SOLVERS,
+    USUAL_STARTS,
+    SolverSpec,
+    budgeted,
+    check_size,
+    grid,
+    parse_solver,
+    parse_solvers,
+)
 from tpbso_casadi.campaign.in_process import in_process
 from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.runner import run_campaign
-from tpbso_casadi.campaign.store import Store
+from tpbso_casadi.campaign.store import STORE, Store
 from tpbso_casadi.facade.arguments.keywords import AnySolverChoice, solver_table
 from tpbso_casadi.facade.arguments.messages import in_words_of_python
 from tpbso_casadi.facade.arguments.values import function
@@ -36,9 +46,6 @@ from tpbso_casadi.storage.plain import settings_of
 
 AnyScenarios: TypeAlias = What | HasScenario | Sequence[What | HasScenario] | Mapping[str, What | HasScenario]
 AnySolvers: TypeAlias = str | Sequence[AnySolverChoice] | Mapping[str, AnySolverChoice]
-USUAL_SOLVERS = ("bso", "pso", "ga", "abso", "abso+polish")
-USUAL_RUNS, USUAL_STARTS = 10, 5
-STORE = "runs.sqlite"
 
 
 def compare(
@@ -86,14 +93,12 @@ def compare(
     """
     function("progress", progress)
     with in_words_of_python():
-        budget = _given({"population": population, "iterations": iterations, "evaluations": evaluations})
-        limit = _given({"time_limit": time_limit})
-        descent: dict[str, Any] = {"evaluations": None, "iterations": None if limit else starts, **limit}
+        budget = {"population": population, "iterations": iterations, "evaluations": evaluations}
         if not isinstance(runs, int | np.integer):
             raise ScenarioError(f"runs: a whole number is needed, not {runs!r:.60}")
         functions = functions_among(scenarios, keys)
         usual = FUNCTION_SOLVERS if functions and solvers is USUAL_SOLVERS else solvers
-        specs = [replace(spec, table=budget | limit, descent_table=descent) for spec in specs_of(usual)]
+        specs = budgeted(specs_of(usual), budget, time_limit, starts if time_limit is None else None)
         stated = {} if functions else labelled(scenarios, keys)
         check_size((len(functions) or len(stated)) * len(specs), seed, runs)
         seeds = range(seed, seed + runs)
@@ -146,10 +151,6 @@ def functions_among(scenarios: AnyScenarios, keys: Mapping[str, Any]) -> list[st
     if functions and keys:
         raise ScenarioError(f"{next(iter(keys))}: is of a scenario; a benchmark function has no such key")
     return functions
-
-
-def _given(keys: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in keys.items() if value is not None}
 
 
 def labelled(scenarios: AnyScenarios, keys: dict[str, Any]) -> dict[str, Scenario]:

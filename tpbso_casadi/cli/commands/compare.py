@@ -7,7 +7,6 @@ import json
 import shlex
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -18,7 +17,7 @@ from tpbso_casadi.campaign.analysis.best import best_runs
 from tpbso_casadi.campaign.analysis.results import results_of
 from tpbso_casadi.campaign.export import export, files_of, write_comparison
 from tpbso_casadi.campaign.functions.run import FUNCTION_SOLVERS, function_grid, functions_of
-from tpbso_casadi.campaign.grid import SolverSpec, check_size
+from tpbso_casadi.campaign.grid import USUAL_RUNS, USUAL_SOLVERS, USUAL_STARTS, SolverSpec, budgeted, check_size
 from tpbso_casadi.campaign.logs.write import WRITERS, check_logs, traces_of, write_logs
 from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.table import HEADER, print_tables, rows
@@ -50,9 +49,7 @@ from tpbso_casadi.cli.options import (
 from tpbso_casadi.cli.parser import OneLineParser, command_parser
 from tpbso_casadi.scenario.loading import load_all
 
-DEFAULT_SOLVERS = "bso,pso,ga,abso,abso+polish"
-DEFAULT_RUNS = 10
-DEFAULT_STARTS = 5
+DEFAULT_SOLVERS = ",".join(USUAL_SOLVERS)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -89,7 +86,7 @@ def parser() -> OneLineParser:
         help="NAME, NAME(setting=value,...), either with +polish or +polishN; the others are compared with the first",
     )
     search.add_argument(
-        "--runs", type=positive_int, default=DEFAULT_RUNS, metavar="N", help="of each solver on each scenario"
+        "--runs", type=positive_int, default=USUAL_RUNS, metavar="N", help="of each solver on each scenario"
     )
     add_seed(search, default=1)
     add_population(search, positive_int)
@@ -99,7 +96,7 @@ def parser() -> OneLineParser:
         "--starts",
         type=positive_int,
         metavar="N",
-        help=f"of ipopt, which counts nothing else [default: {DEFAULT_STARTS}; none with --time-limit]",
+        help=f"of ipopt, which counts nothing else [default: {USUAL_STARTS}; none with --time-limit]",
     )
     add_time_limit(search)
     output = add_campaign_options(command_line, Path("runs/compare"))
@@ -170,8 +167,9 @@ def solver_specs(options: argparse.Namespace) -> list[SolverSpec]:
     """
     usual = ",".join(FUNCTION_SOLVERS) if functions_of(options.scenario) else DEFAULT_SOLVERS
     stated = usual if options.solvers == DEFAULT_SOLVERS else options.solvers
-    table, descent_table = swarm_budget(options), descent_budget(options)
-    return [replace(spec, table=table, descent_table=descent_table) for spec in parse_solvers(stated)]
+    budget = {key: getattr(options, key) for key in ("population", "iterations", "evaluations")}
+    starts = options.starts or (USUAL_STARTS if options.time_limit is None else None)
+    return budgeted(parse_solvers(stated), budget, options.time_limit, starts)
 
 
 def log_formats(text: str) -> tuple[str, ...]:
@@ -185,16 +183,3 @@ def log_formats(text: str) -> tuple[str, ...]:
         if name not in WRITERS:
             raise argparse.ArgumentTypeError(f"{name or repr(name)} is none of {', '.join(WRITERS)}")
     return names
-
-
-def swarm_budget(options: argparse.Namespace) -> dict[str, object]:
-    """The keys of the [solver] table that the options state for a swarm."""
-    table = {key: getattr(options, key) for key in ("population", "iterations", "evaluations", "time_limit")}
-    return {key: value for key, value in table.items() if value is not None}
-
-
-def descent_budget(options: argparse.Namespace) -> dict[str, object]:
-    """The same for a solver that descends: 30,000 evaluations, a swarm's work of a second, are a thousand starts."""
-    starts = options.starts or (DEFAULT_STARTS if options.time_limit is None else None)
-    time_limit = {} if options.time_limit is None else {"time_limit": options.time_limit}
-    return {"evaluations": None, "iterations": starts, **time_limit}
