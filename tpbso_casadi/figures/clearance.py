@@ -5,6 +5,8 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -31,14 +33,14 @@ def clearance_figure(curves: list[DistanceCurve], approach: ClosestApproach) -> 
     return figure
 
 
-def clearance_figures(plan: PlannedMotion) -> dict[str, Figure]:
-    """By file name, the figure of distances over time; none where no obstacle moves."""
+def clearance_drawings(plan: PlannedMotion) -> dict[str, Callable[[], Figure]]:
+    """By file name, what draws the figure of distances over time; none where no obstacle moves."""
     criteria = plan.criteria
     scene = criteria.robot, criteria.obstacles, plan.trajectory
     approach = closest_to_moving(*scene)
     if approach is None:
         return {}
-    return {"clearance": clearance_figure(distance_curves(*scene, plan.trajectory.times(TIMES)), approach)}
+    return {"clearance": lambda: clearance_figure(distance_curves(*scene, plan.trajectory.times(TIMES)), approach)}
 
 
 def draw_distances(axes: Axes, curves: list[DistanceCurve], approach: ClosestApproach) -> None:

@@ -62,9 +62,14 @@ def progress_history(plan: SearchedMotion, measure: ProgressMeasure) -> FloatArr
 
 def curve_figures(plan: PlannedMotion) -> dict[str, tuple[str, Figure]]:
     """By file name, the caption and the figure of the problem's bounded curves; those of one name share a figure."""
-    curves = plan.criteria.bounded_curves(plan.trajectory)
-    groups = {name: tuple(group) for name, group in groupby(curves, key=lambda curve: curve.name)}
+    groups = curve_groups(plan)
     return {name: (group[0].label, curve_figure(plan.times, group)) for name, group in groups.items()}
+
+
+def curve_groups(plan: PlannedMotion) -> dict[str, tuple[BoundedCurve, ...]]:
+    """The problem's bounded curves by the file name of their figure."""
+    curves = plan.criteria.bounded_curves(plan.trajectory)
+    return {name: tuple(group) for name, group in groupby(curves, key=lambda curve: curve.name)}
 
 
 @in_print

@@ -6,32 +6,40 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from tpbso_casadi.figures.clearance import clearance_figures
+from tpbso_casadi.figures.clearance import clearance_drawings
 from tpbso_casadi.figures.curves.convergence import convergence_figure
 from tpbso_casadi.figures.curves.joints import joints_figure
 from tpbso_casadi.figures.limits import limits_figure
-from tpbso_casadi.figures.measures import curve_figures, progress_figures
+from tpbso_casadi.figures.measures import curve_figure, curve_groups, progress_figure
 from tpbso_casadi.figures.paths import path_figure
 from tpbso_casadi.figures.style.files import write_figure
 from tpbso_casadi.figures.style.formats import DEFAULT
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 
-__all__ = ["FIGURES", "convergence_figure", "draw_figures", "joints_figure"]
+__all__ = ["FIGURES", "convergence_figure", "draw_figures", "drawings_of", "joints_figure"]
 
 
 def draw_figures(folder: Path, plan: PlannedMotion, formats: Sequence[str] = DEFAULT) -> list[Path]:
     """Draw every figure of a plan into a folder; returns their paths."""
-    figures = {name: draw(plan) for name, draw in FIGURES.items()} | clearance_figures(plan)
-    further = curve_figures(plan)
+    return [path for name, draw in drawings_of(plan).items() for path in write_figure(folder, name, draw(), formats)]
+
+
+def drawings_of(plan: PlannedMotion) -> dict[str, Callable[[], Figure]]:
+    """What draws each figure of a plan, by file name."""
+    drawings: dict[str, Callable[[], Figure]] = {name: partial(draw, plan) for name, draw in FIGURES.items()}
+    drawings |= clearance_drawings(plan)
     if plan.searched is not None:
-        figures |= {"convergence": convergence_figure(plan.searched)}
-        further |= progress_figures(plan.searched)
-    figures |= {name: figure for name, (_, figure) in further.items()}
-    return [path for name, figure in figures.items() for path in write_figure(folder, name, figure, formats)]
+        drawings["convergence"] = partial(convergence_figure, plan.searched)
+    drawings |= {name: partial(curve_figure, plan.times, group) for name, group in curve_groups(plan).items()}
+    if plan.searched is not None:
+        measures = plan.searched.problem.progress_measures()
+        drawings |= {measure.name: partial(progress_figure, plan.searched, measure) for measure in measures}
+    return drawings
 
 
 FIGURES: dict[str, Callable[[PlannedMotion], Figure]] = {

@@ -69,7 +69,7 @@ def test_a_figure_of_every_kind() -> None:
 
 
 def test_the_kinds_are_the_figures_that_are_saved(tmp_path: Path) -> None:
-    from tpbso_casadi.facade.results.figures import drawings_of  # noqa: PLC0415 (matplotlib is slow to load)
+    from tpbso_casadi.figures.run import drawings_of  # noqa: PLC0415 (matplotlib is slow to load)
 
     for plan in (planned(), tp.plan("pentagram-time", solver="pso", evaluations=60, polish=False, retime=False)):
         folder = plan.save(tmp_path / str(len(plan.verdicts)), figures="svg")

@@ -15,7 +15,7 @@ from PIL import Image
 from problems import Ellipse, PlanarArm, Trajectory
 from problems.scene.moving.constant_velocity import ConstantVelocity
 from problems.scene.moving.moving_obstacle import MovingObstacle
-from tpbso_casadi.figures.clearance import clearance_figures
+from tpbso_casadi.figures.clearance import clearance_drawings
 from tpbso_casadi.figures.courses import Course, courses_of, placed
 from tpbso_casadi.figures.distances import closest_to_moving, distance_curves
 from tpbso_casadi.figures.moving import labelled_times
@@ -75,7 +75,7 @@ def test_distances_by_hand() -> None:
 
 
 def test_there_are_no_distances_over_time_where_nothing_moves() -> None:
-    assert clearance_figures(space_plan()) == {}
+    assert clearance_drawings(space_plan()) == {}
 
 
 def test_a_path_in_the_plane_shows_obstacles_at_four_times() -> None:
@@ -128,7 +128,7 @@ def test_the_picture_ends_where_the_arm_does() -> None:
 
 def test_the_figure_of_distances_marks_the_closest_approach() -> None:
     plan = plane_plan()
-    [axes] = clearance_figures(plan)["clearance"].axes
+    [axes] = clearance_drawings(plan)["clearance"]().axes
     lines = {line.get_label(): line for line in axes.lines}
     assert list(lines) == [
         "nearest standing obstacle", "obstacle 2, moving", "kept from obstacle 2", "obstacle 3, moving", "margin",

@@ -5,15 +5,11 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from io import BytesIO
 
 from matplotlib.figure import Figure
 
-from tpbso_casadi.figures.clearance import clearance_figures
-from tpbso_casadi.figures.measures import curve_figures, progress_figure
-from tpbso_casadi.figures.run import FIGURES, convergence_figure
+from tpbso_casadi.figures.run import drawings_of
 from tpbso_casadi.planning.planned_motion import PlannedMotion
 
 DOTS_PER_INCH = 100
@@ -49,17 +45,3 @@ def figure_of(plan: PlannedMotion, kind: str) -> Figure:
     if kind not in drawings:
         raise ValueError(f"kind: there is no figure {kind!r} of this plan; there are {', '.join(drawings)}")
     return shown(drawings[kind]())
-
-
-def drawings_of(plan: PlannedMotion) -> dict[str, Callable[[], Figure]]:
-    """What draws each figure of a plan, by name."""
-    drawings: dict[str, Callable[[], Figure]] = {name: partial(draw, plan) for name, draw in FIGURES.items()}
-    if plan.criteria.task.is_timed:
-        drawings["clearance"] = lambda: clearance_figures(plan)["clearance"]
-    for curve in plan.criteria.bounded_curves(plan.trajectory):
-        drawings[curve.name] = lambda name=curve.name: curve_figures(plan)[name][1]  # type: ignore[misc]
-    if plan.searched is not None:
-        drawings["convergence"] = partial(convergence_figure, plan.searched)
-        for measure in plan.searched.problem.progress_measures():
-            drawings[measure.name] = partial(progress_figure, plan.searched, measure)
-    return drawings
