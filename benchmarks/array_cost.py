@@ -14,10 +14,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from problems import Ellipse, PathFollowingProblem, PlanarArm, PointToPointProblem, Problem
-from problems.limits.distances.clearance import reachable_pairs
-from problems.limits.limit import SAMPLING_MARGIN
-from problems.motions.segments import QUARTIC, QUINTIC, sampling_matrix
-from problems.scene.obstacle import Obstacle
+from problems.families.two_segments.motion import QUARTIC, QUINTIC, sampling_matrix
+from problems.limits import SAMPLING_MARGIN, reachable_pairs
+from problems.scene import Obstacle
 
 Array = Any  # numpy.ndarray | jax.Array
 Cost = Callable[[Array], Array]

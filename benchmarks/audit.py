@@ -12,12 +12,11 @@ from tempfile import TemporaryDirectory
 from rich.console import Console
 from rich.table import Table
 
-from tpbso_casadi.audit.content import audit_run, audit_scenario
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
-from tpbso_casadi.scenario.scenario import parse_scenario
-from tpbso_casadi.storage.run_folder import write_run
-from tpbso_casadi.storage.stored_run import read_run
+from tpbso_casadi.audit_report import audit_run, audit_scenario
+from tpbso_casadi.planning import plan
+from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.scenario.cases import TITLES, builtin
+from tpbso_casadi.storage import read_run, write_run
 
 
 def main() -> None:

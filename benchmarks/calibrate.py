@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 
 from solvers import BSO, Box, minimize
-from tpbso_casadi.reproduction.paper import TABLE_1
-from tpbso_casadi.scenario.cases.builtin import THREE_METRES
-from tpbso_casadi.scenario.scenario import parse_scenario
+from tpbso_casadi.reproduction.experiment import TABLE_1
+from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.scenario.cases import THREE_METRES
 
 REFERENCE_ACCELERATION = 3000.0  # rad/s^2, at which times are measured
 STARS = [{"shape": "pentagram", "radius": radius} for radius in (0.8, 0.9, 1.0, 1.1, 1.2)]

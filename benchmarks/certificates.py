@@ -33,9 +33,9 @@ from problems import (
     path_following,
     point_to_point,
 )
-from problems.base.matrix import as_array
-from problems.certify.time_scale import exact_time_scale
-from problems.limits.distances.clearance import Clearance, reachable_pairs
+from problems.base import as_array
+from problems.certify import exact_time_scale
+from problems.limits import Clearance, reachable_pairs
 from solvers import PSO, Box, Budget, minimize
 
 CHECK_SAMPLES = 100_000

@@ -20,7 +20,7 @@ from problems import PathFollowingProblem
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import EXTERNAL, SOLVERS, Box, Budget, minimize
 from tpbso_casadi import find_solver
-from tpbso_casadi.scenario.cases.builtin import builtin
+from tpbso_casadi.scenario.cases import builtin
 
 EVALUATIONS = 20_000
 

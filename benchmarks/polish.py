@@ -17,10 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.planning import Motion, plan
+from tpbso_casadi.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.cases import TITLES, builtin
 
 SOLVED_TOLERANCE = 1e-3
 

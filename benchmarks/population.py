@@ -36,13 +36,13 @@ from rich.table import Table
 from benchmarks.array_cost import array_cost
 from benchmarks.stopwatch import medians, slope
 from problems import Problem
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from problems.evaluation.native.cache import VARIABLE
+from problems.evaluation.cache import VARIABLE
 from problems.evaluation.portable_math import portable
 from solvers import SOLVERS, Box, Budget, minimize
-from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.cases import TITLES, builtin
 
 FORMULATIONS = ("paper", "reduced")
 AGREEMENT_TOLERANCE = 1e-8  # what postures near a singularity make of rounding in the hand-written versions

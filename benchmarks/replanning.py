@@ -17,13 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from solvers.driver.interruption import Interruption
-from tpbso_casadi.planning.replanning.replanner import Replanner
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, read_scenario
-from tpbso_casadi.simulation.loop import Simulation
-from tpbso_casadi.simulation.record import SimulationRecord
-from tpbso_casadi.simulation.result import SimulationResult
-from tpbso_casadi.simulation.setting import Setting
+from solvers.budget import Interruption
+from tpbso_casadi.replanning import Replanner
+from tpbso_casadi.scenario import Scenario, parse_scenario, read_scenario
+from tpbso_casadi.simulation import Setting, Simulation, SimulationRecord, SimulationResult
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 SCENES = {"plane, 3 links": "simulation-plane.toml", "Panda": "simulation-panda.toml"}

@@ -26,13 +26,12 @@ import numpy as np
 from scipy.stats import rankdata, wilcoxon
 
 from problems import Problem
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import EXTERNAL, SOLVERS, Box, Budget, Solver, minimize
 from tpbso_casadi import find_solver
 from tpbso_casadi.campaign.statistics import holm
-from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
-from tpbso_casadi.scenario.cases.generator import random_scenarios
+from tpbso_casadi.scenario.cases import TITLES, builtin, random_scenarios
 
 GENERATED_SEED = 2024
 MAX_SHORTFALL = 3.0

@@ -25,12 +25,10 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from problems import CertificateStatus, PlanarArm, Trajectory
-from problems.base.matrix import FloatArray, as_array
-from problems.certify.dynamics.torque import prove_torques
-from problems.limits.torque import TorqueLimit
-from problems.robots.rigid.payload import Payload
-from problems.robots.robot import Robot
-from problems.robots.spatial.models import BUILT_IN, built_in
+from problems.base import FloatArray, as_array
+from problems.certify.torque import prove_torques
+from problems.limits import TorqueLimit
+from problems.robots import BUILT_IN, Payload, Robot, built_in
 
 CHECK_SAMPLES = 100_000
 SAMPLES_PER_CHUNK = 2_000

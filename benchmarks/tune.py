@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from problems import Problem
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import SOLVERS, Box, Budget, minimize
-from tpbso_casadi.scenario.cases.generator import random_scenarios
+from tpbso_casadi.scenario.cases import random_scenarios
 
 TRAINING_SEED, TRAINING_CASES = 7, 16  # not the seed of benchmarks.solvers
 FINALISTS, CONFIRMING_SEEDS = 3, 8

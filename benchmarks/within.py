@@ -14,9 +14,9 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.scenario.cases.builtin import TITLES, builtin
-from tpbso_casadi.scenario.scenario import parse_scenario
+from tpbso_casadi.planning import plan
+from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.scenario.cases import TITLES, builtin
 
 SOLVED_TOLERANCE = 1e-3
 BEST_KNOWN = {  # of docs/explanation/ipopt.md

@@ -1,42 +1,20 @@
 """Planning problems: robots, tasks and limits as symbolic CasADi models. Knows nothing of how they are searched."""
 
-from problems.assembly.move import MoveProblem, move
-from problems.assembly.moving.time_move import TimeMoveProblem, time_move
-from problems.assembly.path_following import PathFollowingProblem, path_following
-from problems.assembly.point_to_point import PointToPointProblem, point_to_point
-from problems.assembly.problem import Model, Problem
-from problems.base.errors import InvalidProblem
-from problems.certify.verdict import CertificateStatus, Verdict
-from problems.encodings.encoding import Variable
-from problems.limits import LIMITS, LimitKind
-from problems.limits.constraint import Constraint, PenaltyKind
-from problems.limits.limit import Limit
-from problems.motions.trajectory import Trajectory
+from problems.assembly import Model, Problem, Variable
+from problems.base import InvalidProblem
+from problems.certify import CertificateStatus, Verdict
+from problems.families.knots import PathFollowingProblem, path_following
+from problems.families.splines import MoveProblem, move
+from problems.families.time_splines import TimeMoveProblem, time_move
+from problems.families.two_segments import PointToPointProblem, point_to_point
+from problems.limits import LIMITS, Constraint, Limit, LimitKind, PenaltyKind
+from problems.motions import Trajectory
 from problems.objectives import OBJECTIVES, Objective
-from problems.robots import ROBOTS
-from problems.robots.planar import PlanarArm
-from problems.robots.robot import Robot
-from problems.scene import (
-    OBSTACLES,
-    Ball,
-    Box,
-    Capsule,
-    ConstantVelocity,
-    Cylinder,
-    Ellipse,
-    Ellipsoid,
-    HalfSpace,
-    MovingObstacle,
-    Obstacle,
-    Polygon,
-    Rectangle,
-    Tabulated,
-)
-from problems.tasks.move import Move
-from problems.tasks.paths.path import Path, closed_curve, pentagram
-from problems.tasks.paths.path_following import PathFollowing
-from problems.tasks.place import Joints, Place, Position
-from problems.tasks.point_to_point import PointToPoint
+from problems.robots import ROBOTS, PlanarArm, Robot
+from problems.scene import OBSTACLES, Ellipse, Obstacle, Polygon, Rectangle, Tabulated
+from problems.scene.moving import ConstantVelocity, MovingObstacle
+from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
+from problems.tasks import Joints, Move, Path, PathFollowing, Place, PointToPoint, Position, closed_curve, pentagram
 
 __all__ = [
     "LIMITS",

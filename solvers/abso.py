@@ -23,8 +23,7 @@ import numpy as np
 
 from solvers.box import Box, FloatArray
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
-from solvers.driver.iterations import Iterations
-from solvers.solver import Search, Solver, require
+from solvers.solver import Iterations, Search, Solver, require
 from solvers.swarm import linear_schedule
 
 

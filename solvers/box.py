@@ -1,4 +1,4 @@
-"""The search space: a box of real vectors."""
+"""The box of numbers that a solver searches."""
 
 from __future__ import annotations
 

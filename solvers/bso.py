@@ -22,10 +22,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from solvers.box import Box, FloatArray
-from solvers.driver.iterations import Iterations
-from solvers.solver import Search, Solver, require
+from solvers.solver import Iterations, Preset, Search, Solver, require
 from solvers.swarm import Swarm, linear_schedule
-from solvers.traits import Preset
 
 PRINTED: Preset = MappingProxyType({"inertia_first": 1.0, "inertia_last": 1.0, "antenna_sign": "printed"})
 

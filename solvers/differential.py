@@ -1,4 +1,4 @@
-"""What searches by differences share: the initial population, difference vectors, the repair of candidates.
+"""What solvers by differential evolution have in common.
 
 A difference of two members is a step whose size and direction fit the population as it is: large while it is spread
 over the box, small when it has contracted (Storn and Price, "Differential Evolution", 1997).

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.box import Box, FloatArray
-from solvers.driver.iterations import Iterations
-from solvers.solver import Search, Solver, require
+from solvers.solver import Iterations, Search, Solver, require
 
 IndexArray: TypeAlias = NDArray[np.int64]
 

@@ -12,8 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from solvers.box import Box
-from solvers.driver.iterations import Iterations
-from solvers.solver import Search, Solver, require
+from solvers.solver import Iterations, Search, Solver, require
 from solvers.swarm import Swarm, linear_schedule
 
 

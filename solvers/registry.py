@@ -8,7 +8,7 @@ from typing import TypeAlias
 from solvers.abso import AdaptiveBeetleSwarm
 from solvers.bso import BSO
 from solvers.ga import GA
-from solvers.gradients.ipopt import IPOPT
+from solvers.ipopt import IPOPT
 from solvers.lshade import LSHADE
 from solvers.pso import PSO
 from solvers.solver import Solver

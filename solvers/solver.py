@@ -1,18 +1,77 @@
-"""The one interface of all metaheuristics."""
+"""What a solver is: frozen hyper-parameters and one generator."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Generator
+from collections.abc import Generator, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from numbers import Integral
+from types import MappingProxyType
 from typing import ClassVar, Literal, TypeAlias
 
 import numpy as np
 
 from solvers.box import Box, FloatArray
-from solvers.driver.budget import Budget
-from solvers.driver.iterations import Iterations
-from solvers.traits import ITERATIONS, SolverTraits, Steps
+from solvers.budget import Budget
+
+Preset: TypeAlias = Mapping[str, int | float | str]  # settings by name
+NO_PRESETS: Mapping[str, Preset] = MappingProxyType({})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Steps:
+    """What the entries of a history count.
+
+    Attributes:
+        name: of one step, for the axis of a figure.
+        first: number of the first entry.
+    """
+
+    name: str
+    first: int
+
+
+ITERATIONS = Steps(name="iteration", first=0)  # the initial population is iteration 0
+STARTS = Steps(name="start", first=1)
+
+
+class SolverTraits:
+    """Base of all solvers, metaheuristic or gradient-based.
+
+    Attributes:
+        default_budget: used where the user states no limit.
+        has_population: whether ``population`` is one of its settings.
+        solves_program: whether it descends on a smooth program (:func:`solvers.descend`) rather than searching a box
+            (:func:`solvers.driver`).
+        steps: what the entries of its history count.
+        presets: settings that belong together, by a name that stands for them: ``bso(printed)``.
+    """
+
+    default_budget: ClassVar[Budget]
+    has_population: ClassVar[bool]
+    solves_program: ClassVar[bool]
+    steps: ClassVar[Steps]
+    presets: ClassVar[Mapping[str, Preset]] = NO_PRESETS
+
+
+class Iterations(Iterator[float]):
+    """Iterates over the share of the budget already used, from 0 to 1, once for each iteration of the solver.
+
+    Ends when a limit is reached.
+
+    Args:
+        progress: the shares.
+        evaluations: the budget in evaluations, for solvers that fit their population to it; None where evaluations
+            are not limited.
+    """
+
+    def __init__(self, progress: Iterable[float], evaluations: int | None = None) -> None:
+        self._progress = iter(progress)
+        self.evaluations = evaluations
+
+    def __next__(self) -> float:
+        return next(self._progress)
+
 
 Search: TypeAlias = Generator[FloatArray, FloatArray, None]
 

@@ -1,4 +1,4 @@
-"""What particles and beetles share: personal bests, the global best and (27), the velocity of a swarm."""
+"""What swarms have in common."""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 """What a user of the package imports, from ``tpbso_casadi`` itself."""
 
+from __future__ import annotations
+
 from problems import (
     OBJECTIVES,
     Ball,
@@ -34,11 +36,8 @@ from problems import (
     pentagram,
 )
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from problems.motions.expressions.view import MotionView
-from problems.motions.joint_path import JointPath
-from problems.tasks.paths.path_tracing import PathTracing
-from problems.tasks.paths.space_tracing import SpaceTracing
-from problems.tasks.pose import Pose
+from problems.motions import JointPath, MotionView
+from problems.tasks import PathTracing, Pose, SpaceTracing
 from solvers import (
     BSO,
     EXTERNAL,
@@ -57,34 +56,23 @@ from solvers import (
     StopReason,
 )
 from solvers import Box as SearchBox
-from solvers.functions.catalogue import BENCHMARK_FUNCTIONS, BenchmarkFunction, benchmark_function
-from solvers.standalone.minimize import minimize
+from solvers.functions import BENCHMARK_FUNCTIONS, BenchmarkFunction, benchmark_function
+from solvers.standalone import minimize
+from tpbso_casadi.facade.audit import Audit, RunAudit, ScenarioAudit
 from tpbso_casadi.facade.auditing import audit, read_run
-from tpbso_casadi.facade.comparing import compare
+from tpbso_casadi.facade.comparing import Comparison, compare
 from tpbso_casadi.facade.own import StatedConstraint as Constraint
 from tpbso_casadi.facade.own import StatedCost as Cost
-from tpbso_casadi.facade.plan import Plan
-from tpbso_casadi.facade.planning import plan
-from tpbso_casadi.facade.replanning import replan
-from tpbso_casadi.facade.results.audit import Audit, RunAudit, ScenarioAudit
-from tpbso_casadi.facade.results.comparison import Comparison
-from tpbso_casadi.facade.results.front import Front
-from tpbso_casadi.facade.results.stored_plan import StoredPlan
+from tpbso_casadi.facade.plan import Plan, StoredPlan
+from tpbso_casadi.facade.planning import plan, replan
 from tpbso_casadi.facade.retiming import retime
 from tpbso_casadi.facade.robots import StatedRobot, robot
 from tpbso_casadi.facade.statement import scenario_of
-from tpbso_casadi.facade.trading_off import pareto
-from tpbso_casadi.planning.replanning.replanner import Replanner
-from tpbso_casadi.planning.replanning.step import Step
-from tpbso_casadi.scenario.cases.builtin import builtin
-from tpbso_casadi.scenario.catalogues import find_solver
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, read_scenario
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.storage.content import result_of
-from tpbso_casadi.storage.files import OutputError
-from tpbso_casadi.storage.result import RunResult
-from tpbso_casadi.storage.run_folder import write_run
-from tpbso_casadi.storage.stored_run import InvalidRun
+from tpbso_casadi.facade.trading_off import Front, pareto
+from tpbso_casadi.replanning import Replanner, Step
+from tpbso_casadi.scenario import Scenario, ScenarioError, find_solver, parse_scenario, read_scenario
+from tpbso_casadi.scenario.cases import builtin
+from tpbso_casadi.storage import InvalidRun, OutputError, RunResult, result_of, write_run
 
 Sphere = Ball
 

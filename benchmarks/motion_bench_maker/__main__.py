@@ -15,9 +15,7 @@ from benchmarks.motion_bench_maker.records import Records
 from benchmarks.motion_bench_maker.run_limit import limited
 from benchmarks.motion_bench_maker.table import by_kind, printed, rows
 from problems.evaluation import BACKENDS
-from tpbso_casadi.campaign import parse_solvers
-from tpbso_casadi.campaign.run import Outcome
-from tpbso_casadi.campaign.runner import run_campaign
+from tpbso_casadi.campaign import Outcome, parse_solvers, run_campaign
 from tpbso_casadi.cli.campaign import CAMPAIGN_FAILURES, INTERRUPTED, executors_of, stored
 from tpbso_casadi.cli.command import exit_code_of
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.motion_bench_maker.kinematics import Kinematics, Spheres
 from benchmarks.motion_bench_maker.problem_file import MotionProblem, Obstacle
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 
 APART = 3  # joints between the bodies of a pair of spheres that must not meet
 COARSE, CHUNK = 1001, 500  # times of the first look at a motion; postures computed together

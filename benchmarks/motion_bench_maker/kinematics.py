@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from benchmarks.motion_bench_maker.problem_file import InvalidFile
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 
 TURNING = ("revolute", "continuous")
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from benchmarks.motion_bench_maker.kinematics import Kinematics
 from benchmarks.motion_bench_maker.problem_file import InvalidFile
-from problems.robots.robot import JointLimits
+from problems.robots import JointLimits
 
 PANDA = (  # Franka Emika's data sheet, rad/s^2 and rad/s^3
     (15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0),

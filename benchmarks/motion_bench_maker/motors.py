@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,8 @@ from benchmarks.motion_bench_maker.collision import APART, Checker
 from benchmarks.motion_bench_maker.problem_file import MotionProblem, Obstacle
 from benchmarks.motion_bench_maker.records import Record, Records
 from benchmarks.motion_bench_maker.setting import Setting
-from tpbso_casadi.campaign.grid import SolverSpec
-from tpbso_casadi.campaign.run import Run
-from tpbso_casadi.campaign.store import Store
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.campaign import Run, SolverSpec, Store
+from tpbso_casadi.scenario import Scenario, parse_scenario
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.motion_bench_maker.collision import Checker
-from problems.base.matrix import FloatArray
-from problems.evaluation.native.compiler import find_compiler
+from problems.base import FloatArray
+from problems.evaluation.compiler import find_compiler
 
 SOURCE = Path(__file__).with_name("fast_collision.cpp")
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 
 UNIT = 1e-3  # by which the length of a quaternion may differ from 1
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
 
-from tpbso_casadi.campaign.executors import ExecutorFactory
+from tpbso_casadi.campaign import ExecutorFactory
 
 T = TypeVar("T")
 

@@ -18,8 +18,8 @@ from benchmarks.motion_bench_maker.kinematics import Kinematics, Spheres, read_k
 from benchmarks.motion_bench_maker.limits import limits_of
 from benchmarks.motion_bench_maker.motors import Motors, Payload
 from benchmarks.motion_bench_maker.problem_file import InvalidFile, MotionProblem
-from problems.base.matrix import FloatArray
-from problems.robots.robot import JointLimits
+from problems.base import FloatArray
+from problems.robots import JointLimits
 
 SAMPLES, LIMIT_SAMPLES = 20_000, 20_000  # times at which a motion is checked
 TIPS = ("panda_link8", "tool0")  # where the chains of the problems end

@@ -9,12 +9,12 @@ from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
+from problems.robots.spatial import models
 
 from benchmarks.motion_bench_maker.kinematics import Kinematics, Spheres, read_kinematics, read_spheres
 from benchmarks.moving_scenes.courses import Course
 from benchmarks.moving_scenes.shapes import Shape
-from problems.base.matrix import FloatArray
-from problems.robots.spatial import models
+from problems.base import FloatArray
 
 APART = 3  # joints between spheres of the robot's own that are looked at
 READY = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])  # rad: a posture in which nothing meets

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.moving_scenes.arms import Panda, Thing
 from benchmarks.moving_scenes.shapes import Solid
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 
 try:
     import coal

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 
 ROWS, LAST_ROW = 7, 4.0  # of a table of motion; s
 MOST_TURN = 1.0  # rad from row to row

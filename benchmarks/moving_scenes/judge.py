@@ -13,8 +13,7 @@ from benchmarks.moving_scenes.coal_check import check_with_coal
 from benchmarks.moving_scenes.scenes import MOST_WAIT, Scene, line_time
 from problems import Trajectory
 from tpbso_casadi import read_scenario
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import SearchedMotion
+from tpbso_casadi.planning import SearchedMotion, plan
 
 SAMPLES, CHUNK = 20_000, 1000  # times of a motion; of them computed at once
 ROUNDING = 1e-7  # m: of two ways to compute a distance

@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.moving_scenes.arms import Arm, Thing, arm_of
 from benchmarks.moving_scenes.courses import random_course
 from benchmarks.moving_scenes.shapes import random_planar, random_solid
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 
 CLEAR = 0.02  # m: what the known solution keeps
 NEARBY = 0.3  # m: no farther from the line is what stands still

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 
 
 class Shape(ABC):

@@ -13,9 +13,9 @@ import numpy as np
 
 from benchmarks.peers.report import Report, Size, certified, excess, in_parallel, milliseconds
 from problems import Trajectory
-from problems.base.matrix import FloatArray
-from problems.robots.robot import JointLimits
-from problems.timing.free_space.moving_ends import least_time_move
+from problems.base import FloatArray
+from problems.robots import JointLimits
+from problems.timing.free_space import least_time_move
 
 JOINTS = (2, 7)
 CHECKED_TIMES = 20_000

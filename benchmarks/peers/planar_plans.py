@@ -13,12 +13,12 @@ import numpy as np
 from benchmarks.peers.report import Report, Size, certified, excess, in_parallel
 from benchmarks.peers.waypoint_paths import by_toppra
 from problems import Trajectory
-from problems.motions.joint_path import JointPath
-from problems.robots.robot import JointLimits
-from problems.timing.retime import retime
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.scenario.cases.builtin import builtin
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from problems.motions import JointPath
+from problems.robots import JointLimits
+from problems.timing import retime
+from tpbso_casadi.planning import plan
+from tpbso_casadi.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.cases import builtin
 
 LETTER = {  # an outline with sharp corners: the letter N
     "arm": {"link_lengths": [0.45, 0.35, 0.2], "max_speed": 3.0, "max_acceleration": 30.0},

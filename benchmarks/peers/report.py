@@ -10,8 +10,8 @@ from typing import TypeVar
 import numpy as np
 
 from problems import Trajectory
-from problems.base.matrix import FloatArray
-from problems.robots.robot import JointLimits
+from problems.base import FloatArray
+from problems.robots import JointLimits
 
 CHECKED_TIMES, TIMES_PER_CHUNK = 100_000, 10_000
 ALLOWED = 1e-9  # of a limit; rounding

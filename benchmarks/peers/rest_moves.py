@@ -10,8 +10,8 @@ import numpy as np
 import ruckig
 
 from benchmarks.peers.report import Report, Size, certified, excess, in_parallel, milliseconds
-from problems.robots.robot import JointLimits
-from problems.timing.rest_to_rest import rest_to_rest
+from problems.robots import JointLimits
+from problems.timing.free_space import rest_to_rest
 
 
 @dataclass(frozen=True)

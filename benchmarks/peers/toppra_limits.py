@@ -12,8 +12,8 @@ from toppra.constraint import (
 )
 
 from problems import Robot
-from problems.base.matrix import FloatArray, as_array
-from problems.robots.robot import JointLimits
+from problems.base import FloatArray, as_array
+from problems.robots import JointLimits
 
 
 def speed_and_acceleration(limits: JointLimits) -> list[JointVelocityConstraint | JointAccelerationConstraint]:

@@ -16,11 +16,10 @@ from benchmarks.peers.report import CHECKED_TIMES
 from benchmarks.peers.toppra_limits import speed_and_acceleration, torque
 from benchmarks.peers.waypoint_paths import Geometry
 from problems import Robot
-from problems.base.matrix import FloatArray, as_array
-from problems.limits.torque import TorqueLimit
-from problems.motions.joint_path import JointPath
-from problems.motions.samples import Samples
-from problems.robots.robot import JointLimits
+from problems.base import FloatArray, as_array
+from problems.limits import TorqueLimit
+from problems.motions import JointPath, Samples
+from problems.robots import JointLimits
 
 Motion = Callable[[FloatArray, int], FloatArray]  # joint angles, or derivatives of them, (n, k) at times (n,)
 

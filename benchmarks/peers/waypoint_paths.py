@@ -16,10 +16,10 @@ from toppra.interpolator import AbstractGeometricPath
 
 from benchmarks.peers.report import Report, Size, certified, excess, in_parallel, spread
 from benchmarks.peers.toppra_limits import speed_and_acceleration
-from problems.base.matrix import FloatArray
-from problems.motions.joint_path import JointPath
-from problems.robots.robot import JointLimits
-from problems.timing.retime import retime
+from problems.base import FloatArray
+from problems.motions import JointPath
+from problems.robots import JointLimits
+from problems.timing import retime
 
 JERK = 50.0  # times the acceleration limit, 1/s
 FINE_GRID = 100  # points for each waypoint: TOPP-RA close to the optimum

@@ -17,7 +17,7 @@ from sphinx.domains.python import PyObject
 from sphinx.environment import BuildEnvironment
 from sphinx.ext.napoleon.docstring import GoogleDocstring
 
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 
 OURS = ("problems", "solvers", "tpbso_casadi")
 THEIRS = re.compile(r"(numpy|np|casadi|ca|scipy|pandas|pd|matplotlib|pathlib|collections|typing|pydantic)\.")

@@ -1,28 +1,33 @@
-"""What a finished motion is judged by: a statement, limits and an objective."""
+"""What a motion of a task is judged by: its limits and its objective."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import casadi as ca
 
-from problems.base.matrix import FloatArray
-from problems.certify.arrival import AtGoal, at_goal, stay_verdicts
-from problems.certify.closest_approach import ClosestApproach, closest_approach
-from problems.certify.time_scale import exact_time_scale, safe_time_scale
-from problems.certify.verdict import Verdict, verdict
-from problems.certify.verification import limit_verdicts
-from problems.limits.distances.clearance import Clearance
-from problems.limits.limit import Limit
-from problems.motions.joint_path import JointPath
-from problems.motions.trajectory import Trajectory
-from problems.objectives import Objective
-from problems.robots.robot import Robot
-from problems.scene.obstacle import Obstacle
-from problems.tasks.drawing import BoundedCurve, Marker, Milestone, ProgressMeasure
-from problems.tasks.task import Task
+from problems.base import FloatArray
+from problems.certify import (
+    AtGoal,
+    ClosestApproach,
+    Verdict,
+    at_goal,
+    closest_approach,
+    exact_time_scale,
+    limit_verdicts,
+    safe_time_scale,
+    stay_verdicts,
+    verdict,
+)
+from problems.limits import Clearance, Limit, LimitKind, limits_of
+from problems.motions import JointPath, Trajectory
+from problems.objectives import OBJECTIVES, Objective
+from problems.robots import Robot
+from problems.scene import Obstacle
+from problems.tasks import BoundedCurve, JointFollowing, Marker, Milestone, ProgressMeasure, Task
+from problems.timing import retime
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,3 +147,38 @@ class Criteria:
     def progress_measures(self) -> tuple[ProgressMeasure, ...]:
         """Quantities to record and plot during a search; none by default."""
         return ()
+
+
+def joint_following(task: JointFollowing, limits: Sequence[LimitKind] = ()) -> JointFollowingCriteria:
+    """What a task states; time is the objective.
+
+    Args:
+        task: the statement: robot, path, obstacles.
+        limits: kinds of limits that hold besides those of the robot and of the obstacles.
+    """
+    return JointFollowingCriteria(
+        task=task, objective=OBJECTIVES["time"], limits=limits_of(task.robot, task.obstacles, limits)
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointFollowingCriteria(Criteria):
+    """Run a given path."""
+
+    free_timing: ClassVar[bool] = True
+
+    task: JointFollowing
+
+    def path_of(self, trajectory: Trajectory) -> JointPath:
+        """The given path, of a lower degree than any motion along it."""
+        return self.task.path
+
+    def given_motion(self) -> Trajectory:
+        """The path in the least time; slower where other limits or a total time need it and both ends are at rest.
+
+        Raises:
+            InvalidProblem: the path stands still or jumps, or no motion has its velocities at the ends.
+        """
+        trajectory = retime(self.task.path, self.robot.limits, self.task.rates, chain=self.robot.rigid_chain)
+        scale = 1.0 if self.task.end_velocities.any() else self.safe_time_scale(trajectory)
+        return trajectory if scale <= 1.0 else trajectory.time_scaled(scale)

@@ -1,4 +1,4 @@
-"""A problem: a statement, a motion, an encoding, limits and an objective put together."""
+"""A problem: statement, motion, encoding, limits and objective put together."""
 
 from __future__ import annotations
 
@@ -12,16 +12,15 @@ import casadi as ca
 import numpy as np
 
 from problems.assembly.criteria import Criteria
-from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, Matrix
-from problems.encodings.encoding import CostWeights, Decoded, Encoding, Variable
+from problems.assembly.encoding import CostWeights, Decoded, Encoding, Variable
+from problems.base import FloatArray, InvalidProblem, Matrix
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
-from problems.limits.constraint import Constraint
-from problems.limits.limit import SAMPLING_MARGIN, Limit
-from problems.motions.joint_path import JointPath
-from problems.motions.motion import Motion
-from problems.motions.trajectory import Trajectory
-from problems.nlp.program import NonlinearProgram
+from problems.limits import SAMPLING_MARGIN, Constraint, Limit
+from problems.motions import JointPath, Motion, Trajectory
+from problems.nlp import NonlinearProgram
+from problems.objectives import OBJECTIVES, Objective
+from problems.robots import Robot
+from problems.tasks import check_choice
 
 P = TypeVar("P")
 
@@ -223,3 +222,16 @@ class Problem(Criteria, ABC, Generic[P]):
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
         """Times in s at which to tabulate a trajectory, those of the search's samples among them."""
         return self.motion.row_times(trajectory, at_least)
+
+
+def objective_named(objective: Objective | str, robot: Robot) -> Objective:
+    """An objective for a robot, given itself or by its name.
+
+    Raises:
+        InvalidProblem: there is none of that name, or it is not defined for the robot.
+    """
+    if isinstance(objective, str):
+        check_choice("objective", objective, OBJECTIVES)
+    found = OBJECTIVES[objective] if isinstance(objective, str) else objective
+    found.check(robot)
+    return found

@@ -1,23 +1,101 @@
-"""The loop over samples, as steps of a program: written once for one sample, from limits and objective alone."""
+"""The loop over samples: limits and objective of one sample, added up.
+
+Where a limit says the same of many things, code for one of them is compiled, and called for each with its own numbers:
+it stays small however many there are, and another number of them compiles nothing.
+
+Every number of the statement is a symbol here, so that the compiled steps serve every problem of the same structure.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import casadi as ca
 import numpy as np
 
-from problems.assembly.repeated_loop import PLACES, REPEATED, RepeatedLoop
-from problems.base.matrix import Matrix, total
-from problems.evaluation import Loop, Step
-from problems.limits.constraint import Constraint
-from problems.limits.limit import SAMPLING_MARGIN, Limit, Repetition
-from problems.motions.motion import Motion, SampleGrid
-from problems.motions.samples import Samples
-from problems.objectives.objective import Objective
+from problems.assembly.encoding import CostWeights, Encoding
+from problems.assembly.path_timing import Slowness
+from problems.assembly.problem import Problem
+from problems.base import Arguments, Matrix, total
+from problems.evaluation import Loop, Program, Step
+from problems.limits import SAMPLING_MARGIN, Constraint, DurationBounds, Limit, Repetition
+from problems.motions import Motion, SampleGrid, Samples
+from problems.objectives import Objective
+from problems.robots import Robot
+
+PLACES = "places"  # of the frames at each sample, m
+REPEATED = "repeated"  # the penalties, one for each repetition
+
+
+@dataclass(frozen=True)
+class RepeatedLoop:
+    """Steps that add up what repetitions make of each sample.
+
+    Args:
+        robot: the symbolic copy of the robot that moves.
+        repetitions: at least one.
+        durations: how many parts of the motion have one.
+    """
+
+    robot: Robot
+    repetitions: Sequence[Repetition]
+    durations: int
+
+    @property
+    def frames(self) -> list[int]:
+        """Whose positions are needed at each sample."""
+        return sorted({frame for repetition in self.repetitions for frame in repetition.frames})
+
+    @property
+    def timed(self) -> bool:
+        """Whether times are needed."""
+        return any(repetition.timed for repetition in self.repetitions)
+
+    def places(self, now: Samples) -> Matrix:
+        """Their positions at one sample, one after the other, m, and the time, s, where it is needed: a column."""
+        parts = [now.positions[frame] for frame in self.frames]
+        if self.timed:
+            assert now.times is not None
+            parts.append(now.times)
+        return ca.horzcat(*parts).T
+
+    def steps(self, p: ca.SX, samples: int, penalty: Callable[[Constraint], Matrix]) -> list[Step]:
+        """One step for each repetition, which runs for all of its things at each sample.
+
+        Args:
+            p: the numbers of the statement.
+            samples: how many there are.
+            penalty: of the rows of a constraint.
+        """
+        return [self._step(k, p, samples, penalty) for k in range(len(self.repetitions))]
+
+    def _step(self, number: int, p: ca.SX, samples: int, penalty: Callable[[Constraint], Matrix]) -> Step:
+        repetition, dim = self.repetitions[number], self.robot.dim
+        size = len(self.frames) * dim
+        window, sums = ca.SX.sym("window", size + self.timed), ca.SX.sym(REPEATED, len(self.repetitions))
+        durations = ca.SX.sym("durations", self.durations)
+        places = dict(zip(self.frames, ca.horzsplit(window[:size].T, dim), strict=True))
+        unused = ca.DM.nan(1, dim)
+        positions = tuple(places.get(frame, unused) for frame in range(max(self.frames) + 1))
+        times = window[size:] if self.timed else None
+        duration = ca.sum1(durations) if repetition.timed else ca.SX(1)
+        now = Samples(robot=self.robot, derivatives=(), duration=duration, times=times, known_positions=positions)
+        entries = ca.vertsplit(sums)
+        for limit in repetition.limits:
+            found = sum((penalty(constraint) for constraint in limit.constraints_at(now, SAMPLING_MARGIN)), ca.DM(0))
+            near = limit.may_break(now, SAMPLING_MARGIN)
+            entries[number] += found if near is None else ca.if_else(near, found, 0.0)
+        clock = {"durations": durations} if repetition.timed else {}
+        inputs = {"p": p, **clock, "window": window, "row": repetition.symbols, REPEATED: sums}
+        outputs = {REPEATED: ca.vertcat(*entries)}
+        things = len(repetition.numbers)
+        starts = np.repeat(np.arange(samples) * window.numel(), things)
+        loop = Loop(rows=np.tile(repetition.numbers, (samples, 1)), window=PLACES, starts=starts)
+        return Step.of("repeated", inputs, outputs, loop)
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +103,7 @@ class Instant:
     """Symbols of one sample and of the one before it.
 
     Args:
-        motion: the symbolic twin of the motion that is sampled.
+        motion: the symbolic copy of the motion that is sampled.
     """
 
     motion: Motion[Any]
@@ -99,7 +177,7 @@ def peak_loop(motion: Motion[Any], limits: Sequence[Limit], p: ca.SX, name: str 
     """Accumulates the largest magnitudes of limits that scale with time over a shape's samples.
 
     Args:
-        motion: the symbolic twin of the motion.
+        motion: the symbolic copy of the motion.
         limits: that scale with time.
         p: the numbers of the statement.
         name: of the vector in which they are accumulated.
@@ -131,7 +209,7 @@ def cost_loop(
     None where neither makes anything of single samples.
 
     Args:
-        motion: the symbolic twin of the motion.
+        motion: the symbolic copy of the motion.
         limits: that are penalised, written out.
         objective: of the motion.
         penalty: of the rows of a constraint.
@@ -195,7 +273,7 @@ def _contributions(
     """
     parts: list[Matrix] = []
     for limit in limits:
-        parts += [penalty(constraint) for constraint in limit.at(now, SAMPLING_MARGIN)]
+        parts += [penalty(constraint) for constraint in limit.constraints_at(now, SAMPLING_MARGIN)]
         parts += [_if(inner, penalty(c)) for c in limit.between(before, now, SAMPLING_MARGIN)]
     penalties = len(parts)
     sample, step = objective.at(now), objective.between(before, now)
@@ -209,3 +287,126 @@ def _contributions(
 def _if(inner: Matrix, value: Matrix) -> Matrix:
     """The value where there is a sample before, else 0, whatever the value is then."""
     return ca.if_else(inner > 0.5, value, 0.0)
+
+
+P = TypeVar("P")
+
+
+def statements_of(problem: Problem[Any]) -> tuple[Any, ...]:
+    """All that a cost depends on, in the order of its numbers."""
+    bounds = problem.task.duration_bounds
+    return problem.encoding, problem.motion, problem.searched_limits, problem.weights, bounds, problem.objective
+
+
+class CostSteps(ABC, Generic[P]):
+    """The steps of one problem.
+
+    Args:
+        problem: whose cost.
+    """
+
+    def __init__(self, problem: Problem[P]) -> None:
+        self.arguments = Arguments()
+        symbolic_copies = self.arguments.symbolic_copy(statements_of(problem))
+        self.encoding: Encoding[P] = symbolic_copies[0]
+        self.motion: Motion[P] = symbolic_copies[1]
+        self.limits: tuple[Limit, ...] = symbolic_copies[2]
+        self.weights: CostWeights = symbolic_copies[3]
+        self.duration_bounds: DurationBounds | None = symbolic_copies[4]
+        self.objective: Objective = symbolic_copies[5]
+        each = zip(problem.searched_limits, self.limits, strict=True)
+        self._repetitions = {id(symbolic_copy): limit.repetitions(symbolic_copy) for limit, symbolic_copy in each}
+        self.seconds_stayed = problem.task.stay
+        self.x = ca.SX.sym("x", len(problem.variables))
+
+    @cached_property
+    def p(self) -> ca.SX:
+        """All numbers of the statement, (q, 1)."""
+        return self.arguments.symbols
+
+    def choice_of_duration(self, slowness: Slowness | None) -> dict[str, ca.SX]:
+        """The search vector, for the step that times a motion, where the duration is a variable."""
+        return {} if slowness is None else {"x": self.x}
+
+    @property
+    def restored(self) -> list[Limit]:
+        """The limits that scaling time restores."""
+        return self.encoding.restored(self.limits)
+
+    def program(self) -> Program:
+        """The program of all steps."""
+        penalised, penalty = self.encoding.penalised(self.limits), self.encoding.penalty
+        written_out = [limit for limit in penalised if not self._repetitions.get(id(limit))]
+        repeated = [each for limit in penalised for each in self._repetitions.get(id(limit), ())]
+        loop = cost_loop(self.motion, written_out, self.objective, penalty, self.least_orders, self.p, repeated)
+        orders = tuple(sorted({*(loop.orders if loop else ()), *self.least_orders}))
+        front = self.front(orders, loop.starting_values if loop else {})
+        steps = [*front, *([loop.step, *loop.further] if loop else []), *self.further_steps(orders), self._finish(loop)]
+        return Program(steps=tuple(steps), parameters=self.arguments.values)
+
+    @abstractmethod
+    def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
+        """The steps that decode a candidate: from the search vector to the vectors of :meth:`motion_vectors`.
+
+        Args:
+            orders: of the derivatives that the blocks hold.
+            starting_values: vectors to set to zero, with their sizes.
+        """
+
+    @property
+    def least_orders(self) -> tuple[int, ...]:
+        """Orders of the derivatives that are needed even where the loop over samples has nothing to do."""
+        return ()
+
+    def further_steps(self, orders: tuple[int, ...]) -> list[Step]:
+        """Steps after the loop over samples; each writes one more penalty, named in :attr:`further_penalties`.
+
+        Args:
+            orders: of the derivatives that the blocks hold.
+        """
+        return []
+
+    @property
+    def further_penalties(self) -> tuple[str, ...]:
+        """Names of the scalars that further steps write."""
+        return ()
+
+    @property
+    def reach_size(self) -> int:
+        """Entries of ``reach``, the condition of inverse kinematics; none by default."""
+        return 0
+
+    def motion_vectors(
+        self, parameters: P, orders: tuple[int, ...], starting_values: dict[str, int]
+    ) -> dict[str, Matrix]:
+        """The vectors that the loop over samples reads: durations, blocks, accumulators set to zero."""
+        blocks = {"blocks": self.motion.blocks(parameters, orders)} if orders else {}
+        zeros = {name: ca.SX.zeros(size) for name, size in starting_values.items()}
+        return {"durations": self.motion.durations(parameters), **blocks, **zeros}
+
+    def peaks_of_each(self, peaks: ca.SX) -> list[Matrix]:
+        """The peaks of all limits that time scaling restores, as a row for each."""
+        sizes = Instant(self.motion).widths(self.restored)
+        return [part.T for part in ca.vertsplit(peaks, np.cumsum([0, *sizes]).tolist())]
+
+    def _finish(self, loop: SampleLoop | None) -> Step:
+        """The last step: the cost from the accumulated sums."""
+        inputs: dict[str, ca.SX] = {"p": self.p, "durations": ca.SX.sym("durations", self.motion.duration_count)}
+        if loop is not None:
+            inputs |= {n: ca.SX.sym(n, size) for n, size in loop.starting_values.items() if n in {"sums", REPEATED}}
+        if self.reach_size:
+            inputs["reach"] = ca.SX.sym("reach", self.reach_size)
+        for name in self.further_penalties:
+            inputs[name] = ca.SX.sym(name)
+        sums: Sequence[Matrix] = ca.vertsplit(inputs["sums"]) if loop is not None else []
+        count = loop.penalties if loop is not None else 0
+        objective = self.objective.terminal(self.motion.duration(inputs["durations"]))
+        for accumulated in sums[count:]:
+            objective = objective + accumulated
+        repeated = ca.vertsplit(inputs[REPEATED]) if REPEATED in inputs else []
+        penalties = [*sums[:count], *repeated, *(inputs[name] for name in self.further_penalties)]
+        if self.duration_bounds is not None and self.encoding.scales_time:  # else the search box keeps them
+            durations = self.duration_bounds.at(inputs["durations"].T, SAMPLING_MARGIN)
+            penalties.append(self.encoding.penalty(durations))
+        reach = inputs["reach"].T if self.reach_size else None
+        return Step.of("finish", inputs, {"cost": self.encoding.cost(objective, penalties, reach, self.weights)})

@@ -1,8 +1,8 @@
-"""Numbers of a statement that become arguments of compiled code.
+"""Objects whose numbers are arguments of compiled code: collected, replaced by symbols, recognised by structure.
 
 A formula reads its numbers from the statement that it belongs to: lengths from the robot, places from the obstacles.
-Given the statement itself it computes with these numbers; given the statement's symbolic twin it builds an expression
-in which every number is a symbol. Code compiled from the twin serves every statement of the same structure.
+Given the statement itself it computes with these numbers; given the statement's symbolic copy it builds an expression
+in which every number is a symbol. Code compiled from the symbolic copy serves every statement of the same structure.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from problems.base.matrix import FloatArray
 S = TypeVar("S")
 
 
-class Statement:
+class Parametric:
     """A frozen dataclass of which some fields are numbers that change from plan to plan.
 
     Attributes:
@@ -46,7 +46,7 @@ class Arguments:
         chosen: which fields of which statements become symbols; all that can where None.
     """
 
-    def __init__(self, chosen: Callable[[Statement, str], bool] | None = None) -> None:
+    def __init__(self, chosen: Callable[[Parametric, str], bool] | None = None) -> None:
         self._chosen = chosen
         self._symbols: list[ca.SX] = []
         self._values: list[float] = []
@@ -73,29 +73,29 @@ class Arguments:
         self._values.append(float(value))
         return symbol
 
-    def twin(self, statement: S) -> S:
+    def symbolic_copy(self, statement: S) -> S:
         """The statement with symbols for its numbers and those of every statement in it.
 
-        A statement that occurs twice has one twin.
+        A statement that occurs twice has one symbolic_copy.
         """
         if isinstance(statement, tuple):
-            return tuple(self.twin(entry) for entry in statement)  # type: ignore[return-value]
-        if not (isinstance(statement, Statement) and is_dataclass(statement)):
+            return tuple(self.symbolic_copy(entry) for entry in statement)  # type: ignore[return-value]
+        if not (isinstance(statement, Parametric) and is_dataclass(statement)):
             return statement
         if id(statement) not in self._twins:
             self._twins[id(statement)] = statement, self._made(statement)
         return self._twins[id(statement)][1]
 
-    def _made(self, statement: Statement) -> Statement:
-        twin = object.__new__(type(statement))
+    def _made(self, statement: Parametric) -> Parametric:
+        symbolic_copy = object.__new__(type(statement))
         for field in fields(statement):  # type: ignore[arg-type]
             value = getattr(statement, field.name)
             structural = field.name in statement.zero_is_structure and is_zero(value)
             chosen = self._chosen is None or self._chosen(statement, field.name)
             is_number = field.name in statement.numbers and chosen and not structural
-            lifted = self.symbol(value) if is_number else self.twin(value)
-            object.__setattr__(twin, field.name, lifted)
-        return twin
+            lifted = self.symbol(value) if is_number else self.symbolic_copy(value)
+            object.__setattr__(symbolic_copy, field.name, lifted)
+        return symbolic_copy
 
 
 class Reading:
@@ -105,14 +105,15 @@ class Reading:
         statements: one, or a tuple of them.
 
     Attributes:
-        make: what statements of one make have in common: all that is no number, and how many numbers are where. Code
-            compiled from the twin of one serves all of them. Hashable, where all that is no number is.
+        structure_key: what statements of one structure have in common: all that is no number, and how many numbers
+            are where. Code compiled
+            from the symbolic copy of one serves all of them. Hashable, where all that is no number is.
     """
 
     def __init__(self, statements: object) -> None:
         self._values: list[float] = []
         self._seen: dict[int, tuple[int, object]] = {}
-        self.make = self._read(statements)
+        self.structure_key = self._read(statements)
 
     @property
     def values(self) -> FloatArray:
@@ -122,7 +123,7 @@ class Reading:
     def _read(self, statement: object) -> object:
         if isinstance(statement, tuple):
             return tuple([self._read(entry) for entry in statement])
-        if not isinstance(statement, Statement):
+        if not isinstance(statement, Parametric):
             return statement
         if id(statement) in self._seen:
             return self._seen[id(statement)][0]

@@ -1,4 +1,4 @@
-"""The one numeric type of the models: a CasADi matrix, symbolic (SX) or numeric (DM).
+"""Columns and rows of CasADi matrices, numeric or symbolic.
 
 Every formula of this package is written once, in CasADi operations that take both. Given symbols it builds the
 model that is compiled, differentiated and audited; given numbers it evaluates the very same formula.

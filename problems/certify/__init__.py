@@ -1,1 +1,38 @@
 """Proofs about a finished motion, for all t."""
+
+from problems.certify.clearance import ClearanceProof, ClosestApproach, closest_approach, prove_clearance
+from problems.certify.pairs import Travel, halves
+from problems.certify.structure import freedom, jacobian_pattern, structure_of
+from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
+from problems.certify.verification import (
+    AtGoal,
+    at_goal,
+    exact_time_scale,
+    limit_verdicts,
+    prove,
+    safe_time_scale,
+    stay_verdicts,
+)
+
+__all__ = [
+    "TOLERANCE",
+    "AtGoal",
+    "CertificateStatus",
+    "ClearanceProof",
+    "ClosestApproach",
+    "Travel",
+    "Verdict",
+    "at_goal",
+    "closest_approach",
+    "exact_time_scale",
+    "freedom",
+    "halves",
+    "jacobian_pattern",
+    "limit_verdicts",
+    "prove",
+    "prove_clearance",
+    "safe_time_scale",
+    "stay_verdicts",
+    "structure_of",
+    "verdict",
+]

@@ -1,4 +1,4 @@
-"""The structure of a constraint, without any numbers: dependence, degree, sparsity, kinks, redundant rows."""
+"""The structure of a program: sparsity, degrees, kinks, duplicates, freedom."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base.matrix import FloatArray, Matrix
+from problems.base import FloatArray, Matrix
 from problems.certify.interval import bounds
-from problems.limits.constraint import Constraint
+from problems.limits import Constraint
 
 KINKS = {
     ca.OP_FABS: "abs",

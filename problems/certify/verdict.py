@@ -1,4 +1,4 @@
-"""The result of checking a constraint on a finished motion."""
+"""Verdicts: proven, violated, or undecided."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from problems.base.matrix import FloatArray, as_array
-from problems.limits.constraint import Constraint
+from problems.base import FloatArray, as_array
+from problems.limits import Constraint
 
 TOLERANCE = 1e-9  # relative to the constraint's scale; allows for rounding only
 

@@ -16,8 +16,7 @@ from problems.evaluation.population import (
     PopulationFunction,
     processors,
 )
-from problems.evaluation.program import Program
-from problems.evaluation.step import InvalidProgram, Loop, Step
+from problems.evaluation.program import InvalidProgram, Loop, Program, Step
 
 __all__ = [
     "BACKENDS",

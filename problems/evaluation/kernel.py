@@ -1,4 +1,4 @@
-"""Separates what a step computes for each candidate from what follows from parameters and rows alone.
+"""A program's tape without what depends on the scene alone: the kernel, and the data that it is given.
 
 A step is a function of a candidate's vectors, of the parameters and of a row. Operations that see no candidate give the
 same for all of them: they are taken out, evaluated once when the program is loaded, and their results handed to what is
@@ -14,11 +14,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
+from problems.evaluation.interpreter import SAME_NAMES, Symbolic, column, entries, interpret
 from problems.evaluation.portable_math import portable
-from problems.evaluation.program import Program
-from problems.evaluation.step import PARAMETERS, ROW, Step
-from problems.evaluation.tape import SAME_NAMES, Symbolic, column, entries, interpret
+from problems.evaluation.program import PARAMETERS, ROW, Program, Step
 
 
 class Stage(IntEnum):
@@ -68,7 +67,7 @@ def kernel(step: Step) -> Kernel:
     """Split a step by what its operations depend on, and write the angles of what is left out.
 
     Raises:
-        UnsupportedOperation: it holds an operation that :mod:`problems.evaluation.tape` does not know.
+        UnsupportedOperation: it holds an operation that :mod:`problems.evaluation.interpreter` does not know.
     """
     symbols = {name: ca.SX.sym(name, size) for name, size in step.inputs.items()}
     stages = {PARAMETERS: Stage.PARAMETERS, ROW: Stage.ROW}

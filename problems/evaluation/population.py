@@ -1,4 +1,4 @@
-"""Evaluate a whole population by the fastest backend that this machine and this amount of work justify."""
+"""The costs of a population: backends, options, threads."""
 
 from __future__ import annotations
 
@@ -14,15 +14,14 @@ from weakref import finalize
 import casadi as ca
 import numpy as np
 
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
+from problems.evaluation import cache
+from problems.evaluation.batches import VirtualMachine
+from problems.evaluation.codegen import cpp
+from problems.evaluation.compiler import NativeUnavailable
 from problems.evaluation.kernel import Kernel, KernelData, data, kernels
-from problems.evaluation.native import cache
-from problems.evaluation.native.background import BackgroundCompiler
-from problems.evaluation.native.codegen import cpp
-from problems.evaluation.native.compiler import NativeUnavailable
-from problems.evaluation.native.native import Evaluate, Native, compile_library, find_library
+from problems.evaluation.native import BackgroundCompiler, Evaluate, Native, compile_library, find_library
 from problems.evaluation.program import Program
-from problems.evaluation.virtual_machine import VirtualMachine
 
 Backend = Literal["auto", "vm", "native"]
 BACKENDS: tuple[str, ...] = get_args(Backend)
@@ -93,7 +92,7 @@ class PopulationFunction:
 
         Raises:
             ValueError: the candidates are not (m, d).
-            UnsupportedOperation: a step holds an operation that :mod:`problems.evaluation.tape` does not know.
+            UnsupportedOperation: a step holds an operation that :mod:`problems.evaluation.interpreter` does not know.
         """
         if candidates.ndim != 2 or candidates.shape[1] != self.program.dimension:
             raise ValueError(f"candidates of shape {candidates.shape} where (m, {self.program.dimension}) is needed")
@@ -116,9 +115,9 @@ class PopulationFunction:
         Raises:
             InvalidProgram: the program has not as many numbers.
         """
-        return self.restated(self.program.with_numbers(parameters))
+        return self.same_structure_with(self.program.with_numbers(parameters))
 
-    def restated(self, program: Program) -> PopulationFunction:
+    def same_structure_with(self, program: Program) -> PopulationFunction:
         """The same for a program whose steps have the same functions, with other numbers in them."""
         other = PopulationFunction(program, self.options)
         other._kernels, other._source = self._kernels, self._source

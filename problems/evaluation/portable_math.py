@@ -1,4 +1,4 @@
-"""Sines, cosines and arc tangents in additions, multiplications, divisions and square roots.
+"""Elementary functions that every processor rounds alike.
 
 IEEE 754 fixes every bit of those four operations and of no angle function: each mathematical library, and each vector
 version of one, rounds them its own way, and a search follows the last bit. Written out like this, a cost has one
@@ -14,8 +14,8 @@ from math import pi
 
 import casadi as ca
 
-from problems.base.matrix import Matrix, Operand
-from problems.evaluation.tape import Symbolic, rebuilt
+from problems.base import Matrix, Operand
+from problems.evaluation.interpreter import Symbolic, rebuilt
 
 # pi in two parts: the first has 33 bits, so that its product with an integer below 2^20 is exact (Cody and Waite)
 PI_HIGH, PI_LOW = float.fromhex("0x1.921fb544p+1"), float.fromhex("0x1.0b4611a626331p-33")
@@ -40,7 +40,7 @@ def portable(function: ca.Function) -> ca.Function:
         function: SX function of dense columns.
 
     Raises:
-        UnsupportedOperation: it holds an operation that :mod:`problems.evaluation.tape` does not know.
+        UnsupportedOperation: it holds an operation that :mod:`problems.evaluation.interpreter` does not know.
     """
     return rebuilt(function, Portable())
 

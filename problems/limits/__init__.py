@@ -3,16 +3,32 @@
 from collections.abc import Sequence
 from typing import Protocol
 
-from problems.base.errors import InvalidProblem
-from problems.limits.derivative import AccelerationLimit, JerkLimit, SpeedLimit
-from problems.limits.distances.clearance import Clearance
-from problems.limits.distances.proximity import Proximity
-from problems.limits.distances.self_clearance import SelfClearance
-from problems.limits.joint_range import JointRange
-from problems.limits.limit import Limit
-from problems.limits.torque import TorqueLimit
-from problems.robots.robot import Robot
-from problems.scene.obstacle import Obstacle
+from problems.base import InvalidProblem
+from problems.limits.accuracy import Accuracy, AngularAccuracy, shares_along
+from problems.limits.clearance import MAX_STEP_SHARE, Clearance, CollisionPair, StepLimit, reachable_pairs
+from problems.limits.expression import ExpressionLimit, StatedExpression
+from problems.limits.joint_limits import AccelerationLimit, DurationBounds, JerkLimit, JointRange, SpeedLimit
+from problems.limits.limit import (
+    LARGEST_SLOWDOWN,
+    SAMPLING_MARGIN,
+    Constraint,
+    Limit,
+    PenaltyKind,
+    Repetition,
+    end_point,
+    holds_time,
+    longest_time_scale,
+    minimum_time_scale,
+    peaks_of,
+    reach_limit,
+    scaling,
+)
+from problems.limits.proximity import Pair, Proximity, clearances
+from problems.limits.self_clearance import SelfClearance
+from problems.limits.staying import AT_GOAL, TaperedMargin, looks, stay_constraints, stay_matters, timed
+from problems.limits.torque import TorqueLimit, can_hold, holding_torques
+from problems.robots import Robot
+from problems.scene import Obstacle
 
 KINDS = (SpeedLimit, AccelerationLimit, JerkLimit, JointRange, TorqueLimit, Clearance, SelfClearance)
 LIMITS: dict[str, type[Limit]] = {limit.name: limit for limit in KINDS}
@@ -21,7 +37,7 @@ LIMITS: dict[str, type[Limit]] = {limit.name: limit for limit in KINDS}
 class LimitKind(Protocol):
     """What makes a limit for a robot among obstacles: a class derived from :class:`Limit`, or an object like it."""
 
-    def holding(self, robot: Robot, obstacles: Sequence[Obstacle]) -> Limit | None:
+    def for_robot(self, robot: Robot, obstacles: Sequence[Obstacle]) -> Limit | None:
         """The limit; None where it does not apply."""
 
 
@@ -32,7 +48,7 @@ def limits_of(robot: Robot, obstacles: Sequence[Obstacle], more: Sequence[LimitK
         InvalidProblem: two of them have the same name.
     """
     kinds: tuple[LimitKind, ...] = (*LIMITS.values(), *more)
-    built = (kind.holding(robot, obstacles) for kind in kinds)
+    built = (kind.for_robot(robot, obstacles) for kind in kinds)
     limits = tuple(limit for limit in built if limit is not None)
     names = [limit.name for limit in limits]
     twice = next((name for name in names if names.count(name) > 1), None)
@@ -44,3 +60,48 @@ def limits_of(robot: Robot, obstacles: Sequence[Obstacle], more: Sequence[LimitK
 def proximity_limits(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[Proximity, ...]:
     """Those of them that depend on a posture alone: what has to keep clear of what."""
     return tuple(limit for limit in limits_of(robot, obstacles) if isinstance(limit, Proximity))
+
+
+__all__ = [
+    "AT_GOAL",
+    "KINDS",
+    "LARGEST_SLOWDOWN",
+    "LIMITS",
+    "MAX_STEP_SHARE",
+    "SAMPLING_MARGIN",
+    "Accuracy",
+    "AngularAccuracy",
+    "Clearance",
+    "CollisionPair",
+    "Constraint",
+    "DurationBounds",
+    "ExpressionLimit",
+    "Limit",
+    "LimitKind",
+    "Pair",
+    "PenaltyKind",
+    "Proximity",
+    "Repetition",
+    "StatedExpression",
+    "StepLimit",
+    "TaperedMargin",
+    "TorqueLimit",
+    "can_hold",
+    "clearances",
+    "end_point",
+    "holding_torques",
+    "holds_time",
+    "limits_of",
+    "longest_time_scale",
+    "looks",
+    "minimum_time_scale",
+    "peaks_of",
+    "proximity_limits",
+    "reach_limit",
+    "reachable_pairs",
+    "scaling",
+    "shares_along",
+    "stay_constraints",
+    "stay_matters",
+    "timed",
+]

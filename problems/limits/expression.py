@@ -1,4 +1,4 @@
-"""Limits of a user's own: bounds of an expression at every instant of a motion."""
+"""Limits that are expressions of the user's."""
 
 from __future__ import annotations
 
@@ -9,16 +9,11 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from problems.base.arguments import Statement
-from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, Matrix, largest
-from problems.limits.constraint import Constraint
-from problems.limits.limit import Limit
-from problems.motions.expressions.sample_function import SampleFunction
-from problems.motions.expressions.tracing import random_states
-from problems.motions.samples import Samples
-from problems.robots.robot import Robot
-from problems.scene.obstacle import Obstacle
+from problems.base import FloatArray, InvalidProblem, Matrix, Parametric, largest
+from problems.limits.limit import Constraint, Limit
+from problems.motions import SampleFunction, Samples, random_states
+from problems.robots import Robot
+from problems.scene import Obstacle
 
 PROBES = 8  # random states at which it is seen how an expression depends on how fast a motion is run
 SLOWER = 1.7  # the factor there
@@ -57,7 +52,7 @@ class ExpressionLimit(Limit):
     scale: tuple[float, ...]
     degree: float | None = None
 
-    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The bounds at each sample, kept by a share ``margin`` of the scale."""
         searched = any(isinstance(part, ca.SX) for part in (*samples.derivatives, samples.times))
         return self.bounding(self.function.at(samples, smooth=searched), margin)
@@ -129,7 +124,7 @@ def _written(bound: Bound) -> str:
 
 
 @dataclass(frozen=True)
-class StatedExpression(Statement):
+class StatedExpression(Parametric):
     """A kind of limit: what holds for any robot that has what the expression depends on.
 
     Args:
@@ -163,7 +158,7 @@ class StatedExpression(Statement):
             if not low < high:
                 raise InvalidProblem("constraints", f"{self.name!r}: lower {low:g} is not below upper {high:g}")
 
-    def holding(self, robot: Robot, obstacles: Sequence[Obstacle]) -> ExpressionLimit:
+    def for_robot(self, robot: Robot, obstacles: Sequence[Obstacle]) -> ExpressionLimit:
         """The limit of a robot.
 
         Raises:

@@ -1,4 +1,4 @@
-"""The limit of what the motors give: ours, the paper has no dynamics.
+"""Torque limits, in motion and at rest.
 
 Running a motion more slowly takes away what inertia and viscous friction ask for, but not gravity and Coulomb friction:
 a posture in which these take more than there is cannot be passed at any speed at which inertia does not help. That is
@@ -15,15 +15,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, Matrix, as_array, largest
-from problems.limits.constraint import Constraint, PenaltyKind
-from problems.limits.limit import Limit
-from problems.motions.samples import Samples
-from problems.motions.torque_slopes import LEAST_ROOM
-from problems.robots.rigid.slowing_down import time_scales
-from problems.robots.robot import Robot
-from problems.scene.obstacle import Obstacle
+from problems.base import FloatArray, InvalidProblem, Matrix, as_array, largest
+from problems.limits.limit import Constraint, Limit, PenaltyKind
+from problems.motions import LEAST_ROOM, Samples
+from problems.robots import Robot, time_scales
+from problems.scene import Obstacle
 
 
 @dataclass(frozen=True)
@@ -39,7 +35,7 @@ class TorqueLimit(Limit):
     robot: Robot
 
     @classmethod
-    def holding(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
+    def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
         """The limit, where the robot has one.
 
         Raises:
@@ -57,7 +53,7 @@ class TorqueLimit(Limit):
         assert self.robot.limits.torque is not None
         return self.robot.limits.torque
 
-    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The limit at each sample; no margin, as running more slowly makes up for what lies between."""
         formula = "|tau_i(t_j)| <= max_torque_i, at every sample t_j"
         return [_within(self, samples.torque, ca.horzcat(*self.bounds), formula)]
@@ -73,7 +69,7 @@ class TorqueLimit(Limit):
         return not self.robot.massive.has_damping
 
     @property
-    def statics(self) -> tuple[Limit, ...]:
+    def static_limits(self) -> tuple[Limit, ...]:
         """That the motors can hold the arm."""
         return (StaticTorque(self.robot),)
 
@@ -109,7 +105,7 @@ class StaticTorque(Limit):
 
     robot: Robot
 
-    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The limit at each sample, with so much left that the motion need not be slowed down endlessly."""
         chain = samples.moving.massive
         held = chain.gravitational(samples.derivative_or_zero(0))

@@ -1,1 +1,62 @@
 """How it moves: families of trajectories, their samples and their exact polynomial pieces."""
+
+from problems.motions.expression_text import InvalidText, SampleFunction, Stated, random_states, read, traced
+from problems.motions.joint_path import JointPath
+from problems.motions.path_scan import (
+    LEAST_ROOM,
+    Bounds,
+    TorqueSlopes,
+    advance,
+    before,
+    gap,
+    interval_time,
+    limited,
+    paced,
+)
+from problems.motions.path_spline import ALONG, SUPPORT, PathSpline, Rates, TimedPath, in_time
+from problems.motions.quantities import MotionView
+from problems.motions.samples import Samples, increasing_choice
+from problems.motions.trajectory import (
+    CONTINUOUS_ORDERS,
+    SAMPLED_ORDERS,
+    SLIVER,
+    SMOOTH_ORDERS,
+    Motion,
+    SampleGrid,
+    Trajectory,
+)
+
+__all__ = [
+    "ALONG",
+    "CONTINUOUS_ORDERS",
+    "LEAST_ROOM",
+    "SAMPLED_ORDERS",
+    "SLIVER",
+    "SMOOTH_ORDERS",
+    "SUPPORT",
+    "Bounds",
+    "InvalidText",
+    "JointPath",
+    "Motion",
+    "MotionView",
+    "PathSpline",
+    "Rates",
+    "SampleFunction",
+    "SampleGrid",
+    "Samples",
+    "Stated",
+    "TimedPath",
+    "TorqueSlopes",
+    "Trajectory",
+    "advance",
+    "before",
+    "gap",
+    "in_time",
+    "increasing_choice",
+    "interval_time",
+    "limited",
+    "paced",
+    "random_states",
+    "read",
+    "traced",
+]

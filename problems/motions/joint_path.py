@@ -1,4 +1,4 @@
-"""A path in joint space without any timing: a piecewise polynomial q(u), to be run at whatever speed."""
+"""A given path of the joints: lines with rounded corners."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from typing import Self
 import numpy as np
 from scipy.interpolate import PPoly, make_interp_spline
 
-from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray, InvalidProblem
 from problems.motions.trajectory import Trajectory
 
 SPLINE_DEGREE, BLEND_DEGREE = 5, 4

@@ -1,4 +1,4 @@
-"""Least time along a path on a grid, in closed form: how fast a path can be run under speed and acceleration limits.
+"""The least-time scan along a path: speeds and accelerations of the path that all limits allow.
 
 With b = (du/dt)^2 and c = d2u/dt2, constant from one grid point to the next, b_{i+1} = b_i + 2 (u_{i+1} - u_i) c_i,
 and every joint moves with q' sqrt(b) and accelerates with q'' b + q' c. Both ends of an interval have to keep
@@ -24,8 +24,58 @@ from typing import TypeAlias
 
 import casadi as ca
 
-from problems.base.matrix import Matrix, Operand, largest, smallest, total
-from problems.motions.torque_slopes import LEAST_ROOM, TorqueSlopes
+from problems.base import Matrix, Operand, largest, smallest, total
+from problems.robots import Robot
+
+LEAST_ROOM = 1e-3  # of a limit: as much of it has to be left by gravity for a motion, and counts as left
+
+
+@dataclass(frozen=True)
+class TorqueSlopes:
+    """tau = rate c + bend b + held at grid points of a path q(u); each (n, k), N m or N.
+
+    Attributes:
+        rate: M(q) q'.
+        bend: M(q) q'' + C(q, q') q'.
+        held: what gravity and Coulomb friction take.
+    """
+
+    rate: Matrix
+    bend: Matrix
+    held: Matrix
+
+    @classmethod
+    def along(cls, robot: Robot, theta: Matrix, first: Matrix, second: Matrix) -> TorqueSlopes:
+        """Those at q, q' and q'', each (n, k), of a robot whose masses are known."""
+        chain = robot.massive
+        held = chain.gravitational(theta)
+        if chain.has_friction:
+            held = held + chain.coulomb(first)
+        return cls(chain.inertial(theta, 0.0 * first, first), chain.inertial(theta, first, second), held)
+
+    def row(self, i: int) -> TorqueSlopes:
+        """Those at one grid point."""
+        return TorqueSlopes(self.rate[i, :], self.bend[i, :], self.held[i, :])
+
+    def seen_before(self, step: Matrix) -> TorqueSlopes:
+        """In terms of b at the grid point before, from which it follows as b + step c."""
+        return TorqueSlopes(self.rate + step * self.bend, self.bend, self.held)
+
+    @property
+    def stacked(self) -> Matrix:
+        """All in one column, (3 k, 1), of one grid point."""
+        return ca.horzcat(self.rate, self.bend, self.held).T
+
+    @classmethod
+    def unstacked(cls, column: Matrix) -> TorqueSlopes:
+        """Those of :attr:`stacked`."""
+        return cls(*(part.T for part in ca.vertsplit(column, int(column.shape[0]) // 3)))
+
+
+def limited(robot: Robot) -> bool:
+    """Whether the torques of a robot are limited and known."""
+    return robot.limits.torque is not None and robot.rigid_chain is not None
+
 
 LEAST_RATE = 1e-9  # rad per unit of u: a joint that turns less is limited as if it turned so much
 TINY = 1e-12  # in the place of a denominator that says that there is no bound

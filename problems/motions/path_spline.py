@@ -1,4 +1,4 @@
-"""A motion along a spline in joint space, run as fast as speed, acceleration and torque limits allow.
+"""A spline as a path that a scan times: motions whose shape is searched and whose timing follows.
 
 What is free is the path q(u), u in [0, 1], a cubic spline that need not be at rest anywhere: du/dt is what begins and
 ends at zero, or at given values. The least time along it is that of :mod:`problems.motions.path_scan`.
@@ -15,15 +15,13 @@ from typing import TypeAlias
 import casadi as ca
 import numpy as np
 
-from problems.base.matrix import FloatArray, Matrix, Operand, as_array, total
+from problems.base import FloatArray, Matrix, Operand, as_array, total
 from problems.motions.joint_path import JointPath
-from problems.motions.motion import Motion, SampleGrid
-from problems.motions.path_scan import TINY, interval_time, scan
+from problems.motions.path_scan import TINY, TorqueSlopes, interval_time, limited, scan
 from problems.motions.samples import Samples
-from problems.motions.splines.clamped import DEGREE, ClampedSpline
-from problems.motions.torque_slopes import TorqueSlopes, limited
-from problems.motions.trajectory import Trajectory
-from problems.robots.robot import Robot
+from problems.motions.splines import DEGREE, ClampedSpline
+from problems.motions.trajectory import Motion, SampleGrid, Trajectory
+from problems.robots import Robot
 
 SUPPORT = DEGREE + 1  # control points that shape a sample
 ALONG = {0: (0,), 1: (1,), 2: (1, 2), 3: (2, 3)}  # which derivatives by u make one by t

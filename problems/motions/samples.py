@@ -1,4 +1,4 @@
-"""A motion sampled in time, from which every objective and constraint is computed."""
+"""A motion at samples: times, derivatives of every joint, positions; a limit and an objective read these."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
+import numpy as np
 
-from problems.base.matrix import Matrix
-from problems.robots.robot import Robot
+from problems.base import FloatArray, Matrix
+from problems.robots import Robot
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -140,3 +141,21 @@ class Samples:
     def steps(self) -> tuple[Samples, Samples]:
         """The samples before and after each step: all but the last, all but the first."""
         return self.rows(slice(None, -1)), self.rows(slice(1, None))
+
+
+def increasing_choice(costs: FloatArray) -> list[int]:
+    """Indices i_1 <= i_2 <= ... with the smallest sum of ``costs[n, i_n]``, by dynamic programming.
+
+    Args:
+        costs: of each thing at each time, (things, times).
+    """
+    index = np.arange(costs.shape[1])
+    best, origins = costs[0], []
+    for cost in costs[1:]:
+        least = np.minimum.accumulate(best)
+        origins.append(np.maximum.accumulate(np.where(best == least, index, 0)))
+        best = least + cost
+    chosen = [int(np.argmin(best))]
+    for origin in reversed(origins):
+        chosen.append(int(origin[chosen[-1]]))
+    return chosen[::-1]

@@ -1,4 +1,4 @@
-"""Objectives of a user's own: the integral of an expression over time, and an expression of the duration."""
+"""Objectives that are expressions of the user's."""
 
 from __future__ import annotations
 
@@ -7,15 +7,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from problems.base.arguments import Statement
-from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, Matrix, as_array, total
-from problems.motions.expressions.sample_function import SampleFunction
-from problems.motions.samples import Samples
-from problems.motions.trajectory import SAMPLED_ORDERS, Trajectory
-from problems.objectives.objective import Objective
-from problems.objectives.quadrature import integral
-from problems.robots.robot import Robot
+from problems.base import FloatArray, InvalidProblem, Matrix, Parametric, as_array, total
+from problems.motions import SAMPLED_ORDERS, SampleFunction, Samples, Trajectory
+from problems.objectives.objective import Objective, integral
+from problems.robots import Robot
 
 FLOOR = 1e-15  # in the unit of the integral: what nobody notices
 USUAL_SHARE = 0.1  # of the speed and acceleration limits, in a motion of the usual size
@@ -23,7 +18,7 @@ NAMED_SYMBOL = "J"
 
 
 @dataclass(frozen=True)
-class ExpressionObjective(Statement, Objective):
+class ExpressionObjective(Parametric, Objective):
     """``integral of rate dt from 0 to T + terminal(T)``.
 
     Args:

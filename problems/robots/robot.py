@@ -1,4 +1,4 @@
-"""The interface of robots: kinematics, limits, bodies, and inverse kinematics."""
+"""What a robot is: joints, limits, frames, bodies, how a point is reached."""
 
 from __future__ import annotations
 
@@ -10,11 +10,8 @@ from typing import Any, ClassVar, Self
 import casadi as ca
 import numpy as np
 
-from problems.base.arguments import Statement
-from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, Matrix, Operand, as_array
-from problems.base.ranges import COORDINATES, check_within
-from problems.robots.rigid.rigid_chain import RigidChain
+from problems.base import COORDINATES, FloatArray, InvalidProblem, Matrix, Operand, Parametric, as_array, check_within
+from problems.robots.dynamics import RigidChain
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +34,7 @@ class JointLimits:
 
 
 @dataclass(frozen=True)
-class Body(Statement):
+class Body(Parametric):
     """A part of the robot that must not touch anything: a capsule, the points near the segment between two frames.
 
     Attributes:
@@ -72,7 +69,7 @@ class Body(Statement):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Robot(Statement, ABC):
+class Robot(Parametric, ABC):
     """A serial chain of joints.
 
     A subclass is a frozen dataclass. Every method takes postures of n rows and computes with whatever matrices it is

@@ -1,22 +1,17 @@
 """Obstacles that the robot has to keep clear of."""
 
+from problems.scene.convex import crossing_clearance
 from problems.scene.ellipse import Ellipse
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from problems.scene.moving.tabulated import Tabulated
-from problems.scene.obstacle import Obstacle
-from problems.scene.polygon import Polygon
-from problems.scene.rectangle import Rectangle
-from problems.scene.solids.ball import Ball
-from problems.scene.solids.box import Box
-from problems.scene.solids.capsule import Capsule
-from problems.scene.solids.cylinder import Cylinder
-from problems.scene.solids.ellipsoid import Ellipsoid
-from problems.scene.solids.half_space import HalfSpace
+from problems.scene.moving import ConstantVelocity, MovingObstacle
+from problems.scene.obstacle import Frames, Obstacle, standing
+from problems.scene.polygon import MAX_CORNERS, Polygon, Rectangle
+from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
+from problems.scene.tabulated import Tabulated, first_fault
 
 OBSTACLES: dict[str, type[Obstacle]] = {"ellipse": Ellipse, "box": Rectangle, "polygon": Polygon}
 
 __all__ = [
+    "MAX_CORNERS",
     "OBSTACLES",
     "Ball",
     "Box",
@@ -25,10 +20,14 @@ __all__ = [
     "Cylinder",
     "Ellipse",
     "Ellipsoid",
+    "Frames",
     "HalfSpace",
     "MovingObstacle",
     "Obstacle",
     "Polygon",
     "Rectangle",
     "Tabulated",
+    "crossing_clearance",
+    "first_fault",
+    "standing",
 ]

@@ -1,4 +1,4 @@
-"""Elliptic obstacles and how far a link keeps from them, (14).
+"""The ellipse.
 
 The plane is mapped so that the ellipse becomes the unit circle; there the closest point of a link, a straight
 segment, is a clamped projection. That is exact where points sampled along the link, the paper's way, miss what
@@ -21,9 +21,7 @@ import casadi as ca
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from problems.base.arguments import is_zero
-from problems.base.matrix import FloatArray, Matrix, Operand, columns
-from problems.base.ranges import ANGLES, COORDINATES, LENGTHS, check_within
+from problems.base import ANGLES, COORDINATES, LENGTHS, FloatArray, Matrix, Operand, check_within, columns, is_zero
 from problems.scene.obstacle import Obstacle
 
 # All three are squared and dimensionless: in units of the semi-axes.

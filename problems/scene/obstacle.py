@@ -1,22 +1,49 @@
-"""The interface of obstacles."""
+"""What an obstacle is: how far a point or a segment is from it, with a sign; where it is at a time."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
-from problems.base.arguments import Statement
-from problems.base.matrix import FloatArray, Matrix, Operand
-from problems.scene.moving.frames import Frames
+from problems.base import FloatArray, Matrix, Operand, Parametric
 
 
-class Obstacle(Statement, ABC):
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """A frame at n times.
+
+    Attributes:
+        origins: (n, dim), m.
+        axes: its axes, one in each column, (n, dim, dim); None where it does not turn.
+    """
+
+    origins: FloatArray
+    axes: FloatArray | None = None
+
+    def at(self, rows: NDArray[np.intp]) -> Frames:
+        """At some of the times."""
+        return Frames(self.origins[rows], None if self.axes is None else self.axes[rows])
+
+    def seen(self, points: FloatArray) -> FloatArray:
+        """Points (n, dim), one for each time, as seen from the frame then, (n, dim), m."""
+        away = points - self.origins
+        return away if self.axes is None else np.asarray(np.einsum("ni,nij->nj", away, self.axes))
+
+    def placed(self, points: FloatArray) -> FloatArray:
+        """Points (m, dim) of the frame as seen from outside, (n, m, dim), m."""
+        turned = points[None] if self.axes is None else np.einsum("mj,nij->nmi", points, self.axes)
+        return np.asarray(turned + self.origins[:, None])
+
+
+class Obstacle(Parametric, ABC):
     """Something that no body of the robot may touch. A subclass is a frozen dataclass.
 
-    One that moves is seen from a frame that moves with it: :mod:`problems.scene.moving.moving_obstacle`.
+    One that moves is seen from a frame that moves with it: :mod:`problems.scene.moving`.
     """
 
     @property

@@ -1,17 +1,196 @@
-"""All limits of the joints that sequential programs keep at samples: of derivatives of the angles, and of torques."""
+"""Limits as linear rows about a motion."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
+import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
-from problems.base.matrix import FloatArray
-from problems.robots.robot import JointLimits
-from problems.sequential.joint_torques import JointTorques
-from problems.sequential.limit_rows import LimitRows, limit_rows
+from problems.base import FloatArray, Matrix, as_array
+from problems.limits import TorqueLimit
+from problems.motions import Samples
+from problems.robots import JointLimits
 from problems.sequential.path_speed import Grid, PathSpeed
-from problems.sequential.torque_rows import TorqueRows, torque_rows
+
+STATE = 3  # angles, velocities, accelerations
+
+
+@dataclass(frozen=True)
+class JointTorques:
+    """Torques as shares of their limits, at many samples at once.
+
+    Args:
+        limit: of them.
+    """
+
+    limit: TorqueLimit
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.limit.robot.dof
+
+    @cached_property
+    def _samples(self) -> Samples:
+        return Samples.symbolic(self.limit.robot, STATE)
+
+    @property
+    def _state(self) -> Matrix:
+        return ca.horzcat(self._samples.theta, self._samples.speed, self._samples.acceleration)
+
+    @property
+    def _symbolic_shares(self) -> Matrix:
+        return self._samples.torque / ca.horzcat(*self.limit.bounds)
+
+    @cached_property
+    def _shares(self) -> ca.Function:
+        return ca.Function("shares", [self._state.T], [self._symbolic_shares.T], {"cse": True})
+
+    @cached_property
+    def _slopes(self) -> ca.Function:
+        slopes = ca.densify(ca.jacobian(self._symbolic_shares, self._state))
+        return ca.Function("slopes", [self._state.T], [ca.vec(slopes.T)], {"cse": True})
+
+    @cached_property
+    def _time_scales(self) -> ca.Function:
+        magnitudes = self.limit.magnitudes(self._samples)
+        return ca.Function("time_scales", [self._state.T], [magnitudes.T], {"cse": True})
+
+    def shares(self, state: FloatArray) -> FloatArray:
+        """Of the limits, with their signs: (n, k); the sign of Coulomb friction is that of the velocity.
+
+        Args:
+            state: angles, velocities and accelerations, (n, 3 k).
+        """
+        return as_array(self._shares(state.T)).T
+
+    def slopes(self, state: FloatArray) -> FloatArray:
+        """How shares change with angles, velocities and accelerations: (n, k, 3, k)."""
+        values = as_array(self._slopes(state.T)).T
+        return values.reshape(len(state), self.dof, STATE, self.dof)
+
+    def time_scale(self, state: FloatArray) -> float:
+        """The factor by which a motion has to be slowed to keep its limits at samples; below 1 where time can be saved.
+
+        That is exact: inertia takes less by the square of it, viscous friction by the factor itself, gravity nothing.
+        """
+        peaks = as_array(self._time_scales(state.T)).max(axis=1)
+        return float(self.limit.time_scale(ca.DM(peaks).T))
+
+
+NEARLY = 0.5  # of a limit: a share that a peak between the samples of rows has at least to be looked at
+
+
+@dataclass(frozen=True)
+class LimitRows:
+    """Shares of limits at some samples, of some joints, to first order: each depends on the path of its joint alone.
+
+    Attributes:
+        values: (rows,).
+        by_controls: slopes with respect to the control points of their joint, (rows, N).
+        by_speeds: with respect to the speeds, (rows, M).
+        joints: numbers, (rows,).
+    """
+
+    values: FloatArray
+    by_controls: FloatArray
+    by_speeds: FloatArray
+    joints: NDArray[np.intp]
+
+    def slopes(self, moves: FloatArray) -> FloatArray:
+        """With respect to moves (N k, free) of all control points, and to the speeds: (rows, free + M)."""
+        count = self.by_controls.shape[1]
+        k = moves.shape[0] // count
+        of_joint = moves.reshape(count, k, moves.shape[1])
+        first = np.empty((self.values.size, moves.shape[1]))
+        for joint in range(k):
+            rows = self.joints == joint
+            first[rows] = self.by_controls[rows] @ of_joint[:, joint]
+        return np.concatenate([first, self.by_speeds], axis=1)
+
+
+def limit_rows(motion: PathSpeed, grid: Grid, every: int, limits: JointLimits) -> LimitRows:
+    """Velocities, accelerations and jerks at every so many samples of a grid, and wherever they are extreme."""
+    parts: list[tuple[FloatArray, FloatArray, FloatArray, NDArray[np.intp]]] = []
+    q1, q2, q3 = (matrix @ motion.controls for matrix in grid.path[1:])
+    w, w1, w2 = ((matrix @ motion.speeds)[:, None] for matrix in grid.speed)
+    along = [  # with respect to q', q'', q'''
+        (w,),
+        (w * w1, w**2),
+        (w * (w1**2 + w * w2), 3.0 * w**2 * w1, w**3),
+    ]
+    across = [  # with respect to w, w', w''
+        (q1,),
+        (2.0 * q2 * w + q1 * w1, q1 * w),
+        (3.0 * q3 * w**2 + 6.0 * q2 * w * w1 + q1 * (w1**2 + 2.0 * w * w2), 3.0 * q2 * w**2 + 2.0 * q1 * w * w1,
+         q1 * w**2),
+    ]  # fmt: skip
+    bounds = (limits.speed, limits.acceleration, limits.jerk)
+    for derivative, bound, path, speed in zip(motion.derivatives(grid), bounds, along, across, strict=True):
+        if bound is None:
+            continue
+        shares = derivative / np.array(bound)
+        samples, joints = looked_at(shares, every)
+        scale = np.array(bound)[joints, None]
+        by_controls = sum(f[samples] * m[samples] for f, m in zip(path, grid.path[1:], strict=False)) / scale
+        by_speeds = (
+            sum(f[samples, joints][:, None] * m[samples] for f, m in zip(speed, grid.speed, strict=False)) / scale
+        )
+        parts.append((shares[samples, joints], by_controls, by_speeds, joints))
+    return LimitRows(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def looked_at(shares: FloatArray, every: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Samples and joints of rows: every so many samples, and where a column of shares (n, k) has a peak."""
+    chosen = _peaks(np.abs(shares))
+    chosen[::every] = True
+    samples, joints = np.nonzero(chosen)
+    return samples, joints
+
+
+def _peaks(sizes: FloatArray) -> NDArray[np.bool_]:
+    """Where a column (n, k) is largest for a while, and not small."""
+    padded = np.pad(sizes, ((1, 1), (0, 0)), constant_values=-1.0)
+    return (sizes >= padded[:-2]) & (sizes >= padded[2:]) & (sizes > NEARLY)
+
+
+@dataclass(frozen=True)
+class TorqueRows:
+    """Shares of torque limits at some samples, of some joints, to first order: each depends on the path of all joints.
+
+    Attributes:
+        values: (rows,).
+        by_controls: slopes with respect to all control points, (rows, N k).
+        by_speeds: with respect to the speeds, (rows, M).
+    """
+
+    values: FloatArray
+    by_controls: FloatArray
+    by_speeds: FloatArray
+
+    def slopes(self, moves: FloatArray) -> FloatArray:
+        """With respect to moves (N k, free) of all control points, and to the speeds: (rows, free + M)."""
+        return np.concatenate([self.by_controls @ moves, self.by_speeds], axis=1)
+
+
+def torque_rows(motion: PathSpeed, grid: Grid, every: int, torques: JointTorques) -> TorqueRows:
+    """Torques at every so many samples of a grid, and wherever they are extreme."""
+    state = motion.state(grid)
+    shares = torques.shares(state)
+    samples, joints = looked_at(shares, every)
+    used, places = np.unique(samples, return_inverse=True)
+    of_angle, of_speed, of_acceleration = torques.slopes(state[used])[places, joints].transpose(1, 0, 2)
+    q1, q2 = (matrix[samples] @ motion.controls for matrix in grid.path[1:3])
+    w, w1 = ((matrix[samples] @ motion.speeds)[:, None] for matrix in grid.speed[:2])
+    along = (of_angle, of_speed * w + of_acceleration * w * w1, of_acceleration * w**2)  # with respect to q, q', q''
+    by_controls = sum(m[samples][:, :, None] * f[:, None, :] for m, f in zip(grid.path, along, strict=False))
+    by_w = (of_speed * q1 + of_acceleration * (2.0 * q2 * w + q1 * w1)).sum(axis=1)
+    by_w1 = (of_acceleration * q1 * w).sum(axis=1)
+    by_speeds = by_w[:, None] * grid.speed[0][samples] + by_w1[:, None] * grid.speed[1][samples]
+    return TorqueRows(shares[samples, joints], np.reshape(by_controls, (samples.size, -1)), by_speeds)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How near things are along a motion, and how that changes with joints and time: distances and gradients of many pairs.
+"""Pairs of bodies that come near, as linear rows about a motion.
 
 Only pairs with an obstacle that moves need the time; of the others it is neither computed with nor returned.
 """
@@ -13,9 +13,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base.matrix import FloatArray, Matrix, as_array
-from problems.limits.distances.proximity import Pair, Proximity
-from problems.robots.robot import Robot
+from problems.base import FloatArray, Matrix, as_array
+from problems.limits import Pair, Proximity
+from problems.robots import Robot
 
 COARSE = 4  # grid points from one at which all pairs are computed to the next
 

@@ -1,15 +1,17 @@
-"""A motion as a path q(u) and the speed w(u) = du/dt along it, both splines over u in [0, 1]."""
+"""Path and speed as one vector of numbers: basis, grid, freedom, and time along it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import casadi as ca
 import numpy as np
 from scipy.interpolate import BSpline
 
-from problems.base.matrix import FloatArray
-from problems.robots.robot import JointLimits
+from problems.base import FloatArray, as_array
+from problems.robots import JointLimits, Robot
+from problems.tasks import Place
 
 PATH_DEGREE, SPEED_DEGREE = 5, 3
 RESTING = 3  # control points at each end that are one posture: q' and q'' are zero there
@@ -160,3 +162,114 @@ class PathSpeed:
     def slowed(self, factor: float) -> PathSpeed:
         """The same, so many times slower."""
         return replace(self, speeds=self.speeds / factor)
+
+
+RANK = 1e-7  # of the largest singular value: smaller ones are zero
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """The ends of a motion.
+
+    Args:
+        robot: that moves.
+        start: where the path begins.
+        goal: where it ends.
+    """
+
+    robot: Robot
+    start: Place
+    goal: Place
+
+    def moves(self, controls: FloatArray) -> FloatArray:
+        """All small changes of control points (N, k) that keep the ends, as columns of a matrix (N k, free)."""
+        count, k = controls.shape
+        inner = np.eye(count * k)[:, RESTING * k : (count - RESTING) * k]
+        first = np.tile(self._free_at(self.start, controls[0]), (RESTING, 1))
+        last = np.tile(self._free_at(self.goal, controls[-1]), (RESTING, 1))
+        ends = np.zeros((count * k, first.shape[1] + last.shape[1]))
+        ends[: RESTING * k, : first.shape[1]] = first
+        ends[-RESTING * k :, first.shape[1] :] = last
+        return np.concatenate([inner, ends], axis=1)
+
+    @cached_property
+    def _jacobians(self) -> dict[Place, ca.Function]:
+        """Of what is missed at each end."""
+        theta = ca.SX.sym("theta", 1, self.robot.dof)
+        misses = {place: place.miss(self.robot, theta) for place in (self.start, self.goal)}
+        return {place: ca.Function("jacobian", [theta], [ca.jacobian(miss, theta)]) for place, miss in misses.items()}
+
+    def _free_at(self, place: Place, theta: FloatArray) -> FloatArray:
+        """Directions (k, m) in which a posture stays at its place."""
+        _, sizes, directions = np.linalg.svd(as_array(self._jacobians[place](theta)))
+        return np.asarray(directions[int((sizes > RANK * sizes.max()).sum()) :].T)
+
+    def placed(self, controls: FloatArray) -> FloatArray:
+        """The control points with the ends exactly where they have to be."""
+        placed = controls.copy()
+        placed[:RESTING] = self.start.projected(self.robot, controls[0])
+        placed[-RESTING:] = self.goal.projected(self.robot, controls[-1])
+        return placed
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Times t(u), the integral of du / w(u) from 0 on, by Gauss's rule between one parameter and the next.
+
+    Args:
+        space: of motions.
+        u: parameters, (n,), the first 0, none smaller than the one before.
+        waits: how many of them are passed before the motion begins, in equal steps.
+    """
+
+    space: MotionSpace
+    u: FloatArray
+    waits: int = 0
+
+    @cached_property
+    def _nodes(self) -> tuple[FloatArray, FloatArray]:
+        """Basis functions of the speed at the nodes, ((n - 1) GAUSS, M), and weights, (n - 1, GAUSS)."""
+        nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
+        lengths = np.diff(self.u)[:, None]
+        at = self.u[:-1, None] + lengths * (nodes + 1.0) / 2.0
+        return self.space.speed.matrix(at.ravel()), weights * lengths / 2.0
+
+    def steps(self, speeds: FloatArray) -> FloatArray:
+        """How long a motion with such speeds, (M,), takes from each parameter to the next, (n - 1,), s."""
+        basis, weights = self._nodes
+        return np.asarray((weights / (basis @ speeds).reshape(weights.shape)).sum(axis=1))
+
+    @property
+    def _delays(self) -> FloatArray:
+        """Shares of the delay that have passed, (n,)."""
+        return np.minimum(np.arange(self.u.size) / max(self.waits, 1), 1.0)
+
+    def times(self, motion: PathSpeed) -> FloatArray:
+        """When a motion passes each, (n,), s."""
+        return np.asarray(np.append(0.0, np.cumsum(self.steps(motion.speeds))) + self._delays * motion.delay)
+
+    def slopes(self, motion: PathSpeed) -> FloatArray:
+        """Of these times with respect to the speeds, s^2, and to the delay: (n, M + 1)."""
+        basis, weights = self._nodes
+        falls = -weights.ravel()[:, None] / (basis @ motion.speeds)[:, None] ** 2 * basis
+        steps = falls.reshape(*weights.shape, -1).sum(axis=1)
+        by_speeds = np.concatenate([np.zeros((1, steps.shape[1])), np.cumsum(steps, axis=0)])
+        return np.concatenate([by_speeds, self._delays[:, None]], axis=1)
+
+
+@dataclass(frozen=True)
+class TimeShift:
+    """A trust region of times.
+
+    Attributes:
+        passing: slopes of times at some samples with respect to speeds and delay, (p, M + 1).
+        most: by how much each, and the delay, may change, s.
+    """
+
+    passing: FloatArray
+    most: float
+
+    def rows(self, free: int) -> tuple[FloatArray, FloatArray]:
+        """Of a program with so many other variables before the speeds: (2 p, free + M + 1), and their bounds."""
+        slopes = np.pad(self.passing, ((0, 0), (free, 0))) / self.most
+        return np.concatenate([slopes, -slopes]), np.ones(2 * len(slopes))

@@ -1,4 +1,4 @@
-"""A plan among obstacles made as fast as it can be, and clear where it is not: path and speed together."""
+"""The polish: a motion made fitting, descended, timed, proven."""
 
 from __future__ import annotations
 
@@ -8,20 +8,69 @@ from functools import cached_property
 
 import numpy as np
 
-from problems.limits.distances.proximity import Proximity
-from problems.limits.limit import Limit
-from problems.limits.torque import TorqueLimit
-from problems.motions.trajectory import Trajectory
+from problems.base import FloatArray
+from problems.limits import Limit, Proximity, TorqueLimit
+from problems.motions import Trajectory
 from problems.sequential.descent import Descent, Reached
-from problems.sequential.freedom import Freedom
-from problems.sequential.joint_torques import JointTorques
-from problems.sequential.kept_limits import KeptLimits
+from problems.sequential.kept_limits import JointTorques, KeptLimits
 from problems.sequential.nearness import Nearness
-from problems.sequential.path_speed import MotionSpace, PathSpeed
-from problems.sequential.starts.fitted import bent, fitted
-from problems.sequential.timed import IN_PIECE, timed
-from problems.tasks.move import Move
-from problems.timing.rest_to_rest import rest_to_rest
+from problems.sequential.path_speed import RESTING, Clock, Freedom, MotionSpace, PathSpeed
+from problems.tasks import Move
+from problems.timing.free_space import rest_to_rest
+
+SAMPLES = 400
+
+
+def fitted(trajectory: Trajectory, space: MotionSpace) -> PathSpeed:
+    """The path nearest to a motion, with the share of its duration as the parameter, run at constant speed."""
+    u = np.linspace(0.0, 1.0, SAMPLES)
+    theta = trajectory.at(u * trajectory.duration)
+    basis = space.path.matrix(u)
+    controls = np.repeat(theta[[0, -1]], [space.path.size - RESTING, RESTING], axis=0)
+    controls[:RESTING] = theta[0]
+    inner = slice(RESTING, -RESTING)
+    fixed = controls.copy()
+    fixed[inner] = 0.0
+    controls[inner] = np.linalg.lstsq(basis[:, inner], theta - basis @ fixed, rcond=None)[0]
+    return PathSpeed(space, controls, np.full(space.speed.size, 1.0 / trajectory.duration))
+
+
+def bent(motion: PathSpeed, bend: FloatArray) -> PathSpeed:
+    """The same motion with its path moved sideways, by ``bend`` (k,) rad in the middle and not at the ends."""
+    share = np.linspace(0.0, 1.0, len(motion.controls) - 2 * RESTING + 2)[1:-1, None]
+    controls = motion.controls.copy()
+    controls[RESTING:-RESTING] += 4.0 * share * (1.0 - share) * bend
+    return replace(motion, controls=controls)
+
+
+def delayed(trajectory: Trajectory, seconds: float) -> Trajectory:
+    """The same after it has stood still at its start for so many seconds."""
+    first = np.zeros_like(trajectory.coefficients[:, :1])
+    first[-1, 0] = trajectory.coefficients[-1, 0]
+    breakpoints = np.concatenate([[0.0], trajectory.breakpoints + seconds])
+    return Trajectory(breakpoints, np.concatenate([first, trajectory.coefficients], axis=1))
+
+
+LEAST_DELAY = 1e-6  # s
+IN_PIECE = 8  # pieces in time for each of the speed
+
+
+def timed(motion: PathSpeed, in_piece: int = IN_PIECE) -> Trajectory:
+    """Polynomials of degree 5 in time that agree with it in angles, velocities and accelerations where they meet."""
+    grid = motion.space.grid(motion.space.even(in_piece))
+    q, (v, a, _) = motion.theta(grid), motion.derivatives(grid)
+    steps = Clock(motion.space, grid.u).steps(motion.speeds)
+    h = steps[:, None]
+    q0, q1 = q[:-1], q[1:]
+    v0, v1, a0, a1 = v[:-1] * h, v[1:] * h, a[:-1] * h**2 / 2.0, a[1:] * h**2 / 2.0
+    way = q1 - q0 - v0 - a0
+    turn, bend = v1 - v0 - 2.0 * a0, a1 - a0
+    scaled = np.stack([6.0 * way - 3.0 * turn + bend, -15.0 * way + 7.0 * turn - 2.0 * bend,
+                       10.0 * way - 4.0 * turn + bend, a0, v0, q0])  # fmt: skip
+    powers = np.arange(5, -1, -1)[:, None]
+    moving = Trajectory(np.concatenate([[0.0], np.cumsum(steps)]), scaled / (steps**powers)[..., None])
+    return moving if motion.delay < LEAST_DELAY else delayed(moving, motion.delay)
+
 
 SPACE = MotionSpace(path_pieces=12, speed_pieces=24)
 TIMED_SPACE = replace(SPACE, parts=IN_PIECE)  # where obstacles move

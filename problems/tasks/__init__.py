@@ -1,1 +1,55 @@
 """Statements of tasks: start, goal, path, elbow."""
+
+from problems.tasks.checks import check_at_least, check_choice, check_obstacles, least_clearances, overloaded
+from problems.tasks.joint_path import JointFollowing
+from problems.tasks.move import Move
+from problems.tasks.path import Path, PathKnots, closed_curve, knots_of, pentagram
+from problems.tasks.path_following import (
+    KnotRedundancy,
+    PathFollowing,
+    PathTracing,
+    SpaceTracing,
+    ToolTracing,
+    times_at,
+)
+from problems.tasks.place import ANGLE_TOLERANCE, Choice, Elbow, Joints, Place, Position, elbow_signs, narrow_elbow
+from problems.tasks.point_to_point import PointToPoint
+from problems.tasks.pose import Pose
+from problems.tasks.task import BoundedCurve, Marker, MarkerKind, Milestone, ProgressMeasure, Task
+
+__all__ = [
+    "ANGLE_TOLERANCE",
+    "BoundedCurve",
+    "Choice",
+    "Elbow",
+    "JointFollowing",
+    "Joints",
+    "KnotRedundancy",
+    "Marker",
+    "MarkerKind",
+    "Milestone",
+    "Move",
+    "Path",
+    "PathFollowing",
+    "PathKnots",
+    "PathTracing",
+    "Place",
+    "PointToPoint",
+    "Pose",
+    "Position",
+    "ProgressMeasure",
+    "SpaceTracing",
+    "Task",
+    "ToolTracing",
+    "check_at_least",
+    "check_choice",
+    "check_obstacles",
+    "closed_curve",
+    "elbow_signs",
+    "knots_of",
+    "least_clearances",
+    "narrow_elbow",
+    "overloaded",
+    "pentagram",
+    "times_at",
+]

@@ -1,4 +1,4 @@
-"""Checks of what a user states; each raises InvalidProblem with the field and one line of reason."""
+"""Checks that statements of tasks have in common."""
 
 from __future__ import annotations
 
@@ -7,14 +7,20 @@ from collections.abc import Collection, Sequence
 import casadi as ca
 import numpy as np
 
-from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, as_array
-from problems.base.ranges import COORDINATES, TIMES, check_within, is_of_length_one, shown
-from problems.limits import proximity_limits
-from problems.limits.torque import can_hold, holding_torques
-from problems.motions.samples import Samples
-from problems.robots.robot import Robot
-from problems.scene.obstacle import Obstacle
+from problems.base import (
+    COORDINATES,
+    TIMES,
+    FloatArray,
+    InvalidProblem,
+    as_array,
+    check_within,
+    is_of_length_one,
+    shown,
+)
+from problems.limits import can_hold, holding_torques, proximity_limits
+from problems.motions import Samples
+from problems.robots import Robot
+from problems.scene import Obstacle
 
 
 def check_choice(field: str, value: str, known: Collection[str]) -> None:

@@ -1,7 +1,8 @@
-"""A move: from one place to another, by way of places in a given order, each passed whenever it suits."""
+"""Moves between places, by way of others, with velocities at the ends."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import ClassVar, get_args
@@ -9,21 +10,97 @@ from typing import ClassVar, get_args
 import casadi as ca
 import numpy as np
 
-from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, as_array
-from problems.base.ranges import TIMES, check_within
-from problems.limits.constraint import Constraint
-from problems.limits.duration import DurationBounds
-from problems.motions.trajectory import Trajectory
-from problems.robots.robot import Robot
-from problems.scene.obstacle import Obstacle, standing
+from problems.base import TIMES, FloatArray, InvalidProblem, as_array, check_within
+from problems.limits import Constraint, DurationBounds
+from problems.motions import Trajectory, increasing_choice
+from problems.robots import Robot
+from problems.scene import Obstacle, standing
 from problems.tasks.checks import check_choice, check_obstacles, check_range
-from problems.tasks.drawing import Marker, MarkerKind
-from problems.tasks.elbow import Elbow, check_elbow
-from problems.tasks.end_velocities import acceleration_conditions, velocity_conditions
-from problems.tasks.passing import passing_times
-from problems.tasks.place import Joints, Place
-from problems.tasks.task import Task
+from problems.tasks.place import Elbow, Joints, Place, check_elbow
+from problems.tasks.task import Marker, MarkerKind, Task
+
+RATE_TOLERANCE = 1e-9  # of a joint's largest speed or acceleration; allows for rounding only
+
+
+def velocity_conditions(task: Task, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
+    """The velocities at both ends: numeric constraints, and the times of their rows in s."""
+    ends = trajectory.breakpoints[[0, -1]]
+    away = np.abs(trajectory.at(ends, 1) - task.end_velocities)
+    bounds = RATE_TOLERANCE * np.array(task.robot.limits.speed)
+    return [
+        (_rates(task, name, "rad/s", "dtheta_i", away[i], bounds), ends[i : i + 1])
+        for i, name in enumerate(("start velocity", "goal velocity"))
+    ]
+
+
+def acceleration_conditions(task: Task, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
+    """The same of the acceleration at the start."""
+    start = trajectory.breakpoints[:1]
+    away = np.abs(trajectory.at(start, 2)[0] - task.end_accelerations[0])
+    bounds = RATE_TOLERANCE * np.array(task.robot.limits.acceleration)
+    return [(_rates(task, "start acceleration", "rad/s^2", "d2theta_i", away, bounds), start)]
+
+
+def _rates(task: Task, name: str, unit: str, symbol: str, away: FloatArray, bounds: FloatArray) -> Constraint:
+    """Rates of the joints that differ from those of the task by ``away`` (dof,), and may by ``bounds`` (dof,)."""
+    bound = ca.DM(bounds).T
+    return Constraint(
+        name=name,
+        unit=unit,
+        expression=ca.DM(away).T,
+        lower=-bound,
+        upper=bound,
+        symmetric=True,
+        columns=task.robot.joint_names,
+        scale=bound,
+        for_all_t=False,
+        formula=f"|{symbol} - {name}_i|, to rounding",
+    )
+
+
+SEARCHED_TIMES = 2001  # at which places are looked for, besides the breakpoints
+NEWTON_STEPS = 12  # towards the exact time
+
+
+def passing_times(robot: Robot, trajectory: Trajectory, places: Sequence[Place]) -> FloatArray:
+    """The times that miss the places least, in their order, (places,), s.
+
+    Of all increasing choices among many times the one with the smallest sum of squared distances (in units of each
+    place's tolerance), found by dynamic programming; then Newton steps to where the distance is stationary.
+    """
+    if not places:
+        return np.empty(0)
+    times = np.unique(np.concatenate([trajectory.times(SEARCHED_TIMES), trajectory.breakpoints]))
+    theta = ca.DM(trajectory.at(times))
+    chosen = increasing_choice(np.array([_squared_miss(robot, place, theta) for place in places]))
+    return np.array([_refined(robot, trajectory, place, times, i) for place, i in zip(places, chosen, strict=True)])
+
+
+def _squared_miss(robot: Robot, place: Place, theta: ca.DM) -> FloatArray:
+    missed = as_array(place.miss(robot, theta)) / place.tolerance(robot)
+    return np.asarray(np.square(missed).sum(axis=1))
+
+
+def _refined(robot: Robot, trajectory: Trajectory, place: Place, times: FloatArray, index: int) -> float:
+    """The nearest time at which the distance is stationary, if it is smaller there."""
+    low, high = times[max(index - 1, 0)], times[min(index + 1, times.size - 1)]
+    q, t = ca.SX.sym("q", 1, robot.dof), float(times[index])
+    miss = ca.Function("miss", [q], [place.miss(robot, q), ca.jacobian(place.miss(robot, q), q)])
+
+    def distance(at: float) -> tuple[float, float, float]:
+        residual, jacobian = (as_array(part) for part in miss(ca.DM(trajectory.at(np.array([at])))))
+        slope = jacobian @ trajectory.at(np.array([at]), 1)[0]
+        return float((residual**2).sum()), float(residual.ravel() @ slope), float(slope @ slope)
+
+    best = t
+    for _ in range(NEWTON_STEPS):
+        _, gradient, curvature = distance(t)
+        if curvature == 0.0:
+            break
+        t = float(np.clip(t - gradient / curvature, low, high))
+        if distance(t)[0] < distance(best)[0]:
+            best = t
+    return best
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Point to point, Section III-A, first case: the tool from rest at one point to rest at another."""
+"""The paper's point-to-point task."""
 
 from __future__ import annotations
 
@@ -7,18 +7,14 @@ from typing import ClassVar, get_args
 
 import numpy as np
 
-from problems.base.matrix import FloatArray, Operand
-from problems.limits.constraint import Constraint
-from problems.limits.duration import DurationBounds
-from problems.limits.limit import SAMPLING_MARGIN
-from problems.limits.point_constraints import end_point
-from problems.motions.trajectory import Trajectory
-from problems.robots.robot import Robot
-from problems.scene.obstacle import Obstacle, standing
+from problems.base import FloatArray, Operand
+from problems.limits import SAMPLING_MARGIN, Constraint, DurationBounds, end_point
+from problems.motions import Trajectory
+from problems.robots import Robot
+from problems.scene import Obstacle, standing
 from problems.tasks.checks import check_choice, check_obstacles, check_point, check_range
-from problems.tasks.drawing import Marker, MarkerKind
-from problems.tasks.elbow import Elbow, check_elbow, check_point_held
-from problems.tasks.task import Task
+from problems.tasks.place import Elbow, check_elbow, check_point_held
+from problems.tasks.task import Marker, MarkerKind, Task
 
 SEGMENT_TIME_BOX = (0.1, 4.0)  # s, in which t1 and t2 are searched where the task does not bound them
 

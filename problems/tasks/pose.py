@@ -1,4 +1,4 @@
-"""A pose of the tool in space as a place: a point and, if it is asked for, how the tool is turned there."""
+"""Poses of the tool in space: position and orientation."""
 
 from __future__ import annotations
 
@@ -10,19 +10,48 @@ import casadi as ca
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from problems.base.errors import InvalidProblem
-from problems.base.matrix import FloatArray, Matrix, Operand, as_array
-from problems.base.ranges import COORDINATES, check_within
-from problems.limits.limit import SAMPLING_MARGIN
-from problems.limits.torque import can_hold
-from problems.robots.robot import Robot
-from problems.robots.spatial.inverse_kinematics import postures
-from problems.robots.spatial.projection import project
-from problems.robots.spatial.spatial_arm import SpatialArm
-from problems.scene.obstacle import Obstacle
+from problems.base import COORDINATES, FloatArray, InvalidProblem, Matrix, Operand, as_array, check_within, columns
+from problems.limits import SAMPLING_MARGIN, can_hold
+from problems.robots import Robot, SpatialArm, postures, project
+from problems.scene import Obstacle
 from problems.tasks.checks import check_length_one, least_clearances, overloaded, too_near
 from problems.tasks.place import ANGLE_TOLERANCE, Choice, Place
-from problems.tasks.pose_error import rotation_rows, turn_between
+
+ASIDE = 1e-9  # rad, added to a turn whose axis is not known
+TINY = 1e-60  # keeps a root's derivative finite
+
+
+def rotation_rows(quaternion: tuple[Operand, ...]) -> Matrix:
+    """The rotation of a quaternion (x, y, z, w), row by row, (1, 9)."""
+    x, y, z, w = quaternion
+    s: Operand = 2.0 / (x * x + y * y + z * z + w * w)
+    return ca.horzcat(
+        *(1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)),
+        *(s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w)),
+        *(s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)),
+    )
+
+
+def turn_between(wanted: Matrix, rotation: Matrix) -> Matrix:
+    """The turn from a wanted rotation (1, 9) to others (n, 9), all row by row: axis times size, (n, 3).
+
+    The size is the sine of the angle, and beyond a quarter turn 2 - sine: the sine alone is zero for half a turn too.
+    """
+    entries, wanted_entries = columns(rotation), columns(wanted)
+    x, y, z = entries[0:3], entries[3:6], entries[6:9]
+    u, v, w = wanted_entries[0:3], wanted_entries[3:6], wanted_entries[6:9]
+    crossed = [_dot(z, v) - _dot(y, w), _dot(x, w) - _dot(z, u), _dot(y, u) - _dot(x, v)]
+    sine = ca.horzcat(*crossed) / 2.0
+    within_quarter = _dot(x, u) + _dot(y, v) + _dot(z, w) >= 1.0
+    aside = ca.horzcat(sine[:, 0] + ASIDE, sine[:, 1:])  # for half a turn any axis will do
+    size = ca.sqrt(ca.sum2(aside**2) + TINY)
+    factor = ca.repmat((2.0 - size) / size, 1, 3)
+    return ca.if_else(ca.repmat(within_quarter, 1, 3), sine, factor * aside)
+
+
+def _dot(first: list[Matrix], second: list[Matrix]) -> Matrix:
+    return sum((a * b for a, b in zip(first, second, strict=True)), ca.DM(0.0))
+
 
 OFFSET = 0.8  # rad or m: how far from a branch's posture a joint is put before it is projected onto the pose
 STARTS = 400  # of inverse kinematics

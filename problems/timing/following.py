@@ -1,4 +1,4 @@
-"""How far a motion leaves a path, for all t: whatever timed it, and without knowing how."""
+"""Whether a motion follows a path: the largest departure."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ from itertools import combinations
 
 import numpy as np
 
-from problems.base.matrix import FloatArray
-from problems.motions.joint_path import JointPath
-from problems.motions.trajectory import Trajectory
-from problems.timing.polynomials import composition, derivative, in_bernstein_form
+from problems.base import FloatArray, composition, derivative, in_bernstein_form
+from problems.motions import JointPath, Trajectory
 
 NODES = 5  # of each piece of a motion, through which its course along the path is drawn: a polynomial of degree 4
 LENGTH_SAMPLES = 4_000  # intervals of a motion or a path, to measure lengths by; at least

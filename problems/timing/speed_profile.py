@@ -1,18 +1,128 @@
-"""How fast a path is run: the square b of du/dt, linear between the points of a grid; and the exact motion it makes.
+"""The fastest profile of the path's speed: linear programs over the squares of speeds.
+
+Between two grid points b is linear, so that velocity squared q'^2 b and acceleration q' b'/2 + q'' b are polynomials
+whose Bernstein coefficients are linear in the two values of b. If every coefficient keeps the limit, the polynomial
+does.
 
 Between two grid points du/dt changes at a constant rate in time, so that u is quadratic and q(u(t)) a polynomial in t.
+
+Between two grid points b is linear and m, c and g are nearly parabolas, drawn through three nodes; the torque is then
+a polynomial whose Bernstein coefficients are linear in the two values of b. What viscous friction takes grows with the
+root of b, which is linear around the squares that are expected.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import comb
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
+from scipy.optimize import linprog
+from scipy.sparse import csr_array
 
-from problems.base.matrix import FloatArray
-from problems.motions.trajectory import Trajectory
-from problems.timing.polynomials import composition
-from problems.timing.speed_rows import Intervals
+from problems.base import FloatArray, InvalidProblem, composition, derivative, in_bernstein_form, product
+from problems.motions import JointPath, Trajectory
+from problems.robots import JointLimits
+from problems.timing.path_torques import LEAST_ROOM, PathTorques
+from problems.timing.prepared import PreparedPath
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """A path over the intervals of a grid.
+
+    Args:
+        nodes: N + 1 increasing parameters, every breakpoint of the path among them.
+        local: lowest power first, (order, N, k), rad; each interval over [0, 1].
+    """
+
+    nodes: FloatArray
+    local: FloatArray
+
+    @classmethod
+    def of(cls, path: JointPath, nodes: FloatArray) -> Intervals:
+        """Expand each piece of the path around the start of each interval in it."""
+        piece = np.searchsorted(path.breakpoints, (nodes[:-1] + nodes[1:]) / 2.0) - 1
+        ascending = path.coefficients[::-1][:, piece]
+        order, start, length = len(ascending), nodes[:-1] - path.breakpoints[piece], np.diff(nodes)
+        local = np.zeros_like(ascending)
+        for n in range(order):
+            for m in range(n, order):
+                local[n] += comb(m, n) * ascending[m] * (start ** (m - n))[:, None]
+            local[n] *= (length**n)[:, None]
+        return cls(nodes, local)
+
+    @property
+    def lengths(self) -> FloatArray:
+        """Of the intervals in the parameter, (N,)."""
+        return np.diff(self.nodes)
+
+
+def limit_rows(intervals: Intervals, limits: JointLimits) -> FloatArray:
+    """Coefficients (N, rows, 2): for each interval and row, their product with b at its two ends must be <= 1."""
+    first = derivative(intervals.local)
+    velocity = weighted(product(first, first))
+    bend = weighted(derivative(first))
+    change = np.zeros_like(bend)
+    change[: len(first)] = 0.5 * first[..., None] * np.array([-1.0, 1.0])
+    scale = intervals.lengths[:, None, None] ** 2
+    speed, most = (np.array(values)[:, None] for values in (limits.speed, limits.acceleration))
+    acceleration = in_bernstein_form((bend + change) / (scale * most))
+    rows = np.concatenate([in_bernstein_form(velocity / (scale * speed**2)), acceleration, -acceleration])
+    return rows.transpose(1, 0, 2, 3).reshape(scale.size, -1, 2)
+
+
+def steady_jerk_rows(intervals: Intervals, jerk: tuple[float, ...], share: float) -> FloatArray:
+    """Rows (N, 2, 2) that bound b by the jerk limits' share at constant du/dt, which is d3q/du3 b^(3/2)."""
+    third = derivative(derivative(derivative(intervals.local))) / intervals.lengths[:, None] ** 3
+    most = (np.abs(in_bernstein_form(third)).max(axis=0) / (share * np.array(jerk))).max(axis=1) ** (2.0 / 3.0)
+    return np.asarray(most[:, None, None] * np.eye(2))
+
+
+def ceiling_rows(ceiling: FloatArray) -> FloatArray:
+    """Rows (N, 2, 2) that keep b below a ceiling (N + 1,); none where that is zero, as at ends at rest."""
+    shares = np.divide(1.0, ceiling, out=np.zeros_like(ceiling), where=ceiling > 0.0)
+    return np.asarray(np.stack([shares[:-1], shares[1:]], axis=1)[:, :, None] * np.eye(2))
+
+
+def weighted(ascending: FloatArray) -> FloatArray:
+    """Polynomials (n, N, k) in w times 1 - w, and times w: (n + 1, N, k, 2)."""
+    padded = np.pad(ascending, ((0, 1), (0, 0), (0, 0)))
+    later = np.roll(padded, 1, axis=0)
+    return np.stack([padded - later, later], axis=-1)
+
+
+def necessary(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The rows that matter where both values of b are positive, by gift wrapping, all intervals at once.
+
+    A row says something only where its coefficients are a corner of the convex hull of all, seen from above right.
+
+    Args:
+        rows: (N, rows, 2).
+
+    Returns:
+        The interval of each row kept, and its coefficients (kept, 2).
+    """
+    every = np.arange(len(rows))
+    last = rows[every, _lexicographic(rows[..., 0], rows[..., 1])]
+    kept_intervals, kept = [every], [last]
+    active = every
+    while active.size:
+        away = rows[active] - last[:, None]
+        up = away[..., 1] > 0.0
+        slope = np.where(up, -away[..., 0] / np.where(up, away[..., 1], 1.0), np.inf)  # what a step up costs
+        best = _lexicographic(-slope, away[..., 1])
+        found = up.any(axis=1)
+        active, last = active[found], rows[active, best][found]
+        kept_intervals.append(active)
+        kept.append(last)
+    return np.concatenate(kept_intervals), np.concatenate(kept)
+
+
+def _lexicographic(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Where the first (n, m) is largest in each row, of several where the second is."""
+    return np.asarray(np.argmax(np.where(first == first.max(axis=1, keepdims=True), second, -np.inf), axis=1))
 
 
 @dataclass(frozen=True)
@@ -63,3 +173,260 @@ def _course(speed: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The two coefficients of the share of an interval that is done, in the share of its duration, (N,) each."""
     total = speed[:-1] + speed[1:]
     return 2.0 * speed[:-1] / total, np.diff(speed) / total
+
+
+METHODS = ("highs-ds", "highs-ipm")
+PRIMAL_TOLERANCE, DUAL_TOLERANCE = 1e-10, 1e-9  # HiGHS allows no smaller one than 1e-10
+
+
+def minimizer(costs: FloatArray, matrix: csr_array, bound: FloatArray, box: FloatArray) -> FloatArray | None:
+    """Minimise ``costs @ x`` subject to ``matrix @ x <= bound`` and the box; None where no method can.
+
+    Args:
+        costs: (n,).
+        matrix: (rows, n).
+        bound: (rows,).
+        box: lower and upper bounds of x, (n, 2).
+    """
+    options = {"primal_feasibility_tolerance": PRIMAL_TOLERANCE, "dual_feasibility_tolerance": DUAL_TOLERANCE}
+    for method in METHODS:
+        result = linprog(costs, matrix, bound, bounds=box, method=method, options=options)  # type: ignore[call-overload]
+        if result.status == 0:
+            return np.asarray(result.x, dtype=np.float64)
+    return None
+
+
+AT = (1.0 - np.cos(np.pi * (np.arange(3) + 0.5) / 3.0)) / 2.0  # nodes, shares of an interval
+CHECKED = np.linspace(0.0, 1.0, 5)  # of a finished profile, shares of an interval
+MOST_VISCOUS = 0.5  # of what is left of a limit: what viscous friction takes of it where b is zero
+
+
+def torque_rows(motors: PathTorques, intervals: Intervals, expected: FloatArray, resting: FloatArray) -> FloatArray:
+    """Coefficients (N, rows, 2): for each interval and row, their product with b at its two ends must be <= 1.
+
+    Args:
+        motors: of the path.
+        intervals: of the path.
+        expected: squares (N + 1,), around which viscous friction is linear.
+        resting: whether b is zero, (N + 1,).
+    """
+    u = intervals.nodes[:-1] + AT[:, None] * intervals.lengths
+    inertia, bend, held = motors.at(u)
+    viscous = motors.viscous * motors.path.at(u, 1)
+    high, low = _friction(motors, intervals, resting)
+    above = _one_sided(motors, intervals, expected, (inertia, bend, held + high, viscous))
+    below = _one_sided(motors, intervals, expected, (-inertia, -bend, -held - low, -viscous))
+    return np.concatenate([above, below]).transpose(1, 0, 2, 3).reshape(len(intervals.lengths), -1, 2)
+
+
+def _one_sided(
+    motors: PathTorques, intervals: Intervals, expected: FloatArray, terms: tuple[FloatArray, ...]
+) -> FloatArray:
+    """Rows (n, N, k, 2) with which torques stay below their bounds; m, c, g and viscous friction at the nodes."""
+    inertia, bend, held, viscous = terms
+    least = LEAST_ROOM * motors.bound
+    room = np.maximum(motors.bound - held, least)
+    if motors.viscous.any():
+        slope, taken = _viscous(viscous, expected, room)
+        bend, room = bend + slope, room - taken
+    room = in_bernstein_form(np.pad(_through(room), ((0, 1), (0, 0), (0, 0))))
+    row = weighted(_through(bend))
+    row[:-1] += _through(inertia)[..., None] * np.array([-1.0, 1.0]) / (2.0 * intervals.lengths[:, None, None])
+    return np.asarray(in_bernstein_form(row) / np.maximum(room, least)[..., None])
+
+
+def profile_time_scale(motors: PathTorques, profile: SpeedProfile) -> float:
+    """How many times slower a profile has to be run for its torques, at samples between its nodes."""
+    lengths, squares = np.diff(profile.nodes)[:, None], profile.squares
+    u = np.minimum(profile.nodes[:-1, None] + CHECKED * lengths, np.nextafter(profile.nodes[1:, None], 0.0))
+    rate = np.sqrt(squares[:-1, None] + CHECKED * np.diff(squares)[:, None])
+    change = np.broadcast_to(np.diff(squares)[:, None] / (2.0 * lengths), u.shape)
+    return motors.time_scale(u.ravel(), rate.ravel(), change.ravel())
+
+
+def _friction(motors: PathTorques, intervals: Intervals, resting: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The most and the least that Coulomb friction can take in each interval, (N, k)."""
+    slopes = in_bernstein_form(derivative(intervals.local))
+    stops = np.logical_or(resting[:-1], resting[1:])[:, None]
+    high = np.where((slopes.max(axis=0) < 0.0) & ~stops, -1.0, 1.0)
+    low = np.where((slopes.min(axis=0) > 0.0) & ~stops, 1.0, -1.0)
+    return high * motors.coulomb, low * motors.coulomb
+
+
+def _viscous(factor: FloatArray, expected: FloatArray, room: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Viscous friction at the nodes, (3, N, k): how it grows with b, and what is left of it where b is zero.
+
+    A root lies below its tangents, and above its chord where b is between the two squares that are expected.
+    """
+    with np.errstate(divide="ignore"):
+        most = 2.0 * MOST_VISCOUS * room / np.abs(factor)
+    roots = np.sqrt(np.maximum(expected, LEAST_ROOM * expected.max()))[:, None]
+    total, middle = roots[:-1] + roots[1:], np.sqrt((roots[:-1] ** 2 + roots[1:] ** 2) / 2.0)
+    tangent = np.minimum(middle, most)
+    slope = np.where(factor > 0.0, 1.0 / (2.0 * tangent), 1.0 / total)
+    return factor * slope, factor * np.where(factor > 0.0, tangent / 2.0, roots[:-1] * roots[1:] / total)
+
+
+def _through(values: FloatArray) -> FloatArray:
+    """Parabolas, lowest power first, through values (3, N, ...) at the nodes."""
+    flat = np.linalg.solve(np.vander(AT, increasing=True), values.reshape(3, -1))
+    return np.asarray(flat.reshape(values.shape))
+
+
+INTERVALS = 40  # for each piece of a path
+FEWEST, MOST = 400, 4000  # intervals of a grid, unless it has so many pieces that
+LEAST_IN_PIECE = 4  # is more
+FIRST_SHARE = 0.25  # of the intervals: in the first grid, equally spaced in the parameter
+MARGIN = 1e-9  # of every limit where nothing can be slowed afterwards: more than the program's own tolerance
+STEADY_JERK = 0.5  # of jerk limits: the share that a path may need where its speed is steady
+UNBOUNDED = 1e4  # times the largest bound of those near it, where a square is not bounded by its own rows
+NEAR = 20  # nodes on either side: a path may be a million times slower in its parameter than elsewhere
+SAME_NODE = 1e-9  # of a piece: nodes nearer to a breakpoint are left out
+VISCOUS_ROUNDS = 3  # programs on the last grid where viscous friction makes torques curved in the squares
+GRADED = 16  # intervals at an end where q' is zero, that are replaced
+GRADING = 4  # by so many each
+
+
+def fastest_profile(
+    prepared: PreparedPath,
+    limits: JointLimits,
+    motors: PathTorques | None = None,
+    ceiling: SpeedProfile | None = None,
+) -> tuple[SpeedProfile, Intervals]:
+    """The fastest profile on a grid of about equal times, and the path over that grid.
+
+    Of jerk limits it keeps what the path needs where its speed is steady.
+
+    Args:
+        prepared: the path.
+        limits: of its joints.
+        motors: what torques it takes; None where they do not count.
+        ceiling: a profile that is not exceeded; none where None.
+
+    Raises:
+        InvalidProblem: the limits allow no motion with the velocities that the ends have to have.
+    """
+    breakpoints = prepared.path.breakpoints
+    count = min(max(INTERVALS * (breakpoints.size - 1), FEWEST), MOST)
+    nodes = _subdivided(breakpoints, breakpoints, int(FIRST_SHARE * count))
+    intervals = Intervals.of(prepared.path, nodes)
+    profile = _solved(prepared, intervals, limits, motors, ceiling, None)
+    nodes = _equal_times(profile, breakpoints, count, prepared.resting)
+    intervals = Intervals.of(prepared.path, nodes)
+    for _ in range(1 if motors is None or not motors.viscous.any() else VISCOUS_ROUNDS):
+        expected = np.interp(nodes, profile.nodes, profile.squares)
+        profile = _solved(prepared, intervals, limits, motors, ceiling, expected)
+    return profile, intervals
+
+
+def _subdivided(breakpoints: FloatArray, measure: FloatArray, count: int) -> FloatArray:
+    """About so many intervals, equal within each piece; a piece has its share of a measure (p + 1,), increasing."""
+    shares = np.diff(measure) / (measure[-1] - measure[0])
+    counts = np.maximum(LEAST_IN_PIECE, np.ceil(count * shares)).astype(int)
+    inner = [
+        start + (end - start) * np.arange(n) / n
+        for start, end, n in zip(breakpoints[:-1], breakpoints[1:], counts, strict=True)
+    ]
+    return np.concatenate([*inner, breakpoints[-1:]])
+
+
+def _equal_times(profile: SpeedProfile, breakpoints: FloatArray, count: int, graded: tuple[bool, bool]) -> FloatArray:
+    """Nodes at about equal times within each piece, the breakpoints among them."""
+    passed = profile.times[np.searchsorted(profile.nodes, breakpoints)]
+    times = _subdivided(passed, passed, count)
+    if graded[0]:
+        times = _graded(times)
+    if graded[1]:
+        times = -_graded(-times[::-1])[::-1]
+    nodes = profile.parameters(times)
+    after = np.searchsorted(breakpoints, nodes).clip(1, breakpoints.size - 1)
+    apart = np.minimum(nodes - breakpoints[after - 1], breakpoints[after] - nodes)
+    inner = nodes[apart > SAME_NODE * (breakpoints[after] - breakpoints[after - 1])]
+    return np.union1d(inner, breakpoints)
+
+
+def _graded(times: FloatArray) -> FloatArray:
+    """More and shorter intervals at the start, for a path whose q' is zero there: b is large and steep."""
+    last = min(GRADED, times.size - 1)
+    count = GRADING * last
+    return np.concatenate([times[0] + (times[last] - times[0]) * (np.arange(count) / count) ** 2, times[last:]])
+
+
+def _solved(
+    prepared: PreparedPath,
+    intervals: Intervals,
+    limits: JointLimits,
+    motors: PathTorques | None,
+    ceiling: SpeedProfile | None,
+    expected: FloatArray | None,
+) -> SpeedProfile:
+    """The profile of least time, to first order around the squares that are expected, (N + 1,); or about equal."""
+    fixed = _fixed(prepared, intervals.nodes)
+    every_row = limit_rows(intervals, limits)
+    if ceiling is not None:
+        below = np.interp(intervals.nodes, ceiling.nodes, ceiling.squares)
+        every_row = np.append(every_row, ceiling_rows(below), axis=1)
+    if limits.jerk is not None:
+        every_row = np.append(every_row, steady_jerk_rows(intervals, limits.jerk, STEADY_JERK), axis=1)
+    if motors is not None:
+        around = _largest(every_row, fixed) if expected is None else expected
+        every_row = np.append(every_row, torque_rows(motors, intervals, around, fixed == 0.0), axis=1)
+    scale = _largest(every_row, fixed)
+    if expected is None:
+        expected = np.maximum(1.0, scale / (UNBOUNDED * scale.min()))
+    interval, rows = necessary(every_row)
+    solution = _maximised(_savings(intervals, expected) * scale, interval, rows, scale, fixed)
+    if solution is not None:
+        return SpeedProfile(intervals.nodes, solution)
+    if np.nanmax(fixed, initial=0.0) > 0.0:
+        raise InvalidProblem("rates", "the limits allow no motion along the path with these velocities at its ends")
+    shape = np.where(np.isnan(fixed), 1.0, 0.0)
+    most = (rows[:, 0] * shape[interval] + rows[:, 1] * shape[interval + 1]).max()
+    return SpeedProfile(intervals.nodes, shape / most)
+
+
+def _fixed(prepared: PreparedPath, nodes: FloatArray) -> FloatArray:
+    """The squares that are given, (N + 1,): at corners and at ends where q' is not zero; else nan."""
+    fixed = np.full(nodes.size, np.nan)
+    fixed[np.searchsorted(nodes, prepared.path.breakpoints[prepared.corners])] = 0.0
+    for end, resting, rate in zip((0, -1), prepared.resting, prepared.rates, strict=True):
+        if not resting:
+            fixed[end] = rate**2
+    return fixed
+
+
+def _largest(rows: FloatArray, fixed: FloatArray) -> FloatArray:
+    """What each square can be at most, (N + 1,), as single rows (N, rows, 2) say."""
+    positive = np.where(rows.min(axis=2, keepdims=True) >= 0.0, rows, 0.0).max(axis=1)
+    tightest = np.maximum(np.append(positive[:, 0], 0.0), np.insert(positive[:, 1], 0, 0.0))
+    near = np.maximum(maximum_filter1d(tightest, 2 * NEAR + 1, mode="nearest"), tightest.max() / UNBOUNDED**3)
+    scale = 1.0 / np.maximum(tightest, near / UNBOUNDED)
+    return np.asarray(np.where(fixed > 0.0, fixed, scale))
+
+
+def _savings(intervals: Intervals, expected: FloatArray) -> FloatArray:
+    """How much time a little more of each square saves, (N + 1,)."""
+    speed = np.sqrt(np.maximum(expected, 1e-12 * expected.max()))
+    per_interval = intervals.lengths / (speed[:-1] + speed[1:]) ** 2
+    return np.asarray((np.append(per_interval, 0.0) + np.insert(per_interval, 0, 0.0)) / speed)
+
+
+def _maximised(
+    weights: FloatArray, interval: FloatArray, rows: FloatArray, scale: FloatArray, fixed: FloatArray
+) -> FloatArray | None:
+    """The squares (N + 1,) with the largest weighted sum of their shares of the scale; None where there are none."""
+    columns = np.stack([interval, interval + 1], axis=1)
+    moving = np.nanmax(fixed, initial=0.0) > 0.0
+    bound = _bounds_of_rows(rows, columns, fixed) if moving else np.ones(len(rows))
+    starts = 2 * np.arange(len(rows) + 1)
+    matrix = csr_array(((rows * scale[columns]).ravel(), columns.ravel(), starts), (len(rows), fixed.size))
+    given = fixed / scale
+    box = np.stack([np.nan_to_num(given, nan=0.0), np.where(np.isnan(given), 1.0, given)], axis=1)
+    solution = minimizer(-weights / weights.max(), matrix, bound, box)
+    return None if solution is None else solution.clip(0.0) * scale
+
+
+def _bounds_of_rows(rows: FloatArray, columns: FloatArray, fixed: FloatArray) -> FloatArray:
+    """Right-hand sides a little below 1, but for a row in which a given square is at its limit already."""
+    reached = (rows * np.nan_to_num(fixed, nan=0.0)[columns]).max(axis=1)
+    return np.where(reached <= 1.0 + MARGIN, np.maximum(1.0 - MARGIN, reached), 1.0 - MARGIN)

@@ -13,9 +13,8 @@ import cma
 import numpy as np
 
 from solvers.box import Box
-from solvers.driver.iterations import Iterations
-from solvers.external.callback_to_generator import LARGEST_COST
-from solvers.solver import Search, Solver, require
+from solvers.external.callbacks import LARGEST_COST
+from solvers.solver import Iterations, Search, Solver, require
 
 
 @dataclass(frozen=True)

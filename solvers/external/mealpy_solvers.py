@@ -13,10 +13,8 @@ import mealpy
 import numpy as np
 
 from solvers.box import Box, FloatArray
-from solvers.driver.iterations import Iterations
-from solvers.external.callback_to_generator import Cost, callback_to_generator
-from solvers.external.global_random import GlobalRandom
-from solvers.solver import Search, Solver, require
+from solvers.external.callbacks import Cost, GlobalRandom, callback_to_generator
+from solvers.solver import Iterations, Search, Solver, require
 
 EPOCHS = 100_000  # of one of mealpy's runs, the most that it takes; the budget ends the search
 

@@ -14,10 +14,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from solvers.box import Box, FloatArray
-from solvers.driver.iterations import Iterations
-from solvers.external.callback_to_generator import LARGEST_COST
-from solvers.external.global_random import GlobalRandom
-from solvers.solver import DEFAULT_EVALUATIONS, Search, Solver, require
+from solvers.external.callbacks import LARGEST_COST, GlobalRandom
+from solvers.solver import DEFAULT_EVALUATIONS, Iterations, Search, Solver, require
 
 with GlobalRandom(np.random.default_rng(1)).active():  # it draws random numbers as it is imported
     import nevergrad

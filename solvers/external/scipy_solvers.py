@@ -9,9 +9,8 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution, dual_annealing
 
 from solvers.box import Box
-from solvers.driver.iterations import Iterations
-from solvers.external.callback_to_generator import Cost, callback_to_generator
-from solvers.solver import Search, Solver, require
+from solvers.external.callbacks import Cost, callback_to_generator
+from solvers.solver import Iterations, Search, Solver, require
 
 Strategy = Literal["best1bin", "rand1bin", "currenttobest1bin"]
 UNLIMITED = 10**9  # iterations; the budget ends the search

@@ -12,8 +12,8 @@ from helpers.manual_site import built
 
 import tpbso_casadi
 from tpbso_casadi.cli.tpbso import COMMANDS
-from tpbso_casadi.scenario.tasks.registry import TASKS
-from tpbso_casadi.scenario.world.obstacles import SHAPES
+from tpbso_casadi.scenario.obstacles import SHAPES
+from tpbso_casadi.scenario.tasks import TASKS
 
 NARROW, WIDE = 420, 1280  # pixels
 FRAMES = """<!doctype html><title>frames</title><body>{frames}<pre id="result"></pre><script>

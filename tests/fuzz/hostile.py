@@ -22,7 +22,7 @@ from typing import ClassVar
 
 from problems import Limit, Objective, PlanarArm
 from solvers import Solver
-from tpbso_casadi.scenario.task import TaskSection
+from tpbso_casadi.scenario.model import TaskSection
 
 
 class Own(BaseException):
@@ -70,20 +70,20 @@ class Held(Limit):
     name: ClassVar[str] = "held"
 
     @classmethod
-    def holding(cls, robot, obstacles):
+    def for_robot(cls, robot, obstacles):
         raise Own
 
-    def at(self, samples, margin=0.0):
+    def constraints_at(self, samples, margin=0.0):
         return []
 
 
 @dataclass(frozen=True)
 class Nothing(Held):
     @classmethod
-    def holding(cls, robot, obstacles):
+    def for_robot(cls, robot, obstacles):
         return cls()
 
-    def at(self, samples, margin=0.0):
+    def constraints_at(self, samples, margin=0.0):
         return None
 
 

@@ -16,7 +16,8 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
 from tpbso_casadi.cli.commands import audit, solve
-from tpbso_casadi.storage.seal import KEY, sealed
+from tpbso_casadi.storage import sealed
+from tpbso_casadi.storage.seal import KEY
 
 QUICK = ["--evaluations", "40", "--no-plots", "--quiet"]
 EXAMPLES = [25, pytest.param(1500, marks=pytest.mark.slow)]

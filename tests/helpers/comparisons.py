@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tpbso_casadi.campaign import Record
-from tpbso_casadi.campaign.analysis.convergence import Convergence
-from tpbso_casadi.campaign.analysis.results import Results
+from tpbso_casadi.campaign import Record, Results
+from tpbso_casadi.campaign.convergence import Convergence
 
 Steps = Sequence[tuple[float, float]]  # evaluations, and the objective from then on; none for a run without a plan
 

@@ -6,12 +6,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
+from problems.evaluation.batches import VirtualMachine
+from problems.evaluation.codegen import cpp
+from problems.evaluation.compiler import NativeUnavailable, find_compiler
 from problems.evaluation.kernel import data, kernels
-from problems.evaluation.native.codegen import cpp
-from problems.evaluation.native.compiler import NativeUnavailable, find_compiler
 from problems.evaluation.program import Program
-from problems.evaluation.virtual_machine import VirtualMachine
 
 
 def has_compiler() -> bool:

@@ -10,12 +10,11 @@ import numpy as np
 from helpers.space import sliding_arm
 
 from problems import PlanarArm, PointToPoint, point_to_point
-from problems.assembly.move import move
-from problems.base.matrix import FloatArray
-from problems.robots.rigid.inertia import Inertia
-from problems.tasks.move import Move
-from problems.tasks.place import Joints
-from tpbso_casadi.planning.motion import Motion, motion_of
+from problems.base import FloatArray
+from problems.families.splines import move
+from problems.robots.inertia import Inertia
+from problems.tasks import Joints, Move
+from tpbso_casadi.planning import Motion, motion_of
 
 LENGTHS, MASSES, DAMPING, FRICTION, G = (0.5, 0.4), (2.0, 1.5), (0.3, 0.2), (0.5, 0.4), 9.81
 

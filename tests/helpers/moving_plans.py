@@ -9,15 +9,11 @@ from helpers.space import small_arm
 from helpers.space_plans import SPHERES
 
 from problems import Ball, Box, Ellipse, PlanarArm, Robot
-from problems.assembly.move import move
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from problems.scene.moving.tabulated import Tabulated
-from problems.scene.obstacle import Obstacle
-from problems.tasks.move import Move
-from problems.tasks.place import Joints
-from tpbso_casadi.planning.motion import motion_of
-from tpbso_casadi.planning.planned_motion import PlannedMotion
+from problems.families.splines import move
+from problems.scene import Obstacle, Tabulated
+from problems.scene.moving import ConstantVelocity, MovingObstacle
+from problems.tasks import Joints, Move
+from tpbso_casadi.planning import PlannedMotion, motion_of
 
 ROWS = np.array([[0.1, 0.0, 0.0], [0.3, 0.2, 0.4], [0.0, 0.4, 1.2]])
 CAR = Tabulated.through([0.0, 0.2, 0.5], ROWS[:, :2], ROWS[:, 2:])

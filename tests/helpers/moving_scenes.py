@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from problems import Ellipse, Joints, Move, PlanarArm
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
+from problems.scene.moving import ConstantVelocity, MovingObstacle
 
 ARM = PlanarArm((1.0, 0.1), (2.0, 2.0), (10.0, 10.0), ((-1.2, 1.2), (-0.5, 0.5)))
 HERE, THERE = Joints((-0.8, 0.0)), Joints((0.8, 0.0))

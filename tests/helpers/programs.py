@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 from problems.evaluation import Loop, Program, Step
 
 

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from problems import Trajectory
-from problems.base.matrix import FloatArray
-from problems.scene.obstacle import Obstacle
-from problems.tasks.place import Place
-from tpbso_casadi.planning.replanning.step import Step
-from tpbso_casadi.scenario.scenario import Scenario
+from problems.base import FloatArray
+from problems.scene import Obstacle
+from problems.tasks import Place
+from tpbso_casadi.replanning import Step
+from tpbso_casadi.scenario import Scenario
 
 
 class QuinticPlanner:

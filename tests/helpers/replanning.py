@@ -8,12 +8,11 @@ from itertools import pairwise
 import numpy as np
 
 from problems import Ellipse
-from problems.base.matrix import FloatArray
-from problems.scene import ConstantVelocity, MovingObstacle
-from tpbso_casadi.planning.replanning.candidates import remaining
-from tpbso_casadi.planning.replanning.replanner import Replanner
-from tpbso_casadi.planning.replanning.step import Step
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from problems.base import FloatArray
+from problems.scene.moving import ConstantVelocity, MovingObstacle
+from tpbso_casadi.replanning import Replanner, Step
+from tpbso_casadi.replanning.candidates import remaining
+from tpbso_casadi.scenario import Scenario, parse_scenario
 
 LENGTHS = [0.7, 0.7, 0.6]
 START, GOAL = [-0.8, 0.3, 0.3], [1.4, 0.5, 0.2]

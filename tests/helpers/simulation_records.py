@@ -9,9 +9,10 @@ import numpy as np
 from helpers.quintic_planner import quintic_to
 
 from problems import Trajectory
-from problems.tasks.place import Joints
-from tpbso_casadi.scenario.scenario import parse_scenario
-from tpbso_casadi.simulation.record import Replan, SimulationRecord, Visit
+from problems.tasks import Joints
+from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.simulation import Replan, SimulationRecord
+from tpbso_casadi.simulation.record import Visit
 
 EVERY, STILL, MOVING = 0.25, 0.5, 1.0  # s
 KINDS = ("new", "old", "old", "stop", "old", "new", "stop", "stop")

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from solvers.driver.interruption import Interruption
+from solvers.budget import Interruption
 from tests.helpers.quintic_planner import QuinticPlanner
-from tpbso_casadi.scenario.scenario import parse_scenario
-from tpbso_casadi.simulation.loop import Simulation
-from tpbso_casadi.simulation.record import Replan, SimulationRecord
-from tpbso_casadi.simulation.setting import Setting
+from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.simulation import Replan, Setting, Simulation, SimulationRecord
 
 EVERY = 0.25  # exact in binary
 MOVE = 0.5  # s, that the planner takes for a move

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from problems.robots.spatial.chain import Chain, ChainJoint, JointKind
-from problems.robots.spatial.spatial_arm import SpatialArm
+from problems.robots import ChainJoint, SpatialArm
+from problems.robots.chain import Chain, JointKind
 
 LENGTHS = (0.3, 0.0, 0.4, 0.0, 0.35, 0.0, 0.0)  # m, to each joint from the one before
 TOOL = 0.15  # m, from the last joint to the tool

@@ -6,12 +6,10 @@ import numpy as np
 from helpers.space import small_arm
 
 from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
-from problems.assembly.move import move
-from problems.robots.spatial.spatial_arm import Sphere
-from problems.tasks.move import Move
-from problems.tasks.place import Joints
-from tpbso_casadi.planning.motion import motion_of
-from tpbso_casadi.planning.planned_motion import PlannedMotion
+from problems.families.splines import move
+from problems.robots import Sphere
+from problems.tasks import Joints, Move
+from tpbso_casadi.planning import PlannedMotion, motion_of
 
 SOLIDS = (
     Box(center=(0.6, 0.1, 0.3), size=(0.1, 0.2, 0.6)),

@@ -14,20 +14,16 @@ import casadi as ca
 import numpy as np
 
 from problems import OBJECTIVES, Constraint, Problem, Robot, Trajectory, Variable
-from problems.assembly.cost_steps import CostSteps
-from problems.base.matrix import FloatArray, Matrix
-from problems.certify.time_scale import safe_time_scale
-from problems.encodings.encoding import Decoded, Encoding
-from problems.encodings.penalty import FeasibilityFirst
+from problems.assembly import CostSteps, Decoded, Encoding, FeasibilityFirst
+from problems.base import FloatArray, Matrix
+from problems.certify import safe_time_scale
 from problems.evaluation import Program, Step
-from problems.limits import limits_of
-from problems.limits.limit import Limit
-from problems.motions.motion import Motion, SampleGrid
-from problems.motions.samples import Samples
-from problems.nlp.program import NonlinearProgram
-from problems.scene.obstacle import Obstacle
-from problems.tasks.task import Task
-from tpbso_casadi.scenario.task import ModelSection, TaskSection
+from problems.limits import Limit, limits_of
+from problems.motions import Motion, SampleGrid, Samples
+from problems.nlp import NonlinearProgram
+from problems.scene import Obstacle
+from problems.tasks import Task
+from tpbso_casadi.scenario import ModelSection, TaskSection
 
 MIN_DURATION, MAX_DURATION = 0.1, 10.0  # s
 PHASE = np.linspace(0.0, 1.0, 41)

@@ -7,7 +7,7 @@ import pytest
 
 from solvers import BSO, GA, LSHADE, PSO, AdaptiveBeetleSwarm, Box, Iterations, Solver
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
-from solvers.driver.archive import Archive
+from solvers.driver import Archive
 from solvers.lshade import SuccessMemory
 from solvers.swarm import linear_schedule
 

@@ -15,7 +15,7 @@ import pytest
 from solvers import IPOPT, Box, Budget, Iterations, Result, Search, Solution, Solver, Status, StopReason, Usage
 from solvers import descend as descend_from
 from solvers import minimize as minimize_over
-from solvers.gradients.ipopt import Stop
+from solvers.ipopt import Stop
 
 USAGE = Usage(evaluations=60, requested=60, iterations=3, seconds=2.0, cost=0.5, unimproved=1, interrupted=False)
 Cost = Callable[[int], float]

@@ -10,7 +10,7 @@ import pytest
 from helpers.named_solvers import named_solver
 
 from solvers import EXTERNAL, Box, Budget, minimize
-from solvers.external.callback_to_generator import LARGEST_COST, Cost, callback_to_generator
+from solvers.external.callbacks import LARGEST_COST, Cost, callback_to_generator
 
 
 def three_calls(cost: Cost) -> None:

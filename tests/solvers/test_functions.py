@@ -10,8 +10,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.optimize import rosen
 
 import tpbso_casadi as tp
-from solvers.functions.catalogue import BENCHMARK_FUNCTIONS, InvalidFunction, benchmark_function
-from solvers.functions.classical import CLASSICAL, schwefel
+from solvers.functions import BENCHMARK_FUNCTIONS, CLASSICAL, InvalidFunction, benchmark_function, schwefel
 
 ONES, TWOS = np.ones(3), np.full(2, 2.0)
 each_classical = pytest.mark.parametrize("family", CLASSICAL)
@@ -132,7 +131,7 @@ def test_coco_in_one_variable_or_without_its_package(monkeypatch: pytest.MonkeyP
     pytest.importorskip("cocoex")
     with pytest.raises(InvalidFunction, match="bbob-f1-1: needs 2 variables or more"):
         benchmark_function("bbob-f1-1")
-    monkeypatch.setattr("solvers.functions.catalogue.find_spec", lambda name: None)
+    monkeypatch.setattr("solvers.functions.find_spec", lambda name: None)
     with pytest.raises(InvalidFunction, match=r"bbob-f1-3: needs .* pip install 'tpbso-casadi\[coco\]'"):
         benchmark_function("bbob-f1-3")
 

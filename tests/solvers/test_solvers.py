@@ -11,18 +11,7 @@ import numpy as np
 import pytest
 from helpers.named_solvers import PARAMETERS, named_solver
 
-from solvers import (
-    SOLVERS,
-    Box,
-    Budget,
-    Iterations,
-    Result,
-    Search,
-    Solver,
-    Status,
-    StopReason,
-    minimize,
-)
+from solvers import SOLVERS, Box, Budget, Iterations, Result, Search, Solver, Status, StopReason, minimize
 
 BOX = Box(np.array([-3.0, -2.0, 0.0, -5.0, 1.0]), np.array([4.0, 5.0, 6.0, 1.0, 3.0]))
 CENTRE = np.array([0.5, 1.0, 2.0, -1.0, 2.0])

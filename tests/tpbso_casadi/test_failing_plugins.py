@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tpbso_casadi.cli.commands import audit, solve
-from tpbso_casadi.storage.seal import sealed
+from tpbso_casadi.storage import sealed
 
 MODULE = """
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from typing import ClassVar
 from problems import Constraint, Limit, PlanarArm
 from pydantic import model_validator
 from solvers import Solver
-from tpbso_casadi.scenario.task import TaskSection
+from tpbso_casadi.scenario.model import TaskSection
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,10 @@ class Raising(Limit):
     name: ClassVar[str] = "raising"
 
     @classmethod
-    def holding(cls, robot, obstacles):
+    def for_robot(cls, robot, obstacles):
         return cls()
 
-    def at(self, samples, margin=0.0):
+    def constraints_at(self, samples, margin=0.0):
         raise RuntimeError("no such\\nsensor")
 
 

@@ -11,7 +11,8 @@ from typing import TypeGuard
 
 import pytest
 
-from tpbso_casadi.plugins import Catalogue, PluginError, subclass_of
+from tpbso_casadi.scenario import PluginError
+from tpbso_casadi.scenario.catalogues import Catalogue, subclass_of
 
 MODULE = """
 from fractions import Fraction

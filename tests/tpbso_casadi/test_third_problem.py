@@ -11,17 +11,24 @@ import pytest
 from helpers.third_problem import JointMoveProblem, JointMoveTask
 
 from tpbso_casadi import parse_scenario, read_scenario
-from tpbso_casadi.animation import frames_of, page
-from tpbso_casadi.campaign import ExecutorFactory, Store, grid, parse_solvers, run_campaign
-from tpbso_casadi.campaign.analysis.best import best_runs
-from tpbso_casadi.campaign.analysis.results import results_of
-from tpbso_casadi.campaign.export import write_comparison
+from tpbso_casadi.animation.frames import frames_of
+from tpbso_casadi.animation.player import page
+from tpbso_casadi.campaign import (
+    ExecutorFactory,
+    Store,
+    best_runs,
+    grid,
+    parse_solvers,
+    results_of,
+    run_campaign,
+    write_comparison,
+)
 from tpbso_casadi.cli.commands.audit import main as audit
 from tpbso_casadi.cli.commands.solve import main as solve
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.reproduction.page.case_figures import illustrate
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.scenario.tasks.registry import TASKS
+from tpbso_casadi.planning import plan
+from tpbso_casadi.reproduction.page_figures import illustrate
+from tpbso_casadi.scenario import ScenarioError
+from tpbso_casadi.scenario.tasks import TASKS
 
 SCENARIO = """
 [arm]

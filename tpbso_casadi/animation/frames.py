@@ -1,4 +1,4 @@
-"""The postures of a motion at equal steps of time."""
+"""The frames of an animation."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from problems import Trajectory
-from problems.assembly.criteria import Criteria
-from problems.base.matrix import FloatArray
-from tpbso_casadi.figures.courses import Course, courses_of
-from tpbso_casadi.figures.extent import extent_of
-from tpbso_casadi.figures.space.scene import Scene
-from tpbso_casadi.planning.motion import Motion
+from problems.assembly import Criteria
+from problems.base import FloatArray
+from tpbso_casadi.figures.scene import Course, courses_of, extent_of
+from tpbso_casadi.figures.space_scene import Scene
+from tpbso_casadi.planning import Motion
 
 FRAME_COUNT = 121
 PLAYED_SECONDS = 4.0  # whatever the motion takes: most last less than a second

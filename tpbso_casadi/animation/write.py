@@ -1,4 +1,4 @@
-"""Write a motion as an animation, in the format of the file's suffix."""
+"""Which animation a file name asks for."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from shutil import which
 
 from tpbso_casadi.animation.frames import frames_of
 from tpbso_casadi.animation.player import page
-from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.storage.files import OutputError, check_file, check_writable, write_text, write_with, writing
-from tpbso_casadi.storage.plain import visible
+from tpbso_casadi.plain import visible
+from tpbso_casadi.planning import Motion
+from tpbso_casadi.storage import OutputError, check_file, check_writable, write_text, write_with, writing
 
 FILM_FRAMES = 81  # each takes some 50 ms to draw
 SUFFIXES = (".gif", ".mp4", ".html")

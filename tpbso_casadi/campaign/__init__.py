@@ -1,27 +1,99 @@
 """Many runs: a grid of scenarios, solvers and seeds, on any executor, each run stored the moment it ends."""
 
-from tpbso_casadi.campaign.dask_cluster import cluster
-from tpbso_casadi.campaign.executors import ExecutorError, ExecutorFactory, LostExecutor, processes
-from tpbso_casadi.campaign.grid import SolverSpec, grid, parse_solvers
+from tpbso_casadi.campaign.executors import (
+    ExecutorError,
+    ExecutorFactory,
+    LostExecutor,
+    check_address,
+    cluster,
+    in_process,
+    processes,
+)
+from tpbso_casadi.campaign.export import check_export, export, files_of, write_comparison
+from tpbso_casadi.campaign.grid import (
+    FUNCTION_SOLVERS,
+    USUAL_RUNS,
+    USUAL_SOLVERS,
+    USUAL_STARTS,
+    SolverSpec,
+    budgeted,
+    check_size,
+    function_grid,
+    functions_of,
+    grid,
+    parse_solver,
+    parse_solvers,
+)
 from tpbso_casadi.campaign.record import Record
-from tpbso_casadi.campaign.run import Outcome, Run, run_one
-from tpbso_casadi.campaign.runner import run_campaign
-from tpbso_casadi.campaign.store import Store, StoreError
+from tpbso_casadi.campaign.results import Best, Results, best_runs, results_of
+from tpbso_casadi.campaign.run import AnyRun, Outcome, Run, run_one
+from tpbso_casadi.campaign.runner import campaign_seconds, run_campaign
+from tpbso_casadi.campaign.statistics import (
+    SIGNIFICANCE_LEVEL,
+    Comparison,
+    Judgement,
+    Relation,
+    Summary,
+    compare_summaries,
+    judge,
+    p_text,
+    rank_sum,
+    smallest_p,
+    summarise,
+)
+from tpbso_casadi.campaign.store import STORE, Store, StoreError
+from tpbso_casadi.campaign.tables import HEADER, print_tables, rows
 
 __all__ = [
+    "FUNCTION_SOLVERS",
+    "HEADER",
+    "SIGNIFICANCE_LEVEL",
+    "STORE",
+    "USUAL_RUNS",
+    "USUAL_SOLVERS",
+    "USUAL_STARTS",
+    "AnyRun",
+    "Best",
+    "Comparison",
     "ExecutorError",
     "ExecutorFactory",
+    "Judgement",
     "LostExecutor",
     "Outcome",
     "Record",
+    "Relation",
+    "Results",
     "Run",
     "SolverSpec",
     "Store",
     "StoreError",
+    "Summary",
+    "best_runs",
+    "budgeted",
+    "campaign_seconds",
+    "check_address",
+    "check_export",
+    "check_size",
     "cluster",
+    "compare_summaries",
+    "export",
+    "files_of",
+    "function_grid",
+    "functions_of",
     "grid",
+    "in_process",
+    "judge",
+    "p_text",
+    "parse_solver",
     "parse_solvers",
+    "print_tables",
     "processes",
+    "rank_sum",
+    "results_of",
+    "rows",
     "run_campaign",
     "run_one",
+    "smallest_p",
+    "summarise",
+    "write_comparison",
 ]

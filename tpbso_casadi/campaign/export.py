@@ -1,4 +1,4 @@
-"""The files of a campaign: its runs as CSV or Parquet, the summary table, its figures and its page."""
+"""What a campaign leaves in its folder."""
 
 from __future__ import annotations
 
@@ -9,23 +9,14 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from tpbso_casadi.campaign.analysis.best import Best
-from tpbso_casadi.campaign.analysis.results import Results
-from tpbso_casadi.campaign.page.page import Picture, render
+from tpbso_casadi.campaign.page import Picture, render
 from tpbso_casadi.campaign.record import Record
+from tpbso_casadi.campaign.results import Best, Results
 from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.statistics import Summary
-from tpbso_casadi.campaign.table import HEADER, rows
-from tpbso_casadi.figures.style.formats import DEFAULT
-from tpbso_casadi.storage.files import (
-    OutputError,
-    check_file,
-    check_writable,
-    write_csv,
-    write_text,
-    write_with,
-    writing,
-)
+from tpbso_casadi.campaign.tables import HEADER, rows
+from tpbso_casadi.figures.palette import DEFAULT
+from tpbso_casadi.storage import OutputError, check_file, check_writable, write_csv, write_text, write_with, writing
 
 SUFFIXES = (".csv", ".parquet")
 PAGE = "comparison.html"
@@ -103,7 +94,7 @@ def write_comparison(
     plans: dict[str, Markup] = {}
     with writing(folder):
         if formats:
-            from tpbso_casadi.campaign.figures.of_page import pictures_of, plans_of  # noqa: PLC0415 (matplotlib)
+            from tpbso_casadi.campaign.drawn_figures import pictures_of, plans_of  # noqa: PLC0415 (matplotlib)
 
             pictures, plans = pictures_of(folder, results, formats), plans_of(best)
         text = render(results, runs, best, command, pictures, plans)

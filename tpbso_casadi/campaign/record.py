@@ -1,4 +1,4 @@
-"""A stored run in a few numbers, checked when it is read."""
+"""The record of a run, and the plan that it found."""
 
 from __future__ import annotations
 
@@ -7,6 +7,11 @@ from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
 from pydantic import AllowInfNan, Strict, StrictBool, StrictInt, StrictStr, TypeAdapter, ValidationError
+
+from tpbso_casadi.planning import PlannedMotion
+from tpbso_casadi.scenario import plugin_failures_named
+from tpbso_casadi.storage import RunResult, checked
+from tpbso_casadi.storage.recomputation import Contradiction
 
 Number: TypeAlias = Annotated[float, Strict(), AllowInfNan(False)]
 
@@ -69,3 +74,29 @@ def read_record(values: Mapping[str, Any]) -> Record:
     except ValidationError as error:
         first = error.errors(include_url=False, include_context=False)[0]
         raise ValueError(f"{first['loc'][-1]}: {first['msg']}, not {first['input']!r:.40}") from error
+
+
+@dataclass(frozen=True, kw_only=True)
+class Found:
+    """What a run found.
+
+    Attributes:
+        words: that say more of it than its objective.
+        planned: a motion, certificate and objective included; None of a function.
+    """
+
+    words: str
+    planned: PlannedMotion | None = None
+
+
+def plan_found(text: str) -> Found:
+    """The plan of a ``result.json``.
+
+    Raises:
+        InvalidResult, ScenarioError, Contradiction: it is none, or not what a recomputation gives.
+    """
+    result = RunResult.from_json(text)
+    with plugin_failures_named(result.scenario, Contradiction):
+        motion = checked(result).motion
+    words = f"it takes {motion.trajectory.duration:.5g} s and is certified for all t"
+    return Found(words=words, planned=PlannedMotion(scenario=result.scenario, motion=motion))

@@ -1,4 +1,4 @@
-"""One run of a campaign: its key, and the function that any worker calls to do it."""
+"""One run of a campaign: what it is, its outcome, its record."""
 
 from __future__ import annotations
 
@@ -15,18 +15,16 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from problems import Problem
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import Box
-from tpbso_casadi.campaign.analysis.found import Found, plan_found
-from tpbso_casadi.campaign.analysis.measures import PLANS, Measure
-from tpbso_casadi.campaign.functions.search import KEY, search_text
-from tpbso_casadi.planning.motion import INFEASIBLE_MERIT
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario
-from tpbso_casadi.storage.content import result_of
-from tpbso_casadi.storage.plain import settings_of
-from tpbso_casadi.storage.versions import versions
+from tpbso_casadi.campaign.functions import KEY, search_text
+from tpbso_casadi.campaign.measures import PLANS, Measure
+from tpbso_casadi.campaign.record import Found, plan_found
+from tpbso_casadi.plain import settings_of, versions
+from tpbso_casadi.planning import INFEASIBLE_MERIT, plan
+from tpbso_casadi.scenario import Scenario, SolverSection, parse_scenario
+from tpbso_casadi.storage import result_of
 
 LONGEST_ERROR = 300  # characters
 LONGEST_DETAILS = 20_000  # characters, the last ones of a traceback

@@ -1,4 +1,4 @@
-"""The store of a campaign: one SQLite file, each run written durably the moment it ends.
+"""The store of a campaign, a file a run.
 
 While a campaign works, its file has two companions, ``-wal`` and ``-shm`` (SQLite's write-ahead log), so that others
 can read it at any time without holding the campaign up. They go when it ends; after a kill they stay and belong to the
@@ -18,8 +18,8 @@ from typing import Any, Self
 from tpbso_casadi.campaign.record import Record, read_record
 from tpbso_casadi.campaign.run import AnyRunT as Run
 from tpbso_casadi.campaign.run import Outcome, difference
-from tpbso_casadi.storage.result import InvalidResult, RunResult
-from tpbso_casadi.storage.versions import versions
+from tpbso_casadi.plain import versions
+from tpbso_casadi.storage import InvalidResult, RunResult
 
 STORE = "runs.sqlite"  # the file in the folder of a campaign
 APPLICATION = 0x7450_4253  # SQLite's "application id" of our files

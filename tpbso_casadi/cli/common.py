@@ -1,4 +1,4 @@
-"""What all command lines share: one-line errors, exit statuses, types of options."""
+"""What commands have in common: exit statuses, one-line errors, words that are checked."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from contextlib import suppress
 from enum import IntEnum
 from pathlib import Path
 
-from tpbso_casadi.scenario.section import LARGEST, LARGEST_SEED, LONGEST_WORD, SMALLEST
-from tpbso_casadi.scenario.validation import shown
-from tpbso_casadi.storage.plain import visible
+from tpbso_casadi.plain import visible
+from tpbso_casadi.scenario import LARGEST, LARGEST_SEED, LONGEST_WORD, SMALLEST, shown
 
 LONGEST_ERROR = 300  # characters of a line
 LONGEST_PART = 100  # characters without a space, of a path for example
@@ -110,7 +109,7 @@ positive_float = positive_number(LARGEST)
 not_negative = positive_number(LARGEST, or_zero=True)
 
 
-def word(text: str) -> str:
+def printable_name(text: str) -> str:
     """A name, for argparse."""
     if len(text) > LONGEST_WORD or not text.isprintable():
         raise argparse.ArgumentTypeError(f"a name of at most {LONGEST_WORD} printable characters is needed")

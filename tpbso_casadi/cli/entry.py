@@ -1,4 +1,4 @@
-"""From the first instruction of a command to its exit status: signals, closed pipes, and errors of ours.
+"""How a command is entered and left: Ctrl-C, closed pipes, errors of one line.
 
 Loads nothing but the standard library before a signal can be handled.
 """
@@ -84,7 +84,7 @@ def _leave(number: int, frame: FrameType | None) -> NoReturn:
 
 def _guarded(main: Callable[[], int]) -> int:
     """The exit status of a command; what it raises is one line."""
-    from solvers.driver.interruption import Interruption  # noqa: PLC0415 (loads CasADi)
+    from solvers.budget import Interruption  # noqa: PLC0415 (loads CasADi)
     from tpbso_casadi.cli.common import print_error  # noqa: PLC0415 (likewise)
 
     interruption = Interruption()

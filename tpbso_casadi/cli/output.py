@@ -1,4 +1,4 @@
-"""What ``solve`` writes: a run folder, exports in it, an animation."""
+"""What a command writes."""
 
 from __future__ import annotations
 
@@ -10,16 +10,31 @@ from functools import partial
 from pathlib import Path
 from typing import Self
 
-from solvers.driver.interruption import Interruption
-from tpbso_casadi.animation import animate, check_animation
+from solvers.budget import Interruption
+from tpbso_casadi.animation.write import animate, check_animation
 from tpbso_casadi.cli.common import path, positive_number
-from tpbso_casadi.cli.figure_formats import add_figures_option, figure_formats
-from tpbso_casadi.cli.options import add_json, add_no_plots, add_out, add_quiet, defaulting, listed, output_group
-from tpbso_casadi.planning.planned_motion import PlannedMotion
-from tpbso_casadi.planning.progress import Progress
-from tpbso_casadi.storage.exporting import DEFAULT_RATE, EXPORTS, HIGHEST_RATE, export_motion
-from tpbso_casadi.storage.files import OutputError
-from tpbso_casadi.storage.run_folder import OtherPlan, check_run_folder, write_run
+from tpbso_casadi.cli.options import (
+    add_figures_option,
+    add_json,
+    add_no_plots,
+    add_out,
+    add_quiet,
+    defaulting,
+    figure_formats,
+    listed,
+    output_group,
+)
+from tpbso_casadi.planning import PlannedMotion, Progress
+from tpbso_casadi.storage import (
+    DEFAULT_RATE,
+    EXPORTS,
+    HIGHEST_RATE,
+    OtherPlan,
+    OutputError,
+    check_run_folder,
+    export_motion,
+    write_run,
+)
 
 
 def add_output_options(parser: argparse.ArgumentParser, default: str) -> None:

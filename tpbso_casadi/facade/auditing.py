@@ -1,19 +1,17 @@
-"""``audit`` and ``read_run``: the proof of a plan, of a stored run or of a scenario's constraints."""
+"""``tp.audit`` and ``tp.read_run``."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from tpbso_casadi.audit.content import audit_scenario
-from tpbso_casadi.facade.arguments.values import file_path
-from tpbso_casadi.facade.plan import Plan
-from tpbso_casadi.facade.results.audit import Audit, ScenarioAudit
-from tpbso_casadi.facade.results.stored_plan import StoredPlan
+from tpbso_casadi.audit_report import audit_scenario
+from tpbso_casadi.facade.arguments import file_path
+from tpbso_casadi.facade.audit import Audit, ScenarioAudit
+from tpbso_casadi.facade.plan import Plan, StoredPlan
 from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, scenario_of
-from tpbso_casadi.scenario.cases.builtin import TITLES
-from tpbso_casadi.scenario.input_files import is_folder
-from tpbso_casadi.scenario.scenario import plugin_failures_named
-from tpbso_casadi.storage.stored_run import read_run as read_stored_run
+from tpbso_casadi.scenario import is_folder, plugin_failures_named
+from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.storage import read_run as read_stored_run
 
 
 def audit(what: Plan | What | HasScenario) -> Audit:

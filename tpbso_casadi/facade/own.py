@@ -1,4 +1,4 @@
-"""Constraints and objectives of a user's own, stated in Python: ``tp.Constraint`` and ``tp.Cost``."""
+"""Constraints and costs of the user's."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from math import inf
 from typing import Any, TypeAlias
 
 from problems import OBJECTIVES, InvalidProblem, Limit, Objective, Robot
-from problems.motions.expressions.tracing import Stated, traced
-from tpbso_casadi.facade.plain_data import path_of, plain
-from tpbso_casadi.scenario.section import ScenarioError
+from problems.motions import Stated, traced
+from tpbso_casadi.facade.arguments import path_of, plain
+from tpbso_casadi.scenario import ScenarioError
 
 Table: TypeAlias = dict[str, Any]
 
@@ -113,7 +113,7 @@ def _limit(limit: Any, robot: Robot) -> str:
     kind = limit if isinstance(limit, type) else type(limit)
     if not issubclass(kind, Limit):
         raise ScenarioError(f"constraints: {limit!r:.60} is no tp.Constraint, and no class derived from problems.Limit")
-    if kind is not limit and kind.holding(robot, ()) != limit:
+    if kind is not limit and kind.for_robot(robot, ()) != limit:
         raise ScenarioError(f"constraints: say the class {kind.__name__}: what its holding makes is stored, no object")
     return path_of(kind)
 

@@ -1,37 +1,60 @@
-"""A plan as Python code meets it: a motion, its proof, and what can be made of them."""
+"""A plan, with all that can be asked of it, and a plan read back."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+from html import escape
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from problems import CertificateStatus, Trajectory, Verdict
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 from solvers import Result
-from tpbso_casadi.audit.content import audit_run
-from tpbso_casadi.facade.arguments.messages import in_words_of_python
-from tpbso_casadi.facade.arguments.values import file_path, positive, times_array
-from tpbso_casadi.facade.results.audit import RunAudit
-from tpbso_casadi.facade.results.data_frame import data_frame
-from tpbso_casadi.facade.results.export import RATE, chosen, exports_of
-from tpbso_casadi.facade.results.html import heading, picture, table
-from tpbso_casadi.facade.results.player import Player
-from tpbso_casadi.figures.style.formats import FORMATS
-from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.planning.planned_motion import PlannedMotion
-from tpbso_casadi.scenario.scenario import Scenario
-from tpbso_casadi.storage.content import result_of
-from tpbso_casadi.storage.motion_table import table_of
-from tpbso_casadi.storage.result import RunResult
-from tpbso_casadi.storage.run_folder import write_run
-from tpbso_casadi.storage.stored_run import StoredRun
+from tpbso_casadi.audit_report import audit_run
+from tpbso_casadi.facade.arguments import file_path, in_words_of_python, positive, times_array
+from tpbso_casadi.facade.audit import RunAudit
+from tpbso_casadi.facade.showing import RATE, chosen, data_frame, exports_of, heading, picture, table
+from tpbso_casadi.figures.palette import FORMATS
+from tpbso_casadi.planning import Motion, PlannedMotion
+from tpbso_casadi.scenario import Scenario
+from tpbso_casadi.storage import RunResult, StoredRun, replace_folder, result_of, table_of, write_motion, write_run
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, repr=False)
+class Player:
+    """A page that plays a motion; a notebook shows it in a frame.
+
+    Attributes:
+        page: the whole page, HTML.
+        title: what it shows.
+        height: of the frame, pixels.
+    """
+
+    page: str
+    title: str
+    height: int
+
+    @classmethod
+    def of(cls, motion: Motion, title: str, height: int) -> Self:
+        """The player of a motion."""
+        from tpbso_casadi.animation.frames import frames_of  # noqa: PLC0415 (slow to load)
+        from tpbso_casadi.animation.player import page  # noqa: PLC0415
+
+        return cls(page(title, frames_of(motion)), title, height)
+
+    def __repr__(self) -> str:
+        return f"<player of a {self.title}; plan.animate('motion.html') writes it>"
+
+    def _repr_html_(self) -> str:
+        page, style = escape(self.page), f"width: 100%; height: {self.height}px; border: 0"
+        return f'<iframe title="{escape(self.title)}" srcdoc="{page}" style="{style}"></iframe>'
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -142,7 +165,7 @@ class Plan:
         Raises:
             ValueError: there is no such figure of this plan; lists those that there are.
         """
-        from tpbso_casadi.facade.results.figures import figure_of  # noqa: PLC0415 (matplotlib is slow to load)
+        from tpbso_casadi.facade.showing import figure_of  # noqa: PLC0415 (matplotlib is slow to load)
 
         return figure_of(self.planned, kind)
 
@@ -156,7 +179,7 @@ class Plan:
             TypeError: it is no path.
             OutputError: an unknown suffix, no ffmpeg for an MP4, or a file that cannot be written.
         """
-        from tpbso_casadi.animation import animate, check_animation  # noqa: PLC0415 (slow to load)
+        from tpbso_casadi.animation.write import animate, check_animation  # noqa: PLC0415 (slow to load)
 
         file = file_path("path", path)
         with in_words_of_python():
@@ -215,8 +238,52 @@ class Plan:
         return StoredRun(self.result, planned.motion, found, problem)
 
     def _repr_html_(self) -> str:
-        from tpbso_casadi.facade.results.figures import png_of  # noqa: PLC0415 (matplotlib is slow to load)
+        from tpbso_casadi.facade.showing import png_of  # noqa: PLC0415 (matplotlib is slow to load)
 
         rows = [(v.name, v.worst, v.bound, v.unit, str(v.status), v.where) for v in self.verdicts]
         judged = table(("constraint", "worst", "limit", "unit", "for all t", "where"), rows)
         return heading(repr(self)[1:-1]) + picture(png_of(self.plot()), "the path of the motion") + judged
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StoredPlan(Plan):
+    """A plan whose folder was read, and whose numbers were computed again. Its search is known by its record alone.
+
+    Attributes:
+        run: the content of the folder.
+    """
+
+    run: StoredRun
+
+    @classmethod
+    def of(cls, run: StoredRun) -> Self:
+        """The plan of a run."""
+        return cls(PlannedMotion(scenario=run.scenario, motion=run.motion), run)
+
+    @property
+    def result(self) -> RunResult:
+        """The content of ``result.json``."""
+        return self.run.result
+
+    def as_run(self) -> StoredRun:
+        """What was read."""
+        return self.run
+
+    def save(
+        self, folder: str | Path, export: Sequence[str] = (), figures: Sequence[str] = ("png",), rate: float = RATE
+    ) -> Path:
+        """Write the run to another folder, as :meth:`Plan.save` does; figures of its search are left out."""
+        place = file_path("folder", folder)
+        formats, exports = chosen("figures", figures, FORMATS), exports_of(self.motion, export, rate)
+        replace_folder(
+            place,
+            needed=[lambda staged: write_motion(staged / "trajectory.csv", self.motion, self.times)],
+            further=[*([partial(self._draw, formats)] if formats else []), *exports],
+            result=lambda files: self.result.model_copy(update={"files": files}).to_json(),
+        )
+        return place
+
+    def _draw(self, formats: Sequence[str], folder: Path) -> None:
+        from tpbso_casadi.figures.run import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
+
+        draw_figures(folder, self.planned, formats)

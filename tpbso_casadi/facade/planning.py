@@ -1,22 +1,23 @@
-"""``plan(...)``: a motion from a scenario, or from a robot and a task."""
+"""``tp.plan`` and ``tp.replan``."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import nullcontext
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeAlias
 
-from problems import Obstacle
+from problems import Obstacle, Trajectory
 from problems.evaluation import EvaluationOptions
-from tpbso_casadi.facade.arguments.keywords import AnySolverChoice
-from tpbso_casadi.facade.arguments.messages import in_words_of_python
+from tpbso_casadi.facade.arguments import AnySolverChoice, in_words_of_python
 from tpbso_casadi.facade.own import AnyConstraint, AnyObjective
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.statement import HasScenario, What, given_scenario, scenario_of
-from tpbso_casadi.planning.plan import SILENT
-from tpbso_casadi.planning.plan import plan as plan_scenario
-from tpbso_casadi.planning.progress import Progress
-from tpbso_casadi.scenario.validation import shown
+from tpbso_casadi.planning import SILENT, PlannedMotion, Progress
+from tpbso_casadi.planning import plan as plan_scenario
+from tpbso_casadi.replanning import Step
+from tpbso_casadi.replanning import replan as replan_motion
+from tpbso_casadi.scenario import Scenario, shown
 
 
 def plan(
@@ -97,3 +98,37 @@ def plan(
     before = None if warm_start is None else warm_start.planned
     with nullcontext() if given_scenario(what) is not None else in_words_of_python():
         return Plan(plan_scenario(scenario, progress, evaluation, warm_start=before))
+
+
+Executed: TypeAlias = Plan | PlannedMotion | Step | Trajectory
+
+
+def replan(
+    previous: Executed,
+    at_time: float,
+    scene: Scenario | HasScenario | str | Path | Iterable[Obstacle],
+    within: float | None = None,
+    *,
+    every: float = 0.1,
+    fail_safe_rate: float = 0.0,
+) -> Step:
+    """What an arm does that has executed a plan up to some time and then sees another scene.
+
+    Args:
+        previous: a plan, a step, or a motion alone.
+        at_time: up to which it has been executed, s on its own clock; the new clock starts then.
+        scene: the obstacles as seen then, on clocks that start then; or a scenario that states them so, and maybe
+            another goal: itself, its file, its name or a plan. For a motion alone a scenario is needed.
+        within: s that the search may take; as many evaluations as usual where None.
+        every: how long the decision may take, s: the motion goes on for as long.
+        fail_safe_rate: how fast obstacles that move may leave their prediction, m/s, in any direction.
+
+    Raises:
+        InvalidProblem: the time is not within the motion, or motion, robot and obstacles do not fit together.
+        ScenarioError: the scenario is of another robot, or no move to a goal at rest.
+    """
+    executed = previous.planned if isinstance(previous, Plan) else previous
+    given = given_scenario(scene)
+    obstacles: Any = scene
+    seen = tuple(obstacles) if given is None else given
+    return replan_motion(executed, at_time, seen, within, every=every, fail_safe_rate=fail_safe_rate)

@@ -1,4 +1,4 @@
-"""``retime(...)``: a given path in the least time that the limits allow."""
+"""``tp.retime``."""
 
 from __future__ import annotations
 
@@ -8,25 +8,26 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from problems import Limit, Obstacle
-from problems.base.matrix import FloatArray
-from problems.motions.joint_path import JointPath
-from problems.motions.trajectory import Trajectory
-from tpbso_casadi.facade.arguments.messages import in_words_of_python
+from problems import Limit, Obstacle, Trajectory
+from problems.base import FloatArray
+from problems.motions import JointPath
+from tpbso_casadi.facade.arguments import in_words_of_python, plain
 from tpbso_casadi.facade.auditing import read_run
-from tpbso_casadi.facade.plain_data import plain
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.robots import AnyRobot
 from tpbso_casadi.facade.robots import robot as robot_of
 from tpbso_casadi.facade.statement import obstacle_tables
-from tpbso_casadi.planning.plan import plan as plan_scenario
-from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.scenario import parse_scenario
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.scenario.tasks.joint_path import pieces_table
-from tpbso_casadi.scenario.tasks.joint_rows import LARGEST_ANGLE, read_joint_rows
-from tpbso_casadi.scenario.validation import shown
-from tpbso_casadi.storage.stored_run import path_table
+from tpbso_casadi.planning import plan as plan_scenario
+from tpbso_casadi.scenario import (
+    LARGEST_ANGLE,
+    InputFolder,
+    ScenarioError,
+    parse_scenario,
+    pieces_table,
+    read_joint_rows,
+    shown,
+)
+from tpbso_casadi.storage import path_table
 
 AnyPath: TypeAlias = FloatArray | JointPath | Trajectory | Plan | str | Path
 Content: TypeAlias = dict[str, Any]

@@ -1,4 +1,4 @@
-"""Robots as Python code states them."""
+"""Robots as arguments."""
 
 from __future__ import annotations
 
@@ -9,18 +9,20 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from problems import InvalidProblem, PlanarArm, Robot
-from problems.base.matrix import FloatArray
-from problems.robots.spatial.models import BUILT_IN
-from problems.robots.spatial.spatial_arm import SpatialArm
-from tpbso_casadi.facade.arguments.messages import as_argument, check_keywords, in_words_of_python
-from tpbso_casadi.facade.plain_data import plain
+from problems.base import FloatArray
+from problems.robots import BUILT_IN, SpatialArm
+from tpbso_casadi.facade.arguments import as_argument, check_keywords, in_words_of_python, plain
 from tpbso_casadi.facade.tables import OF_THE_MODEL, arm_table, settings_table
-from tpbso_casadi.scenario.cases.builtin import TITLES
-from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.section import ScenarioError, read_table
-from tpbso_casadi.scenario.validation import hint
-from tpbso_casadi.scenario.world.robots import ArmSection, RobotSection
-from tpbso_casadi.scenario.world.spatial_robots import SpatialRobotSection
+from tpbso_casadi.scenario import (
+    ArmSection,
+    InputFolder,
+    RobotSection,
+    ScenarioError,
+    SpatialRobotSection,
+    hint,
+    read_table,
+)
+from tpbso_casadi.scenario.cases import TITLES
 
 AnyTable: TypeAlias = ArmSection | RobotSection | SpatialRobotSection
 MOST_KNOWN = 64

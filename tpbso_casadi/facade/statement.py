@@ -1,4 +1,4 @@
-"""A scenario from the arguments of a call."""
+"""The scenario that arguments state."""
 
 from __future__ import annotations
 
@@ -10,22 +10,28 @@ import numpy as np
 
 from problems import Path as PathOfPoints
 from problems import Robot
-from problems.tasks.task import Task
-from tpbso_casadi.facade.arguments.keywords import AnySolverChoice, solver_table, sorted_into_tables
-from tpbso_casadi.facade.arguments.messages import in_words_of_python
-from tpbso_casadi.facade.arguments.tasks import STATEMENTS, path_table, tables_of
-from tpbso_casadi.facade.arguments.values import whole_or_not
+from problems.tasks import Task
+from tpbso_casadi.facade.arguments import (
+    AnySolverChoice,
+    in_words_of_python,
+    plain,
+    solver_table,
+    sorted_into_tables,
+    whole_or_not,
+)
 from tpbso_casadi.facade.own import constraints_table, objective_table
-from tpbso_casadi.facade.plain_data import plain
 from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
-from tpbso_casadi.facade.tables import goals_table, obstacle_table, place_table, places_table
-from tpbso_casadi.scenario.cases.builtin import TITLES
-from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.loading import load
-from tpbso_casadi.scenario.overriding import overridden
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.scenario.validation import shown
+from tpbso_casadi.facade.tables import (
+    STATEMENTS,
+    goals_table,
+    obstacle_table,
+    path_table,
+    place_table,
+    places_table,
+    tables_of,
+)
+from tpbso_casadi.scenario import InputFolder, Scenario, ScenarioError, load, overridden, parse_scenario, shown
+from tpbso_casadi.scenario.cases import TITLES
 
 What: TypeAlias = Scenario | Task | AnyRobot
 

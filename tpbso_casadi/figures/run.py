@@ -1,4 +1,4 @@
-"""The paper's figures of a run: (a) convergence, (b) path, (c) joints over time.
+"""The figures of a run.
 
 Imported only where a figure is drawn: matplotlib is slow to load.
 """
@@ -11,15 +11,13 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from tpbso_casadi.figures.clearance import clearance_drawings
-from tpbso_casadi.figures.curves.convergence import convergence_figure
-from tpbso_casadi.figures.curves.joints import joints_figure
-from tpbso_casadi.figures.limits import limits_figure
-from tpbso_casadi.figures.measures import curve_figure, curve_groups, progress_figure
-from tpbso_casadi.figures.paths import path_figure
-from tpbso_casadi.figures.style.files import write_figure
-from tpbso_casadi.figures.style.formats import DEFAULT
-from tpbso_casadi.planning.planned_motion import PlannedMotion
+from tpbso_casadi.figures.binding import limits_figure
+from tpbso_casadi.figures.curves import convergence_figure, curve_figure, curve_groups, joints_figure, progress_figure
+from tpbso_casadi.figures.distances import clearance_drawings
+from tpbso_casadi.figures.palette import DEFAULT
+from tpbso_casadi.figures.path import path_figure
+from tpbso_casadi.figures.style import write_figure
+from tpbso_casadi.planning import PlannedMotion
 
 __all__ = ["FIGURES", "convergence_figure", "draw_figures", "drawings_of", "joints_figure"]
 

@@ -1,4 +1,4 @@
-"""The figure of a simulation: what was executed among the obstacles as they truly were, and what was answered when.
+"""The figure of a simulation.
 
 Imported only where a figure is drawn: matplotlib is slow to load.
 """
@@ -16,24 +16,26 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
-from problems.base.matrix import FloatArray
-from tpbso_casadi.figures.courses import Course, courses_of
+from problems.base import FloatArray
+from tpbso_casadi.figures.binding import spans
 from tpbso_casadi.figures.distances import DistanceCurve, distance_curves
-from tpbso_casadi.figures.extent import extent_of
-from tpbso_casadi.figures.limits import spans
-from tpbso_casadi.figures.moving import draw_moving, draw_ways, labelled_times
-from tpbso_casadi.figures.scene import draw_bodies, draw_scene
-from tpbso_casadi.figures.space.panels import VIEWS, Posture, draw_measurable, draw_solids
-from tpbso_casadi.figures.space.scene import Scene
-from tpbso_casadi.figures.style.colours import CLOSEST, GIVEN, GREEN, LIMIT, OBSTACLE, PATH, line_of, shade_of
-from tpbso_casadi.figures.style.files import write_figure
-from tpbso_casadi.figures.style.formats import DEFAULT
-from tpbso_casadi.figures.style.labels import EndLabel, label_ends
-from tpbso_casadi.figures.style.paper import SMALL, TWO_COLUMNS, in_print
-from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.simulation.executed import stands
-from tpbso_casadi.simulation.motion import MEANINGS, simulated_motion
-from tpbso_casadi.simulation.record import SimulationRecord
+from tpbso_casadi.figures.labels import EndLabel, label_ends
+from tpbso_casadi.figures.palette import CLOSEST, DEFAULT, GIVEN, GREEN, LIMIT, OBSTACLE, PATH, line_of, shade_of
+from tpbso_casadi.figures.scene import (
+    Course,
+    courses_of,
+    draw_bodies,
+    draw_moving,
+    draw_scene,
+    draw_ways,
+    extent_of,
+    labelled_times,
+)
+from tpbso_casadi.figures.space import VIEWS, Posture, draw_measurable, draw_solids
+from tpbso_casadi.figures.space_scene import Scene
+from tpbso_casadi.figures.style import SMALL, TWO_COLUMNS, in_print, write_figure
+from tpbso_casadi.planning import Motion
+from tpbso_casadi.simulation import MEANINGS, SimulationRecord, simulated_motion, stands
 
 HEIGHTS = {2: 4.0, 3: 3.1}  # of the scene by the robot's dimensions, inches
 SHOWN = 5  # times at which obstacles are drawn

@@ -1,1 +1,38 @@
 """From a scenario to a verified plan: search, refine, verify."""
+
+from tpbso_casadi.planning.finishing import (
+    CANDIDATES,
+    POLISHED,
+    SAME_PATH,
+    PlannedMotion,
+    Polish,
+    Retiming,
+    SearchedMotion,
+)
+from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, alternatives, motion_of, shares_of_limits, torques_of
+from tpbso_casadi.planning.plan import RESTARTS, SILENT, convergence, first_feasible, may_start_again, plan, step_name
+from tpbso_casadi.planning.progress import Progress
+
+__all__ = [
+    "CANDIDATES",
+    "INFEASIBLE_MERIT",
+    "POLISHED",
+    "RESTARTS",
+    "SAME_PATH",
+    "SILENT",
+    "Motion",
+    "PlannedMotion",
+    "Polish",
+    "Progress",
+    "Retiming",
+    "SearchedMotion",
+    "alternatives",
+    "convergence",
+    "first_feasible",
+    "may_start_again",
+    "motion_of",
+    "plan",
+    "shares_of_limits",
+    "step_name",
+    "torques_of",
+]

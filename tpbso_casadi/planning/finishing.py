@@ -1,18 +1,174 @@
-"""The last stage of a plan: the same path, or the fastest way between the same ends, as fast as the limits allow."""
+"""After the search: polish by gradients, timing in least time, and the planned motion."""
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, islice
+from typing import Any
 
-from problems import InvalidProblem, Trajectory
-from problems.timing.free_space.moving_ends import least_time_move
-from problems.timing.rest_to_rest import rest_to_rest
-from problems.timing.retime import retime
+import numpy as np
+
+from problems import InvalidProblem, Problem, Trajectory, Verdict
+from problems.assembly import Criteria
+from problems.base import FloatArray, as_array
+from problems.timing import retime
+from problems.timing.free_space import least_time_move, rest_to_rest
+from solvers import IPOPT, Archive, Budget, Descent, DescentResult, Result, Solution, Status, StopReason, descend
 from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.planning.progress import Progress
+from tpbso_casadi.planning.progress import Progress, log_search
+from tpbso_casadi.scenario import Scenario
+
+MARGINS = (3e-3, 1e-2)  # tried in turn when a solution breaks a limit between its samples
+START_DISTANCE = 0.5  # rad: two starts differ by more than that in some joint at some time
+COMPARISON_TIMES = 21  # at which they are compared
+
+
+class Refinement:
+    """A problem's nonlinear program, compiled; its solutions are compared by the merit of their motions.
+
+    Args:
+        problem: to be solved.
+        solver: IPOPT's settings.
+    """
+
+    def __init__(self, problem: Problem[Any], solver: IPOPT) -> None:
+        self.problem = problem
+        self.program = problem.nlp()
+        self.descent = Descent(self.program, solver)
+
+    def motion(self, x: FloatArray) -> Motion:
+        """The motion of a solution's variables (n,)."""
+        return Motion(self.problem, self.program.trajectory(x), self.program.quantities(x))
+
+    def merit(self, solution: Solution) -> float:
+        """The merit of a solution as a motion: lower is better."""
+        return self.motion(solution.x).merit
+
+    def multipliers(self, solution: Solution) -> dict[str, float]:
+        """By constraint, the sum of the absolute multipliers of its scaled rows."""
+        rows = self.program.rows
+        parts = np.split(solution.row_multipliers, np.cumsum([c.expression.numel() for c in rows])[:-1])
+        return {c.name: float(np.abs(part).sum()) for c, part in zip(rows, parts, strict=True)}
+
+    def __call__(self, start: FloatArray) -> Solution:
+        """Descend; if the solution is feasible at its samples but not between them, continue with a larger margin."""
+        solution = self.descent(start)
+        for margin in MARGINS:
+            if solution.stop_reason is not StopReason.CONVERGED or self.motion(solution.x).feasible:
+                return solution
+            solution = self.descent(solution.x, margin).after(solution)
+        return solution
+
+    def descend(
+        self,
+        starts: Iterable[FloatArray],
+        budget: Budget,
+        seed: int | None = None,
+        callback: Callable[[Status], object] | None = None,
+    ) -> DescentResult:
+        """From one start (n,) after the other; the best motion counts."""
+        return descend(self, self.descent.stop, starts, self.merit, budget, seed, callback)
+
+    def multistart(
+        self,
+        budget: Budget,
+        seed: int,
+        callback: Callable[[Status], object] | None,
+        first: Sequence[Trajectory] = (),
+    ) -> DescentResult:
+        """From motions that are given, then from the program's own starts, again and again."""
+        own = self.program.starts(np.random.default_rng(seed))
+        starts = chain(map(self.program.from_trajectory, first), own)
+        return self.descend(starts, budget, seed, callback)
+
+
+@dataclass(frozen=True)
+class Polish:
+    """The refinement of a metaheuristic's best candidates by IPOPT.
+
+    Attributes:
+        before: the best motion of the search.
+        after: the best of the refined ones, accepted or not.
+        search: by IPOPT; its iterations are starts.
+        seconds: with the compilation of the program.
+        multipliers: by constraint, the sum of the absolute final multipliers of its scaled rows.
+    """
+
+    before: Motion
+    after: Motion
+    search: DescentResult
+    seconds: float
+    multipliers: dict[str, float]
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the refined motion is feasible and better; if not it is discarded."""
+        return self.after.feasible and self.after.merit < self.before.merit
+
+    @property
+    def chosen(self) -> Motion:
+        """The better of the two motions."""
+        return self.after if self.accepted else self.before
+
+
+def polish(
+    problem: Problem[Any],
+    before: Motion,
+    best: FloatArray,
+    archive: Archive,
+    starts: int,
+    progress: Progress,
+    first: Sequence[Trajectory] = (),
+) -> Polish:
+    """Refine the best candidate (d,) of a search, and ``starts - 1`` others that differ from it.
+
+    Args:
+        problem: that has been searched.
+        before: the motion of the best.
+        best: the candidate.
+        archive: of the search.
+        starts: how many to refine.
+        progress: is told the status after every start.
+        first: motions to refine before any candidate; they count among the starts.
+    """
+    began = time.perf_counter()
+    progress.phase("polishing")
+    refinement = Refinement(problem, IPOPT())
+    chosen = distinct(problem, [best, *archive.x], max(0, starts - len(first)))
+    given = map(refinement.program.from_trajectory, first)
+    program_starts = chain(given, map(refinement.program.from_search, chosen))
+    polished = refine(before, program_starts, refinement, Budget(iterations=starts), progress)
+    return replace(polished, seconds=time.perf_counter() - began)
+
+
+def refine(
+    before: Motion, starts: Iterable[FloatArray], refinement: Refinement, budget: Budget, progress: Progress
+) -> Polish:
+    """Descend from starts (n,) of the compiled program; the best counts, if it is better than ``before``."""
+    search = refinement.descend(starts, budget, callback=progress.status)
+    log_search("polish", search)
+    multipliers = refinement.multipliers(search.solution)
+    return Polish(before, refinement.motion(search.x), search, search.seconds, multipliers)
+
+
+def distinct(problem: Problem[Any], candidates: Iterable[FloatArray], count: int) -> list[FloatArray]:
+    """The first ``count`` candidates whose motions lie apart in joint space, in the given order."""
+    phases = np.linspace(0.0, 1.0, COMPARISON_TIMES)
+
+    def apart() -> Iterable[FloatArray]:
+        earlier: list[FloatArray] = []
+        for x in candidates:
+            trajectory = problem.trajectory(x)
+            theta = as_array(trajectory.samples(phases * trajectory.duration).theta)
+            if all(np.abs(theta - other).max() > START_DISTANCE for other in earlier):
+                earlier.append(theta)
+                yield x
+
+    return list(islice(apart(), count))
+
 
 LOG = logging.getLogger(__name__)
 POLISHED = "sequential programs"  # the candidate that changes path and speed
@@ -152,3 +308,82 @@ CANDIDATES: dict[str, Callable[[Motion], Iterator[Trajectory]]] = {
     POLISHED: _polished,
     SAME_PATH: _same_path,
 }
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class PlannedMotion:
+    """A motion and what it was asked for.
+
+    Attributes:
+        scenario: robot, task, limits and solver.
+        motion: the plan itself.
+        retiming: the last stage of a search; None where there was none.
+        interrupted: whether Ctrl-C cut the work short.
+        seconds_timed: that the timing of a given path took; 0 where there was a search.
+    """
+
+    scenario: Scenario
+    motion: Motion
+    retiming: Retiming | None = None
+    interrupted: bool = False
+    seconds_timed: float = 0.0
+
+    def __repr__(self) -> str:
+        return f"<planned motion: {self.trajectory!r}>"
+
+    @property
+    def searched(self) -> SearchedMotion | None:
+        """What is known of the search; None where a given path was timed."""
+        return None
+
+    @property
+    def criteria(self) -> Criteria:
+        """What the motion is judged by."""
+        return self.motion.criteria
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion's trajectory."""
+        return self.motion.trajectory
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Each constraint of the motion, judged for all t."""
+        return self.motion.verdicts
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint holds."""
+        return self.motion.feasible
+
+    @property
+    def objective(self) -> float:
+        """The objective of the motion."""
+        return self.motion.objective
+
+    @property
+    def times(self) -> FloatArray:
+        """The times in s of the rows of ``trajectory.csv``."""
+        return self.motion.times
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SearchedMotion(PlannedMotion):
+    """A motion that was searched for, and everything needed to judge it.
+
+    Attributes:
+        problem: the scenario's model.
+        search: result and record of the search; before any polish.
+        polish: the refinement by IPOPT; None where there was none.
+        rounds: searches made; ``search`` is the one that led to the best motion.
+    """
+
+    problem: Problem[Any]
+    search: Result
+    polish: Polish | None = None
+    rounds: int = 1
+
+    @property
+    def searched(self) -> SearchedMotion:
+        """The plan itself."""
+        return self

@@ -1,7 +1,9 @@
-"""From a scenario to a verified plan: build the problem, search it, refine and verify the best motion."""
+"""One plan: search, polish, timing, proof."""
 
 from __future__ import annotations
 
+import logging
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -10,23 +12,76 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from problems import CertificateStatus, Problem, Trajectory
-from problems.base.matrix import FloatArray
+from problems import CertificateStatus, InvalidProblem, Problem, Trajectory
+from problems.assembly import Criteria
+from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import IPOPT, AnySolver, Archive, Box, Result, Solver, minimize
-from solvers.driver.interruption import Interruption, deferred_interrupt
-from tpbso_casadi.planning.branches import best_of_branches
-from tpbso_casadi.planning.finishing import is_better, retimed
-from tpbso_casadi.planning.given_path import timed
+from solvers.budget import Interruption, deferred_interrupt
+from tpbso_casadi.planning.branches import best_of_branches, best_within
+from tpbso_casadi.planning.finishing import PlannedMotion, Refinement, SearchedMotion, is_better, polish, retimed
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
-from tpbso_casadi.planning.planned_motion import PlannedMotion, SearchedMotion
-from tpbso_casadi.planning.progress import Progress
-from tpbso_casadi.planning.refinement import Refinement, polish
-from tpbso_casadi.planning.replanning.warm_start import candidates_of
-from tpbso_casadi.planning.search_log import log_search
-from tpbso_casadi.planning.within import best_within
-from tpbso_casadi.scenario.scenario import Scenario, SolverSection
-from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.planning.progress import Progress, log_search
+from tpbso_casadi.scenario import FIELDS, Scenario, ScenarioError, SolverSection
+
+LOG = logging.getLogger(__name__)
+
+
+def timed(scenario: Scenario, criteria: Criteria, progress: Progress, interruption: Interruption) -> PlannedMotion:
+    """The motion of a scenario that states a path.
+
+    Raises:
+        ScenarioError: there is no motion along it.
+        KeyboardInterrupt: Ctrl-C.
+    """
+    began = time.perf_counter()
+    progress.phase("retiming")
+    try:
+        motion = interruption.breakable(partial(motion_along, criteria))
+    except InvalidProblem as error:
+        raise ScenarioError(f"task.{FIELDS.get(error.field, error.field)}: {error.reason}") from error
+    seconds = time.perf_counter() - began
+    LOG.info("retiming: a given path in %.3f s", seconds)
+    return PlannedMotion(scenario=scenario, motion=motion, seconds_timed=seconds)
+
+
+def motion_along(criteria: Criteria) -> Motion:
+    """The motion along a given path in the least time, verified.
+
+    Raises:
+        InvalidProblem: there is none.
+    """
+    return Motion(criteria, criteria.given_motion(), {})
+
+
+def candidates_of(problem: Problem[Any], previous: PlannedMotion | Motion | None) -> FloatArray | None:
+    """The candidates (m, d) that a plan leaves for the search of another problem; None where no plan is given.
+
+    They are the best candidate of its own search, where that had the same variables, and the motion itself, where the
+    problem can tell which candidate is nearest to it.
+
+    Raises:
+        ScenarioError: it has neither, or is of another number of joints.
+    """
+    if previous is None:
+        return None
+    joints = previous.trajectory.coefficients.shape[2]
+    if joints != problem.robot.dof:
+        raise ScenarioError(f"warm_start: a motion of {joints} joints for a robot of {problem.robot.dof}")
+    rows = [x for x in (_searched(problem, previous), problem.nearest_candidate(previous.trajectory)) if x is not None]
+    if not rows:
+        raise ScenarioError("warm_start: its search had other variables, and none can be fitted to its motion")
+    return np.stack(rows)
+
+
+def _searched(problem: Problem[Any], previous: PlannedMotion | Motion) -> FloatArray | None:
+    """The best candidate (d,) of its search, where there was one with the same variables."""
+    found = previous.searched if isinstance(previous, PlannedMotion) else None
+    if found is None or found.search.in_program_variables:
+        return None
+    names = [[variable.name for variable in each.variables] for each in (found.problem, problem)]
+    return found.search.x if names[0] == names[1] else None
+
 
 P = TypeVar("P", bound=PlannedMotion)
 SILENT = Progress()

@@ -1,11 +1,12 @@
-"""What is told while a plan is made."""
+"""What is said while a plan is made."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from solvers import Status
+from solvers import Result, Status
 
 
 def _nothing(told: object) -> None:
@@ -23,3 +24,24 @@ class Progress:
 
     status: Callable[[Status], object] = _nothing
     phase: Callable[[str], object] = _nothing
+
+
+LOG = logging.getLogger(__name__)
+
+
+def log_search(what: str, search: Result) -> None:
+    """Log the effort of a search, and what ended it.
+
+    Args:
+        what: it was: "search", "polish".
+        search: its result.
+    """
+    LOG.info(
+        "%s: %d evaluations, %d %ss in %.3f s; stopped: %s",
+        what,
+        search.evaluations,
+        search.iterations,
+        search.history.steps.name,
+        search.seconds,
+        search.stop_reason,
+    )

@@ -1,1 +1,93 @@
 """Scenarios: files that are validated key by key, and the built-in ones."""
+
+from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE, PluginError, find_objective, find_solver
+from tpbso_casadi.scenario.input_files import (
+    LARGEST_ANGLE,
+    InputFolder,
+    is_folder,
+    motion_through,
+    read_joint_rows,
+    read_text,
+    read_toml,
+)
+from tpbso_casadi.scenario.loading import load, load_all, overridden
+from tpbso_casadi.scenario.model import FAMILIES, ModelSection, TaskSection
+from tpbso_casadi.scenario.obstacles import ObstacleSection
+from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table
+from tpbso_casadi.scenario.places import SimulationSection, built
+from tpbso_casadi.scenario.robots import ARM_KEYS, ArmSection, RobotSection, SpatialRobotSection
+from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named, read_scenario
+from tpbso_casadi.scenario.validation import (
+    LARGEST,
+    LARGEST_SEED,
+    LONGEST_WORD,
+    MOST_EVALUATIONS,
+    MOST_ITERATIONS,
+    MOST_LINKS,
+    MOST_MEMBERS,
+    MOST_POLISH_STARTS,
+    SMALLEST,
+    NestedError,
+    ScenarioError,
+    Section,
+    StrictModel,
+    describe,
+    hint,
+    in_words,
+    read_table,
+    shown,
+)
+
+__all__ = [
+    "ARM_KEYS",
+    "FAMILIES",
+    "FIELDS",
+    "LARGEST",
+    "LARGEST_ANGLE",
+    "LARGEST_SEED",
+    "LONGEST_WORD",
+    "MOST_EVALUATIONS",
+    "MOST_ITERATIONS",
+    "MOST_LINKS",
+    "MOST_MEMBERS",
+    "MOST_POLISH_STARTS",
+    "SMALLEST",
+    "SOLVER_CATALOGUE",
+    "ArmSection",
+    "InputFolder",
+    "Interpolation",
+    "ModelSection",
+    "NestedError",
+    "ObstacleSection",
+    "PluginError",
+    "PointsTask",
+    "RobotSection",
+    "Scenario",
+    "ScenarioError",
+    "Section",
+    "SimulationSection",
+    "SolverSection",
+    "SpatialRobotSection",
+    "StrictModel",
+    "TaskSection",
+    "built",
+    "describe",
+    "find_objective",
+    "find_solver",
+    "hint",
+    "in_words",
+    "is_folder",
+    "load",
+    "load_all",
+    "motion_through",
+    "overridden",
+    "parse_scenario",
+    "pieces_table",
+    "plugin_failures_named",
+    "read_joint_rows",
+    "read_scenario",
+    "read_table",
+    "read_text",
+    "read_toml",
+    "shown",
+]

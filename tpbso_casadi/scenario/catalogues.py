@@ -1,14 +1,157 @@
-"""Robots, limits, objectives and solvers by name: ours, those that plug-ins offer, and any class by its path."""
+"""Names of robots, limits, objectives, tasks and solvers: built in, of a class by its path, of an entry point.
+
+A :class:`Catalogue` describes one kind of thing (solvers, robots, ...) and finds its members. Every error is a
+:class:`PluginError` of one line that says what is wrong and names the nearest known name.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import difflib
+import sys
+import traceback
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import redirect_stdout
+from dataclasses import dataclass, field
+from functools import reduce
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Generic, TypeGuard, TypeVar
 
 from problems import LIMITS, OBJECTIVES, ROBOTS, Limit, Objective, Robot
 from problems.objectives import WeightedSum
-from problems.robots.spatial.models import BUILT_IN
+from problems.robots import BUILT_IN
 from solvers import EXTERNAL, GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
-from tpbso_casadi.plugins import Catalogue, subclass_of
+
+T = TypeVar("T")
+
+
+class PluginError(ValueError):
+    """A name that cannot be resolved; the message is one line."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Catalogue(Generic[T]):
+    """All things of one kind that a user can name.
+
+    Attributes:
+        kind: what they are called in messages: "solver".
+        group: name of the entry-point group: "tpbso_casadi.solvers".
+        registry: by name, the thing itself, or its path "package.module:Attribute", imported when it is used.
+        accepts: whether an object is of that kind, see :func:`subclass_of`.
+        requirement: the same in words: "a subclass of solvers.Solver".
+        extras: by name, the extra of this distribution that installs the package of the same name; for those that need
+            one.
+        elsewhere: names that a user can give in the same place and that are not looked up here.
+    """
+
+    kind: str
+    group: str
+    registry: Mapping[str, T | str]
+    accepts: Callable[[object], TypeGuard[T]]
+    requirement: str
+    extras: Mapping[str, str] = field(default_factory=dict)
+    elsewhere: Collection[str] = ()
+
+    def find(self, name: str) -> T:
+        """The thing of that name.
+
+        Args:
+            name: in the registry, of an entry point, or "package.module:Attribute"; the first of these that fits.
+
+        Raises:
+            PluginError: there is none, it cannot be imported, it is of another kind, or it needs an extra package.
+        """
+        if name in self.registry:
+            return self._registered(name)
+        if ":" in name:
+            return self._checked(name, self._load(name, name))
+        entries = self._entries(name)
+        if not entries:
+            raise PluginError(f"no {self.kind} {name!r}; {_hint(name, [*self.names(), *self.elsewhere])}")
+        if len({entry.value for entry in entries}) > 1:
+            offers = " and ".join(sorted({entry.value for entry in entries}))
+            raise PluginError(f"{self.kind} {name!r} is ambiguous: say {offers.replace(' and ', ' or ')}")
+        return self._checked(name, self._load(name, entries[0].value))
+
+    def names(self) -> list[str]:
+        """All names, those of the registry first, then those of entry points."""
+        offered = {entry.name for entry in entry_points(group=self.group)}
+        return [*self.registry, *sorted(offered - set(self.registry))]
+
+    def _entries(self, name: str) -> list[EntryPoint]:
+        return list(entry_points(group=self.group, name=name))
+
+    def _registered(self, name: str) -> T:
+        extra = self.extras.get(name, "")
+        if extra and find_spec(extra) is None:
+            raise PluginError(f"{name} needs the package {extra}: pip install 'tpbso-casadi[{extra}]'")
+        entry = self.registry[name]
+        return self._checked(name, self._load(name, entry) if isinstance(entry, str) else entry)
+
+    def _load(self, name: str, path: str) -> object:
+        """Import "package.module:Attribute"; exceptions of the module become one line."""
+        module_name, _, attribute = path.partition(":")
+        prefix = f"cannot load {self.kind} {name!r}"
+        if not (module_name and attribute) or module_name.startswith("."):
+            raise PluginError(f"{prefix}: {path!r} is not package.module:Attribute")
+        try:
+            with redirect_stdout(sys.stderr):  # standard output is for results
+                module = import_module(module_name)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            raise PluginError(f"{prefix}: importing {module_name} failed: {_one_line(error)}") from error
+        try:
+            return reduce(getattr, attribute.split("."), module)
+        except AttributeError as error:
+            public = [known for known in vars(module) if not known.startswith("_")]
+            raise PluginError(f"{prefix}: {module_name} has no {attribute}; {_hint(attribute, public)}") from error
+        except (Exception, SystemExit) as error:
+            raise PluginError(f"{prefix}: {attribute} of {module_name} failed: {_one_line(error)}") from error
+
+    def _checked(self, name: str, candidate: object) -> T:
+        if self.accepts(candidate):
+            return candidate
+        raise PluginError(f"{self.kind} {name!r} is not {self.requirement}")
+
+
+def subclass_of(base: type[T] | tuple[type[T], ...]) -> Callable[[object], TypeGuard[type[T]]]:
+    """A check for :class:`Catalogue`: a class derived from ``base``, or from one of several."""
+
+    def accepts(candidate: object) -> TypeGuard[type[T]]:
+        return isinstance(candidate, type) and issubclass(candidate, base)
+
+    return accepts
+
+
+def _hint(name: str, known: Iterable[str]) -> str:
+    known = sorted(known)
+    nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+    return f"did you mean {nearest[0]}?" if nearest else f"there are {', '.join(known) or 'none'}"
+
+
+def failure(error: BaseException) -> str:
+    """What a plug-in raised, and where, in one line."""
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{_one_line(error)} ({Path(where.filename).name}:{where.lineno})"
+
+
+def is_raised_in(plugins: Sequence[str], error: BaseException) -> bool:
+    """Whether the code of a plug-in that is named by its path was running when an error was raised."""
+    modules = [sys.modules.get(name.partition(":")[0]) for name in plugins if ":" in name]
+    files = {getattr(module, "__file__", None) for module in modules} - {None}
+    return any(frame.filename in files for frame in traceback.extract_tb(error.__traceback__))
+
+
+def _one_line(error: BaseException) -> str:
+    try:
+        reason = " ".join(str(error).split())
+    except Exception:  # an exception of a plug-in may raise one itself
+        reason = ""
+    return f"{type(error).__name__}: {reason}"
+
 
 ROBOT_CATALOGUE: Catalogue[type[Robot]] = Catalogue(
     kind="robot",

@@ -1,4 +1,4 @@
-"""[[model.constraints]] and [[task.objectives]]: constraints and objectives of a user's own, complete in the file."""
+"""Expressions of the user's as tables."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from typing import Annotated, Any, Self, TypeVar
 from pydantic import AfterValidator, Field, model_validator
 
 from problems import LIMITS, OBJECTIVES, InvalidProblem
-from problems.limits.expression import StatedExpression
-from problems.motions.expressions.sample_function import SampleFunction
-from problems.motions.expressions.text import InvalidText, read
-from problems.objectives.expression import ExpressionObjective
-from tpbso_casadi.scenario.section import Number, Section, Word
+from problems.limits import StatedExpression
+from problems.motions import InvalidText, SampleFunction, read
+from problems.objectives import ExpressionObjective
+from tpbso_casadi.scenario.validation import Number, Section, Word
 
 LONGEST_EXPRESSION = 2_000_000  # characters
 MOST_VALUES = 1_000  # of one expression

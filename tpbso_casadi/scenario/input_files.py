@@ -1,15 +1,39 @@
-"""Files of a user: regular ones of a sensible size, as text or TOML, and where a scenario may look for them."""
+"""Files beside a scenario: points, rows of joints, motions of obstacles."""
 
 from __future__ import annotations
 
+import math
 import os
+import re
 import stat
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
-from problems.base.toml import toml_tables
-from tpbso_casadi.scenario.section import ScenarioError
+import numpy as np
+from pydantic import AfterValidator, Field
+
+from problems import InvalidProblem, Tabulated
+from problems.base import FloatArray, toml_tables
+from problems.scene import first_fault
+from tpbso_casadi.scenario.validation import LARGEST, MOST_GIVEN_POINTS, MOST_LINKS, Number, ScenarioError
+
+
+def numbers_of(place: str, line: str, width: int) -> list[float]:
+    """The numbers of a line, as many as the header has names.
+
+    Raises:
+        ScenarioError: naming the place.
+    """
+    try:
+        numbers = [float(cell) for cell in line.split(",")]
+    except ValueError as error:
+        raise ScenarioError(f"{place}: {width} numbers are needed") from error
+    if len(numbers) != width:
+        raise ScenarioError(f"{place}: {len(numbers)} numbers where the header has {width} names")
+    return numbers
+
 
 LARGEST_FILE = 10_000_000  # bytes
 LARGEST_TOML = 1_000_000  # bytes, which take a second to parse
@@ -104,3 +128,199 @@ def is_folder(name: str) -> bool:
 def reason_of(error: Exception) -> str:
     """Why the operating system refuses a path, or why it is not a path at all."""
     return (error.strerror if isinstance(error, OSError) else None) or str(error) or type(error).__name__
+
+
+MOST_ROWS = 3_000  # of a path; its timing takes a minute
+JOINT = re.compile(r"q[1-9][0-9]*")
+HEADER = "the header q1,q2,... or t,q1,q2,... is needed"
+POSES = ("xy", "xyz", ("x", "y", "z", "qx", "qy", "qz", "qw"))  # of the tool, in a table of a run
+LARGEST_ANGLE = 1e6  # rad or degrees
+
+
+def read_joint_rows(folder: InputFolder, name: str) -> list[list[float]]:
+    """The rows of a file with the header ``q1..qk``, or ``t,q1..qk`` with increasing times, which are not used.
+
+    The table of a run, ``trajectory.csv``, is read too. In a recording with times, rows in which nothing has moved are
+    left out. Empty lines are skipped.
+
+    Raises:
+        ScenarioError: naming the file, the line and what is wrong with it.
+    """
+    lines = [(n, line) for n, line in enumerate(folder.read_text(name).splitlines(), start=1) if line.strip()]
+    place = f"{folder.path / name}"
+    if not lines:
+        raise ScenarioError(f"{place}: is empty; {HEADER}")
+    joints, timed, width = _header(f"{place} line {lines[0][0]}", lines[0][1])
+    rows: list[list[float]] = []
+    last = -math.inf
+    for number, line in lines[1:]:
+        time, angles = _joint_row(f"{place} line {number}", line, joints, timed, width)
+        if timed and not time > last:
+            raise ScenarioError(f"{place} line {number}: times have to increase")
+        last = time
+        if rows and rows[-1] == angles:
+            if timed:
+                continue
+            raise ScenarioError(f"{place} line {number}: the same joint angles as in the line before")
+        if len(rows) == MOST_ROWS:
+            raise ScenarioError(f"{place} line {number}: more than {MOST_ROWS} rows")
+        rows.append(angles)
+    if len(rows) < 2:
+        raise ScenarioError(f"{place}: {len(rows)} rows of different joint angles; a path needs two at least")
+    return rows
+
+
+def _header(place: str, line: str) -> tuple[int, bool, int]:
+    """The number of joints, whether there are times, and the number of columns."""
+    names = [cell.strip() for cell in line.split(",")]
+    timed = names[0] == "t"
+    joints = sum(1 for name in names if JOINT.fullmatch(name))
+    expected = ["t"] * timed + [f"q{joint}" for joint in range(1, joints + 1)]
+    rates = [f"{symbol}{joint}" for symbol in ("qd", "qdd") for joint in range(1, joints + 1)]
+    torques = [f"tau{joint}" for joint in range(1, joints + 1)]
+    own = [[*expected, *rates, *pose] for pose in POSES]
+    tables = [expected, *own, *([*table, *torques] for table in own)]
+    if not 1 <= joints <= MOST_LINKS or names not in tables:
+        raise ScenarioError(f"{place}: {HEADER}")
+    return joints, timed, len(names)
+
+
+def _joint_row(place: str, line: str, joints: int, timed: bool, width: int) -> tuple[float, list[float]]:
+    numbers = numbers_of(place, line, width)
+    angles = numbers[timed : timed + joints]
+    if not all(abs(number) <= LARGEST_ANGLE for number in angles) or not math.isfinite(numbers[0]):
+        raise ScenarioError(f"{place}: a number is not finite, or an angle larger than {LARGEST_ANGLE:g}")
+    return numbers[0], angles
+
+
+COLUMNS = {  # by how many numbers a point has
+    2: "two numbers x,y",
+    3: "three numbers x,y,z",
+    7: "seven numbers x,y,z,qx,qy,qz,qw",
+}
+ANY_COLUMNS = "two numbers x,y are needed, three in space, seven of a pose"
+
+
+def _point(point: tuple[float, ...]) -> tuple[float, ...]:
+    if len(point) not in COLUMNS:
+        raise ValueError(f"{ANY_COLUMNS}, not {len(point)}")
+    return point
+
+
+def _alike(points: list[tuple[float, ...]]) -> list[tuple[float, ...]]:
+    for index, point in enumerate(points):
+        if len(point) != len(points[0]):
+            raise ValueError(f"points[{index}] has {len(point)} numbers, points[0] has {len(points[0])}")
+    return points
+
+
+PathPoint: TypeAlias = Annotated[tuple[Number, ...], AfterValidator(_point)]
+PathPoints: TypeAlias = Annotated[list[PathPoint], Field(max_length=MOST_GIVEN_POINTS), AfterValidator(_alike)]
+
+
+def read_points(folder: InputFolder, name: str) -> list[tuple[float, ...]]:
+    """The points of a CSV file: x,y or x,y,z or x,y,z,qx,qy,qz,qw in m, one a line.
+
+    A first line with these names and empty lines are skipped.
+
+    Raises:
+        ScenarioError: naming the file and the line, not what it says: the file may be none of the user's.
+    """
+    points: list[tuple[float, ...]] = []
+    for number, line in enumerate(folder.read_text(name).splitlines(), start=1):
+        if not line.strip() or (number == 1 and _is_heading(line)):
+            continue
+        place = f"{folder.path / name} line {number}"
+        point = _numbers(line, place, points)
+        if not all(abs(part) <= LARGEST for part in point):
+            raise ScenarioError(f"{place}: a number is not finite, or larger than {LARGEST:g}")
+        if len(points) == MOST_GIVEN_POINTS:
+            raise ScenarioError(f"{place}: more than {MOST_GIVEN_POINTS} points")
+        points.append(point)
+    return points
+
+
+def _is_heading(line: str) -> bool:
+    return any(columns.endswith(f" {line.replace(' ', '').lower()}") for columns in COLUMNS.values())
+
+
+def _numbers(line: str, place: str, before: Sequence[tuple[float, ...]]) -> tuple[float, ...]:
+    """The numbers of a line: as many as of the lines before."""
+    try:
+        point = tuple(float(cell) for cell in line.split(","))
+    except ValueError as error:
+        needed = f"{COLUMNS[len(before[0])]} are needed" if before else ANY_COLUMNS
+        raise ScenarioError(f"{place}: {needed}") from error
+    if before and len(point) != len(before[0]):
+        raise ScenarioError(f"{place}: {COLUMNS[len(before[0])]} are needed")
+    if len(point) not in COLUMNS:
+        raise ScenarioError(f"{place}: {ANY_COLUMNS}")
+    return point
+
+
+MOST_MOTION_ROWS = 200  # every piece between two rows is part of what is evaluated at each sample
+HEADERS = {  # by dimension
+    2: ("t,x,y", "t,x,y,angle"),
+    3: ("t,x,y,z", "t,x,y,z,qx,qy,qz,qw"),
+}
+ANGLE = 3  # the column of the angle, in the plane
+
+
+def read_motion_rows(folder: InputFolder, name: str, dim: int) -> list[list[float]]:
+    """The rows of a file with one of the ``HEADERS`` of a dimension; empty lines are skipped.
+
+    Raises:
+        ScenarioError: naming the file, the line and what is wrong with it, not what it says: the file may be none of
+            the user's.
+    """
+    lines = [(n, line) for n, line in enumerate(folder.read_text(name).splitlines(), start=1) if line.strip()]
+    place, needed = f"{folder.path / name}", f"the header {' or '.join(HEADERS[dim])} is needed"
+    if not lines:
+        raise ScenarioError(f"{place}: is empty; {needed}")
+    header = [cell.strip() for cell in lines[0][1].split(",")]
+    if ",".join(header) not in HEADERS[dim]:
+        raise ScenarioError(f"{place} line {lines[0][0]}: {needed} of an obstacle in {dim} dimensions")
+    if len(lines) - 1 > MOST_MOTION_ROWS:
+        raise ScenarioError(f"{place} line {lines[MOST_MOTION_ROWS + 1][0]}: more than {MOST_MOTION_ROWS} rows")
+    rows = [_motion_row(f"{place} line {number}", line, len(header)) for number, line in lines[1:]]
+    if len(rows) < 2:
+        raise ScenarioError(f"{place}: {len(rows)} rows; a motion needs two at least")
+    fault = first_fault(*_parts(rows, dim))
+    if fault is not None:
+        raise ScenarioError(f"{place} line {lines[1 + fault[0]][0]}: {fault[1]}")
+    try:
+        motion_through(rows, dim)
+    except InvalidProblem as error:
+        raise ScenarioError(f"{place}: {error.reason}") from error
+    return rows
+
+
+def _motion_row(place: str, line: str, width: int) -> list[float]:
+    numbers = numbers_of(place, line, width)
+    if not all(math.isfinite(number) and abs(number) <= LARGEST for number in numbers):
+        raise ScenarioError(f"{place}: a number is not finite, or larger than {LARGEST:g}")
+    return numbers
+
+
+def _parts(rows: list[list[float]], dim: int) -> tuple[list[float], FloatArray, FloatArray | None]:
+    """Times, positions, turns."""
+    table = np.array(rows, dtype=np.float64)
+    turns = table[:, 1 + dim :] if table.shape[1] > 1 + dim else None
+    return table[:, 0].tolist(), table[:, 1 : 1 + dim], turns
+
+
+def motion_through(rows: list[list[float]], dim: int) -> Tabulated:
+    """The motion of an obstacle of that dimension through rows t, position[, turn].
+
+    Raises:
+        InvalidProblem: they do not fit the obstacle, or each other.
+    """
+    widths = {len(row) for row in rows}
+    if not any(widths == {header.count(",") + 1} for header in HEADERS[dim]):
+        raise InvalidProblem("motion", f"rows of {' or '.join(HEADERS[dim])} are needed")
+    return Tabulated.through(*_parts(rows, dim))
+
+
+def in_radians(rows: list[list[float]]) -> list[list[float]]:
+    """Rows in the plane whose angles, if there are any, are in degrees."""
+    return [[*row[:ANGLE], *map(math.radians, row[ANGLE:])] for row in rows]

@@ -1,4 +1,4 @@
-"""The scenario file: robot, task, limits and solver, validated key by key.
+"""A scenario: all that is stated, read and checked.
 
 Every error is a :class:`ScenarioError` of one line that names the file, the key and the reason.
 """
@@ -14,22 +14,26 @@ from typing import Any, Self, TypeVar
 
 from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer, model_validator
 
-from problems import InvalidProblem, Problem, Robot
-from problems.assembly.criteria import Criteria
-from problems.base.toml import too_much
-from problems.scene.obstacle import Obstacle
+from problems import InvalidProblem, Obstacle, Problem, Robot
+from problems.assembly import Criteria
+from problems.base import too_much
 from solvers import AnySolver, Budget
-from tpbso_casadi.plugins import failure, is_raised_in
 from tpbso_casadi.scenario.catalogues import (
     LIMIT_CATALOGUE,
     OBJECTIVE_CATALOGUE,
     ROBOT_CATALOGUE,
     SOLVER_CATALOGUE,
+    failure,
     find_solver,
+    is_raised_in,
 )
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml
-from tpbso_casadi.scenario.motions import with_motion
-from tpbso_casadi.scenario.section import (
+from tpbso_casadi.scenario.model import ModelSection, with_motion
+from tpbso_casadi.scenario.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles, with_motions
+from tpbso_casadi.scenario.places import SimulationSection
+from tpbso_casadi.scenario.robots import AnyRobot, ArmSection, RobotSection, SpatialRobotSection, check_numbers
+from tpbso_casadi.scenario.tasks import TASKS, AnyTask
+from tpbso_casadi.scenario.validation import (
     LARGEST_SEED,
     MOST_EVALUATIONS,
     MOST_ITERATIONS,
@@ -41,15 +45,11 @@ from tpbso_casadi.scenario.section import (
     ScenarioError,
     Section,
     Word,
+    as_text,
+    describe,
+    hint,
+    shown,
 )
-from tpbso_casadi.scenario.simulation import SimulationSection
-from tpbso_casadi.scenario.task import ModelSection
-from tpbso_casadi.scenario.tasks.registry import TASKS, AnyTask
-from tpbso_casadi.scenario.validation import as_text, describe, hint, shown
-from tpbso_casadi.scenario.world.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles, with_motions
-from tpbso_casadi.scenario.world.registry import AnyRobot
-from tpbso_casadi.scenario.world.robots import ArmSection, RobotSection, check_numbers
-from tpbso_casadi.scenario.world.spatial_robots import SpatialRobotSection
 
 LOG = logging.getLogger(__name__)
 C = TypeVar("C", bound=Criteria)

@@ -1,4 +1,4 @@
-"""Plan, execute for one period, look again: time is simulated, and so is the world."""
+"""The loop: observe, plan again, move on."""
 
 from __future__ import annotations
 
@@ -8,20 +8,17 @@ from typing import Protocol
 
 import numpy as np
 
-from problems import Trajectory
-from problems.scene.obstacle import Obstacle
-from problems.tasks.place import Joints, Place
-from solvers.driver.interruption import Interruption
-from tpbso_casadi.planning.replanning.step import Step
-from tpbso_casadi.simulation.executed import joined, jumps_between, part, rest_time
-from tpbso_casadi.simulation.record import Replan, SimulationRecord, Visit
+from problems import Joints, Obstacle, Place, Trajectory
+from solvers.budget import Interruption
+from tpbso_casadi.replanning import Step
+from tpbso_casadi.simulation.record import Replan, SimulationRecord, Visit, joined, jumps_between, part, rest_time
 from tpbso_casadi.simulation.setting import Setting
 
 REACHED = 1e-6  # rad or m: a joint that near to its goal is there
 
 
 class Planner(Protocol):
-    """Who is asked at every tick; see :class:`tpbso_casadi.planning.replanning.replanner.Replanner`."""
+    """Who is asked at every tick; see :class:`tpbso_casadi.replanning.replanner.Replanner`."""
 
     def replan(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None = None) -> Step:
         """What to execute from now on, given what is executed meanwhile, on a clock that starts now."""

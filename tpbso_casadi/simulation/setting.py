@@ -1,22 +1,83 @@
-"""What a simulation begins with: robot, scene and the postures that are visited."""
+"""What a simulation is set to: scene, postures, goals."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
+import casadi as ca
 import numpy as np
 
-from problems import InvalidProblem, Robot
-from problems.base.matrix import FloatArray
-from problems.scene.obstacle import Obstacle, standing
-from problems.tasks.place import Joints
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.scenario.simulation import SimulationSection
-from tpbso_casadi.scenario.tasks.places import built
-from tpbso_casadi.simulation.postures import posture_at
+from problems import InvalidProblem, Joints, Obstacle, Place, Robot
+from problems.base import FloatArray, as_array
+from problems.limits import can_hold
+from problems.scene import standing
+from problems.tasks import least_clearances
+from tpbso_casadi.scenario import Scenario, ScenarioError, SimulationSection, built, parse_scenario
 from tpbso_casadi.simulation.world import World
+
+DRAWS = 200  # of the numbers that are free at a place, where the middle of their ranges will not do
+SEED = 18  # of the draws: a place has the same posture in every simulation
+
+
+def posture_at(
+    place: Place, robot: Robot, obstacles: Sequence[Obstacle], near: FloatArray | None, field: str
+) -> Joints:
+    """The posture at a place that is clear at t = 0, can be held, and is nearest to another one.
+
+    Args:
+        place: to be at.
+        robot: that moves.
+        obstacles: to keep clear of.
+        near: a posture (dof,), rad; the first that is found will do where None.
+        field: for messages.
+
+    Raises:
+        InvalidProblem: none is found.
+    """
+    place.check(robot, obstacles, field)
+    for found in (_middles(place, robot, obstacles, near, field), _drawn(place, robot, near)):
+        postures = np.array([theta for theta in found if _is_within(robot, theta)]).reshape(-1, robot.dof)
+        clear = least_clearances(robot, obstacles, postures) >= robot.margin if len(postures) else np.empty(0, bool)
+        usable = postures[clear & can_hold(robot, postures)] if len(postures) else postures
+        if len(usable):
+            farthest = np.abs(usable - (usable[0] if near is None else near)).max(axis=1)
+            return Joints(tuple(usable[int(np.argmin(farthest))].tolist()))
+    raise InvalidProblem(field, f"no posture with the tool at {place.position(robot)} is clear and can be held")
+
+
+def _middles(
+    place: Place, robot: Robot, obstacles: Sequence[Obstacle], near: FloatArray | None, field: str
+) -> Iterator[FloatArray]:
+    """On every branch, with every free number in the middle of its range."""
+    for branch in place.branches(robot, obstacles, near, field):
+        middle = [(choice.lower + choice.upper) / 2.0 for choice in branch.choices(robot)]
+        yield from _postures(branch, robot, middle, near)
+
+
+def _drawn(place: Place, robot: Robot, near: FloatArray | None) -> Iterator[FloatArray]:
+    """With free numbers drawn from their ranges; nothing new where there are none."""
+    choices = place.choices(robot) if place.always_reached else ()
+    generator = np.random.default_rng(SEED)
+    for _ in range(DRAWS if choices else 0):
+        drawn = [generator.uniform(choice.lower, choice.upper) for choice in choices]
+        yield from _postures(place, robot, drawn, near)
+
+
+def _postures(place: Place, robot: Robot, chosen: list[float], near: FloatArray | None) -> Iterator[FloatArray]:
+    """With both elbows, where they are there."""
+    turns = None if near is None else ca.DM(near).T
+    for elbow in (1.0, -1.0) if place.chosen_by_inverse_kinematics else (1.0,):
+        theta, cosine = place.posture(robot, ca.DM(chosen), elbow, turns)
+        if cosine is None or abs(float(cosine)) <= 1.0:
+            yield as_array(theta).ravel()
+
+
+def _is_within(robot: Robot, theta: FloatArray) -> bool:
+    """Whether joints are in their ranges."""
+    ranges = robot.limits.position
+    return ranges is None or all(low <= q <= high for q, (low, high) in zip(theta, ranges, strict=True))
 
 
 @dataclass(frozen=True, kw_only=True)

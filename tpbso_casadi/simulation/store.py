@@ -1,4 +1,4 @@
-"""The files of a simulation: what was executed, every replan, what obstacles really did, and the result."""
+"""The folder of a simulation."""
 
 from __future__ import annotations
 
@@ -8,14 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from problems.base.matrix import FloatArray
-from solvers.driver.interruption import Interruption
-from tpbso_casadi.planning.motion import Motion
+from problems.base import FloatArray
+from solvers.budget import Interruption
+from tpbso_casadi.planning import Motion
 from tpbso_casadi.simulation.record import SimulationRecord
 from tpbso_casadi.simulation.result import SimulationResult
-from tpbso_casadi.storage.files import write_csv
-from tpbso_casadi.storage.motion_table import write_motion
-from tpbso_casadi.storage.run_folder import Writer, replace_folder
+from tpbso_casadi.storage import Writer, replace_folder, write_csv, write_motion
 
 ROWS_PER_SECOND = 100
 REPLANS = (

@@ -1,1 +1,85 @@
 """Files of a run: run folders, exports, and how they are read and audited."""
+
+from tpbso_casadi.storage.build_result import result_of
+from tpbso_casadi.storage.exporting import (
+    DEFAULT_RATE,
+    EXPORTS,
+    HIGHEST_RATE,
+    equal_steps,
+    export_motion,
+    table_of,
+    write_motion,
+)
+from tpbso_casadi.storage.files import (
+    OutputError,
+    check_file,
+    check_writable,
+    write_csv,
+    write_text,
+    write_with,
+    writing,
+)
+from tpbso_casadi.storage.result import (
+    ConstraintResult,
+    Count,
+    FileName,
+    HistoryResult,
+    InvalidResult,
+    Number,
+    PiecesResult,
+    RunResult,
+    Seconds,
+)
+from tpbso_casadi.storage.run_folder import (
+    LARGEST_RESULT,
+    OtherPlan,
+    Writer,
+    check_run_folder,
+    replace_folder,
+    stored_content,
+    write_run,
+)
+from tpbso_casadi.storage.seal import BrokenSeal, check_seal, sealed
+from tpbso_casadi.storage.stored_run import InvalidRun, StoredRun, checked, path_table, read_run
+
+__all__ = [
+    "DEFAULT_RATE",
+    "EXPORTS",
+    "HIGHEST_RATE",
+    "LARGEST_RESULT",
+    "BrokenSeal",
+    "ConstraintResult",
+    "Count",
+    "FileName",
+    "HistoryResult",
+    "InvalidResult",
+    "InvalidRun",
+    "Number",
+    "OtherPlan",
+    "OutputError",
+    "PiecesResult",
+    "RunResult",
+    "Seconds",
+    "StoredRun",
+    "Writer",
+    "check_file",
+    "check_run_folder",
+    "check_seal",
+    "check_writable",
+    "checked",
+    "equal_steps",
+    "export_motion",
+    "path_table",
+    "read_run",
+    "replace_folder",
+    "result_of",
+    "sealed",
+    "stored_content",
+    "table_of",
+    "write_csv",
+    "write_motion",
+    "write_run",
+    "write_text",
+    "write_with",
+    "writing",
+]

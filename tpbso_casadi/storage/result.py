@@ -1,4 +1,4 @@
-"""The content of ``result.json``: one typed model that writes it and reads it.
+"""The typed model of result.json.
 
 A number that is not finite is null on disk and None in the model. Unknown and missing keys and wrong types are errors
 of one line that name the key.
@@ -21,12 +21,10 @@ from pydantic import (
 )
 
 from problems import CertificateStatus, Trajectory
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 from solvers import StopReason
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.scenario.validation import NestedError, StrictModel, describe
-from tpbso_casadi.storage.plain import NotJSON, as_json, parsed_json, plain
+from tpbso_casadi.plain import NotJSON, as_json, parsed_json, plain
+from tpbso_casadi.scenario import NestedError, Scenario, ScenarioError, StrictModel, describe, parse_scenario
 from tpbso_casadi.storage.seal import KEY, BrokenSeal, check_seal, sealed
 
 SIMULATED = "what"  # the key that only the results of simulations have

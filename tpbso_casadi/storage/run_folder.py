@@ -1,4 +1,4 @@
-"""The files of a run: result.json, trajectory.csv, the figures and exports, written together."""
+"""The folder of a run: its files written, replaced and read."""
 
 from __future__ import annotations
 
@@ -9,17 +9,15 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import Any, NoReturn, TypeAlias
 
-from solvers.driver.interruption import Interruption
-from tpbso_casadi.figures.style.formats import DEFAULT
-from tpbso_casadi.planning.planned_motion import PlannedMotion
-from tpbso_casadi.scenario.input_files import read_text
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.storage.content import result_of
-from tpbso_casadi.storage.files import TEMPORARY, OutputError, check_writable, write_text, writing
-from tpbso_casadi.storage.motion_table import write_motion
-from tpbso_casadi.storage.plain import NotJSON, parsed_json
+from solvers.budget import Interruption
+from tpbso_casadi.figures.palette import DEFAULT
+from tpbso_casadi.plain import NotJSON, parsed_json
+from tpbso_casadi.planning import PlannedMotion
+from tpbso_casadi.scenario import ScenarioError, read_text
+from tpbso_casadi.storage.build_result import result_of
+from tpbso_casadi.storage.exporting import write_motion
+from tpbso_casadi.storage.files import TEMPORARY, OutputError, check_writable, replacing, write_text, writing
 from tpbso_casadi.storage.seal import BrokenSeal, check_seal
-from tpbso_casadi.storage.staging import replacing
 
 LOG = logging.getLogger(__name__)
 Writer: TypeAlias = Callable[[Path], object]  # writes files into a folder

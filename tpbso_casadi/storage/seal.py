@@ -1,4 +1,4 @@
-"""Digests of a JSON document, key by key: which of them was changed after it was written.
+"""The seal of a stored result, which says what was edited.
 
 They show accident and carelessness, not a forger, who can compute them anew.
 """

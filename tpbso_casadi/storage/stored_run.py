@@ -1,4 +1,4 @@
-"""A run folder read back and audited."""
+"""A stored run, read back and checked."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 
 from problems import InvalidProblem, Problem
-from problems.motions.joint_path import JointPath
-from tpbso_casadi.planning.finishing import SAME_PATH
-from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.scenario.input_files import read_text
-from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.scenario.tasks.joint_path import pieces_table
-from tpbso_casadi.storage.recomputation.agreement import Contradiction
-from tpbso_casadi.storage.recomputation.files import check_files, check_table
-from tpbso_casadi.storage.recomputation.motions import check_trajectory
-from tpbso_casadi.storage.recomputation.record import check_motion, check_no_search
-from tpbso_casadi.storage.recomputation.search import check_search
+from problems.motions import JointPath
+from tpbso_casadi.planning import SAME_PATH, Motion
+from tpbso_casadi.scenario import Scenario, ScenarioError, pieces_table, plugin_failures_named, read_text
+from tpbso_casadi.storage.recomputation import (
+    Contradiction,
+    check_files,
+    check_motion,
+    check_no_search,
+    check_search,
+    check_table,
+    check_trajectory,
+)
 from tpbso_casadi.storage.result import InvalidResult, RunResult, SolutionResult
 from tpbso_casadi.storage.run_folder import LARGEST_RESULT
 

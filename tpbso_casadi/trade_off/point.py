@@ -1,4 +1,4 @@
-"""One point of a trade-off: what was asked for, and the plan that answered."""
+"""Points of a front: asked for, and found."""
 
 from __future__ import annotations
 

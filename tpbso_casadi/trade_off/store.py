@@ -1,4 +1,4 @@
-"""The folder of a trade-off: a manifest of what was asked for and of all complete points, beside their run folders."""
+"""The store of a front."""
 
 from __future__ import annotations
 
@@ -10,17 +10,25 @@ from typing import Any, Self
 from pydantic import TypeAdapter, ValidationError
 
 from problems import Trajectory
-from tpbso_casadi.figures.style.formats import FORMATS
-from tpbso_casadi.scenario.input_files import read_text
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.storage.files import OutputError, check_writable, write_text, writing
-from tpbso_casadi.storage.plain import NotJSON, as_json, parsed_json, plain
-from tpbso_casadi.storage.result import InvalidResult, RunResult
-from tpbso_casadi.storage.run_folder import LARGEST_RESULT, check_run_folder, stored_content
-from tpbso_casadi.storage.seal import BrokenSeal, check_seal, sealed
-from tpbso_casadi.storage.versions import versions
+from tpbso_casadi.figures.palette import FORMATS
+from tpbso_casadi.plain import NotJSON, as_json, parsed_json, plain, versions
+from tpbso_casadi.scenario import ScenarioError, read_text
+from tpbso_casadi.storage import (
+    LARGEST_RESULT,
+    BrokenSeal,
+    InvalidResult,
+    OutputError,
+    RunResult,
+    check_run_folder,
+    check_seal,
+    check_writable,
+    sealed,
+    stored_content,
+    write_text,
+    writing,
+)
+from tpbso_casadi.trade_off.front import FIGURE, FRONT, METHODS
 from tpbso_casadi.trade_off.point import Point
-from tpbso_casadi.trade_off.table import FIGURE, FRONT, METHODS
 
 MANIFEST = "front.json"
 POINTS = "points"  # the folder of the run folders

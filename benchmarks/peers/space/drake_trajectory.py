@@ -23,7 +23,7 @@ from benchmarks.motion_bench_maker.collision import Checker
 from benchmarks.motion_bench_maker.problem_file import MotionProblem
 from benchmarks.motion_bench_maker.setting import Setting
 from problems import Trajectory
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 
 CONTROL_POINTS, ORDER = 10, 6  # of the B-spline; degree 5
 COLLISION_SAMPLES = 25  # as its examples

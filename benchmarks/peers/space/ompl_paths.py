@@ -12,8 +12,8 @@ from ompl import util
 
 from benchmarks.motion_bench_maker.planner_collision import PlannerCollision
 from benchmarks.motion_bench_maker.problem_file import MotionProblem
-from problems.base.matrix import FloatArray
-from problems.robots.robot import JointLimits
+from problems.base import FloatArray
+from problems.robots import JointLimits
 
 STEP = 0.01  # rad along an edge between postures that are checked
 FIRST_LOOK = 8  # every so many of them are checked first

@@ -23,9 +23,9 @@ from benchmarks.peers.report import CHECKED_TIMES, TIMES_PER_CHUNK, Report
 from benchmarks.peers.space.planners import collisions
 from benchmarks.peers.torque_limited import Motion, by_ruckig, by_toppra, slowed
 from problems import Robot
-from problems.motions.joint_path import JointPath
+from problems.motions import JointPath
 from tpbso_casadi.campaign import parse_solvers
-from tpbso_casadi.planning.plan import plan
+from tpbso_casadi.planning import plan
 
 PROBLEMS = (
     "bookshelf_small_panda-0001",

@@ -15,7 +15,7 @@ from benchmarks.motion_bench_maker.problem_file import MotionProblem
 from benchmarks.motion_bench_maker.records import Record
 from benchmarks.motion_bench_maker.setting import Setting
 from problems import Trajectory
-from problems.assembly.criteria import Criteria
+from problems.assembly import Criteria
 
 UNPROVEN = {"speed", "acceleration", "jerk", "torque"}  # of these the excess is recorded: TOPP-RA's accelerations jump
 PADDING = 0.002  # m that paths leave around obstacles, so that splines along them have room

@@ -16,8 +16,8 @@ from toppra.interpolator import SplineInterpolator
 from benchmarks.motion_bench_maker.planner_collision import PlannerCollision
 from benchmarks.peers.toppra_limits import speed_and_acceleration, torque
 from problems import Robot, Trajectory
-from problems.base.matrix import FloatArray
-from problems.robots.robot import JointLimits
+from problems.base import FloatArray
+from problems.robots import JointLimits
 
 STEP = 0.005  # rad along a spline between postures that are checked
 DIVISIONS = (1, 2, 3, 5, 8)  # of a straight line between waypoints: the spline follows it more and more closely

@@ -13,10 +13,9 @@ from benchmarks.motion_bench_maker.collision import Checker
 from benchmarks.motion_bench_maker.planner_collision import PlannerCollision
 from benchmarks.motion_bench_maker.problem_file import MotionProblem, Obstacle, read_problems
 from benchmarks.motion_bench_maker.setting import Setting
-from problems.base.matrix import FloatArray
-from problems.evaluation.native.compiler import NativeUnavailable, find_compiler
-from problems.robots.spatial.collision.spheres_file import read_spheres
-from problems.robots.spatial.urdf.reader import read_urdf
+from problems.base import FloatArray
+from problems.evaluation.compiler import NativeUnavailable, find_compiler
+from problems.robots import read_spheres, read_urdf
 
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 ASIDE = (float(np.sqrt(0.5)), 0.0, 0.0, float(np.sqrt(0.5)))  # z becomes -y

@@ -18,11 +18,8 @@ from benchmarks.motion_bench_maker.problem_file import read_problems
 from benchmarks.motion_bench_maker.records import Records
 from benchmarks.motion_bench_maker.setting import Setting
 from benchmarks.peers.space.command import compare_in_space
-from problems.scene.solids.box import Box
-from problems.scene.solids.cylinder import Cylinder
-from tpbso_casadi.campaign import parse_solvers
-from tpbso_casadi.campaign.run import Outcome
-from tpbso_casadi.campaign.store import Store
+from problems.scene.solids import Box, Cylinder
+from tpbso_casadi.campaign import Outcome, Store, parse_solvers
 
 
 def test_a_scenario_is_the_problem(setting: Setting, folder: Path) -> None:

@@ -8,7 +8,7 @@ from concurrent.futures import BrokenExecutor
 import pytest
 
 from benchmarks.motion_bench_maker.run_limit import limited
-from tpbso_casadi.campaign.executors import processes
+from tpbso_casadi.campaign import processes
 
 
 @pytest.mark.slow

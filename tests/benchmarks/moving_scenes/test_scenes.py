@@ -14,8 +14,8 @@ from benchmarks.moving_scenes.coal_check import check_with_coal
 from benchmarks.moving_scenes.judge import Outcome, least_room
 from benchmarks.moving_scenes.scenes import CLEAR, WAITS, Scene, random_scenes
 from problems import Trajectory
-from problems.base.matrix import as_array
-from problems.scene.obstacle import Obstacle
+from problems.base import as_array
+from problems.scene import Obstacle
 from tpbso_casadi import read_scenario
 
 COUNT = 3

@@ -11,7 +11,7 @@ import pytest
 from benchmarks.motion_bench_maker.limited import within
 from benchmarks.motion_bench_maker.problem_file import read_problems
 from benchmarks.motion_bench_maker.setting import Setting
-from problems.robots.robot import JointLimits
+from problems.robots import JointLimits
 
 pytest.importorskip("toppra")
 from benchmarks.peers.space.timed_paths import _divided, spline_through, timed

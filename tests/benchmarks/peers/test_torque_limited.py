@@ -11,10 +11,10 @@ import pytest
 
 from benchmarks.motion_bench_maker.setting import Setting
 from problems import PlanarArm
-from problems.base.matrix import as_array
-from problems.motions.joint_path import JointPath
-from problems.robots.robot import JointLimits
-from problems.timing.retime import retime
+from problems.base import as_array
+from problems.motions import JointPath
+from problems.robots import JointLimits
+from problems.timing import retime
 
 pytest.importorskip("toppra")
 from benchmarks.peers.torque_limited import Timed, by_ruckig, by_toppra, slowed

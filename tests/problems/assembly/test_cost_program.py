@@ -12,11 +12,11 @@ import pytest
 from helpers.cases import BUILTIN, OVAL, THREE_METRES, builtin, changed, equal_links, following, moving
 
 from problems import Ellipse, PlanarArm, Problem, pentagram
-from problems.base.matrix import FloatArray, as_array
+from problems.base import FloatArray, as_array
 from problems.evaluation import EvaluationOptions
+from problems.evaluation.codegen import cpp
 from problems.evaluation.kernel import kernels
-from problems.evaluation.native.codegen import cpp
-from problems.limits.constraint import Constraint, PenaltyKind
+from problems.limits import Constraint, PenaltyKind
 from solvers import PSO, Box, Budget, minimize
 
 START, GOAL = (1.0, 0.0), (0.5, 1.5)

@@ -15,14 +15,14 @@ from helpers.moving_scenes import CROSSED
 from helpers.named_solvers import PARAMETERS, named_solver
 
 from problems import Ellipse, InvalidProblem, Joints, Limit, Move, MoveProblem, Position, Robot, move
-from problems.base.matrix import FloatArray, Matrix, as_array
-from problems.encodings.control_points import BEND, OFFSET
+from problems.base import FloatArray, Matrix, as_array
 from problems.evaluation import EvaluationOptions
+from problems.evaluation.codegen import cpp
 from problems.evaluation.kernel import kernels
-from problems.evaluation.native.codegen import cpp
-from problems.limits.constraint import Constraint
-from problems.motions.samples import Samples
-from problems.timing.rest_to_rest import least_durations
+from problems.families.splines.encoding import BEND, OFFSET
+from problems.limits import Constraint
+from problems.motions import Samples
+from problems.timing.free_space import least_durations
 from solvers import LSHADE, Box, Budget, minimize
 
 THREE, FOUR, TWO = equal_links(3), equal_links(4), equal_links(2)
@@ -45,10 +45,10 @@ class Turning(Limit):
     robot: Robot
 
     @classmethod
-    def holding(cls, robot: Robot, obstacles: Any) -> Self:
+    def for_robot(cls, robot: Robot, obstacles: Any) -> Self:
         return cls(robot)
 
-    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         turning, most = self.magnitudes(samples), ca.DM(3.0)
         return [Constraint(name=self.name, unit="rad/s", expression=turning, lower=None, upper=most, columns=("all",))]
 

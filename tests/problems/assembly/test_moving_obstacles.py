@@ -11,13 +11,12 @@ from helpers.cases import equal_links, following, moving
 from helpers.moving_scenes import CROSSED
 
 from problems import Ellipse, Problem, move
-from problems.base.matrix import FloatArray, as_array
+from problems.base import FloatArray, as_array
 from problems.evaluation import EvaluationOptions
-from problems.motions.trajectory import Trajectory
-from problems.robots.planar import PlanarArm
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from problems.tasks.paths.path import Path
+from problems.motions import Trajectory
+from problems.robots import PlanarArm
+from problems.scene.moving import ConstantVelocity, MovingObstacle
+from problems.tasks import Path
 from solvers import Box
 
 VM = EvaluationOptions("vm")

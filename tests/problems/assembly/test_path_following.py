@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from oracles.path import PathOracle
 
 from problems import Ellipse, InvalidProblem, PathFollowingProblem, PlanarArm, closed_curve, pentagram
-from problems.certify.time_scale import exact_time_scale
+from problems.certify import exact_time_scale
 from problems.evaluation import EvaluationOptions
 from solvers import BSO, Box, Budget, minimize
 

@@ -13,13 +13,12 @@ from helpers.space import small_arm
 
 from problems import Ball, Box, Cylinder, HalfSpace, Joints, Move, MoveProblem, Obstacle, move
 from problems.evaluation import EvaluationOptions
+from problems.evaluation.codegen import cpp
 from problems.evaluation.kernel import kernels
-from problems.evaluation.native.codegen import cpp
-from problems.limits.distances.ball_cluster import MOST_BALLS, clusters_of
-from problems.limits.distances.clearance import Clearance
-from problems.limits.distances.self_clearance import SelfClearance
-from problems.limits.limit import SAMPLING_MARGIN
-from problems.robots.spatial.spatial_arm import SpatialArm, Sphere
+from problems.limits import SAMPLING_MARGIN, Clearance
+from problems.limits.proximity import MOST_BALLS, clusters_of
+from problems.limits.self_clearance import SelfClearance
+from problems.robots import SpatialArm, Sphere
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
 TURNED = (0.0, 0.0, 0.6, 0.8)
@@ -56,7 +55,7 @@ def excess(problem: MoveProblem, x: np.ndarray) -> float:
     """By how much one candidate breaks its limits, every pair written out in numbers."""
     samples = problem.motion.samples(problem.decoded(ca.DM(x)).parameters)
     penalised = problem.encoding.penalised(problem.limits)
-    constraints = [constraint for limit in penalised for constraint in limit.at(samples, SAMPLING_MARGIN)]
+    constraints = [constraint for limit in penalised for constraint in limit.constraints_at(samples, SAMPLING_MARGIN)]
     values = [(np.array(c.expression), c.bounds[0], c.scales) for c in constraints if c.name.endswith("clearance")]
     assert len(values) == 2
     return sum(float((np.maximum(0.0, lower - value) / scale).sum()) for value, lower, scale in values)

@@ -12,13 +12,13 @@ from helpers.cases import following, moving
 from helpers.evaluation import has_compiler, same_bits
 
 from problems import CertificateStatus, Joints, Move, Path, PlanarArm, Problem, closed_curve, move
-from problems.assembly.tracing import tracing
-from problems.base.matrix import FloatArray, as_array
+from problems.base import FloatArray, as_array
 from problems.evaluation import EvaluationOptions
+from problems.evaluation.codegen import cpp
 from problems.evaluation.kernel import kernels
-from problems.evaluation.native.codegen import cpp
-from problems.robots.rigid.payload import planar_payload
-from problems.tasks.paths.path_tracing import PathTracing
+from problems.families.traced import tracing
+from problems.robots import planar_payload
+from problems.tasks import PathTracing
 from solvers import SOLVERS, Box, Budget, minimize
 
 VM = EvaluationOptions("vm")

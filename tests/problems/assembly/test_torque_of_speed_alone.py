@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from problems import Joints, Move, PlanarArm, Robot, move
-from problems.base.matrix import as_array
+from problems.base import as_array
 from problems.evaluation import EvaluationOptions
-from problems.robots.spatial.urdf import read_urdf
+from problems.robots import read_urdf
 
 AFLOAT = PlanarArm(
     (0.5, 0.4), (4.0,) * 2, (40.0,) * 2, link_masses=(2.0, 1.0), max_torque=(20.0, 6.0), gravity=(0.0, 0.0)

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from problems import Ellipse, InvalidProblem, Path, PlanarArm, Trajectory
-from problems.assembly.tracing import TracingProblem, tracing
-from problems.base.matrix import FloatArray
-from problems.certify.tracing import distance_from_segments
+from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
-from problems.tasks.paths.path_knots import knots_of
-from problems.tasks.paths.path_tracing import PathTracing
+from problems.families.traced import tracing
+from problems.families.traced.problem import TracingProblem
+from problems.families.traced.proofs import distance_from_segments
+from problems.tasks import PathTracing, knots_of
 from solvers import IPOPT
-from tpbso_casadi.planning.refinement import Refinement
+from tpbso_casadi.planning.finishing import Refinement
 
 SQUARE = np.array([[0.5, 0.1], [0.8, 0.1], [0.8, 0.4], [0.5, 0.4], [0.5, 0.1]])
 ARM = PlanarArm((0.5, 0.4, 0.3), (3.0,) * 3, (20.0,) * 3)

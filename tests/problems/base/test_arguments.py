@@ -1,4 +1,4 @@
-"""Statements and their symbolic twins: which numbers become arguments, and what formulas make of them."""
+"""Statements and their symbolic copies: which numbers become arguments, and what formulas make of them."""
 
 from __future__ import annotations
 
@@ -14,14 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from problems import Ball, Ellipse, PlanarArm, Polygon
-from problems.base.arguments import Arguments, Reading, Statement
-from problems.base.matrix import as_array
+from problems.base import Arguments, Parametric, Reading, as_array
 from problems.limits import limits_of
-from problems.limits.derivative import AccelerationLimit, SpeedLimit
+from problems.limits.joint_limits import AccelerationLimit, SpeedLimit
 
 
 @dataclass(frozen=True)
-class Inner(Statement):
+class Inner(Parametric):
     numbers: ClassVar[tuple[str, ...]] = ("length", "ranges", "turn")
     zero_is_structure: ClassVar[tuple[str, ...]] = ("turn",)
 
@@ -32,7 +31,7 @@ class Inner(Statement):
 
 
 @dataclass(frozen=True)
-class Outer(Statement):
+class Outer(Parametric):
     numbers: ClassVar[tuple[str, ...]] = ("place", "weight")
 
     place: tuple[float, ...]
@@ -49,7 +48,7 @@ class Outer(Statement):
 
 def check_formula(outer: Outer) -> None:
     arguments = Arguments()
-    expression = arguments.twin(outer).formula()
+    expression = arguments.symbolic_copy(outer).formula()
     evaluate = ca.Function("f", [arguments.symbols], [expression])
     assert float(evaluate(arguments.values)) == pytest.approx(float(outer.formula()), rel=1e-12)
 
@@ -58,44 +57,49 @@ def test_values_are_in_the_order_of_the_fields() -> None:
     first, second = Inner(1.0, ((2.0, 3.0), (4.0, 5.0)), 6.0), Inner(7.0)
     outer = Outer((8.0, 9.0), 10.0, (first, second), first)
     arguments = Arguments()
-    twin = arguments.twin(outer)
+    symbolic_copy = arguments.symbolic_copy(outer)
     assert arguments.values.tolist() == [8.0, 9.0, 10.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
     assert arguments.symbols.shape == (10, 1)
-    assert [str(symbol) for symbol in (*twin.place, twin.weight, twin.parts[0].turn)] == ["p0", "p1", "p2", "p8"]
+    assert [str(symbol) for symbol in (*symbolic_copy.place, symbolic_copy.weight, symbolic_copy.parts[0].turn)] == [
+        "p0",
+        "p1",
+        "p2",
+        "p8",
+    ]
     check_formula(outer)
 
 
 def test_what_occurs_twice_has_one_twin() -> None:
     shared, arguments = Inner(1.0), Arguments()
     outer = Outer((1.0, 2.0), 3.0, (shared, Inner(1.0)), shared)
-    twin = arguments.twin(outer)
-    assert twin.parts[0] is twin.twice
-    assert twin.parts[1] is not twin.twice
-    assert arguments.twin(shared) is twin.twice
-    assert arguments.twin(outer) is twin
+    symbolic_copy = arguments.symbolic_copy(outer)
+    assert symbolic_copy.parts[0] is symbolic_copy.twice
+    assert symbolic_copy.parts[1] is not symbolic_copy.twice
+    assert arguments.symbolic_copy(shared) is symbolic_copy.twice
+    assert arguments.symbolic_copy(outer) is symbolic_copy
     assert arguments.values.size == 5
-    assert arguments.twin((shared, shared))[0] is twin.twice
+    assert arguments.symbolic_copy((shared, shared))[0] is symbolic_copy.twice
 
 
 def test_none_and_what_is_no_number_stay() -> None:
     arguments = Arguments()
-    twin = arguments.twin(Inner(1.0, None, 0.0, "name"))
-    assert (twin.ranges, twin.name) == (None, "name")
-    assert type(twin) is Inner
+    symbolic_copy = arguments.symbolic_copy(Inner(1.0, None, 0.0, "name"))
+    assert (symbolic_copy.ranges, symbolic_copy.name) == (None, "name")
+    assert type(symbolic_copy) is Inner
     assert arguments.values.tolist() == [1.0]
     assert arguments.symbol(None) is None
-    assert arguments.twin(5.0) == 5.0
-    assert arguments.twin("word") == "word"
+    assert arguments.symbolic_copy(5.0) == 5.0
+    assert arguments.symbolic_copy("word") == "word"
 
 
 def test_a_zero_may_be_structure() -> None:
     for turn, values in ((0.0, [1.0]), (-0.0, [1.0]), (0.5, [1.0, 0.5])):
         arguments = Arguments()
-        twin = arguments.twin(Inner(1.0, turn=turn))
+        symbolic_copy = arguments.symbolic_copy(Inner(1.0, turn=turn))
         assert arguments.values.tolist() == values
-        assert isinstance(twin.turn, float) == (turn == 0.0)
+        assert isinstance(symbolic_copy.turn, float) == (turn == 0.0)
     arguments = Arguments()
-    arguments.twin(Inner(0.0))
+    arguments.symbolic_copy(Inner(0.0))
     assert arguments.values.tolist() == [0.0]  # only where the statement says so
 
 
@@ -112,13 +116,13 @@ STATEMENTS = {
 @pytest.mark.parametrize("statement", STATEMENTS.values(), ids=STATEMENTS)
 def test_a_reading_has_the_numbers_of_the_twin(statement: object) -> None:
     arguments = Arguments()
-    arguments.twin((statement, statement))
+    arguments.symbolic_copy((statement, statement))
     assert Reading((statement, statement)).values.tolist() == arguments.values.tolist()
 
 
 def test_a_make_is_all_but_the_numbers() -> None:
-    make = Reading(Inner(1.0, ((1.0, 2.0),), 0.5, "a")).make
-    assert make == Reading(Inner(9.0, ((7.0, 8.0),), -3.0, "a")).make
+    make = Reading(Inner(1.0, ((1.0, 2.0),), 0.5, "a")).structure_key
+    assert make == Reading(Inner(9.0, ((7.0, 8.0),), -3.0, "a")).structure_key
     others = [
         Inner(1.0, ((1.0, 2.0),), 0.5, "b"),
         Inner(1.0, ((1.0, 2.0),), 0.0, "a"),
@@ -126,13 +130,13 @@ def test_a_make_is_all_but_the_numbers() -> None:
         Inner(1.0, None, 0.5, "a"),
         Outer((1.0,), 2.0, (), Inner(1.0)),
     ]
-    assert all(Reading(other).make != make for other in others)
+    assert all(Reading(other).structure_key != make for other in others)
 
 
 def test_a_make_knows_what_occurs_twice() -> None:
     one, other = Inner(1.0), Inner(1.0)
-    assert Reading((one, one)).make == Reading((other, other)).make
-    assert Reading((one, one)).make != Reading((one, other)).make
+    assert Reading((one, one)).structure_key == Reading((other, other)).structure_key
+    assert Reading((one, one)).structure_key != Reading((one, other)).structure_key
     assert Reading((one, one)).values.tolist() == [1.0]
 
 
@@ -144,11 +148,11 @@ def test_nothing_to_say() -> None:
 
 def test_the_statement_itself_stays_as_it_is() -> None:
     arm = equal_links(3)
-    twin = Arguments().twin(arm)
+    symbolic_copy = Arguments().symbolic_copy(arm)
     assert arm == equal_links(3)
-    assert isinstance(twin, PlanarArm)
-    assert twin.links == 3
-    assert all(isinstance(length, ca.SX) for length in twin.link_lengths)
+    assert isinstance(symbolic_copy, PlanarArm)
+    assert symbolic_copy.links == 3
+    assert all(isinstance(length, ca.SX) for length in symbolic_copy.link_lengths)
 
 
 @given(st.lists(st.floats(-3.0, 3.0), min_size=4, max_size=4))
@@ -161,7 +165,7 @@ def test_formulas_of_a_twin_give_the_same_numbers(numbers: list[float]) -> None:
 def test_kinematics_and_clearance_of_twins(theta: list[float], angle: float) -> None:
     arm, obstacle = equal_links(3), Ellipse((0.8, 0.7), (0.2, 0.3), angle)
     arguments = Arguments()
-    robot, ellipse = arguments.twin((arm, obstacle))
+    robot, ellipse = arguments.symbolic_copy((arm, obstacle))
     posture = ca.DM(theta).T
 
     def formulas(of: Any, around: Any) -> Any:
@@ -176,9 +180,9 @@ def test_kinematics_and_clearance_of_twins(theta: list[float], angle: float) -> 
 def test_limits_share_their_robot() -> None:
     arm = equal_links(3, joint_limits=((-1.0, 1.0),) * 3)
     arguments = Arguments()
-    twins = arguments.twin(limits_of(arm, [Ellipse((0.8, 0.8), (0.1, 0.1))]))
-    assert len({id(limit.robot_or_none) for limit in twins}) == 1
-    speed, acceleration = (limit for limit in twins if isinstance(limit, SpeedLimit | AccelerationLimit))
+    symbolic_copies = arguments.symbolic_copy(limits_of(arm, [Ellipse((0.8, 0.8), (0.1, 0.1))]))
+    assert len({id(limit.robot_or_none) for limit in symbolic_copies}) == 1
+    speed, acceleration = (limit for limit in symbolic_copies if isinstance(limit, SpeedLimit | AccelerationLimit))
     assert speed.bounds is not None
     assert acceleration.bounds is not None
     numbers = arguments.values[[int(str(symbol)[1:]) for symbol in (*speed.bounds, *acceleration.bounds)]]
@@ -187,7 +191,7 @@ def test_limits_share_their_robot() -> None:
 
 
 def make_of(statement: object) -> object:
-    return Reading(statement).make
+    return Reading(statement).structure_key
 
 
 def test_a_make_of_obstacles_can_be_hashed() -> None:

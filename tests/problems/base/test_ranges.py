@@ -9,7 +9,7 @@ import pytest
 from helpers.cases import following, moving
 
 from problems import Ellipse, InvalidProblem, Path, PathFollowing, PlanarArm, closed_curve, pentagram
-from problems.base.ranges import ANGLES, COORDINATES, LENGTHS, RATES, TIMES, check_within
+from problems.base import ANGLES, COORDINATES, LENGTHS, RATES, TIMES, check_within
 from problems.evaluation import EvaluationOptions
 from solvers import Box
 

@@ -13,19 +13,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import CertificateStatus, Ellipse, InvalidProblem, PlanarArm, Rectangle, Trajectory
-from problems.assembly.move import MoveProblem, move
-from problems.base.matrix import FloatArray, as_array
-from problems.certify import arrival
-from problems.certify.arrival import LOOKED_AHEAD, AtGoal, at_goal, stay_verdicts
-from problems.limits import limits_of
-from problems.limits.distances.proximity import clearances
-from problems.limits.staying import looks
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from problems.scene.moving.tabulated import Tabulated
-from problems.scene.obstacle import Obstacle
-from problems.tasks.move import Move
-from problems.tasks.place import Joints
+from problems.base import FloatArray, as_array
+from problems.certify import AtGoal, at_goal, stay_verdicts, verification
+from problems.certify.verification import LOOKED_AHEAD
+from problems.families.splines import MoveProblem, move
+from problems.limits import clearances, limits_of, looks
+from problems.scene import Obstacle, Tabulated
+from problems.scene.moving import ConstantVelocity, MovingObstacle
+from problems.tasks import Joints, Move
 
 ARM = PlanarArm((1.0, 1.0), (4.0,) * 2, (20.0,) * 2)
 STRAIGHT = Trajectory(np.array([0.0, 2.0]), np.zeros((1, 1, 2)))  # along the x axis, from t = 0 to its arrival at 2 s
@@ -234,7 +229,7 @@ def test_what_comes_after_a_doubtful_moment_is_not_promised(monkeypatch: pytest.
         near[len(near) // 4] = -1.0 if first else near[len(near) // 4]
         return near, near.copy()
 
-    monkeypatch.setattr(arrival, "_clearances", seen)
+    monkeypatch.setattr(verification, "_clearances", seen)
     assert found(moving((1.0, 300.0), (0.0, -0.5))).clear_until <= 40.0
 
 

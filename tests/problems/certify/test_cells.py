@@ -14,11 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import CertificateStatus, Constraint, Limit, PlanarArm, Trajectory
-from problems.base.matrix import Matrix, as_array
-from problems.certify.cells import prove_by_cells
-from problems.certify.verification import limit_verdicts
-from problems.motions.samples import Samples
-from problems.motions.two_segments import Quantities
+from problems.base import Matrix, as_array
+from problems.certify import limit_verdicts
+from problems.certify.interval import prove_by_cells
+from problems.families.two_segments import Quantities
+from problems.motions import Samples
 
 CERTIFIED, VIOLATED, UNDECIDED = CertificateStatus
 CHECK_SAMPLES = 20_000
@@ -36,7 +36,7 @@ class Toy(Limit):
     formula: Callable[[Samples], Matrix]
     bound: float
 
-    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         bound = ca.DM(self.bound)
         return [
             Constraint(

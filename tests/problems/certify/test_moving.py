@@ -29,15 +29,11 @@ from problems import (
     Rectangle,
     Trajectory,
 )
-from problems.certify.clearance import ClearanceProof, prove_clearance
-from problems.certify.closest_approach import ClosestApproach, closest_approach
-from problems.limits.distances.clearance import Clearance, reachable_pairs
-from problems.robots.robot import Robot
-from problems.robots.spatial.spatial_arm import Sphere
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from problems.scene.moving.obstacle_motion import ObstacleMotion
-from problems.scene.moving.tabulated import Tabulated
+from problems.certify import ClearanceProof, ClosestApproach, closest_approach, prove_clearance
+from problems.limits import Clearance, reachable_pairs
+from problems.robots import Robot, Sphere
+from problems.scene import Tabulated
+from problems.scene.moving import ConstantVelocity, MovingObstacle, ObstacleMotion
 from tests.problems.certify.test_space import SPHERES, motion, sphere_centers
 
 SAMPLES = 2000

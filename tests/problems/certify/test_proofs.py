@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import PPoly
 
-from problems.base.bernstein import bernstein, within
+from problems.base import bernstein, within
 from problems.certify.interval import bounds
 
 X = ca.SX.sym("x", 2)

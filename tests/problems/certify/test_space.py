@@ -11,9 +11,9 @@ from helpers.space import LENGTHS, TOOL, small_arm
 from scipy.spatial.transform import Rotation
 
 from problems import Box, Capsule, CertificateStatus, Obstacle, Trajectory
-from problems.certify.clearance import ClearanceProof, prove_clearance
+from problems.certify import ClearanceProof, prove_clearance
 from problems.limits import proximity_limits
-from problems.robots.spatial.spatial_arm import SpatialArm, Sphere
+from problems.robots import SpatialArm, Sphere
 
 SAMPLES = 20_000
 SCENES = 100

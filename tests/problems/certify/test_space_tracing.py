@@ -5,9 +5,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from problems import CertificateStatus, Path, Trajectory
-from problems.certify.space_tracing import ToolMotion, TracedTool
-from problems.robots.spatial.spatial_arm import SpatialArm
-from problems.tasks.paths.space_tracing import SpaceTracing
+from problems.families.traced.proofs import ToolMotion, TracedTool
+from problems.robots import SpatialArm
+from problems.tasks import SpaceTracing
 from tests.helpers.space import sliding_arm, small_arm
 from tests.oracles.space import away_from_path, tool_poses
 

@@ -7,9 +7,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from problems import CertificateStatus, Path, PlanarArm, Trajectory
-from problems.certify.tracing import distance_from_segments, prove_tracing
-from problems.certify.travel import Travel
-from problems.tasks.paths.path_tracing import PathTracing
+from problems.certify import Travel
+from problems.families.traced.proofs import distance_from_segments, prove_tracing
+from problems.tasks import PathTracing
 
 ARM = PlanarArm((0.6, 0.5, 0.4), (4.0,) * 3, (20.0,) * 3)
 

@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import Move, PlanarArm, move
-from problems.assembly.tracing import tracing
-from problems.base.matrix import as_array
-from problems.certify.verdict import CertificateStatus
-from problems.encodings.timing.pace import KNOTS, LEAST, Pace, pace_rows
+from problems.assembly import Pace
+from problems.assembly.path_timing import KNOTS, LEAST, pace_rows
+from problems.base import as_array
+from problems.certify import CertificateStatus
 from problems.evaluation import EvaluationOptions
-from problems.motions.path_spline import PathSpline
-from problems.tasks.paths.path import Path
-from problems.tasks.paths.path_tracing import PathTracing
+from problems.families.traced import tracing
+from problems.motions import PathSpline
+from problems.tasks import Path, PathTracing
 from solvers import LSHADE, Box, Budget, minimize
 
 VM = EvaluationOptions("vm")

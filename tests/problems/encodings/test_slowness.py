@@ -10,13 +10,11 @@ import pytest
 from helpers.cases import equal_links, following, moving
 
 from problems import OBJECTIVES, Problem
-from problems.assembly.move import move
-from problems.assembly.tracing import tracing
-from problems.encodings.timing.slowness import MOST, Slowness
-from problems.tasks.move import Move
-from problems.tasks.paths.path import Path
-from problems.tasks.paths.path_tracing import PathTracing
-from problems.tasks.place import Joints
+from problems.assembly import Slowness
+from problems.assembly.path_timing import MOST
+from problems.families.splines import move
+from problems.families.traced import tracing
+from problems.tasks import Joints, Move, Path, PathTracing
 
 ARM = equal_links(3, link_masses=(1.0, 2.0, 3.0))
 LINE = Path(((1.0, 0.5), (1.1, 0.6), (1.2, 0.6)))

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from problems import Joints, Move, PlanarArm, Position
-from problems.base.matrix import FloatArray, as_array
-from problems.encodings.waypoints import nominal, postures, spread, variables
+from problems.base import FloatArray, as_array
+from problems.families.splines.encoding import nominal, postures, spread, variables
 
 TWO = PlanarArm((1.0, 1.0), (4.0, 4.0), (20.0, 20.0))
 FOUR = PlanarArm((0.5,) * 4, (4.0,) * 4, (20.0,) * 4)

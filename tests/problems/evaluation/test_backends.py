@@ -16,20 +16,13 @@ from helpers.waiting import wait_until
 from hypothesis import given
 from hypothesis import strategies as st
 
-from problems.base.matrix import FloatArray
-from problems.evaluation import (
-    EvaluationOptions,
-    InvalidEvaluation,
-    PopulationFunction,
-    Program,
-    population,
-)
-from problems.evaluation.native import cache
-from problems.evaluation.native.compiler import find_compiler
-from problems.evaluation.native.native import find_library
+from problems.base import FloatArray
+from problems.evaluation import EvaluationOptions, InvalidEvaluation, PopulationFunction, Program, cache, population
+from problems.evaluation.batches import BATCH_AFTER_CANDIDATES, BATCH_SIZE
+from problems.evaluation.compiler import find_compiler
+from problems.evaluation.interpreter import BINARY, UNARY, UnsupportedOperation
+from problems.evaluation.native import find_library
 from problems.evaluation.portable_math import angle, portable, sine_cosine
-from problems.evaluation.tape import BINARY, UNARY, UnsupportedOperation
-from problems.evaluation.virtual_machine import BATCH_AFTER_CANDIDATES, BATCH_SIZE
 from solvers import BSO, Box, Budget, minimize
 
 pytestmark = pytest.mark.usefixtures("cache_folder")

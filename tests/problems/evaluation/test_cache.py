@@ -13,14 +13,13 @@ from pathlib import Path
 import pytest
 from helpers.evaluation import needs_compiler, points, same_bits, small, source_of
 
-from problems.base.matrix import FloatArray
-from problems.evaluation import EvaluationOptions, PopulationFunction, population
-from problems.evaluation.native import cache
-from problems.evaluation.native.compiler import FLAGS, NativeUnavailable, asked_version, find_compiler
-from problems.evaluation.native.native import compile_library, find_library, key
+from problems.base import FloatArray
+from problems.evaluation import EvaluationOptions, PopulationFunction, cache, population
+from problems.evaluation.compiler import FLAGS, NativeUnavailable, asked_version, find_compiler
+from problems.evaluation.native import compile_library, find_library, key
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
-BACKGROUND = [sys.executable, "-c", "from problems.evaluation.native.background import fill_cache; fill_cache()"]
+BACKGROUND = [sys.executable, "-c", "from problems.evaluation.native import fill_cache; fill_cache()"]
 
 
 # Compilers
@@ -105,7 +104,7 @@ def test_nothing_of_a_function_reaches_the_command_line(monkeypatch: pytest.Monk
         assert not options.get("shell")
         return start(command, **options)  # type: ignore[call-overload]
 
-    monkeypatch.setattr("problems.evaluation.native.outside.subprocess.Popen", recorded)
+    monkeypatch.setattr("problems.evaluation.compiler.subprocess.Popen", recorded)
     asked_version.cache_clear()
     compile_library(source_of(small()))
     [asking, compiling] = commands

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from problems.evaluation.native import cache
+from problems.evaluation import cache
 
 KEY = cache.key_of("library")
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="links and owners")

@@ -12,11 +12,9 @@ from tempfile import gettempdir
 import pytest
 from helpers.evaluation import needs_compiler, points, same_bits, small, source_of
 
-from problems.evaluation import EvaluationOptions, PopulationFunction
-from problems.evaluation.native import cache, compiler, native
-from problems.evaluation.native.compiler import NativeUnavailable, find_compiler
-from problems.evaluation.native.native import compile_library
-from problems.evaluation.native.outside import MAX_OUTPUT, NoAnswer, run
+from problems.evaluation import EvaluationOptions, PopulationFunction, cache, compiler, native
+from problems.evaluation.compiler import MAX_OUTPUT, NativeUnavailable, NoAnswer, find_compiler, run
+from problems.evaluation.native import compile_library
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
 LONG = 1000.0  # s; a test that waits for so long fails by the run's own deadline

@@ -9,7 +9,7 @@ import pytest
 from helpers.cases import BUILTIN, builtin
 
 from benchmarks.array_cost import array_cost
-from problems.evaluation.virtual_machine import BATCH_AFTER_CANDIDATES, BATCH_SIZE, MAX_UNBATCHED
+from problems.evaluation.batches import BATCH_AFTER_CANDIDATES, BATCH_SIZE, MAX_UNBATCHED
 
 
 @pytest.mark.parametrize("case", ["time-3", "obstacle-4", "pentagram-rotation"])

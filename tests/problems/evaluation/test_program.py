@@ -14,14 +14,14 @@ from helpers.programs import interpreted, sym, typical, with_stacks
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, InvalidProgram, Loop, PopulationFunction, Program, Step
-from problems.evaluation import virtual_machine as virtual_machine_module
+from problems.evaluation import batches as virtual_machine_module
+from problems.evaluation import codegen as regions_module
+from problems.evaluation.batches import BATCH_AFTER_CANDIDATES, BATCH_SIZE
+from problems.evaluation.codegen import cpp
+from problems.evaluation.compiler import Compiler
 from problems.evaluation.kernel import kernels
-from problems.evaluation.native import regions as regions_module
-from problems.evaluation.native.codegen import cpp
-from problems.evaluation.native.compiler import Compiler
-from problems.evaluation.virtual_machine import BATCH_AFTER_CANDIDATES, BATCH_SIZE
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
 PROGRAMS = {"typical": typical, "stacks": with_stacks}

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from helpers.evaluation import needs_compiler, points, same_bits, source_of, virtual_machine
 
-from problems.evaluation import EvaluationOptions, PopulationFunction, Program
-from problems.evaluation.native import regions
+from problems.evaluation import EvaluationOptions, PopulationFunction, Program, codegen
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
 X = ca.SX.sym("x", 3)
@@ -42,7 +41,7 @@ COSTS = {
 @pytest.mark.parametrize("name", COSTS)
 @pytest.mark.parametrize("block", [7, 1000])
 def test_bits_are_those_of_the_virtual_machine(name: str, block: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(regions, "BLOCK_STATEMENTS", block)
+    monkeypatch.setattr(codegen, "BLOCK_STATEMENTS", block)
     program = Program.of(ca.Function("cost", [X], [COSTS[name]]))
     candidates = points(300)
     candidates[:100, 0] = np.abs(candidates[:100, 0])  # batches in which the condition holds for all

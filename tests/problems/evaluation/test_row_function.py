@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from problems.evaluation.row_function import RowFunction
+from problems.evaluation.program import RowFunction
 
 WIDTH = 8
 

@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from problems.limits.accuracy import shares_along
-from problems.limits.angular_accuracy import AngularAccuracy
-from problems.robots.spatial.orientations import Orientations
+from problems.limits import AngularAccuracy, shares_along
+from problems.robots import Orientations
 
 
 def test_angles_are_those_of_spherical_interpolation() -> None:

@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from problems.certify.verdict import verdict
-from problems.limits.constraint import Constraint, PenaltyKind
+from problems.certify import verdict
+from problems.limits import Constraint, PenaltyKind
 
 
 def limit(values: list[list[float]], penalty: PenaltyKind = PenaltyKind.COUNT, **more: Any) -> Constraint:

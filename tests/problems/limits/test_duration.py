@@ -10,11 +10,10 @@ import pytest
 from helpers.cases import OVAL, THREE_METRES, changed, equal_links, following, moving
 
 from problems import CertificateStatus, Problem, Verdict, pentagram
-from problems.base.matrix import as_array
-from problems.certify.verdict import verdict
+from problems.base import as_array
+from problems.certify import verdict
 from problems.evaluation import EvaluationOptions
-from problems.limits.duration import DurationBounds
-from problems.limits.limit import SAMPLING_MARGIN
+from problems.limits import SAMPLING_MARGIN, DurationBounds
 from solvers import BSO, IPOPT, Box, Budget, Descent, minimize
 
 START, GOAL = (1.0, 0.0), (0.5, 1.5)

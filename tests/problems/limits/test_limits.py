@@ -12,23 +12,28 @@ from helpers.cases import OVAL, equal_links, moving
 from helpers.space import small_arm
 
 from problems import Ball, CertificateStatus, Constraint, Ellipse, InvalidProblem, Limit, PlanarArm, Trajectory
-from problems.base.matrix import FloatArray, as_array
-from problems.certify.time_scale import exact_time_scale, safe_time_scale
-from problems.certify.verification import limit_verdicts
-from problems.limits import LIMITS, limits_of
-from problems.limits.accuracy import Accuracy
-from problems.limits.constraint import PenaltyKind
-from problems.limits.derivative import AccelerationLimit, DerivativeLimit, JerkLimit, SpeedLimit
-from problems.limits.distances.clearance import Clearance, reachable_pairs
-from problems.limits.distances.step import MAX_STEP_SHARE, StepLimit
-from problems.limits.joint_range import JointRange
-from problems.limits.point_constraints import end_point, reach_limit
-from problems.limits.time_scale import minimum_time_scale, peaks_of, scaling
-from problems.motions.samples import Samples
-from problems.motions.two_segments import Quantities
-from problems.robots.robot import JointLimits
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
+from problems.base import FloatArray, as_array
+from problems.certify import exact_time_scale, limit_verdicts, safe_time_scale
+from problems.families.two_segments import Quantities
+from problems.limits import (
+    LIMITS,
+    MAX_STEP_SHARE,
+    Accuracy,
+    Clearance,
+    PenaltyKind,
+    StepLimit,
+    end_point,
+    limits_of,
+    minimum_time_scale,
+    peaks_of,
+    reach_limit,
+    reachable_pairs,
+    scaling,
+)
+from problems.limits.joint_limits import AccelerationLimit, DerivativeLimit, JerkLimit, JointRange, SpeedLimit
+from problems.motions import Samples
+from problems.robots import JointLimits
+from problems.scene.moving import ConstantVelocity, MovingObstacle
 
 RANGES = ((-2.0, 3.0), (-1.0, 1.0), (-3.0, 2.0))
 ARM = PlanarArm((0.8, 0.7, 0.5), (4.0, 3.0, 2.0), (20.0, 10.0, 30.0), RANGES)
@@ -83,7 +88,7 @@ def test_one_row_says_what_many_say(limit: Limit, margin: float) -> None:
     samples = some_samples()
     rows = [samples.rows(slice(i, i + 1)) for i in range(ROWS)]
     every = limit.constraints(samples, margin)
-    alone = [limit.at(row, margin) for row in rows]
+    alone = [limit.constraints_at(row, margin) for row in rows]
     steps = [limit.between(before, after, margin) for before, after in itertools.pairwise(rows)]
     assert len(every) == len(alone[0]) + len(steps[0])
     for index, constraint in enumerate(every):
@@ -169,25 +174,25 @@ def test_clearance_by_hand() -> None:
 
 
 def test_steps_by_hand() -> None:
-    limit = StepLimit.holding(ARM, [DISC, BESIDE])
+    limit = StepLimit.for_robot(ARM, [DISC, BESIDE])
     assert limit is not None
     assert limit.width == 0.2
     [step] = limit.constraints(straight())
     assert rows_of(step)[0] == pytest.approx([2 * 0.8**2, 2 * 1.5**2, 2 * 2.0**2])
     assert step.bounds[1] == pytest.approx((MAX_STEP_SHARE * 0.2) ** 2)
-    assert StepLimit.holding(ARM, []) is None
+    assert StepLimit.for_robot(ARM, []) is None
 
 
 def test_a_robot_without_bodies_may_make_any_step() -> None:
     assert not small_arm().bodies
-    assert StepLimit.holding(small_arm(), [Ball(center=(1.0, 0.0, 0.5), radius=0.1)]) is None
+    assert StepLimit.for_robot(small_arm(), [Ball(center=(1.0, 0.0, 0.5), radius=0.1)]) is None
 
 
 @pytest.mark.parametrize(("beside", "left"), [(1.1, 0.9), (0.5, 0.3)])
 def test_steps_as_a_moving_obstacle_sees_them_by_hand(beside: float, left: float) -> None:
     """The arm stands along x while a disc of 0.2 m comes 1 m nearer: a step may be as long as what is left then."""
     disc = MovingObstacle(Ellipse((0.4, beside + 1.0), (0.2, 0.2)), ConstantVelocity((0.0, -1.0)))
-    step, longest = StepLimit.holding(ARM, [disc]), MAX_STEP_SHARE * 0.4
+    step, longest = StepLimit.for_robot(ARM, [disc]), MAX_STEP_SHARE * 0.4
     assert step is not None
     (found,) = step.constraints(replace(some_samples(2), derivatives=(ca.DM.zeros(2, 3),)))
     assert as_array(ca.DM(found.upper)) == pytest.approx(np.full((1, 3), longest**2))
@@ -229,7 +234,7 @@ def test_limits_of_a_robot_among_obstacles() -> None:
         limits_of(ARM, [], [SpeedLimit])
     assert [limit.name for limit in scaling(EVERY.values())] == ["speed", "acceleration", "jerk"]
     with pytest.raises(NotImplementedError):
-        Limit.holding(ARM, [])
+        Limit.for_robot(ARM, [])
 
 
 # How slowly a shape has to be run

@@ -11,18 +11,14 @@ from helpers.cases import moving
 from oracles.outlines import along, dense, nearest, skeletons, to_segment
 
 from problems import CertificateStatus, Ellipse, InvalidProblem, Obstacle, PlanarArm, Polygon, Rectangle, Trajectory
-from problems.base.matrix import as_array
-from problems.certify.clearance import prove_clearance
-from problems.certify.verification import limit_verdicts
+from problems.base import as_array
+from problems.certify import limit_verdicts, prove_clearance
 from problems.evaluation import EvaluationOptions
-from problems.limits import proximity_limits
-from problems.limits.distances.clearance import Clearance
-from problems.limits.distances.proximity import Proximity
-from problems.limits.distances.self_clearance import SelfClearance
-from problems.limits.distances.step import StepLimit
-from problems.motions.samples import Samples
-from problems.scene.segments import crossing_clearance
-from problems.tasks.place import Joints
+from problems.limits import Clearance, Proximity, StepLimit, proximity_limits
+from problems.limits.self_clearance import SelfClearance
+from problems.motions import Samples
+from problems.scene import crossing_clearance
+from problems.tasks import Joints
 from solvers import PSO, Box, Budget, minimize
 
 ARM = PlanarArm(
@@ -115,9 +111,9 @@ def test_clearances_are_what_capsules_keep() -> None:
     limits = proximity_limits(ARM, OBSTACLES)
     assert [limit.name for limit in limits] == ["clearance", "self clearance"]
     for limit in limits:
-        [constraint] = limit.at(samples)
+        [constraint] = limit.constraints_at(samples)
         assert constraint.bounds[0].tolist() == [0.02] * len(limit.pairs)
-        assert limit.at(samples, 1e-3)[0].bounds[0] == pytest.approx(0.02 + 1e-3 * ARM.reach()[1])
+        assert limit.constraints_at(samples, 1e-3)[0].bounds[0] == pytest.approx(0.02 + 1e-3 * ARM.reach()[1])
         for row, expected in zip(as_array(constraint.expression), true_clearances(limit, theta), strict=True):
             for pair, value, true in zip(limit.pairs, row, expected, strict=True):
                 radii = pair.body.radius if isinstance(limit, Clearance) else pair.first.radius + pair.second.radius
@@ -127,7 +123,7 @@ def test_clearances_are_what_capsules_keep() -> None:
 
 
 def test_the_program_takes_an_increasing_function_of_the_clearance() -> None:
-    limit = Clearance.holding(ARM, OBSTACLES)
+    limit = Clearance.for_robot(ARM, OBSTACLES)
     assert limit is not None
     values = np.linspace(-0.12, 0.5, 200)
     smooth = as_array(limit._smooth(ca.repmat(ca.DM(values), 1, len(limit.pairs))))
@@ -136,9 +132,9 @@ def test_the_program_takes_an_increasing_function_of_the_clearance() -> None:
 
 def test_what_stands_too_near_is_kept_in_mind_as_a_pair() -> None:
     beyond = Ellipse((ARM.base[0] + ARM.reach()[1] + 0.13, ARM.base[1]), (0.1, 0.1))
-    assert Clearance.holding(ARM, [beyond]) is not None
-    assert Clearance.holding(replace(ARM, margin=0.0, link_radius=None), [beyond]) is None
-    step = StepLimit.holding(ARM, [beyond])
+    assert Clearance.for_robot(ARM, [beyond]) is not None
+    assert Clearance.for_robot(replace(ARM, margin=0.0, link_radius=None), [beyond]) is None
+    step = StepLimit.for_robot(ARM, [beyond])
     assert step is not None
     assert step.width == pytest.approx(0.2 + 2.0 * (0.02 + 0.02))
 
@@ -162,7 +158,7 @@ def test_proofs_against_very_many_samples(seed: int) -> None:
     for limit in proximity_limits(ARM, OBSTACLES):
         proof = prove_clearance(limit, trajectory)
         assert proof is not None
-        [constraint] = limit.at(trajectory.samples(times, ARM))
+        [constraint] = limit.constraints_at(trajectory.samples(times, ARM))
         densest = float(as_array(constraint.expression).min())
         if proof.status is CertificateStatus.CERTIFIED:
             assert ARM.margin <= proof.proven <= densest + 1e-12
@@ -182,7 +178,7 @@ def test_no_false_proof_in_100_000_samples(seed: int) -> None:
     for limit in proximity_limits(ARM, OBSTACLES):
         proof = prove_clearance(limit, trajectory)
         assert proof is not None
-        dense_values = as_array(limit.at(trajectory.samples(times, ARM))[0].expression)
+        dense_values = as_array(limit.constraints_at(trajectory.samples(times, ARM))[0].expression)
         assert proof.status is not CertificateStatus.CERTIFIED or dense_values.min() >= proof.proven
 
 
@@ -190,19 +186,19 @@ def test_near_an_oval_undecided_is_not_violated() -> None:
     oval = Ellipse((1.0, 0.0), (0.5, 0.05))
     arm = PlanarArm((0.3, 0.3), (1.0,) * 2, (1.0,) * 2, base_point=(1.0, 0.6), base_angle=-np.pi / 2.0)
     still = Trajectory(np.array([0.0, 1.0]), np.array([[[1.1, 0.4]]]))
-    limit = Clearance.holding(arm, [oval])
+    limit = Clearance.for_robot(arm, [oval])
     assert limit is not None
     [pair] = [pair for pair in limit.pairs if pair.body.name == "link 2"]
     true = pair.distance(arm.positions(ca.DM([[1.1, 0.4]])))
     for share, status in ((0.5, "certified"), (1.01, "violated")):
         keeping = replace(arm, margin=share * true)
-        held = Clearance.holding(keeping, [oval])
+        held = Clearance.for_robot(keeping, [oval])
         assert held is not None
         [verdict] = limit_verdicts([held], still)
         assert (verdict.status, verdict.bound) == (status, share * true)
     bound = float(oval.segment_distance(*(arm.positions(ca.DM([[1.1, 0.4]]))[i] for i in (1, 2))))
     if bound < true - 1e-9:
-        held = Clearance.holding(replace(arm, margin=(bound + true) / 2.0), [oval])
+        held = Clearance.for_robot(replace(arm, margin=(bound + true) / 2.0), [oval])
         assert held is not None
         assert limit_verdicts([held], still)[0].status == "undecided"
 
@@ -260,6 +256,6 @@ def test_postures_that_are_too_near() -> None:
 
 
 def test_no_limit_where_nothing_is_asked_for() -> None:
-    assert SelfClearance.holding(replace(ARM, self_collision=False), ()) is None
+    assert SelfClearance.for_robot(replace(ARM, self_collision=False), ()) is None
     two = PlanarArm((1.0, 1.0), (1.0, 1.0), (1.0, 1.0), self_collision=True)
-    assert SelfClearance.holding(two, ()) is None
+    assert SelfClearance.for_robot(two, ()) is None

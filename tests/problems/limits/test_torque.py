@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import InvalidProblem, PlanarArm
-from problems.base.matrix import FloatArray, as_array
-from problems.limits.limit import SAMPLING_MARGIN
-from problems.limits.torque import LEAST_ROOM, StaticTorque, TorqueLimit, can_hold, holding_torques
-from problems.motions.samples import Samples
+from problems.base import FloatArray, as_array
+from problems.limits import SAMPLING_MARGIN, TorqueLimit, can_hold, holding_torques
+from problems.limits.torque import StaticTorque
+from problems.motions import LEAST_ROOM, Samples
 
 MASS, LENGTH, GRAVITY = 2.0, 0.5, 9.81
 WEIGHT = MASS * GRAVITY * LENGTH  # N m: of a rod at its far end
@@ -69,7 +69,7 @@ def test_viscous_friction_takes_its_share_by_hand() -> None:
 def test_a_posture_that_cannot_be_held_breaks_the_static_limit_by_how_much() -> None:
     weak = PlanarArm(RODS.link_lengths, (4.0,) * 2, (40.0,) * 2, link_masses=(MASS,) * 2, max_torque=(WEIGHT, WEIGHT))
     assert can_hold(weak, np.array([[0.0, 0.0], [np.pi / 2, 0.0], [-np.pi / 2, 0.0]])).tolist() == [False, True, True]
-    [static] = TorqueLimit(weak).statics
+    [static] = TorqueLimit(weak).static_limits
     excess = [
         float(c.graded_penalty())
         for a in (0.0, 0.5, 1.5)
@@ -82,7 +82,7 @@ def test_a_posture_that_cannot_be_held_breaks_the_static_limit_by_how_much() -> 
 
 def test_torques_of_unknown_masses_are_refused() -> None:
     with pytest.raises(InvalidProblem, match="masses"):
-        TorqueLimit.holding(PlanarArm((1.0, 1.0), (4.0,) * 2, (40.0,) * 2, max_torque=(1.0, 1.0)), ())
+        TorqueLimit.for_robot(PlanarArm((1.0, 1.0), (4.0,) * 2, (40.0,) * 2, max_torque=(1.0, 1.0)), ())
 
 
 SIZES = (st.floats(-3.0, 3.0), st.floats(-4.0, 4.0), st.floats(-60.0, 60.0))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from problems import InvalidProblem, Trajectory
-from problems.base.matrix import FloatArray
-from problems.motions.joint_path import JointPath
+from problems.base import FloatArray
+from problems.motions import JointPath
 
 WAYPOINTS = np.random.default_rng(3).uniform(-2.0, 2.0, (7, 3))
 

@@ -9,8 +9,8 @@ import pytest
 from helpers.cases import BUILTIN, builtin
 
 from problems import CertificateStatus, PlanarArm, Trajectory
-from problems.certify.verification import limit_verdicts
-from problems.limits.derivative import JerkLimit
+from problems.certify import limit_verdicts
+from problems.limits.joint_limits import JerkLimit
 from solvers import Box
 
 ALLOWED = 1e-9  # what an audit accepts

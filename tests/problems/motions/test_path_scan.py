@@ -11,8 +11,8 @@ from scipy.interpolate import BSpline
 from scipy.optimize import linprog
 
 from problems import PlanarArm
-from problems.base.matrix import FloatArray, as_array
-from problems.motions.path_spline import PathSpline, TimedPath
+from problems.base import FloatArray, as_array
+from problems.motions import PathSpline, TimedPath
 
 SEEDS = range(6)
 AT_REST = (ca.DM(0.0), None)

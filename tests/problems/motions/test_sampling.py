@@ -11,15 +11,13 @@ import numpy as np
 import pytest
 from helpers.cases import equal_links
 
-from problems.base.matrix import as_array
-from problems.motions.knot_spline import KnotSpline
-from problems.motions.motion import Motion
-from problems.motions.path_spline import PathSpline, TimedPath
-from problems.motions.samples import Samples
-from problems.motions.splines.in_time import SplineShape
-from problems.motions.splines.time_spline import TimeSpline
-from problems.motions.trajectory import SMOOTH_ORDERS
-from problems.motions.two_segments import Quantities, TwoSegments
+from problems.base import as_array
+from problems.families.knots.motion import KnotSpline
+from problems.families.time_splines.motion import TimeSpline
+from problems.families.two_segments import Quantities
+from problems.families.two_segments.motion import TwoSegments
+from problems.motions import SMOOTH_ORDERS, Motion, PathSpline, Samples, TimedPath
+from problems.motions.splines import SplineShape
 
 RNG = np.random.default_rng(0)
 ROBOT = equal_links(3)

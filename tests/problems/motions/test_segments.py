@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from problems import PlanarArm, Trajectory
-from problems.certify.time_scale import exact_time_scale
-from problems.limits.derivative import AccelerationLimit, SpeedLimit
-from problems.motions.segments import QUARTIC, QUINTIC, middle_acceleration, sampling_matrix
-from problems.motions.two_segments import Quantities
+from problems.certify import exact_time_scale
+from problems.families.two_segments import Quantities
+from problems.families.two_segments.motion import QUARTIC, QUINTIC, middle_acceleration, sampling_matrix
+from problems.limits.joint_limits import AccelerationLimit, SpeedLimit
 
 angles = st.floats(-6.0, 6.0)
 times = st.floats(0.1, 4.0)

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
-from problems.motions.splines.in_time import SplineShape
-from problems.motions.splines.time_spline import FIXED, TimeSpline
+from problems.families.time_splines.motion import FIXED, TimeSpline
+from problems.motions.splines import SplineShape
 
 ROBOT = equal_links(2)
 pieces = st.integers(1, 8)

@@ -8,7 +8,7 @@ import pytest
 from helpers.cases import moving
 
 from problems import Ellipse, PlanarArm
-from problems.nlp.composition import composed_hessian
+from problems.nlp import composed_hessian
 
 ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, ((-3.0, 3.0), (-2.9, 2.9), (-2.9, 2.9)))
 OBSTACLES = (Ellipse((0.8, 0.8), (0.15, 0.25), 0.3),)

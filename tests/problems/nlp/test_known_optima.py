@@ -14,13 +14,12 @@ import pytest
 from scipy.integrate import simpson, solve_bvp
 
 from problems import OBJECTIVES, PlanarArm, Robot, Trajectory
-from problems.base.matrix import FloatArray
-from problems.certify.verification import limit_verdicts
+from problems.base import FloatArray
+from problems.certify import limit_verdicts
+from problems.families.splines import MoveNlp
 from problems.limits import limits_of
-from problems.nlp.move import MoveNlp
-from problems.robots.spatial.urdf import read_urdf
-from problems.tasks.move import Move
-from problems.tasks.place import Joints
+from problems.robots import read_urdf
+from problems.tasks import Joints, Move
 from solvers import IPOPT, Descent
 
 MASS, LENGTH, MIDDLE = 1.2, 0.4, 0.03  # kg, m, kg m^2

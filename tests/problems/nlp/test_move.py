@@ -15,22 +15,18 @@ from scipy.optimize import lsq_linear
 
 from benchmarks.peers.moving_ends import random_move
 from problems import OBJECTIVES, Ellipse, PlanarArm, Trajectory
-from problems.certify.verdict import verdict
-from problems.certify.verification import limit_verdicts
+from problems.certify import limit_verdicts, verdict
+from problems.families.splines import MoveNlp
+from problems.families.splines.program import Waypoints, through
+from problems.families.splines.starts import WaypointPostures
 from problems.limits import limits_of
-from problems.nlp.move import MoveNlp
-from problems.nlp.move_solution import Waypoints, through
-from problems.nlp.optimum.optimality import least_squares_multipliers, optimality
-from problems.nlp.starts.displacement import LONGEST
-from problems.nlp.starts.waypoint_postures import WaypointPostures
-from problems.robots.robot import JointLimits
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from problems.tasks.move import Move
-from problems.tasks.place import Joints, Position
-from problems.timing.free_space.acceleration_pieces import AccelerationPieces
-from problems.timing.free_space.moving_ends import least_time_move
-from problems.timing.rest_to_rest import least_durations, rest_to_rest
+from problems.nlp import optimality
+from problems.nlp.optimality import least_squares_multipliers
+from problems.nlp.starts import LONGEST
+from problems.robots import JointLimits
+from problems.scene.moving import ConstantVelocity, MovingObstacle
+from problems.tasks import Joints, Move, Position
+from problems.timing.free_space import AccelerationPieces, least_durations, least_time_move, rest_to_rest
 from solvers import IPOPT, Descent, StopReason
 
 ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3)

@@ -25,13 +25,12 @@ from problems import (
     path_following,
     point_to_point,
 )
-from problems.base.matrix import Matrix
-from problems.certify.time_scale import exact_time_scale
-from problems.limits import limits_of
-from problems.limits.derivative import SpeedLimit
-from problems.limits.time_scale import holds_time
-from problems.motions.samples import Samples
-from problems.robots.robot import JointLimits
+from problems.base import Matrix
+from problems.certify import exact_time_scale
+from problems.limits import holds_time, limits_of
+from problems.limits.joint_limits import SpeedLimit
+from problems.motions import Samples
+from problems.robots import JointLimits
 from solvers import IPOPT, Descent
 
 MAX_JERK = 150.0  # rad/s^3
@@ -57,7 +56,7 @@ class TipSpeed(Limit):
     robot: Robot
 
     @classmethod
-    def holding(cls, robot: Robot, obstacles: Any) -> Self:
+    def for_robot(cls, robot: Robot, obstacles: Any) -> Self:
         return cls(robot)
 
     def velocity(self, samples: Samples) -> Matrix:
@@ -65,7 +64,7 @@ class TipSpeed(Limit):
         x, y = (ca.sum2(LINK * part(angle) * turn) for part in (ca.sin, ca.cos))
         return ca.sqrt(x**2 + y**2)
 
-    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         return [
             Constraint(
                 name=self.name,
@@ -96,10 +95,10 @@ class NotTooSoon(Limit):
     robot: Robot
 
     @classmethod
-    def holding(cls, robot: Robot, obstacles: Any) -> Self:
+    def for_robot(cls, robot: Robot, obstacles: Any) -> Self:
         return cls(robot)
 
-    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         return [
             Constraint(
                 name=self.name,
@@ -151,7 +150,7 @@ def test_the_time_scale_of_a_limit_without_closed_form() -> None:
 
 @pytest.mark.parametrize(("limit", "expected"), [(NotTooSoon, True), (TipSpeed, False), (SpeedLimit, False)])
 def test_which_limits_hold_time(limit: type[Limit], expected: bool) -> None:
-    built = limit.holding(arm(), ())
+    built = limit.for_robot(arm(), ())
     assert built is not None
     assert holds_time([built]) is expected
 

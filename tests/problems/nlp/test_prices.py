@@ -12,18 +12,17 @@ import numpy as np
 import pytest
 
 from problems import Constraint, Ellipse, Objective, PlanarArm, PointToPoint, Problem, Robot, point_to_point
-from problems.assembly.move import move
-from problems.base.matrix import FloatArray, Matrix
-from problems.limits.limit import Limit
-from problems.motions.samples import Samples
-from problems.nlp.optimum.parameters import parameter_slopes
-from problems.nlp.optimum.prices import Sensitivity, ranking, settled
-from problems.robots.rigid.payload import Payload
-from problems.scene.obstacle import Obstacle
-from problems.tasks.move import Move
-from problems.tasks.place import Joints
+from problems.base import FloatArray, Matrix
+from problems.families.splines import move
+from problems.limits import Limit
+from problems.motions import Samples
+from problems.nlp import Sensitivity, ranking, settled
+from problems.nlp.optimality import parameter_slopes
+from problems.robots import Payload
+from problems.scene import Obstacle
+from problems.tasks import Joints, Move
 from solvers import IPOPT, Descent, Solution, StopReason
-from tpbso_casadi.audit.optimum import prices_of
+from tpbso_casadi.audit_report import prices_of
 
 STEPS = (0.005, 0.003, -0.003, -0.005)  # of a number
 EXACT = IPOPT(tolerance=1e-8, acceptable=1e-8, max_iterations=1000)
@@ -162,10 +161,10 @@ class Slow(Limit):
     name = "slow elbow"
 
     @classmethod
-    def holding(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Slow:
+    def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Slow:
         return cls()
 
-    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         speed, most = samples.speed[:, 1], ca.DM([[2.0]])
         return [
             Constraint(

@@ -13,11 +13,10 @@ from scipy.optimize import NonlinearConstraint
 from scipy.optimize import minimize as scipy_minimize
 
 from problems import Ellipse, PlanarArm, Problem, closed_curve, pentagram
-from problems.base.matrix import as_array
-from problems.certify.time_scale import exact_time_scale
-from problems.limits.limit import SAMPLING_MARGIN
-from problems.motions.splines.node_form import NodeForm
-from problems.motions.splines.rest import RestSpline
+from problems.base import as_array
+from problems.certify import exact_time_scale
+from problems.families.knots.motion import NodeForm, RestSpline
+from problems.limits import SAMPLING_MARGIN
 from solvers import IPOPT, Box, Descent, StopReason
 
 ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, ((-3.0, 3.0), (-2.9, 2.9), (-2.9, 2.9)))

@@ -11,9 +11,8 @@ from helpers.cases import equal_links
 from helpers.massive import massive_motion
 
 from problems import OBJECTIVES, InvalidProblem, PointToPoint, Robot, Trajectory, point_to_point
-from problems.motions.expressions.sample_function import SampleFunction
-from problems.motions.expressions.tracing import traced
-from problems.objectives.expression import ExpressionObjective
+from problems.motions import SampleFunction, traced
+from problems.objectives import ExpressionObjective
 
 ARM = equal_links(2)
 SWING = Trajectory.from_pieces(np.array([1.0]), [np.array([[0.0, 0.0], [0.0, 0.0], [3.0, 1.5], [-2.0, -1.0]])])

@@ -12,12 +12,19 @@ import pytest
 from helpers.cases import BUILTIN, builtin, equal_links, moving
 
 from problems import OBJECTIVES, Objective, PlanarArm
-from problems.base.matrix import Matrix, as_array
-from problems.motions.samples import Samples
-from problems.objectives import Energy, ExecutionTime, JointRotation, MotionBounds, TipTravel, Work
-from problems.objectives.length import SMOOTHING_LENGTH
+from problems.base import Matrix, as_array
+from problems.motions import Samples
+from problems.objectives import MotionBounds
+from problems.objectives.catalogue import (
+    SMOOTHING,
+    SMOOTHING_LENGTH,
+    Energy,
+    ExecutionTime,
+    JointRotation,
+    TipTravel,
+    Work,
+)
 from problems.objectives.objective import UNKNOWN_UPPER_BOUND
-from problems.objectives.work import SMOOTHING
 from solvers import Box
 
 ARM = PlanarArm((1.0, 1.0), (4.0, 4.0), (20.0, 20.0), link_masses=(1.0, 2.0))

@@ -9,8 +9,8 @@ from helpers.cases import builtin
 from scipy.integrate import quad
 
 from problems import OBJECTIVES, PlanarArm, Trajectory
-from problems.base.matrix import FloatArray, as_array
-from problems.objectives.quadrature import integral
+from problems.base import FloatArray, as_array
+from problems.objectives.objective import integral
 
 ARM = PlanarArm((1.0, 1.0), (4.0, 4.0), (20.0, 20.0))
 TWO_ROWS = np.array([0.0, 1.0])  # of a table that shows next to nothing

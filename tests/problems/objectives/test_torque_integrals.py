@@ -12,8 +12,8 @@ from helpers.cases import equal_links, moving
 from scipy.integrate import quad
 
 from problems import OBJECTIVES, InvalidProblem, PlanarArm, Trajectory
-from problems.base.matrix import FloatArray, as_array
-from problems.objectives.work import SMOOTHING
+from problems.base import FloatArray, as_array
+from problems.objectives.catalogue import SMOOTHING
 
 LENGTH, MASS = 0.5, 2.0
 INERTIA = MASS * LENGTH**2 / 12.0  # of a uniform rod about its middle

@@ -10,7 +10,7 @@ import pytest
 from helpers.cases import equal_links, moving
 
 from problems import OBJECTIVES, InvalidProblem, Trajectory
-from problems.base.matrix import as_array
+from problems.base import as_array
 from problems.objectives import MotionBounds, Objective, WeightedSum
 from solvers import Box
 

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import InvalidProblem, PlanarArm
-from problems.base.matrix import as_array
-from problems.robots.redundancy import angular_range, restore
-from problems.robots.turns import wrap_to
+from problems.base import as_array
+from problems.robots import wrap_to
+from problems.robots.planar_links import angular_range, restore
 
 lengths = st.lists(st.floats(0.1, 2.0), min_size=2, max_size=6)
 angle = st.floats(-np.pi, np.pi)

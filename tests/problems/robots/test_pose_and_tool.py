@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from oracles.outlines import along, skeletons
 
 from problems import InvalidProblem, PlanarArm
-from problems.base.arguments import Arguments
-from problems.base.matrix import as_array
-from problems.tasks.elbow import half_turn
+from problems.base import Arguments, as_array
+from problems.tasks.place import half_turn
 
 
 def arm_of(seed: int, links: int | None = None, **more: object) -> PlanarArm:
@@ -136,14 +135,14 @@ def test_zero_is_structure() -> None:
     )
     for arm in (plain, stated):
         arguments = Arguments()
-        twin = arguments.twin(arm)
+        symbolic_copy = arguments.symbolic_copy(arm)
         assert arguments.values.size == 9
-        assert not any(isinstance(body.radius, ca.SX) for body in twin.bodies)
+        assert not any(isinstance(body.radius, ca.SX) for body in symbolic_copy.bodies)
     arguments = Arguments()
-    twin = arguments.twin(arm_of(1, 3, link_radius=(0.1, 0.0, 0.1), margin=0.01))
+    symbolic_copy = arguments.symbolic_copy(arm_of(1, 3, link_radius=(0.1, 0.0, 0.1), margin=0.01))
     assert arguments.values.size == 9 + 5 + 3 + 1
     theta = postures(plain, 1, 0)
-    tool = ca.Function("tool", [arguments.symbols], [twin.tool(ca.DM(theta))])
+    tool = ca.Function("tool", [arguments.symbols], [symbolic_copy.tool(ca.DM(theta))])
     assert as_array(tool(arguments.values)) == pytest.approx(as_array(arm_of(1, 3).tool(ca.DM(theta))), abs=1e-12)
 
 

@@ -10,13 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import Ellipse, InvalidProblem, PlanarArm
-from problems.base.matrix import FloatArray
-from problems.certify.clearance import prove_clearance
-from problems.limits.distances.clearance import Clearance, reachable_pairs
-from problems.limits.distances.step import StepLimit
-from problems.limits.limit import SAMPLING_MARGIN
-from problems.motions.samples import Samples
-from problems.motions.trajectory import Trajectory
+from problems.base import FloatArray
+from problems.certify import prove_clearance
+from problems.limits import SAMPLING_MARGIN, Clearance, StepLimit, reachable_pairs
+from problems.motions import Samples, Trajectory
 from solvers import PSO, Box, Budget, minimize
 
 coordinate = st.floats(-2.0, 2.0)
@@ -34,7 +31,7 @@ def clearance_limit(*obstacles: Ellipse) -> Clearance:
 
 def densest(limit: Clearance, trajectory: Trajectory, times: FloatArray) -> float:
     """The smallest clearance of any link at any of the times, m."""
-    [constraint] = limit.at(trajectory.samples(times, ARM))
+    [constraint] = limit.constraints_at(trajectory.samples(times, ARM))
     return float(ca.mmin(constraint.expression))
 
 
@@ -96,7 +93,7 @@ def test_links_that_cannot_reach_are_left_out() -> None:
     far = Ellipse((1.6, 0.0), (0.1, 0.1))
     assert [str(pair) for pair in reachable_pairs(ARM, [far])] == ["link 3, obstacle 1"]
     assert reachable_pairs(ARM, [Ellipse((5.0, 0.0), (0.1, 0.1))]) == ()
-    assert Clearance.holding(ARM, [Ellipse((5.0, 0.0), (0.1, 0.1))]) is None
+    assert Clearance.for_robot(ARM, [Ellipse((5.0, 0.0), (0.1, 0.1))]) is None
 
 
 def test_leaping_over_an_obstacle_between_two_samples_is_noticed() -> None:
@@ -109,7 +106,7 @@ def test_leaping_over_an_obstacle_between_two_samples_is_noticed() -> None:
     links, swept = clearance_limit(amid_the_links).constraints(samples)
     assert float(ca.mmin(links.expression)) > 0.0
     assert float(ca.mmin(swept.expression)) > 0.0
-    limit = StepLimit.holding(ARM, [amid_the_links])
+    limit = StepLimit.for_robot(ARM, [amid_the_links])
     assert limit is not None
     [step] = limit.constraints(samples)
     assert bool(np.asarray(step.broken()).any())

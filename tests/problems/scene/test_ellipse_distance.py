@@ -8,7 +8,7 @@ import pytest
 from oracles.outlines import to_segment
 
 from problems import Ellipse
-from problems.base.matrix import as_array
+from problems.base import as_array
 
 LEAST_SHARE = {1.0: 0.9999, 5.0 / 3.0: 0.96, 3.0: 0.89, 10.0: 0.78}  # of the distance, by the ratio of the semi-axes
 

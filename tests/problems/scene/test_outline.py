@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from problems import Ellipse
-from problems.base.matrix import as_array
+from problems.base import as_array
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.7, -2.0])

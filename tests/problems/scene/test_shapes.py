@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from oracles.outlines import along, dense, inside, nearest
 
 from problems import OBSTACLES, Ellipse, InvalidProblem, Obstacle, Polygon, Rectangle
-from problems.base.arguments import Arguments
-from problems.base.matrix import as_array
+from problems.base import Arguments, as_array
 
 
 def star_shaped(radii: np.ndarray) -> Polygon:
@@ -151,8 +150,8 @@ def test_the_outline_is_counter_clockwise_and_does_not_depend_on_how_it_was_give
 def test_numbers_are_arguments(shape: Obstacle) -> None:
     start, end = random_segments(shape, 1, 7)
     arguments = Arguments()
-    twin = arguments.twin(shape)
-    evaluate = ca.Function("f", [arguments.symbols], [twin.segment_clearance(ca.DM(start), ca.DM(end))])
+    symbolic_copy = arguments.symbolic_copy(shape)
+    evaluate = ca.Function("f", [arguments.symbols], [symbolic_copy.segment_clearance(ca.DM(start), ca.DM(end))])
     assert float(evaluate(arguments.values)) == pytest.approx(clearances(shape, start, end)[0], abs=1e-12)
     assert arguments.values.size == (2 * len(shape.points) if isinstance(shape, Polygon) else 5 - (shape.angle == 0.0))
 

@@ -13,9 +13,8 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, InvalidProblem
-from problems.base.arguments import Arguments
-from problems.base.matrix import as_array
-from problems.scene.solids.solid import Solid
+from problems.base import Arguments, as_array
+from problems.scene.solids import Solid
 
 CENTER, TURN = (0.3, -0.2, 0.5), tuple(Rotation.from_rotvec([0.4, -1.1, 0.7]).as_quat().tolist())
 PLACED = {"center": CENTER, "quaternion": TURN}
@@ -244,8 +243,8 @@ def test_by_hand() -> None:
 @each_solid
 def test_numbers_are_arguments(solid: Solid) -> None:
     points, arguments = points_around(solid, 5, 7), Arguments()
-    twin = arguments.twin(solid)
-    evaluate = ca.Function("f", [arguments.symbols], [twin.point_clearance(ca.DM(points))])
+    symbolic_copy = arguments.symbolic_copy(solid)
+    evaluate = ca.Function("f", [arguments.symbols], [symbolic_copy.point_clearance(ca.DM(points))])
     assert as_array(evaluate(arguments.values)).ravel() == pytest.approx(clearances(solid, points), abs=1e-12)
     own = {Box: 3, Ball: 1, Capsule: 2, Cylinder: 2, HalfSpace: 0, Ellipsoid: 3}[type(solid)]
     assert arguments.values.size == 3 + own + 4 * (solid.quaternion is not None)

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from problems import Ellipse
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from problems.scene.moving.tabulated import Tabulated
+from problems.scene import Tabulated
+from problems.scene.moving import ConstantVelocity, MovingObstacle
 
 TIMES = [0.0, 1.0, 1.5, 4.0]
 PLACES = np.array([[0.0, 0.0], [2.0, -1.0], [2.0, 1.0], [-3.0, 1.0]])

@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from problems.sequential.clock import Clock
-from problems.sequential.path_speed import RESTING, MotionSpace, PathSpeed
-from problems.sequential.starts.waiting import delayed
-from problems.sequential.time_shift import TimeShift
-from problems.sequential.timed import timed
+from problems.sequential.path_speed import RESTING, Clock, MotionSpace, PathSpeed, TimeShift
+from problems.sequential.polish import delayed, timed
 
 SPACE = MotionSpace(path_pieces=4, speed_pieces=8)
 WAITS = 5

@@ -6,21 +6,16 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from problems import Move
-from problems.assembly.move import MoveProblem, move
-from problems.certify.verdict import CertificateStatus
-from problems.motions.trajectory import Trajectory
-from problems.robots.planar import PlanarArm
-from problems.robots.spatial.collision.sphere import Sphere
-from problems.robots.spatial.spatial_arm import SpatialArm
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from problems.scene.obstacle import Obstacle
-from problems.scene.polygon import Polygon
-from problems.scene.solids.ball import Ball
-from problems.sequential.starts.waiting import delayed
-from problems.tasks.place import Joints
-from problems.tasks.pose import Pose
-from problems.timing.rest_to_rest import rest_to_rest
+from problems.certify import CertificateStatus
+from problems.families.splines import MoveProblem, move
+from problems.motions import Trajectory
+from problems.robots import PlanarArm, SpatialArm, Sphere
+from problems.scene import Obstacle, Polygon
+from problems.scene.moving import ConstantVelocity, MovingObstacle
+from problems.scene.solids import Ball
+from problems.sequential.polish import delayed
+from problems.tasks import Joints, Pose
+from problems.timing.free_space import rest_to_rest
 from tests.helpers.space import small_arm
 
 ARM = PlanarArm(link_lengths=(0.7, 0.7, 0.6), max_speed=(4.0,) * 3, max_acceleration=(20.0,) * 3, max_jerk=(400.0,) * 3)

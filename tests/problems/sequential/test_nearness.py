@@ -5,19 +5,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from problems.base.matrix import FloatArray, as_array
-from problems.limits.distances.clearance import Clearance
-from problems.limits.distances.proximity import clearances
-from problems.limits.distances.self_clearance import SelfClearance
-from problems.robots.planar import PlanarArm
-from problems.robots.robot import Robot
-from problems.robots.spatial.collision.sphere import Sphere
-from problems.scene.ellipse import Ellipse
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from problems.scene.moving.tabulated import Tabulated
-from problems.scene.obstacle import Obstacle
-from problems.scene.solids.box import Box
+from problems.base import FloatArray, as_array
+from problems.limits import Clearance, clearances
+from problems.limits.self_clearance import SelfClearance
+from problems.robots import PlanarArm, Robot, Sphere
+from problems.scene import Ellipse, Obstacle, Tabulated
+from problems.scene.moving import ConstantVelocity, MovingObstacle
+from problems.scene.solids import Box
 from problems.sequential.nearness import Nearness, NearPairs
 from tests.helpers.space import small_arm
 
@@ -31,7 +25,7 @@ TIMES = np.linspace(0.0, 1.0, 101)
 
 def space() -> tuple[Robot, Nearness]:
     robot = small_arm(spheres=SPHERES, kept_pairs=((0, 4), (1, 5)), self_collision=True)
-    limits = [Clearance.holding(robot, ROOM), SelfClearance.holding(robot, ROOM)]
+    limits = [Clearance.for_robot(robot, ROOM), SelfClearance.for_robot(robot, ROOM)]
     return robot, Nearness(robot, tuple(limit for limit in limits if limit is not None))
 
 
@@ -39,7 +33,7 @@ def plane() -> tuple[Robot, Nearness]:
     robot = PlanarArm(
         link_lengths=(0.6, 0.5, 0.4), max_speed=(4.0,) * 3, max_acceleration=(20.0,) * 3, link_radius=(0.02,) * 3
     )
-    limit = Clearance.holding(robot, (Ellipse(center=(0.9, 0.8), semi_axes=(0.2, 0.1)),))
+    limit = Clearance.for_robot(robot, (Ellipse(center=(0.9, 0.8), semi_axes=(0.2, 0.1)),))
     assert limit is not None
     return robot, Nearness(robot, (limit,))
 
@@ -52,14 +46,14 @@ def moving_space() -> tuple[Robot, Nearness]:
         Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.0, 0.3, 0.5], [0.2, 0.9, 0.0]]).as_quat(),
     )
     room = (ROOM[0], MovingObstacle(Box(center=(0.0, 0.0, 0.3), size=(0.1, 0.2, 0.3)), rises, margin_rate=0.05))
-    limits = [Clearance.holding(robot, room), SelfClearance.holding(robot, room)]
+    limits = [Clearance.for_robot(robot, room), SelfClearance.for_robot(robot, room)]
     return robot, Nearness(robot, tuple(limit for limit in limits if limit is not None))
 
 
 def moving_plane() -> tuple[Robot, Nearness]:
     robot, _ = plane()
     still = Ellipse(center=(0.9, 0.8), semi_axes=(0.2, 0.1))
-    limit = Clearance.holding(robot, (MovingObstacle(still, ConstantVelocity((-0.4, 0.1))),))
+    limit = Clearance.for_robot(robot, (MovingObstacle(still, ConstantVelocity((-0.4, 0.1))),))
     assert limit is not None
     return robot, Nearness(robot, (limit,))
 

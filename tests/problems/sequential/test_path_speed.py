@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from problems.robots.robot import JointLimits
-from problems.sequential.limit_rows import limit_rows
+from problems.robots import JointLimits
+from problems.sequential.kept_limits import limit_rows
 from problems.sequential.path_speed import RESTING, MotionSpace, PathSpeed
-from problems.sequential.starts.fitted import fitted
-from problems.sequential.timed import timed
-from problems.timing.rest_to_rest import rest_to_rest
+from problems.sequential.polish import fitted, timed
+from problems.timing.free_space import rest_to_rest
 
 SPACE = MotionSpace(path_pieces=4, speed_pieces=8)
 LIMITS = JointLimits(speed=(2.0, 1.5), acceleration=(10.0, 8.0), jerk=(200.0, 150.0))

@@ -10,22 +10,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from problems import Move
-from problems.assembly.move import MoveProblem, move
-from problems.certify.verdict import CertificateStatus
-from problems.motions.trajectory import Trajectory
-from problems.robots.spatial.collision.sphere import Sphere
-from problems.robots.spatial.spatial_arm import SpatialArm
-from problems.scene.solids.box import Box
+from problems.certify import CertificateStatus
+from problems.families.splines import MoveProblem, move
+from problems.motions import Trajectory
+from problems.robots import SpatialArm, Sphere
+from problems.scene.solids import Box
+from problems.sequential import can_be_polished
 from problems.sequential.descent import Descent
-from problems.sequential.freedom import Freedom
 from problems.sequential.kept_limits import KeptLimits
 from problems.sequential.nearness import Nearness
-from problems.sequential.path_speed import MotionSpace
-from problems.sequential.polish import can_be_polished
-from problems.sequential.starts.fitted import fitted
-from problems.tasks.place import Joints
-from problems.tasks.pose import Pose
-from problems.timing.rest_to_rest import rest_to_rest
+from problems.sequential.path_speed import Freedom, MotionSpace
+from problems.sequential.polish import fitted
+from problems.tasks import Joints, Pose
+from problems.timing.free_space import rest_to_rest
 from tests.helpers.space import small_arm
 
 START, GOAL = (0.0, 0.9, 0.0, 0.6, 0.0, 0.3, 0.0), (1.4, 0.9, 0.0, 0.6, 0.0, 0.3, 0.5)

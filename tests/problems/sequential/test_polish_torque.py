@@ -5,13 +5,12 @@ import numpy as np
 import pytest
 
 from problems import Move
-from problems.assembly.move import MoveProblem, move
-from problems.certify.verdict import CertificateStatus
-from problems.motions.trajectory import Trajectory
-from problems.robots.rigid.payload import Payload
-from problems.robots.spatial.models import built_in
-from problems.tasks.place import Joints
-from problems.timing.rest_to_rest import rest_to_rest
+from problems.certify import CertificateStatus
+from problems.families.splines import MoveProblem, move
+from problems.motions import Trajectory
+from problems.robots import Payload, built_in
+from problems.tasks import Joints
+from problems.timing.free_space import rest_to_rest
 
 START = (0.0, -0.4, 0.0, -2.2, 0.0, 1.9, 0.8)
 GOAL = (1.2, 0.9, 0.3, -0.7, 0.2, 1.6, 0.8)

@@ -4,13 +4,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from problems.limits.torque import TorqueLimit
-from problems.robots.massive_links import MassiveLinks
-from problems.sequential.joint_torques import JointTorques
-from problems.sequential.kept_limits import KeptLimits
-from problems.sequential.linear_step import paced
+from problems.limits import TorqueLimit
+from problems.robots.planar import MassiveLinks
+from problems.sequential.descent import paced
+from problems.sequential.kept_limits import JointTorques, KeptLimits, torque_rows
 from problems.sequential.path_speed import RESTING, MotionSpace, PathSpeed
-from problems.sequential.torque_rows import torque_rows
 
 SPACE = MotionSpace(path_pieces=4, speed_pieces=8)
 BOUNDS = (60.0, 25.0)

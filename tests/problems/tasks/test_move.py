@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from problems import Ellipse, InvalidProblem, Joints, Move, PlanarArm, Position
-from problems.base.matrix import FloatArray, as_array
-from problems.motions.trajectory import Trajectory
-from problems.tasks.drawing import MarkerKind
+from problems.base import FloatArray, as_array
+from problems.motions import Trajectory
+from problems.tasks import MarkerKind
 
 ARM = PlanarArm((1.0, 1.0), (4.0, 4.0), (20.0, 20.0))
 HOME, AWAY, POINT = Joints((0.0, 0.5)), Joints((1.0, -0.5)), Position((1.0, 1.0))

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from problems import Joints, PlanarArm, Position
-from problems.base.matrix import as_array
-from problems.motions.trajectory import Trajectory
-from problems.tasks.passing import passing_times
+from problems.base import as_array
+from problems.motions import Trajectory
+from problems.tasks.move import passing_times
 
 ARM = PlanarArm((1.0, 1.0), (4.0, 4.0), (20.0, 20.0))
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from problems import Ellipse, InvalidProblem, Joints, PlanarArm, Position
-from problems.base.matrix import as_array
+from problems.base import as_array
 
 TWO = PlanarArm((1.0, 1.0), (4.0, 4.0), (20.0, 20.0))
 THREE = PlanarArm((1.0, 1.0, 0.5), (4.0,) * 3, (20.0,) * 3)

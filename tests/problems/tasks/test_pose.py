@@ -11,13 +11,13 @@ from helpers.space import small_arm
 from scipy.spatial.transform import Rotation
 
 from problems import InvalidProblem, Joints, Move, PlanarArm
-from problems.base.arguments import Arguments
-from problems.base.matrix import FloatArray, as_array
-from problems.robots.spatial.spatial_arm import SpatialArm, Sphere
-from problems.scene.solids.box import Box
-from problems.tasks.branches import branch_posture, branched, least_time, on_postures
-from problems.tasks.pose import APART, OFFSET, Pose
-from problems.timing.rest_to_rest import least_durations
+from problems.base import Arguments, FloatArray, as_array
+from problems.families.splines.branches import branch_posture, branched, least_time, on_postures
+from problems.robots import SpatialArm, Sphere
+from problems.scene.solids import Box
+from problems.tasks import Pose
+from problems.tasks.pose import APART, OFFSET
+from problems.timing.free_space import least_durations
 
 ARM = small_arm()
 BENT = np.array([0.4, 0.7, -0.3, 0.9, 0.2, 0.8, 0.1])
@@ -96,9 +96,9 @@ def test_the_middle_of_the_choices_is_the_branch() -> None:
 def test_a_symbolic_twin_says_the_same() -> None:
     place = replace(pose_at(BENT), branch=tuple(BENT.tolist()))
     arguments = Arguments()
-    robot, twin = arguments.twin(ARM), arguments.twin(place)
+    robot, symbolic_copy = arguments.symbolic_copy(ARM), arguments.symbolic_copy(place)
     x = ca.SX.sym("x", 7)
-    function = ca.Function("posture", [x, arguments.symbols], [twin.posture(robot, x, 1.0, None)[0]])
+    function = ca.Function("posture", [x, arguments.symbols], [symbolic_copy.posture(robot, x, 1.0, None)[0]])
     chosen = np.linspace(-0.5, 0.5, 7)
     found = as_array(function(chosen, arguments.values)).ravel()
     expected = as_array(place.posture(ARM, ca.DM(chosen), 1.0, None)[0]).ravel()

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from problems import Trajectory
-from problems.motions.joint_path import JointPath
-from problems.robots.robot import JointLimits
-from problems.timing.following import departure
-from problems.timing.retime import retime
+from problems.motions import JointPath
+from problems.robots import JointLimits
+from problems.timing import departure, retime
 
 ROUNDING = 1e-9
 LIMITS = JointLimits(speed=(2.0, 3.0), acceleration=(10.0, 8.0))

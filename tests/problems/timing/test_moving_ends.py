@@ -14,8 +14,8 @@ from scipy.optimize import linprog
 
 from benchmarks.peers.moving_ends import RandomMove, end_error, largest_excess, random_move, ruckig_duration
 from problems import InvalidProblem
-from problems.robots.robot import JointLimits
-from problems.timing.free_space.moving_ends import JointMove, least_time_move
+from problems.robots import JointLimits
+from problems.timing.free_space import JointMove, least_time_move
 
 SLOW = JointLimits(speed=(10.0,), acceleration=(1.0,))
 FAST = JointLimits(speed=(2.0,), acceleration=(8.0,))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks.peers.report import certified, excess
-from problems.robots.robot import JointLimits
-from problems.timing.rest_to_rest import rest_to_rest
+from problems.robots import JointLimits
+from problems.timing.free_space import rest_to_rest
 
 LIMITS = JointLimits(speed=(1.0, 1.0), acceleration=(2.0, 2.0), jerk=(8.0, 8.0))
 

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from problems import InvalidProblem
-from problems.robots.robot import JointLimits
-from problems.timing.rest_to_rest import least_durations, rest_to_rest
-from problems.timing.stretch import peak_ratios
+from problems.robots import JointLimits
+from problems.timing.free_space import least_durations, rest_to_rest
+from problems.timing.prepared import peak_ratios
 
 
 def limits(*joints: tuple[float, float, float | None]) -> JointLimits:

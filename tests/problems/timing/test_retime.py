@@ -10,20 +10,14 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from problems import InvalidProblem
-from problems.base.matrix import FloatArray
-from problems.motions.joint_path import JointPath
-from problems.motions.trajectory import Trajectory
-from problems.robots.robot import JointLimits
-from problems.timing import linear_program
-from problems.timing.following import departure
-from problems.timing.rest_to_rest import least_durations, rest_to_rest
-from problems.timing.retime import retime
-from problems.timing.smooth.law_ends import LawEnds
-from problems.timing.smooth.law_search import LawSearch
-from problems.timing.smooth.smooth_timing import _refined
-from problems.timing.smooth.time_law import DEGREE, TimeLaw
-from problems.timing.speed_profile import SpeedProfile
-from problems.timing.stretch import minimum_time_scale
+from problems.base import FloatArray
+from problems.motions import JointPath, Trajectory
+from problems.robots import JointLimits
+from problems.timing import SpeedProfile, departure, retime, speed_profile
+from problems.timing.free_space import least_durations, rest_to_rest
+from problems.timing.parametrisation import DEGREE, Parametrisation, ParametrisationEnds
+from problems.timing.prepared import minimum_time_scale
+from problems.timing.smooth_timing import ParametrisationSearch, _refined
 
 LIMITS = JointLimits(speed=(2.0, 3.0), acceleration=(10.0, 5.0))
 WAYPOINTS = np.random.default_rng(0).uniform(-1.0, 1.0, (6, 2))
@@ -154,7 +148,7 @@ def test_units_do_not_matter(factor: float) -> None:
 
 
 def test_without_the_linear_program_slower_but_valid(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(linear_program, "METHODS", ())
+    monkeypatch.setattr(speed_profile, "METHODS", ())
     for path in (curve(), polyline(WAYPOINTS)):
         check_kept(retime(path, LIMITS))
 
@@ -255,14 +249,14 @@ def test_velocities_that_jerk_limits_do_not_allow() -> None:
 
 
 def test_with_jerk_limits_and_without_linear_programs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(linear_program, "METHODS", ())
+    monkeypatch.setattr(speed_profile, "METHODS", ())
     check_smooth(retime(JointPath.through(WAYPOINTS), SMOOTH))
 
 
 def test_a_law_that_hardly_moves_stays_increasing_on_other_knots() -> None:
-    def search(count: int) -> LawSearch:
+    def search(count: int) -> ParametrisationSearch:
         knots = np.concatenate([np.zeros(DEGREE), np.linspace(0.0, 1.0, count + 1), np.ones(DEGREE)])
-        return LawSearch(polyline(WAYPOINTS[:2]), SMOOTH, LawEnds((), ()), knots)
+        return ParametrisationSearch(polyline(WAYPOINTS[:2]), SMOOTH, ParametrisationEnds((), ()), knots)
 
     coarse = search(20)
     step = np.where(np.arange(24) < 12, 0.0, 1.0)
@@ -316,7 +310,7 @@ def test_a_law_that_would_turn_back_neither_does_nor_stands_still() -> None:
     path = JointPath(np.array([0.0, 1.0]), np.array([[[1.0, -0.5]], [[0.0, 0.0]]]))
     limits = JointLimits(speed=(2.0, 3.0), acceleration=(10.0, 8.0), jerk=(100.0, 90.0))
     knots = np.concatenate([np.zeros(4), np.linspace(0.0, 1.0, 13), np.ones(4)])
-    search = LawSearch(path, limits, LawEnds((0.0,), (0.0,)), knots)
+    search = ParametrisationSearch(path, limits, ParametrisationEnds((0.0,), (0.0,)), knots)
     controls = np.linspace(0.0, 1.0, 16) + np.where(np.arange(16) == 4, 0.6, 0.0)  # one far ahead of the next eight
     law = search.candidate(controls, 1.0).law
     assert (np.diff(law.at(np.linspace(0.0, 1.0, 1001))) > 0.0).all()
@@ -383,7 +377,7 @@ def test_a_path_of_a_high_degree_in_very_short_intervals() -> None:
     """Where the highest powers of an interval in s are no numbers any more."""
     path = JointPath(np.array([0.0, 1.0]), np.random.default_rng(3).uniform(-1.0, 1.0, (21, 1, 2)))
     knots = np.concatenate([np.zeros(DEGREE), np.linspace(0.0, 1.0, 41), np.ones(DEGREE)])
-    law = TimeLaw(knots, np.linspace(0.0, 1.0, knots.size - DEGREE - 1) ** 2)
+    law = Parametrisation(knots, np.linspace(0.0, 1.0, knots.size - DEGREE - 1) ** 2)
     duration, tau = 1e-3, np.linspace(0.0, 1.0, 1001)
     trajectory = law.trajectory(path, duration)
     assert (trajectory.breakpoints[1] ** (len(trajectory.coefficients) - 1)) == 0.0

@@ -11,17 +11,15 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from problems import InvalidProblem, PlanarArm, Robot
-from problems.base.matrix import FloatArray, as_array
-from problems.motions.joint_path import JointPath
-from problems.motions.trajectory import Trajectory
-from problems.robots.rigid.inertia import Inertia
-from problems.robots.rigid.rigid_chain import RigidChain, RigidJoint
-from problems.robots.rigid.transform import Transform
-from problems.robots.robot import JointLimits
-from problems.timing.motors.path_torques import MARGIN, PathTorques
+from problems.base import FloatArray, as_array
+from problems.motions import JointPath, Trajectory
+from problems.robots import JointLimits, RigidChain, Transform
+from problems.robots.dynamics import RigidJoint
+from problems.robots.inertia import Inertia
+from problems.timing import retime
+from problems.timing.path_torques import MARGIN, PathTorques
 from problems.timing.prepared import prepared
-from problems.timing.retime import retime
-from tpbso_casadi.scenario.scenario import parse_scenario
+from tpbso_casadi.scenario import parse_scenario
 
 MASS, CENTER, G = 1.5, 0.4, 9.81
 HOLD = MASS * CENTER * G  # N m, with the rod level

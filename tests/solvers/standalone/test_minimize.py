@@ -148,7 +148,7 @@ def test_errors_in_one_line(arguments: dict[str, Any], error: type[Exception], r
 
 
 def test_a_library_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("solvers.standalone.statement.find_spec", lambda name: None)
+    monkeypatch.setattr("solvers.standalone.find_spec", lambda name: None)
     with pytest.raises(ValueError, match=r"cma needs the package cma: pip install 'tpbso-casadi\[cma\]'"):
         tp.minimize(of_one, BOUNDS, "cma")
 

@@ -16,16 +16,16 @@ from helpers.browser import fetched, opened
 from PIL import Image, ImageSequence
 
 from tpbso_casadi import builtin
-from tpbso_casadi.animation import animate, frames_of, moving_figures, page
+from tpbso_casadi.animation import moving_figures
 from tpbso_casadi.animation import write as writing
+from tpbso_casadi.animation.frames import frames_of
+from tpbso_casadi.animation.player import page
+from tpbso_casadi.animation.write import animate
 from tpbso_casadi.cli.commands.solve import main
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import SearchedMotion
-from tpbso_casadi.scenario.scenario import parse_scenario
-from tpbso_casadi.storage import exporting
-from tpbso_casadi.storage.exporting import EXPORTS, export_motion
-from tpbso_casadi.storage.files import OutputError
-from tpbso_casadi.storage.ros import ros_message
+from tpbso_casadi.planning import SearchedMotion, plan
+from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.storage import EXPORTS, OutputError, export_motion, exporting
+from tpbso_casadi.storage.exporting import ros_message
 
 QUICK = ["--evaluations", "2000", "--no-plots", "--quiet"]
 

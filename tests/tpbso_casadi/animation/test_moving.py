@@ -15,12 +15,14 @@ from helpers.browser import opened
 from helpers.moving_plans import IN_PLANE, IN_SPACE, moving_space_plan, plane_plan
 from PIL import Image, ImageSequence
 
-from problems.limits.distances.clearance import Clearance
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from tpbso_casadi.animation import animate, frames_of, page
+from problems.limits import Clearance
+from problems.scene.moving import MovingObstacle
 from tpbso_casadi.animation import write as writing
 from tpbso_casadi.animation.closest import closest_of
-from tpbso_casadi.planning.planned_motion import PlannedMotion
+from tpbso_casadi.animation.frames import frames_of
+from tpbso_casadi.animation.player import page
+from tpbso_casadi.animation.write import animate
+from tpbso_casadi.planning import PlannedMotion
 
 
 def data_of(text: str) -> dict[str, Any]:
@@ -63,7 +65,7 @@ def test_the_closest_two_are_measured_at_their_time(tmp_path: Path) -> None:
     plan = moving_space_plan()
     robot, ball = plan.criteria.robot, IN_SPACE[1]
     grown = MovingObstacle(ball.still, ball.motion, margin_rate=0.3)  # what is kept is no part of the distance
-    criteria = replace(plan.motion.problem, limits=(Clearance.holding(robot, (grown,)),))
+    criteria = replace(plan.motion.problem, limits=(Clearance.for_robot(robot, (grown,)),))
     times = np.linspace(0.0, plan.trajectory.duration, 9)
     closest = closest_of(criteria, plan.trajectory.at(times), times)
     assert closest is not None

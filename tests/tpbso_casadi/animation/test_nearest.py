@@ -9,9 +9,8 @@ from helpers.moving_plans import plane_plan
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems.limits.distances.proximity import Proximity
-from tpbso_casadi.animation.closest import closest_of
-from tpbso_casadi.animation.nearest import nearest
+from problems.limits import Proximity
+from tpbso_casadi.animation.closest import closest_of, nearest
 
 PLACE = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
 SHARES = np.linspace(0.0, 1.0, 201)[:, None]

@@ -14,10 +14,10 @@ from helpers.browser import opened
 from helpers.moving_plans import plane_plan
 from helpers.space_plans import space_plan
 
-from tpbso_casadi.animation import SCRIPT, STYLE, Frames, frames_of, page, player
-from tpbso_casadi.animation.content import shared_content
-from tpbso_casadi.animation.player.sources import COLOURS, FOLDER, PARTS
-from tpbso_casadi.figures.style.colours import colour_of
+from tpbso_casadi.animation.frames import Frames, frames_of
+from tpbso_casadi.animation.player import COLOURS, FOLDER, PARTS, SCRIPT, STYLE, page, player
+from tpbso_casadi.animation.player_data import shared_data
+from tpbso_casadi.figures.palette import colour_of
 
 CALM = "--force-prefers-reduced-motion"
 STEPS = 10
@@ -195,7 +195,7 @@ def test_the_script_holds_every_file_once_and_the_style_every_colour() -> None:
 
 
 def test_curves_have_units_limits_and_the_lines_of_the_figures(frames: Frames) -> None:
-    content, robot = shared_content(frames), frames.problem.robot
+    content, robot = shared_data(frames), frames.problem.robot
     assert [line["colour"] for line in content["lines"]] == [colour_of(joint) for joint in range(robot.dof)]
     assert len({(line["colour"], *line["dashes"]) for line in content["lines"]}) == robot.dof
     position, *limited = content["curves"]

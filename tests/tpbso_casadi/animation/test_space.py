@@ -16,10 +16,12 @@ from helpers.massive import lifted_motion
 from helpers.space_plans import SOLIDS, SPHERES, space_plan
 from PIL import Image, ImageSequence
 
-from problems.limits.distances.clearance import Clearance
-from tpbso_casadi.animation import animate, frames_of, page
+from problems.limits import Clearance
 from tpbso_casadi.animation import write as writing
 from tpbso_casadi.animation.closest import closest_of
+from tpbso_casadi.animation.frames import frames_of
+from tpbso_casadi.animation.player import page
+from tpbso_casadi.animation.write import animate
 
 MINUS = "\N{MINUS SIGN}"
 
@@ -118,7 +120,7 @@ def test_the_closest_points_lie_on_both_surfaces(solid) -> None:
     robot = plan.criteria.robot
     times = np.linspace(0.0, plan.trajectory.duration, 7)
     theta = plan.trajectory.at(times)
-    criteria = replace(plan.motion.problem, limits=(Clearance.holding(robot, (solid,)),))
+    criteria = replace(plan.motion.problem, limits=(Clearance.for_robot(robot, (solid,)),))
     closest = closest_of(criteria, theta, times)
     assert closest is not None
     frames = [np.array(position) for position in robot.positions(ca.DM(theta))]

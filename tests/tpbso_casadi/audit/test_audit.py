@@ -20,16 +20,14 @@ import pytest
 
 from benchmarks.certificates import check
 from problems import CertificateStatus, Constraint
-from problems.certify.structure import freedom, structure_of
-from problems.nlp.optimum.optimality import optimality
+from problems.certify import freedom, structure_of
+from problems.nlp import optimality
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.audit.content import audit_scenario
+from tpbso_casadi.audit_report import audit_scenario
 from tpbso_casadi.cli.commands.audit import main
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import SearchedMotion
-from tpbso_casadi.scenario.cases.builtin import TITLES
-from tpbso_casadi.storage.run_folder import write_run
-from tpbso_casadi.storage.seal import sealed
+from tpbso_casadi.planning import SearchedMotion, plan
+from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.storage import sealed, write_run
 
 
 @cache

@@ -13,19 +13,16 @@ import pytest
 from helpers.massive import massive_arm
 from helpers.space_plans import space_plan
 
-from problems.limits.distances import proximity
-from problems.limits.distances.proximity import Proximity
-from problems.limits.torque import TorqueLimit
-from problems.motions.samples import Samples
+from problems.limits import Proximity, TorqueLimit, proximity
+from problems.motions import Samples
+from tpbso_casadi import audit_report as audited
 from tpbso_casadi import parse_scenario
-from tpbso_casadi.audit import optimum as audited
-from tpbso_casadi.audit.optimum import nearest_optimum
+from tpbso_casadi.audit_report import nearest_optimum
 from tpbso_casadi.cli.commands.audit import main
-from tpbso_casadi.cli.display.console import OutputConsole
-from tpbso_casadi.cli.display.optimum_tables import of_one, print_optimum, saved, sentences
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import SearchedMotion
-from tpbso_casadi.storage.run_folder import write_run
+from tpbso_casadi.display.audit_tables import of_one, print_optimum, saved, sentences
+from tpbso_casadi.display.console import OutputConsole
+from tpbso_casadi.planning import SearchedMotion, plan
+from tpbso_casadi.storage import write_run
 
 SHARE = 0.3  # of the reach
 

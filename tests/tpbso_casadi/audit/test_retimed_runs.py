@@ -13,10 +13,8 @@ import pytest
 
 from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.cli.commands.audit import main
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import PlannedMotion
-from tpbso_casadi.storage.run_folder import write_run
-from tpbso_casadi.storage.seal import sealed
+from tpbso_casadi.planning import PlannedMotion, plan
+from tpbso_casadi.storage import sealed, write_run
 
 ARM = {"link_lengths": [0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
 MOVE = {

@@ -22,20 +22,26 @@ from tpbso_casadi.campaign import (
     LostExecutor,
     Outcome,
     Record,
+    Relation,
     Run,
     SolverSpec,
     Store,
+    campaign_seconds,
+    compare_summaries,
     grid,
+    judge,
+    p_text,
+    parse_solver,
     parse_solvers,
+    print_tables,
     processes,
     run_campaign,
+    summarise,
 )
-from tpbso_casadi.campaign.estimate import campaign_seconds, run_seconds
-from tpbso_casadi.campaign.grid import parse_solver
-from tpbso_casadi.campaign.statistics import Relation, compare_summaries, holm, judge, p_text, summarise, with_ties
-from tpbso_casadi.campaign.table import print_tables
-from tpbso_casadi.cli.display.campaign_progress import State, duration
-from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.campaign.runner import run_seconds
+from tpbso_casadi.campaign.statistics import holm, with_ties
+from tpbso_casadi.cli.campaign import State, duration
+from tpbso_casadi.scenario import ScenarioError
 
 LIMIT = {"evaluations": 100}
 
@@ -250,7 +256,7 @@ def test_labels_are_printable() -> None:
 
 
 def test_estimates(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.estimate.candidate_seconds", lambda scenario, backend: 1e-4 - 5e-6)
+    monkeypatch.setattr("tpbso_casadi.campaign.runner.candidate_seconds", lambda scenario, backend: 1e-4 - 5e-6)
     tables = {
         "bso": {"evaluations": 20_000},  # 2 s
         "pso": {"population": 10, "iterations": 100},  # 3,000 candidates at most
@@ -287,9 +293,7 @@ def test_durations(seconds: float, words: str) -> None:
 
 
 def test_how_far_a_campaign_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        "tpbso_casadi.cli.display.campaign_progress.time.perf_counter", clock := iter([0.0, *[30.0] * 9]).__next__
-    )
+    monkeypatch.setattr("tpbso_casadi.cli.campaign.time.perf_counter", clock := iter([0.0, *[30.0] * 9]).__next__)
     state = State(runs=10, round_size=2, estimate=100.0)
     assert state.left() == 100.0
     state.advance(Outcome("{}", 1.0))

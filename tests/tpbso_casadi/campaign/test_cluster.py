@@ -20,10 +20,11 @@ from helpers.waiting import PATIENCE, wait_until
 
 distributed = pytest.importorskip("distributed")
 
-from tpbso_casadi.campaign import ExecutorError, run_one  # noqa: E402
-from tpbso_casadi.campaign.dask_cluster import check_versions, within  # noqa: E402
+from tpbso_casadi.campaign import ExecutorError  # noqa: E402
+from tpbso_casadi.campaign.executors import check_versions, within  # noqa: E402
+from tpbso_casadi.campaign.run import run_one  # noqa: E402
 from tpbso_casadi.cli.commands.compare import main  # noqa: E402
-from tpbso_casadi.storage.versions import versions  # noqa: E402
+from tpbso_casadi.plain import versions  # noqa: E402
 
 CAMPAIGN = ["time-2", "rotation-3", "--solvers", "bso,pso+polish", "--runs", "4", "--evaluations", "2000", "--no-plots"]
 CAMPAIGN += ["--quiet"]
@@ -131,7 +132,7 @@ def test_a_port_that_is_something_else_takes_one_line_and_a_moment(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.dask_cluster.ANSWER_SECONDS", 0.5)
+    monkeypatch.setattr("tpbso_casadi.campaign.executors.ANSWER_SECONDS", 0.5)
     connections = []
 
     def serve() -> None:
@@ -157,7 +158,7 @@ def test_a_port_that_is_something_else_takes_one_line_and_a_moment(
 def test_a_scheduler_without_workers(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.dask_cluster.WORKERS_SECONDS", 0.1)
+    monkeypatch.setattr("tpbso_casadi.campaign.executors.WORKERS_SECONDS", 0.1)
     with running_cluster(tmp_path, 0) as (address, *_):
         assert main([*CAMPAIGN, "--dask", address, "--out", str(tmp_path)]) == 2
     assert capsys.readouterr().err == f"error: --dask {address}: the scheduler has had no workers for 0.1 s\n"
@@ -174,7 +175,7 @@ def test_a_call_without_an_end_is_left_behind() -> None:
 
 
 def test_nobody_answers(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.dask_cluster.ANSWER_SECONDS", 1.0)
+    monkeypatch.setattr("tpbso_casadi.campaign.executors.ANSWER_SECONDS", 1.0)
     assert main([*CAMPAIGN, "--dask", "tcp://127.0.0.1:1", "--out", str(tmp_path)]) == 2
     error = capsys.readouterr().err
     assert error.startswith("error: --dask tcp://127.0.0.1:1: no scheduler answers there within 1 s (")

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 from tpbso_casadi import builtin
-from tpbso_casadi.campaign import Outcome, Run, Store, StoreError, run_one
-from tpbso_casadi.scenario.scenario import parse_scenario
+from tpbso_casadi.campaign import Outcome, Run, Store, StoreError
+from tpbso_casadi.campaign.run import run_one
+from tpbso_casadi.scenario import parse_scenario
 
 
 def run(seed: int = 1, **solver: object) -> Run:

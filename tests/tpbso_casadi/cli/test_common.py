@@ -19,8 +19,8 @@ from tpbso_casadi.cli.common import (
     positive_float,
     positive_int,
     print_error,
+    printable_name,
     whole_number,
-    word,
 )
 
 
@@ -79,9 +79,9 @@ def test_no_standard_error_at_all(monkeypatch: pytest.MonkeyPatch, capfd: pytest
             (positive_float, text, f"{text} is not a positive number")
             for text in ("nan", "inf", "1e308", "5e-324", "-1")
         ),
-        (word, "a\0b", "printable"),
-        (word, "\udcff", "printable"),
-        (word, "a" * 201, "at most 200"),
+        (printable_name, "a\0b", "printable"),
+        (printable_name, "\udcff", "printable"),
+        (printable_name, "a" * 201, "at most 200"),
         (path, "", "a path is needed, not ''"),
         (path, "a\0b", "a path is needed"),
     ],
@@ -97,4 +97,4 @@ def test_what_is_typed_right() -> None:
     assert natural(str(2**63 - 1)) == 2**63 - 1
     assert positive_float("1e-12") == 1e-12
     assert path("[red]") == Path("[red]")
-    assert word("ä.b:C") == "ä.b:C"
+    assert printable_name("ä.b:C") == "ä.b:C"

@@ -13,14 +13,13 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
-from tpbso_casadi.campaign import Store, parse_solvers
-from tpbso_casadi.campaign.analysis.convergence import convergences
-from tpbso_casadi.campaign.functions.run import function_grid
-from tpbso_casadi.campaign.functions.search import Recorder
+from tpbso_casadi.campaign import Store, function_grid, parse_solvers
+from tpbso_casadi.campaign.convergence import convergences
+from tpbso_casadi.campaign.functions import Recorder
 from tpbso_casadi.campaign.run import run_one
 from tpbso_casadi.cli.commands.compare import main
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.storage.versions import versions
+from tpbso_casadi.plain import versions
+from tpbso_casadi.scenario import ScenarioError
 
 FUNCTIONS = ["function:sphere-3", "function:rastrigin-2@4"]
 SMALL = ["--runs", "2", "--evaluations", "200", "--quiet", "--workers", "1"]

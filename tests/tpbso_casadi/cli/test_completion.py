@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from helpers.commands import options_of, parser_of
 
-from problems.robots.spatial.models import BUILT_IN
+from problems.robots import BUILT_IN
 from tpbso_casadi.cli.commands.completion import SHELLS, main
 from tpbso_casadi.cli.tpbso import COMMANDS
-from tpbso_casadi.scenario.cases.builtin import TITLES
-from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE
+from tpbso_casadi.scenario import SOLVER_CATALOGUE
+from tpbso_casadi.scenario.cases import TITLES
 
 COMPLETING = """
 . ./completion.bash

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from tpbso_casadi.audit.content import audit_run
+from tpbso_casadi.audit_report import audit_run
 from tpbso_casadi.cli.commands import audit, retime, solve
-from tpbso_casadi.storage.stored_run import read_run
+from tpbso_casadi.storage import read_run
 
 QUICK = ["time-2", "--evaluations", "500", "--quiet", "--solver", "bso"]
 NAMES = ("path", "joints", "limits", "convergence")

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from tpbso_casadi.cli.commands.solve import main
-from tpbso_casadi.storage.stored_run import read_run
+from tpbso_casadi.storage import read_run
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 

@@ -13,8 +13,7 @@ import pytest
 from scipy.interpolate import PPoly
 
 from tpbso_casadi.cli.commands import audit, compare, retime, solve
-from tpbso_casadi.storage.seal import sealed
-from tpbso_casadi.storage.stored_run import read_run
+from tpbso_casadi.storage import read_run, sealed
 
 ARM = """
 [arm]

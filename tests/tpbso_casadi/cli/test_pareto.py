@@ -15,9 +15,9 @@ import pytest
 
 from problems.evaluation import population
 from tpbso_casadi.cli.commands.pareto import main
-from tpbso_casadi.storage.plain import as_json
-from tpbso_casadi.storage.seal import KEY, sealed
-from tpbso_casadi.storage.stored_run import read_run
+from tpbso_casadi.plain import as_json
+from tpbso_casadi.storage import read_run, sealed
+from tpbso_casadi.storage.seal import KEY
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 

@@ -12,7 +12,7 @@ import pytest
 from problems import Trajectory
 from tpbso_casadi.cli.commands import audit, solve
 from tpbso_casadi.cli.commands.retime import main
-from tpbso_casadi.storage.stored_run import read_run
+from tpbso_casadi.storage import read_run
 
 ARM = "[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = [2.0, 3.0]\nmax_acceleration = [10.0, 8.0]\n"
 ROWS = np.array([[0.0, 0.5], [0.6, 0.9], [1.0, 0.2], [1.5, 0.4]])

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from helpers.urdf import ARM
 
-from problems.robots.spatial.models import BUILT_IN
+from problems.robots import BUILT_IN
 from tpbso_casadi.cli.commands.robots import main
 
 SPHERES = '[[spheres]]\nlink = "mast"\ncenter = [0.1, 0, 0.2]\nradius = 0.05\n'

@@ -16,8 +16,8 @@ from scipy.interpolate import PPoly
 
 from tests.helpers.simulations import replan_at
 from tpbso_casadi.cli.commands import audit, simulate
-from tpbso_casadi.cli.display.console import OutputConsole
-from tpbso_casadi.cli.display.simulation_tables import ReplanLines
+from tpbso_casadi.cli.commands.simulate import ReplanLines
+from tpbso_casadi.display.console import OutputConsole
 
 ARM = """[arm]
 link_lengths = [0.5, 0.4]

@@ -16,8 +16,8 @@ from oracles.csv_checker import check_run
 from solvers import SOLVERS
 from tpbso_casadi import parse_scenario
 from tpbso_casadi.cli.commands.solve import main
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.scenario.cases.builtin import TITLES
+from tpbso_casadi.planning import plan
+from tpbso_casadi.scenario.cases import TITLES
 
 COMMAND = [sys.executable, "-m", "tpbso_casadi.solve"]
 SCENARIO = """

@@ -10,8 +10,7 @@ import pytest
 from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.cli.commands.audit import main as audit
 from tpbso_casadi.cli.commands.solve import main as solve
-from tpbso_casadi.scenario.cases.best_known import BEST_KNOWN, best_known
-from tpbso_casadi.scenario.cases.builtin import TITLES
+from tpbso_casadi.scenario.cases import BEST_KNOWN, TITLES, best_known
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tpbso_casadi.cli.command import LOGGERS, logged
 from tpbso_casadi.cli.commands import compare, solve
-from tpbso_casadi.cli.verbosity import LOGGERS, logged
 
 SOLVE = ["time-2", "--evaluations", "500", "--polish", "--no-plots"]
 
@@ -44,7 +44,7 @@ def test_json_is_alone_on_standard_output(capsys: pytest.CaptureFixture[str]) ->
     assert solve.main([*SOLVE, "-vv", "-j"]) == 0
     printed = capsys.readouterr()
     assert json.loads(printed.out)["solver"]["name"]
-    assert "tpbso_casadi.planning.search_log: search: " in printed.err  # twice names the loggers
+    assert "tpbso_casadi.planning.progress: search: " in printed.err  # twice names the loggers
     assert re.search(r"\d+ ms: tpbso_casadi.cli.command: tpbso-casadi \S+, casadi ", printed.err)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
-from tpbso_casadi.campaign.grid import grid
+from tpbso_casadi.campaign import grid
 from tpbso_casadi.cli.commands import compare as command
 from tpbso_casadi.facade.comparing import known_to_workers, labelled, specs_of
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
-from tpbso_casadi.facade.arguments.messages import as_argument
+from tpbso_casadi.facade.arguments import as_argument
 
 LIMITS = {"max_speed": 4.0, "max_acceleration": 20.0}
 ARM = tp.robot([0.7, 0.7, 0.6], **LIMITS)

@@ -15,12 +15,12 @@ import pytest
 
 import tpbso_casadi as tp
 from problems import Constraint, Limit, Robot
-from problems.motions.samples import Samples
-from problems.objectives import Energy, ExecutionTime
+from problems.motions import Samples
+from problems.objectives.catalogue import Energy, ExecutionTime
 from tpbso_casadi.cli.commands import audit
 from tpbso_casadi.facade.own import StatedConstraint, StatedCost
 from tpbso_casadi.facade.plan import Plan
-from tpbso_casadi.storage.seal import sealed
+from tpbso_casadi.storage import sealed
 
 LENGTHS = (0.8, 0.7, 0.6)
 START, GOAL = [1.4, 0.3], [-1.4, 0.3]
@@ -169,10 +169,10 @@ class LowElbow(Limit):
     robot: Robot
 
     @classmethod
-    def holding(cls, robot: Robot, obstacles: Any) -> Self:
+    def for_robot(cls, robot: Robot, obstacles: Any) -> Self:
         return cls(robot)
 
-    def at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         return [
             Constraint(
                 name=self.name, unit="rad", expression=samples.theta[:, 0], lower=None,

@@ -13,8 +13,8 @@ import pytest
 
 import tpbso_casadi as tp
 from tpbso_casadi.cli.commands import audit as audit_command
-from tpbso_casadi.facade.results import data_frame as data_frames
-from tpbso_casadi.facade.results.player import Player
+from tpbso_casadi.facade import showing as data_frames
+from tpbso_casadi.facade.plan import Player
 
 ARM = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0)
 TASK: dict[str, Any] = {"start": [1.0, 0.0], "goal": [0.5, 1.5]}

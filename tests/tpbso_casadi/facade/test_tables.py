@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import tpbso_casadi as tp
-from problems.tasks.place import Place
+from problems.tasks import Place
 from tpbso_casadi.facade.tables import SHAPE_NAMES, goals_table, obstacle_table, place_table
-from tpbso_casadi.scenario.tasks.places import built, read_place
-from tpbso_casadi.scenario.world.obstacles import read_obstacle
+from tpbso_casadi.scenario import built
+from tpbso_casadi.scenario.obstacles import read_obstacle
+from tpbso_casadi.scenario.places import read_place
 
 SQUARE = ((0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.0, 0.3))
 OBSTACLES = [

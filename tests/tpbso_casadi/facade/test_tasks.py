@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
-from problems.tasks.paths.joint_path import JointFollowing
-from problems.tasks.task import Task
-from tpbso_casadi.facade.arguments.tasks import STATEMENTS
+from problems.tasks import JointFollowing, Task
+from tpbso_casadi.facade.tables import STATEMENTS
 
 ARM = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0).model
 OVAL = tp.Ellipse((1.6, 1.2), (0.1, 0.2))

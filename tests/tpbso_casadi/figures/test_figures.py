@@ -7,13 +7,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from problems.tasks.drawing import MarkerKind
+from problems.tasks import MarkerKind
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.figures.measures import curve_figures, progress_figures, progress_history
-from tpbso_casadi.figures.paths import path_figure
-from tpbso_casadi.figures.run import joints_figure
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import SearchedMotion
+from tpbso_casadi.figures.curves import curve_figures, joints_figure, progress_figures, progress_history
+from tpbso_casadi.figures.path import path_figure
+from tpbso_casadi.planning import SearchedMotion, plan
 
 
 @cache

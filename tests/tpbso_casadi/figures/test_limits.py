@@ -8,10 +8,10 @@ from helpers.massive import lifted_motion
 from helpers.space_plans import space_plan
 
 from problems import PlanarArm, Trajectory
-from tpbso_casadi.figures.limits import STYLES, spans
-from tpbso_casadi.figures.run import joints_figure
-from tpbso_casadi.planning.joint_quantities import QUANTITIES, alternatives, shares_of_limits
-from tpbso_casadi.planning.planned_motion import PlannedMotion
+from tpbso_casadi.figures.binding import STYLES, spans
+from tpbso_casadi.figures.curves import joints_figure
+from tpbso_casadi.planning import PlannedMotion, alternatives, shares_of_limits
+from tpbso_casadi.planning.motion import QUANTITIES
 
 
 def test_spans_of_a_mask() -> None:

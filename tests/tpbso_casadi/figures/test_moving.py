@@ -13,18 +13,14 @@ from matplotlib.patches import Polygon
 from PIL import Image
 
 from problems import Ellipse, PlanarArm, Trajectory
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from tpbso_casadi.figures.clearance import clearance_drawings
-from tpbso_casadi.figures.courses import Course, courses_of, placed
-from tpbso_casadi.figures.distances import closest_to_moving, distance_curves
-from tpbso_casadi.figures.moving import labelled_times
-from tpbso_casadi.figures.paths import path_figure
-from tpbso_casadi.figures.postures.fan import snapshots
+from problems.scene.moving import ConstantVelocity, MovingObstacle
+from tpbso_casadi.figures import style
+from tpbso_casadi.figures.distances import clearance_drawings, closest_to_moving, distance_curves
+from tpbso_casadi.figures.path import path_figure
+from tpbso_casadi.figures.postures import snapshots
 from tpbso_casadi.figures.run import draw_figures
-from tpbso_casadi.figures.space.polyhedron import polyhedron_of
-from tpbso_casadi.figures.space.scene import Scene
-from tpbso_casadi.figures.style import files
+from tpbso_casadi.figures.scene import Course, courses_of, labelled_times, placed
+from tpbso_casadi.figures.space_scene import Scene, polyhedron_of
 
 DISC = Ellipse(center=(0.0, 0.0), semi_axes=(0.2, 0.2))
 TIMES = np.array([0.0, 0.15, 0.4])
@@ -171,7 +167,7 @@ def test_a_path_in_space_shows_obstacles_at_the_times_of_the_postures(
         np.testing.assert_allclose(way.get_xydata(), middles[:, columns])
     assert picture.get_title(loc="left") == "posture at the closest approach"
     assert "moving obstacle" in [text.get_text() for text in figure.legends[0].get_texts()]
-    monkeypatch.setattr(files, "DPI", 40)
+    monkeypatch.setattr(style, "DPI", 40)
     paths = draw_figures(tmp_path, plan)
     assert [path.name for path in paths] == ["path.png", "joints.png", "limits.png", "clearance.png"]
     with Image.open(paths[-1]) as image:

@@ -13,16 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path
 from oracles.outlines import along, dense, to_segment
 
-from problems.tasks.drawing import Marker, MarkerKind
+from problems.tasks import Marker, MarkerKind
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.figures.captions import STATUSES, headline
-from tpbso_casadi.figures.paths import path_figure
-from tpbso_casadi.figures.postures.band import draw_band, outlines
-from tpbso_casadi.figures.postures.fan import COUNT, fan_of
-from tpbso_casadi.figures.postures.nearest import Nearest, nearest_of, projected
-from tpbso_casadi.figures.style.places import PlaceLabel, label_places
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import PlannedMotion
+from tpbso_casadi.figures.curves import STATUSES, headline
+from tpbso_casadi.figures.labels import PlaceLabel, label_places
+from tpbso_casadi.figures.path import path_figure
+from tpbso_casadi.figures.postures import COUNT, Nearest, draw_band, fan_of, nearest_of, outlines, projected
+from tpbso_casadi.planning import PlannedMotion, plan
 
 ZIGZAG = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0], [0.3, 0.2]])
 

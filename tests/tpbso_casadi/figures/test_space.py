@@ -11,15 +11,23 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from problems import Box
-from problems.tasks.drawing import Marker, MarkerKind
-from tpbso_casadi.figures.paths import path_figure
-from tpbso_casadi.figures.run import draw_figures, joints_figure
-from tpbso_casadi.figures.space.order import painting_order
-from tpbso_casadi.figures.space.panels import Posture, space_figure
-from tpbso_casadi.figures.space.polyhedron import polyhedron_of, separating_planes
-from tpbso_casadi.figures.space.scene import Scene
-from tpbso_casadi.figures.space.view import FRONT, SIDE, TOP, View, perspective
-from tpbso_casadi.figures.style import files
+from problems.tasks import Marker, MarkerKind
+from tpbso_casadi.figures import style
+from tpbso_casadi.figures.curves import joints_figure
+from tpbso_casadi.figures.painting import painting_order
+from tpbso_casadi.figures.path import path_figure
+from tpbso_casadi.figures.run import draw_figures
+from tpbso_casadi.figures.space import Posture, space_figure
+from tpbso_casadi.figures.space_scene import (
+    FRONT,
+    SIDE,
+    TOP,
+    Scene,
+    View,
+    perspective,
+    polyhedron_of,
+    separating_planes,
+)
 
 
 def test_a_box_has_six_faces_and_twelve_sharp_edges() -> None:
@@ -131,7 +139,7 @@ def test_three_views_have_one_scale_and_show_the_whole_motion() -> None:
 
 
 def test_every_figure_is_drawn_in_space(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(files, "DPI", 40)
+    monkeypatch.setattr(style, "DPI", 40)
     paths = draw_figures(tmp_path, space_plan())
     assert [path.name for path in paths] == ["path.png", "joints.png", "limits.png"]
     for path in paths:

@@ -12,14 +12,12 @@ import numpy as np
 import pytest
 from helpers.space_scenarios import GOAL, space_scenario
 
-from problems.assembly.move import MoveProblem
+from problems.families.splines import MoveProblem
 from tpbso_casadi import ScenarioError, parse_scenario
 from tpbso_casadi.cli.commands.audit import main
+from tpbso_casadi.planning import SearchedMotion, plan
 from tpbso_casadi.planning.branches import FINALISTS
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import SearchedMotion
-from tpbso_casadi.storage.run_folder import write_run
-from tpbso_casadi.storage.seal import sealed
+from tpbso_casadi.storage import sealed, write_run
 
 
 @cache

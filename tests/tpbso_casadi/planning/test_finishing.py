@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 from helpers.space_scenarios import GOAL, URDF, space_scenario
 
-from problems.timing.rest_to_rest import rest_to_rest
-from solvers.driver.interruption import Interruption
+from problems.timing.free_space import rest_to_rest
+from solvers.budget import Interruption
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.planning.finishing import POLISHED, SAME_PATH, Retiming, is_better, retimed
-from tpbso_casadi.planning.plan import finished, plan
-from tpbso_casadi.planning.planned_motion import SearchedMotion
-from tpbso_casadi.planning.progress import Progress
+from tpbso_casadi.planning import POLISHED, SAME_PATH, Progress, Retiming, SearchedMotion, plan
+from tpbso_casadi.planning.finishing import is_better, retimed
+from tpbso_casadi.planning.plan import finished
 
 SILENT = Progress()
 

@@ -20,16 +20,14 @@ from helpers.waiting import PATIENCE
 from oracles.csv_checker import check_run
 
 from problems import Problem
-from problems.limits.distances.clearance import reachable_pairs
+from problems.limits import reachable_pairs
 from solvers import IPOPT, Budget, DescentResult, StopReason
 from tpbso_casadi import Scenario, builtin, parse_scenario
 from tpbso_casadi.cli.commands.solve import main
-from tpbso_casadi.planning.motion import motion_of
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import SearchedMotion
-from tpbso_casadi.planning.refinement import Polish, Refinement, distinct
-from tpbso_casadi.scenario.cases.builtin import TITLES
-from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.planning import Polish, SearchedMotion, motion_of, plan
+from tpbso_casadi.planning.finishing import Refinement, distinct
+from tpbso_casadi.scenario import ScenarioError
+from tpbso_casadi.scenario.cases import TITLES
 
 
 def scenario_with(
@@ -194,7 +192,7 @@ def test_ipopt_alone(case: str) -> None:
 ANNOUNCED = """
 import sys
 from tpbso_casadi.cli.commands.solve import main
-from tpbso_casadi.planning.refinement import Refinement
+from tpbso_casadi.planning.finishing import Refinement
 
 descend = Refinement.__call__
 
@@ -230,7 +228,7 @@ def test_interruption_of_ipopt_keeps_the_best(how: list[str], reason: str) -> No
 
 def test_the_best_within_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = SimpleNamespace(perf_counter=count(1000.0, 1.0).__next__)  # a second every time somebody looks
-    monkeypatch.setattr("tpbso_casadi.planning.within.time", clock)
+    monkeypatch.setattr("tpbso_casadi.planning.branches.time", clock)
     solution = plan(scenario_with("time-3", name="abso", evaluations=1000, within=20.0))
     once = plan(scenario_with("time-3", name="abso", evaluations=1000, polish_starts=3))
     assert 2 < solution.rounds < 10

@@ -10,9 +10,8 @@ import pytest
 from helpers.space_scenarios import space_scenario
 
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import SearchedMotion
-from tpbso_casadi.planning.within import STRUCTURED, by_turns
+from tpbso_casadi.planning import SearchedMotion, plan
+from tpbso_casadi.planning.branches import STRUCTURED, by_turns
 
 
 @pytest.mark.parametrize(

@@ -20,27 +20,33 @@ from solvers import SOLVERS
 from tpbso_casadi.campaign import Record
 from tpbso_casadi.cli.commands import reproduce
 from tpbso_casadi.reproduction import experiment, scaling
-from tpbso_casadi.reproduction import pace as pace_of_searches
-from tpbso_casadi.reproduction.as_printed import antenna_shares, compare_with_printed
-from tpbso_casadi.reproduction.claims.catalogue import CLAIMS
-from tpbso_casadi.reproduction.claims.finding import ClaimOutcome, Finding
-from tpbso_casadi.reproduction.claims.growth import interval
-from tpbso_casadi.reproduction.evidence import CostHistory, Evidence, arrival, convergence_iteration
+from tpbso_casadi.reproduction import scaling as pace_of_searches
+from tpbso_casadi.reproduction.claims import CLAIMS
 from tpbso_casadi.reproduction.experiment import (
     BASES,
     EVALUATIONS,
+    FIGURES,
     FULL,
     ITERATIONS,
     LOW_LAMBDA,
     LOW_LAMBDA_PRINTED_SIGN,
+    PATHS,
     PRINTED,
     PRINTED_LOW_LAMBDA,
     PRINTED_SIGN,
+    SPACE_ORDERS,
+    TABLE_1,
+    TIME_ORDERS,
+    CostHistory,
+    Evidence,
     Size,
+    arrival,
+    convergence_iteration,
     label,
 )
-from tpbso_casadi.reproduction.paper import FIGURES, PATHS, SPACE_ORDERS, TABLE_1, TIME_ORDERS
-from tpbso_casadi.scenario.cases.builtin import TITLES
+from tpbso_casadi.reproduction.judgements import ClaimOutcome, Finding, interval
+from tpbso_casadi.reproduction.report import antenna_shares, compare_with_printed
+from tpbso_casadi.scenario.cases import TITLES
 
 RUNS = 20
 ROUNDS = 15

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 import pytest
 from pydantic import Field
 
-from tpbso_casadi.scenario.scenario import parse_scenario
-from tpbso_casadi.scenario.section import ANGULAR, Angle, FileSection, Number, ScenarioError, Section
+from tpbso_casadi.scenario import ScenarioError, Section, parse_scenario
+from tpbso_casadi.scenario.validation import ANGULAR, Angle, FileSection, Number
 
 
 class Place(Section):

@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 from problems import PlanarArm
-from problems.robots.rigid.payload import Payload, planar_payload
-from problems.robots.robot import Robot
-from problems.robots.spatial.spatial_arm import SpatialArm
+from problems.robots import Payload, Robot, SpatialArm, planar_payload
 from tpbso_casadi import ScenarioError, parse_scenario
 
 ARM = {"link_lengths": [0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}

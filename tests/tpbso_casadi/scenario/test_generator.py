@@ -7,8 +7,8 @@ import pytest
 
 from solvers import SOLVERS
 from tpbso_casadi import parse_scenario
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.scenario.cases.generator import random_scenario, random_scenarios
+from tpbso_casadi.planning import plan
+from tpbso_casadi.scenario.cases import random_scenario, random_scenarios
 
 SOME = random_scenarios(11, 12)
 

@@ -8,10 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tpbso_casadi.scenario.input_files import read_text, read_toml
-from tpbso_casadi.scenario.loading import load, load_all
-from tpbso_casadi.scenario.scenario import read_scenario
-from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario import ScenarioError, load, load_all, read_scenario, read_text, read_toml
 
 PATH = """
 [arm]

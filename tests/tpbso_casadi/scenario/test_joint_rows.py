@@ -7,9 +7,7 @@ from pathlib import Path
 import pytest
 
 from tpbso_casadi import ScenarioError
-from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.tasks import joint_rows
-from tpbso_casadi.scenario.tasks.joint_rows import read_joint_rows
+from tpbso_casadi.scenario import InputFolder, input_files, read_joint_rows
 
 
 def read(folder: Path, text: str) -> list[list[float]]:
@@ -59,6 +57,6 @@ def test_what_is_wrong_takes_one_line(tmp_path: Path, text: str, expected: str) 
 
 
 def test_more_rows_than_are_planned_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(joint_rows, "MOST_ROWS", 3)
+    monkeypatch.setattr(input_files, "MOST_ROWS", 3)
     with pytest.raises(ScenarioError, match="line 5: more than 3 rows"):
         read(tmp_path, "q1\n0\n1\n2\n3\n")

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from problems.tasks.place import Joints, Position
+from problems.tasks import Joints, Position
 from tpbso_casadi import ScenarioError, builtin, parse_scenario
 from tpbso_casadi.cli.commands.solve import overridden, parser
-from tpbso_casadi.scenario.tasks.places import built
+from tpbso_casadi.scenario import built
 
 ARM = {"link_lengths": [0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
 POINTS = {"kind": "point-to-point", "start": [1.0, 0.0], "goal": [0.5, 1.0]}

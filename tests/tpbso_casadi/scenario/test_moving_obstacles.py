@@ -11,16 +11,15 @@ import numpy as np
 import pytest
 
 from problems import Rectangle
-from problems.base.errors import InvalidProblem
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from problems.scene.moving.rows import as_numbers
-from problems.scene.moving.tabulated import Tabulated
-from problems.scene.solids.box import Box
+from problems.base import InvalidProblem
+from problems.scene import Tabulated
+from problems.scene.moving import MovingObstacle
+from problems.scene.solids import Box
+from problems.scene.tabulated import as_numbers
 from tpbso_casadi import ScenarioError, parse_scenario
 from tpbso_casadi.cli.commands import solve
-from tpbso_casadi.scenario.scenario import read_scenario
-from tpbso_casadi.scenario.world.obstacle_motions import MOST_MOTION_ROWS
-from tpbso_casadi.scenario.world.shape import ObstacleSection
+from tpbso_casadi.scenario import ObstacleSection, read_scenario
+from tpbso_casadi.scenario.input_files import MOST_MOTION_ROWS
 
 PLANE = """
 {unit}

@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from tpbso_casadi.scenario.scenario import parse_scenario
-from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.scenario import ScenarioError, parse_scenario
 
 PATH = {"kind": "path", "points": [[0.5, 0.5], [0.6, 0.5], [0.7, 0.6]], "accuracy": 0.05}
 MOVE = {"kind": "point-to-point", "start": [0.6, -0.3], "goal": [0.3, 0.6]}

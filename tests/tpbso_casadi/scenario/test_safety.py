@@ -14,7 +14,7 @@ from oracles.outlines import skeletons
 from problems import PlanarArm
 from problems.limits import proximity_limits
 from tpbso_casadi import ScenarioError, parse_scenario
-from tpbso_casadi.scenario.scenario import read_scenario
+from tpbso_casadi.scenario import read_scenario
 
 EVERYTHING: dict[str, Any] = {
     "arm": {

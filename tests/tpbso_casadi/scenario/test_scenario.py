@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from tpbso_casadi import Scenario, ScenarioError, builtin, parse_scenario, read_scenario
-from tpbso_casadi.scenario.cases.builtin import TITLES
+from tpbso_casadi.scenario.cases import TITLES
 
 ARM = {"link_lengths": [0.5, 0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
 POINT = {

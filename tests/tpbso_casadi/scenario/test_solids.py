@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Rectangle
 from tpbso_casadi import ScenarioError, parse_scenario
-from tpbso_casadi.scenario.validation import NestedError
-from tpbso_casadi.scenario.world.obstacles import build_obstacles, read_obstacle
+from tpbso_casadi.scenario import NestedError
+from tpbso_casadi.scenario.obstacles import build_obstacles, read_obstacle
 
 CENTER, TURN = (0.3, 0.1, 0.5), (0.0, 0.0, 0.6, 0.8)
 SHAPES: list[tuple[dict[str, Any], object]] = [

@@ -9,7 +9,7 @@ import pytest
 from solvers import EXTERNAL, IPOPT, SOLVERS, Solver
 from tpbso_casadi import find_solver
 from tpbso_casadi.cli.commands.solve import parser
-from tpbso_casadi.plugins import PluginError
+from tpbso_casadi.scenario import PluginError
 
 PLUGIN = """
 from dataclasses import dataclass
@@ -58,7 +58,7 @@ def test_a_class_by_its_path_and_by_its_entry_point() -> None:
 
 
 def test_a_library_that_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.plugins.find_spec", lambda name: None)
+    monkeypatch.setattr("tpbso_casadi.scenario.catalogues.find_spec", lambda name: None)
     with pytest.raises(PluginError, match=r"cma needs the package cma: pip install 'tpbso-casadi\[cma\]'"):
         find_solver("cma")
     assert find_solver("scipy-de").__name__ == "SciPyDE"

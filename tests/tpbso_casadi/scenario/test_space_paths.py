@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from problems.tasks.paths.space_tracing import SpaceTracing
+from problems.tasks import SpaceTracing
 from tests.oracles.space import away_from_path, tool_poses
 from tpbso_casadi import ScenarioError, parse_scenario
 from tpbso_casadi.cli.commands import audit, solve
-from tpbso_casadi.scenario.scenario import read_scenario
+from tpbso_casadi.scenario import read_scenario
 
 LINK = '<link name="link_{0}"/>'
 JOINT = (

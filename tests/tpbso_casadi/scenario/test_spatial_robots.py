@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from problems.robots.spatial.spatial_arm import SpatialArm
+from problems.robots import SpatialArm
 from tpbso_casadi import ScenarioError, parse_scenario
-from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario import InputFolder
 
 URDF = """<robot name="short">
 <link name="foot"/><link name="upper"/><link name="lower"/><link name="hand"/>

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems.base.matrix import FloatArray
-from problems.scene.moving.tabulated import Tabulated
-from tpbso_casadi.simulation.courses import Wandering
+from problems.base import FloatArray
+from problems.scene import Tabulated
+from tpbso_casadi.simulation.world import Wandering
 
 EVERYWHERE = np.array([[-np.inf, -np.inf], [np.inf, np.inf]])
 ROUNDING = 1e-9

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from problems import Trajectory
 from tests.helpers.quintic_planner import quintic_to
-from tpbso_casadi.simulation.executed import joined, jumps_between, part, rest_time, stands
+from tpbso_casadi.simulation import stands
+from tpbso_casadi.simulation.record import joined, jumps_between, part, rest_time
 
 BREAKS = np.array([0.0, 0.5, 0.75, 2.0])
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from problems import Trajectory
-from problems.scene.obstacle import Obstacle
-from problems.tasks.place import Place
-from solvers.driver.interruption import Interruption
+from problems.scene import Obstacle
+from problems.tasks import Place
+from solvers.budget import Interruption
 from tests.helpers.quintic_planner import QuinticPlanner
 from tests.helpers.simulations import EVERY, MOVE, setting, simulated
-from tpbso_casadi.planning.replanning.step import Step
-from tpbso_casadi.scenario.scenario import Scenario
-from tpbso_casadi.simulation.loop import Simulation
+from tpbso_casadi.replanning import Step
+from tpbso_casadi.scenario import Scenario
+from tpbso_casadi.simulation import Simulation
 
 CART = {"shape": "box", "center": [3.0, 0.0], "size": [0.4, 0.2], "velocity": [0.0, 0.5]}
 

@@ -11,7 +11,7 @@ import pytest
 from tests.helpers.simulations import content, setting
 from tests.helpers.space_scenarios import space_scenario
 from tpbso_casadi import ScenarioError, parse_scenario
-from tpbso_casadi.simulation.setting import Setting
+from tpbso_casadi.simulation import Setting
 
 
 def test_goal_and_start_are_visited_where_no_goals_are_stated() -> None:

@@ -10,14 +10,12 @@ import numpy as np
 import pytest
 
 from tests.helpers.simulations import EVERY, replan_at, simulated
-from tpbso_casadi.scenario.scenario import parse_scenario
-from tpbso_casadi.simulation.record import SimulationRecord
-from tpbso_casadi.simulation.result import SimulationResult, SummaryResult, summary_of
-from tpbso_casadi.simulation.store import REPLANS, obstacle_table, replan_rows, row_times, write_simulation
-from tpbso_casadi.simulation.truth import stretches
-from tpbso_casadi.storage.files import OutputError
-from tpbso_casadi.storage.plain import parsed_json
-from tpbso_casadi.storage.seal import check_seal
+from tpbso_casadi.plain import parsed_json
+from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.simulation import SimulationRecord, SimulationResult, SummaryResult, write_simulation
+from tpbso_casadi.simulation.result import stretches, summary_of
+from tpbso_casadi.simulation.store import REPLANS, obstacle_table, replan_rows, row_times
+from tpbso_casadi.storage import OutputError, check_seal
 
 CART = {"shape": "box", "center": [3.0, 0.0], "size": [0.4, 0.2], "velocity": [0.0, 0.5]}
 STILL = {"shape": "box", "center": [-3.0, 0.5], "size": [0.4, 0.2]}

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from problems import CertificateStatus, Trajectory
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 from tests.helpers.simulations import simulated
-from tpbso_casadi.simulation.record import SimulationRecord
-from tpbso_casadi.simulation.truth import contacts, kept_limits, stretches
+from tpbso_casadi.simulation import SimulationRecord
+from tpbso_casadi.simulation.result import contacts, kept_limits, stretches
 
 TIMES, ALONG = 3001, 201
 HALF = np.array([0.1, 0.1])  # of the box

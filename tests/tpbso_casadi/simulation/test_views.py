@@ -14,12 +14,12 @@ from helpers.browser import fetched, opened
 from helpers.simulation_records import EVERY, KINDS, record_of
 from PIL import Image
 
-from tpbso_casadi.animation.simulated import simulation_page
+from tpbso_casadi.animation.player import simulation_page
 from tpbso_casadi.cli.commands.simulate import main
+from tpbso_casadi.figures import style
 from tpbso_casadi.figures.simulation import STYLES, draw_simulation, simulation_figure
-from tpbso_casadi.figures.style import files
-from tpbso_casadi.planning.replanning.step import Kind
-from tpbso_casadi.simulation.motion import MEANINGS, simulated_motion
+from tpbso_casadi.replanning.candidates import Kind
+from tpbso_casadi.simulation import MEANINGS, simulated_motion
 
 
 def data_of(text: str) -> dict[str, Any]:
@@ -74,7 +74,7 @@ def test_every_kind_of_answer_has_a_style_and_a_meaning() -> None:
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_the_figure_is_a_file(dim: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(files, "DPI", 40)
+    monkeypatch.setattr(style, "DPI", 40)
     [path] = draw_simulation(tmp_path, record_of(dim))
     with Image.open(path) as image:
         assert np.asarray(image.convert("L")).std() > 10.0

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from problems.scene.obstacle import Obstacle
+from problems.scene import Obstacle
 from tests.helpers.simulations import setting
 from tpbso_casadi import ScenarioError
 from tpbso_casadi.simulation.world import World

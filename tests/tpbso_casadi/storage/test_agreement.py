@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tpbso_casadi.storage.recomputation.agreement import Contradiction, agree
+from tpbso_casadi.storage.recomputation import Contradiction, agree
 
 
 @pytest.mark.parametrize(("stored", "computed"), [(1.0, 1.0 + 1e-10), (0.0, 0.0), (None, np.inf), (None, np.nan)])

@@ -15,17 +15,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 from solvers import Box, Search, Solver
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.storage.content import result_of
-from tpbso_casadi.storage.files import TEMPORARY, OutputError
-from tpbso_casadi.storage.plain import as_json, plain, settings_of
-from tpbso_casadi.storage.result import InvalidResult, RunResult
-from tpbso_casadi.storage.run_folder import write_run
-from tpbso_casadi.storage.seal import sealed
-from tpbso_casadi.storage.stored_run import InvalidRun, read_run
+from tpbso_casadi.plain import as_json, plain, settings_of
+from tpbso_casadi.planning import plan
+from tpbso_casadi.storage import (
+    InvalidResult,
+    InvalidRun,
+    OutputError,
+    RunResult,
+    read_run,
+    result_of,
+    sealed,
+    write_run,
+)
+from tpbso_casadi.storage.files import TEMPORARY
 
 KINDS: dict[str, dict[str, Any]] = {
     "search": {"name": "pso", "evaluations": 1000},

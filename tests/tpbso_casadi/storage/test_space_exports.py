@@ -14,11 +14,9 @@ from helpers.space import sliding_arm, small_arm
 from helpers.space_plans import space_plan
 from scipy.spatial.transform import Rotation
 
-from tpbso_casadi.storage.exporting import EXPORTS, export_motion
-from tpbso_casadi.storage.motion_table import write_motion
-from tpbso_casadi.storage.recomputation.agreement import Contradiction
-from tpbso_casadi.storage.recomputation.files import check_table
-from tpbso_casadi.storage.ros import message_yaml
+from tpbso_casadi.storage import EXPORTS, export_motion, write_motion
+from tpbso_casadi.storage.exporting import message_yaml
+from tpbso_casadi.storage.recomputation import Contradiction, check_table
 
 POSE = ["x", "y", "z", "qx", "qy", "qz", "qw"]
 

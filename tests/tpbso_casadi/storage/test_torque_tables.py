@@ -13,13 +13,10 @@ import yaml
 from helpers.massive import by_lagrange, massive_arm, massive_motion
 from helpers.space_plans import space_plan
 
-from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.tasks.joint_rows import read_joint_rows
-from tpbso_casadi.storage.exporting import EXPORTS, export_motion
-from tpbso_casadi.storage.motion_table import table_of, write_motion
-from tpbso_casadi.storage.recomputation.agreement import Contradiction
-from tpbso_casadi.storage.recomputation.files import check_table
+from tpbso_casadi.planning import Motion
+from tpbso_casadi.scenario import InputFolder, read_joint_rows
+from tpbso_casadi.storage import EXPORTS, export_motion, table_of, write_motion
+from tpbso_casadi.storage.recomputation import Contradiction, check_table
 
 
 def rewritten(path: Path, columns: slice, row: int | None = None, change: float = 0.0) -> None:

@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tpbso_casadi.trade_off.front import Front, hypervolume, reference_point
-from tpbso_casadi.trade_off.placement import ENDS, EpsilonConstraint, Placement, WeightedSum
-from tpbso_casadi.trade_off.point import Pair, Point, Request, Scalarisation, Standing
+from tpbso_casadi.trade_off import ENDS, Front, Point, Standing
+from tpbso_casadi.trade_off.front import hypervolume, reference_point
+from tpbso_casadi.trade_off.placement import EpsilonConstraint, Placement, WeightedSum
+from tpbso_casadi.trade_off.point import Pair, Request, Scalarisation
 
 POOR = 2.5015  # s, the bound of a plan that comes out poor
 COORDINATES = st.tuples(st.integers(0, 20), st.integers(0, 20))

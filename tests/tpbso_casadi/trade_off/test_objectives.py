@@ -7,11 +7,9 @@ from typing import Any
 import pytest
 
 import tpbso_casadi as tp
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.scenario.overriding import overridden
-from tpbso_casadi.scenario.scenario import parse_scenario
-from tpbso_casadi.trade_off.objectives import Objectives
-from tpbso_casadi.trade_off.placement import ENDS
+from tpbso_casadi.planning import plan
+from tpbso_casadi.scenario import overridden, parse_scenario
+from tpbso_casadi.trade_off import ENDS, Objectives
 from tpbso_casadi.trade_off.point import Request, Scalarisation
 
 PLACED = (*ENDS, (1.0, 0.5))

@@ -9,30 +9,27 @@ from pathlib import Path
 
 from problems import CertificateStatus
 from problems.evaluation import InvalidEvaluation
-from tpbso_casadi.audit.content import audit_run, audit_scenario, impossible
+from tpbso_casadi.audit_report import audit_run, audit_scenario, impossible
 from tpbso_casadi.cli.command import run_command
 from tpbso_casadi.cli.common import Exit, path, print_error
-from tpbso_casadi.cli.display.audit_tables import print_run_audit, print_scenario_audit
-from tpbso_casadi.cli.display.console import OutputConsole
-from tpbso_casadi.cli.figure_formats import add_figures_option
 from tpbso_casadi.cli.options import (
+    OneLineParser,
+    add_figures_option,
     add_json,
     add_outside_files,
     add_quiet,
+    command_parser,
     defaulting,
     output_group,
     problem_group,
 )
-from tpbso_casadi.cli.parser import OneLineParser, command_parser
-from tpbso_casadi.figures.style.formats import DEFAULT
-from tpbso_casadi.scenario.cases.builtin import TITLES
-from tpbso_casadi.scenario.input_files import is_folder
-from tpbso_casadi.scenario.loading import load
-from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.storage.files import OutputError, check_writable
-from tpbso_casadi.storage.plain import as_json
-from tpbso_casadi.storage.stored_run import read_run
+from tpbso_casadi.display.audit_tables import print_run_audit, print_scenario_audit
+from tpbso_casadi.display.console import OutputConsole
+from tpbso_casadi.figures.palette import DEFAULT
+from tpbso_casadi.plain import as_json
+from tpbso_casadi.scenario import Scenario, ScenarioError, is_folder, load, plugin_failures_named
+from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.storage import OutputError, check_writable, read_run
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -112,7 +109,7 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
 
 def draw(scenario: Scenario, folder: Path, formats: Sequence[str]) -> None:
     """Draw the structure of the scenario's constraints."""
-    from tpbso_casadi.figures.structure import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
+    from tpbso_casadi.figures.binding import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
 
     folder.mkdir(parents=True, exist_ok=True)
     draw_structure(folder, scenario, formats)

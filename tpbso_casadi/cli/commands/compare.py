@@ -12,29 +12,44 @@ from pathlib import Path
 
 from rich.console import Console
 
-from tpbso_casadi.campaign import grid, parse_solvers
-from tpbso_casadi.campaign.analysis.best import best_runs
-from tpbso_casadi.campaign.analysis.results import results_of
-from tpbso_casadi.campaign.export import export, files_of, write_comparison
-from tpbso_casadi.campaign.functions.run import FUNCTION_SOLVERS, function_grid, functions_of
-from tpbso_casadi.campaign.grid import USUAL_RUNS, USUAL_SOLVERS, USUAL_STARTS, SolverSpec, budgeted, check_size
-from tpbso_casadi.campaign.logs.write import WRITERS, check_logs, traces_of, write_logs
-from tpbso_casadi.campaign.run import AnyRun
-from tpbso_casadi.campaign.table import HEADER, print_tables, rows
+from tpbso_casadi.campaign import (
+    FUNCTION_SOLVERS,
+    HEADER,
+    USUAL_RUNS,
+    USUAL_SOLVERS,
+    USUAL_STARTS,
+    AnyRun,
+    SolverSpec,
+    best_runs,
+    budgeted,
+    check_size,
+    export,
+    files_of,
+    function_grid,
+    functions_of,
+    grid,
+    parse_solvers,
+    print_tables,
+    results_of,
+    rows,
+    write_comparison,
+)
+from tpbso_casadi.campaign.logs import WRITERS, check_logs, traces_of, write_logs
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
     failures,
+    phase,
     prepare,
     run_campaign_command,
     run_with_progress,
     stored,
 )
 from tpbso_casadi.cli.common import positive_int
-from tpbso_casadi.cli.display.campaign_progress import phase
-from tpbso_casadi.cli.figure_formats import add_figures_option, figure_formats
 from tpbso_casadi.cli.options import (
     SCENARIO,
+    OneLineParser,
     add_evaluations,
+    add_figures_option,
     add_iterations,
     add_json,
     add_no_plots,
@@ -42,12 +57,13 @@ from tpbso_casadi.cli.options import (
     add_population,
     add_seed,
     add_time_limit,
+    command_parser,
     defaulting,
+    figure_formats,
     problem_group,
     search_group,
 )
-from tpbso_casadi.cli.parser import OneLineParser, command_parser
-from tpbso_casadi.scenario.loading import load_all
+from tpbso_casadi.scenario import load_all
 
 DEFAULT_SOLVERS = ",".join(USUAL_SOLVERS)
 

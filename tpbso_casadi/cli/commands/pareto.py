@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.pareto``: a front of certified plans between two objectives."""
+"""``tpbso pareto``."""
 
 from __future__ import annotations
 
@@ -8,26 +8,28 @@ from collections.abc import Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
 
+from rich.text import Text
+
 from problems import OBJECTIVES
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
-from solvers.driver.interruption import Interruption, deferred_interrupt
-from tpbso_casadi.cli.command import run_command
-from tpbso_casadi.cli.commands.solve import evaluation_options, stated
-from tpbso_casadi.cli.common import Exit, print_error, whole_number, word
-from tpbso_casadi.cli.display.console import OutputConsole
-from tpbso_casadi.cli.display.front_tables import print_trade_off, say_point
-from tpbso_casadi.cli.display.planning_progress import planning_progress
-from tpbso_casadi.cli.figure_formats import add_figures_option, figure_formats
+from solvers.budget import Interruption, deferred_interrupt
+from tpbso_casadi.cli.command import RUNS, run_command
+from tpbso_casadi.cli.commands.solve import evaluation_options, planning_progress, stated
+from tpbso_casadi.cli.common import Exit, print_error, printable_name, whole_number
 from tpbso_casadi.cli.options import (
     SCENARIO,
+    OneLineParser,
     add_backend,
     add_evaluations,
+    add_figures_option,
     add_no_plots,
     add_out,
     add_outside_files,
     add_quiet,
     add_seed,
     add_threads,
+    command_parser,
+    figure_formats,
     is_silent,
     listed,
     machine_group,
@@ -35,20 +37,50 @@ from tpbso_casadi.cli.options import (
     problem_group,
     search_group,
 )
-from tpbso_casadi.cli.parser import OneLineParser, command_parser
-from tpbso_casadi.cli.run_name import RUNS
-from tpbso_casadi.scenario import overriding
-from tpbso_casadi.scenario.loading import load
-from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.storage.files import OutputError
-from tpbso_casadi.trade_off.methods import EPSILON_CONSTRAINT, METHODS, WEIGHTED_SUM, method_named
-from tpbso_casadi.trade_off.objectives import Objectives
-from tpbso_casadi.trade_off.placement import ENDS
-from tpbso_casadi.trade_off.point import Point
-from tpbso_casadi.trade_off.store import Store
-from tpbso_casadi.trade_off.table import TradeOff
-from tpbso_casadi.trade_off.work import Work
+from tpbso_casadi.display.console import OutputConsole, number, table_of, word
+from tpbso_casadi.scenario import Scenario, ScenarioError, load, loading, plugin_failures_named
+from tpbso_casadi.storage import OutputError
+from tpbso_casadi.trade_off import (
+    ENDS,
+    EPSILON_CONSTRAINT,
+    METHODS,
+    WEIGHTED_SUM,
+    Objectives,
+    Point,
+    Standing,
+    Store,
+    TradeOff,
+    Work,
+    method_named,
+)
+
+COLOURS = {Standing.FRONT: "green", Standing.NOT_CERTIFIED: "red"}
+
+
+def say_point(headings: tuple[str, str], point: Point, console: OutputConsole) -> None:
+    """A line of a point that is complete."""
+    values = ", ".join(f"{heading} {value:.5g}" for heading, value in zip(headings, point.values, strict=True))
+    console.say(f"point {point.number}: {values}{'' if point.certified else ', not certified'}")
+
+
+def print_trade_off(trade_off: TradeOff, console: OutputConsole) -> None:
+    """The plans of each method by the first objective, then what all methods' fronts are worth."""
+    fronts = trade_off.fronts
+    planned = {m: [p for p in points if p.request is not None] for m, points in trade_off.points.items()}
+    for method, points in ((method, points) for method, points in planned.items() if points):
+        first, second = trade_off.headings
+        table = table_of(number("point"), number(first), number(second), number("T [s]"), word("is"))
+        for point in sorted(points, key=lambda each: each.values):
+            standing = fronts[method].standings[point.number]
+            cells = [str(point.number), *(f"{value:.5g}" for value in (*point.values, point.duration))]
+            table.add_row(*cells, Text(standing, COLOURS.get(standing, "yellow")))
+        console.print_table(method, table)
+    table = table_of(word("method"), number("on front"), number("hypervolume"), number("evaluations"), number("s"))
+    for s in trade_off.summaries:
+        counts = f"{s.on_front} of {s.points}", f"{s.hypervolume:.6g}", str(s.evaluations), f"{s.seconds:.1f}"
+        table.add_row(s.method, *counts)
+    console.print_table("fronts", table)
+
 
 DEFAULT_POINTS = 12
 MOST_PLANS = 1000
@@ -112,7 +144,7 @@ def parser() -> OneLineParser:
 
 def names(text: str) -> tuple[str, ...]:
     """Names with commas between them, for argparse."""
-    return tuple(word(name.strip()) for name in text.split(","))
+    return tuple(printable_name(name.strip()) for name in text.split(","))
 
 
 def pareto(options: argparse.Namespace) -> int:
@@ -128,7 +160,7 @@ def pareto(options: argparse.Namespace) -> int:
 
 def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     """The scenario with the values of the command line in place of its own, and a solver where it names none."""
-    return overriding.overridden(scenario, solver=stated(options, "evaluations", "seed"))
+    return loading.overridden(scenario, solver=stated(options, "evaluations", "seed"))
 
 
 def written(objectives: Objectives, evaluation: EvaluationOptions, options: argparse.Namespace) -> int:
@@ -172,7 +204,7 @@ def draw(folder: Path, trade_off: TradeOff, formats: Sequence[str]) -> None:
     """The figure, unless there is to be none."""
     if not formats:
         return
-    from tpbso_casadi.trade_off.figures import draw_front  # noqa: PLC0415 (matplotlib is slow to load)
+    from tpbso_casadi.trade_off.front_figures import draw_front  # noqa: PLC0415 (matplotlib is slow to load)
 
     draw_front(folder, trade_off, formats)
 

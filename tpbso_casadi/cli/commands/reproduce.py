@@ -14,10 +14,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from tpbso_casadi.campaign import Store
-from tpbso_casadi.campaign.export import export
-from tpbso_casadi.campaign.statistics import summarise
-from tpbso_casadi.campaign.table import HEADER, rows
+from tpbso_casadi.campaign import HEADER, Store, export, rows, summarise
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
     failures,
@@ -27,17 +24,14 @@ from tpbso_casadi.cli.campaign import (
     run_with_progress,
     stored,
 )
-from tpbso_casadi.cli.options import search_group
-from tpbso_casadi.cli.parser import OneLineParser, command_parser
-from tpbso_casadi.reproduction.claims.catalogue import CLAIMS
-from tpbso_casadi.reproduction.claims.finding import ClaimOutcome
-from tpbso_casadi.reproduction.evidence import Evidence
-from tpbso_casadi.reproduction.experiment import FULL, QUICK, Size, campaign
-from tpbso_casadi.reproduction.gather import gather, illustrations
-from tpbso_casadi.reproduction.pace import QUICK_ROUNDS, ROUNDS, measure_pace
-from tpbso_casadi.reproduction.page.report import render
-from tpbso_casadi.reproduction.scaling import measure_scaling
-from tpbso_casadi.storage.files import write_csv, write_text, writing
+from tpbso_casadi.cli.options import OneLineParser, command_parser, search_group
+from tpbso_casadi.reproduction.claims import CLAIMS
+from tpbso_casadi.reproduction.experiment import FULL, QUICK, Evidence, Size, campaign
+from tpbso_casadi.reproduction.judgements import ClaimOutcome
+from tpbso_casadi.reproduction.page_figures import gather, illustrations
+from tpbso_casadi.reproduction.report import render
+from tpbso_casadi.reproduction.scaling import QUICK_ROUNDS, ROUNDS, measure_pace, measure_scaling
+from tpbso_casadi.storage import write_csv, write_text, writing
 
 UNBREAKABLE = "\N{NO-BREAK SPACE}"
 COLOURS = {

@@ -8,19 +8,22 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from tpbso_casadi.cli.command import run_command
+from tpbso_casadi.cli.command import free_folder, run_command
 from tpbso_casadi.cli.commands.solve import written
 from tpbso_casadi.cli.common import not_negative, path
-from tpbso_casadi.cli.options import defaulting, listed, problem_group
+from tpbso_casadi.cli.options import OneLineParser, command_parser, defaulting, listed, problem_group
 from tpbso_casadi.cli.output import Output, add_output_options
-from tpbso_casadi.cli.parser import OneLineParser, command_parser
-from tpbso_casadi.cli.run_name import free_folder
-from tpbso_casadi.scenario.input_files import InputFolder, is_folder, read_toml
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.scenario.tasks.joint_path import Interpolation
-from tpbso_casadi.scenario.tasks.joint_rows import read_joint_rows
-from tpbso_casadi.storage.stored_run import path_table, read_run
+from tpbso_casadi.scenario import (
+    InputFolder,
+    Interpolation,
+    Scenario,
+    ScenarioError,
+    is_folder,
+    parse_scenario,
+    read_joint_rows,
+    read_toml,
+)
+from tpbso_casadi.storage import path_table, read_run
 
 ROBOT_TABLES = ("unit", "arm", "robot", "obstacles", "model")  # of the file that states the robot
 SPEEDS = ("start_speed", "goal_speed")

@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.simulate``: plan again and again while a simulated arm moves among simulated obstacles."""
+"""``tpbso simulate``."""
 
 from __future__ import annotations
 
@@ -7,43 +7,112 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
+from rich.text import Text
+
 from problems import InvalidProblem
-from solvers.driver.interruption import Interruption, deferred_interrupt
-from tpbso_casadi.animation.simulated import write_player
-from tpbso_casadi.cli.command import run_command
+from solvers.budget import Interruption, deferred_interrupt
+from tpbso_casadi.animation.player import write_player
+from tpbso_casadi.cli.command import free_folder, run_command
 from tpbso_casadi.cli.common import Exit, positive_float, print_error
-from tpbso_casadi.cli.display.console import OutputConsole
-from tpbso_casadi.cli.display.simulation_tables import ReplanLines, print_simulation
-from tpbso_casadi.cli.figure_formats import add_figures_option
 from tpbso_casadi.cli.options import (
     SCENARIO,
     SCENARIOS,
+    OneLineParser,
     add_evaluations,
+    add_figures_option,
     add_no_plots,
     add_out,
     add_outside_files,
     add_quiet,
     add_seed,
     add_within,
+    command_parser,
     defaulting,
     output_group,
     problem_group,
     search_group,
 )
-from tpbso_casadi.cli.parser import OneLineParser, command_parser
-from tpbso_casadi.cli.run_name import free_folder
-from tpbso_casadi.planning.replanning.replanner import Replanner
-from tpbso_casadi.scenario.loading import load
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, plugin_failures_named
-from tpbso_casadi.scenario.section import ScenarioError
-from tpbso_casadi.scenario.simulation import SimulationSection
-from tpbso_casadi.simulation.loop import Planner, Simulation
-from tpbso_casadi.simulation.record import SimulationRecord
-from tpbso_casadi.simulation.result import WHAT, SimulationResult
-from tpbso_casadi.simulation.setting import Setting
-from tpbso_casadi.simulation.store import write_simulation
-from tpbso_casadi.storage.files import OutputError
-from tpbso_casadi.storage.run_folder import Writer, check_run_folder
+from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
+from tpbso_casadi.replanning import Replanner
+from tpbso_casadi.scenario import (
+    Scenario,
+    ScenarioError,
+    SimulationSection,
+    load,
+    parse_scenario,
+    plugin_failures_named,
+)
+from tpbso_casadi.simulation import (
+    LARGEST_JUMP,
+    WHAT,
+    Planner,
+    Replan,
+    Setting,
+    Simulation,
+    SimulationRecord,
+    SimulationResult,
+    SummaryResult,
+    write_simulation,
+)
+from tpbso_casadi.storage import OutputError, Writer, check_run_folder
+
+GOOD, BAD = "green", "red"
+
+
+class ReplanLines:
+    """Lines on what becomes otherwise while a simulation runs: the arm stops, goes on, or is without a proof."""
+
+    def __init__(self, console: OutputConsole) -> None:
+        self._console = console
+        self._last = "goes on"
+
+    def __call__(self, replan: Replan) -> None:
+        """Say what an answer of the planner changes; nothing where that is nothing."""
+        unproven = "" if replan.certified else ", not certified"
+        unsafe = "" if replan.fail_safe else ", no stop in time is proven"
+        words = f"{'stops' if replan.kind == 'stop' else 'goes on'}{unproven}{unsafe}"
+        if words != self._last:
+            self._console.say(f"t = {replan.time:.4g} s: {words}")
+        self._last = words
+
+
+def print_simulation(result: SimulationResult, console: OutputConsole) -> None:
+    """What was measured, each with a mark where it should be otherwise; and limits that were broken."""
+    summary = result.summary
+    table = table_of(word("measured"), number("value"), prose(""))
+    for name, value, good, remark in _rows(summary):
+        table.add_row(name, Text(value, "" if good is None else GOOD if good else BAD), remark)
+    console.print_table(f"{WHAT}; {summary.seconds:.6g} s", table)
+    for limit in result.limits:
+        if not limit.satisfied:
+            worst = "?" if limit.worst is None else f"{limit.worst:.6g}"
+            console.say(
+                f"{limit.name} was {worst} {limit.unit} ({limit.where}); the limit is {limit.bound} {limit.unit}"
+            )
+
+
+def _rows(summary: SummaryResult) -> list[tuple[str, str, bool | None, str]]:
+    closest, largest = summary.closest, max(summary.largest_jumps)
+    distance = "-" if closest.distance is None else f"{1000.0 * closest.distance:.4g} mm"
+    where = f"{closest.pair}, t = {closest.time:.4g} s, {'moving' if closest.moving else 'standing'}"
+    kinds = f"{summary.new} new, {summary.old} old, {summary.stop} stops"
+    proven = f"{summary.certified} certified as predicted, {summary.fail_safe} with a stop in time proven"
+    return [
+        ("collisions while moving", str(summary.collisions), not summary.collisions, "with what obstacles really did"),
+        *([("moves without a proof", str(summary.unproven), False, "of that")] if summary.unproven else []),
+        ("contacts while standing", str(summary.standing_contacts), None, "something came to the arm where it stood"),
+        ("closest", distance, None, where if closest.pair else "nothing within reach"),
+        ("largest jump", f"{largest:.2g}", largest < LARGEST_JUMP, "of angle, speed, acceleration where motions join"),
+        ("goals reached", str(summary.goals_reached), None, ""),
+        ("replans", str(summary.replans), None, f"{kinds}; {proven}"),
+        ("deadlines met", f"{summary.deadlines_met:.1%}", None, ""),
+        ("time of a replan", f"{summary.median_ms:.4g} ms", None, _slowest(summary)),
+    ]
+
+
+def _slowest(summary: SummaryResult) -> str:
+    return f"median; 99 %: {summary.percentile_99_ms:.4g} ms, largest: {summary.largest_ms:.4g} ms"
+
 
 OVERRIDDEN = ("seconds", "every", "evaluations", "within")  # keys of [simulation]
 

@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 
 from problems import Ellipse, InvalidProblem, Joints, Move, Position, TimeMoveProblem, Trajectory, move, time_move
 from problems.evaluation import BACKENDS, EvaluationOptions
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.moving_obstacle import MovingObstacle
-from problems.scene.obstacle import Obstacle
+from problems.scene import Obstacle
+from problems.scene.moving import ConstantVelocity, MovingObstacle
 from solvers import LSHADE, Box, Budget, minimize
 
 ARM = equal_links(2)
@@ -143,11 +142,11 @@ RESTATED = {
 def test_a_restated_problem_has_the_bits_of_a_new_one(task: Move, backend: str) -> None:
     options = EvaluationOptions(backend)
     CROSSED.evaluator(options)(candidates(CROSSED, 3))
-    restated, anew = CROSSED.restated(task), time_move(task, samples=24)
+    restated, anew = CROSSED.same_structure_with(task), time_move(task, samples=24)
     assert CROSSED.same_make(task)
     x = candidates(anew, 60)
     assert (restated.evaluator(options)(x) == anew.evaluator(options)(x)).all()
-    assert (restated.restated(RESTATED["at rest"]).first or restated) is CROSSED
+    assert (restated.same_structure_with(RESTATED["at rest"]).first or restated) is CROSSED
     assert restated.verify(restated.trajectory(x[0])) == anew.verify(anew.trajectory(x[0]))
 
 
@@ -163,7 +162,7 @@ def test_a_restated_problem_has_the_bits_of_a_new_one(task: Move, backend: str) 
 )
 def test_another_make_is_built_anew(task: Move) -> None:
     assert not CROSSED.same_make(task)
-    restated, anew = CROSSED.restated(task), time_move(task, samples=24)
+    restated, anew = CROSSED.same_structure_with(task), time_move(task, samples=24)
     x = candidates(anew, 20)
     assert (restated.cost(x) == anew.cost(x)).all()
 

@@ -8,13 +8,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from problems import InvalidProblem, Path, Trajectory
-from problems.assembly.paths.space_tracing import SpaceTracingProblem, space_tracing
-from problems.assembly.paths.starting_postures import clear_postures, spread, wandering_joints
-from problems.base.matrix import FloatArray
+from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
-from problems.robots.spatial.spatial_arm import Sphere
-from problems.scene.solids.ball import Ball
-from problems.tasks.paths.space_tracing import SpaceTracing
+from problems.families.traced import space_tracing
+from problems.families.traced.postures import clear_postures, spread, wandering_joints
+from problems.families.traced.problem import SpaceTracingProblem
+from problems.robots import Sphere
+from problems.scene.solids import Ball
+from problems.tasks import SpaceTracing
 from tests.helpers.space import TOOL, small_arm
 from tests.oracles.space import away_from_path, tool_poses
 

@@ -10,11 +10,9 @@ import pytest
 
 from benchmarks.torque_certificates import check, planar_arm, random_motion, sampled_torques
 from problems import CertificateStatus
-from problems.certify.dynamics.slowing import torque_time_scale
-from problems.certify.dynamics.torque import prove_torques
-from problems.limits.torque import TorqueLimit
-from problems.robots.rigid.payload import Payload
-from problems.robots.spatial.models import BUILT_IN, built_in
+from problems.certify.torque import prove_torques, torque_time_scale
+from problems.limits import TorqueLimit
+from problems.robots import BUILT_IN, Payload, built_in
 
 CERTIFIED, VIOLATED, UNDECIDED = CertificateStatus
 MOTIONS = 100

@@ -11,11 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems.base.matrix import FloatArray, as_array
-from problems.certify.dynamics.moving_arm import extremes
-from problems.certify.dynamics.taylor import DEGREE, ENTRIES, modelled
-from problems.certify.dynamics.time_cells import Moments, TimeCells
-from problems.motions.trajectory import Trajectory
+from problems.base import FloatArray, as_array
+from problems.certify.taylor import DEGREE, ENTRIES, Moments, TimeCells, modelled
+from problems.certify.torque import extremes
+from problems.motions import Trajectory
 
 FORMULAS: dict[str, Callable[[Any], Any]] = {
     "sum": lambda x: x[0] + x[1] - 2.5,

@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 
 from problems import CertificateStatus, PlanarArm, Trajectory, Verdict
-from problems.base.matrix import FloatArray
-from problems.certify.dynamics.slowing import torque_time_scale
-from problems.certify.dynamics.torque import PROOF_GAP
-from problems.certify.verification import limit_verdicts
-from problems.limits.torque import TorqueLimit
-from problems.robots.spatial.urdf import read_urdf
+from problems.base import FloatArray
+from problems.certify import limit_verdicts
+from problems.certify.torque import PROOF_GAP, torque_time_scale
+from problems.limits import TorqueLimit
+from problems.robots import read_urdf
 
 CERTIFIED, VIOLATED, UNDECIDED = CertificateStatus
 INERTIA, HELD = 4.0 / 3.0, 19.62

@@ -12,12 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import CertificateStatus, Trajectory
-from problems.certify.expressions.proof import prove_expression
-from problems.certify.expressions.ranges import BINARY, UNARY, Ranges
-from problems.certify.verification import limit_verdicts
-from problems.evaluation import tape
-from problems.limits.expression import ExpressionLimit, StatedExpression
-from problems.motions.expressions.tracing import traced
+from problems.certify import limit_verdicts
+from problems.certify.expressions import BINARY, UNARY, Ranges, prove_expression
+from problems.limits import ExpressionLimit, StatedExpression
+from problems.motions import traced
 
 ARM = equal_links(2)
 SWING = Trajectory.from_pieces(np.array([1.0]), [np.array([[0.0, 0.0], [0.0, 0.0], [3.0, 1.5], [-2.0, -1.0]])])
@@ -26,7 +24,7 @@ CERTIFIED, VIOLATED, UNDECIDED = CertificateStatus.CERTIFIED, CertificateStatus.
 
 def limit(stated: Any, lower: float | None = None, upper: float | None = None) -> ExpressionLimit:
     bounds = [None if bound is None else (bound,) for bound in (lower, upper)]
-    return StatedExpression("own", "m", traced(stated, ARM, "c"), *bounds).holding(ARM, ())
+    return StatedExpression("own", "m", traced(stated, ARM, "c"), *bounds).for_robot(ARM, ())
 
 
 def dense(kept: ExpressionLimit, motion: Trajectory) -> np.ndarray:
@@ -157,7 +155,9 @@ def test_ranges_hold_what_is_in_them(name: str) -> None:
     sides = [(each[:, 0], each[:, 1]) for each in corners]
     low, high = interpreter.unary(name, sides[0]) if unary else interpreter.binary(name, sides[0], sides[1])
     x = ca.SX.sym("x", 2)
-    operation = ca.SX.unary(tape.UNARY[name], x[0]) if unary else ca.SX.binary(tape.BINARY[name], x[0], x[1])
+    operation = (
+        ca.SX.unary(interpreter.UNARY[name], x[0]) if unary else ca.SX.binary(interpreter.BINARY[name], x[0], x[1])
+    )
     function = ca.Function("f", [x], [operation])
     for share in np.linspace(0.0, 1.0, points):
         other = rng.choice([0.0, 1.0, rng.uniform()], size=count)

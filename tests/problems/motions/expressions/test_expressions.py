@@ -12,14 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import InvalidProblem, Trajectory
-from problems.evaluation.tape import BINARY, UNARY
-from problems.motions.expressions.quantities import QUANTITIES, quantity_named
-from problems.motions.expressions.sample_function import SampleFunction
-from problems.motions.expressions.text import InvalidText, read, written
-from problems.motions.expressions.tracing import random_states, traced
-from problems.motions.samples import Samples
-from problems.robots.robot import Robot
-from problems.robots.spatial.spatial_arm import SpatialArm
+from problems.evaluation.interpreter import BINARY, UNARY
+from problems.motions import InvalidText, SampleFunction, Samples, random_states, read, traced
+from problems.motions.expression_text import written
+from problems.motions.quantities import QUANTITIES, quantity_named
+from problems.robots import Robot, SpatialArm
 from tpbso_casadi import robot as space_robot
 
 ARM = equal_links(3)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from problems.base.matrix import as_array
-from problems.motions.splines.clamped import ClampedSpline
+from problems.base import as_array
+from problems.motions.splines import ClampedSpline
 
 UNEVEN = np.array([0.0, 0.1, 0.15, 0.5, 0.9, 1.0])
 SPLINE = ClampedSpline(UNEVEN)

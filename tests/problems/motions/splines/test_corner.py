@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from problems.motions.splines.corner import CornerSpline
+from problems.families.traced.motion import CornerSpline
 
 KNOTS = np.array([0.0, 0.1, 0.25, 0.3, 0.5, 0.62, 0.8, 0.9, 1.0])
 CORNERS: list[tuple[int, ...]] = [(), (3,), (3, 4), (1, 7)]

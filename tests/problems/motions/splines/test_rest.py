@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
 
-from problems.motions.splines.rest import RestSpline
-from problems.motions.trajectory import Trajectory
+from problems.families.knots.motion import RestSpline
+from problems.motions import Trajectory
 
 KNOTS = [
     np.array([0.0, 1.0]),

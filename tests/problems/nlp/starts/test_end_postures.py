@@ -7,10 +7,9 @@ import pytest
 from scipy.optimize import minimize
 
 from problems import PlanarArm
-from problems.nlp.starts.displacement import LONGEST, SUM, Displacement
-from problems.nlp.starts.end_postures import EndPostures
-from problems.nlp.starts.profiles import SKEWED
-from problems.tasks.elbow import Elbow
+from problems.families.two_segments.starts import SKEWED, EndPostures
+from problems.nlp.starts import LONGEST, SUM, Displacement
+from problems.tasks import Elbow
 
 START, GOAL = (1.0, 0.0), (0.5, 1.5)
 SPEED, ACCELERATION = (4.0, 2.0, 6.0), (20.0, 30.0, 10.0)

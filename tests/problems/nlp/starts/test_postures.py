@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from problems import PlanarArm
-from problems.base.matrix import as_array
-from problems.nlp.starts.postures import Postures
+from problems.base import as_array
+from problems.nlp.starts import Postures
 
 ARM = PlanarArm((0.7, 0.5, 0.6, 0.2), (4.0,) * 4, (20.0,) * 4)
 POINTS = [(1.0, 0.0), (0.5, 1.5), (-0.3, -0.8)]

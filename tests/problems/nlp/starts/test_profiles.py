@@ -8,11 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import OBJECTIVES, PlanarArm, PointToPoint
-from problems.certify.time_scale import exact_time_scale
+from problems.certify import exact_time_scale
+from problems.families.two_segments.starts import PROFILES, SYMMETRIC, Ends, PointToPointStarts, Profile
 from problems.limits import limits_of
-from problems.nlp.starts.end_postures import Ends
-from problems.nlp.starts.point_to_point import PointToPointStarts
-from problems.nlp.starts.profiles import PROFILES, SYMMETRIC, Profile
 
 
 @pytest.mark.parametrize("profile", PROFILES)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from problems import Ellipse, PlanarArm
-from problems.nlp.starts import redundancy_grid
-from problems.nlp.starts.postures import Postures
-from problems.nlp.starts.redundancy_grid import RedundancyGrid
+from problems.families.knots import starts
+from problems.families.knots.starts import RedundancyGrid
+from problems.nlp.starts import Postures
 
 LIMITS = ((-3.0, 3.0), (0.0, 3.0), (-2.9, 2.9))
 POINTS = [(1.0, 0.0), (1.0, 0.4), (0.7, 0.9), (0.2, 1.1)]
@@ -27,7 +27,7 @@ def grid(elbows: tuple[float, ...] = (1.0,), limited: bool = False, exponent: fl
 def test_no_sequence_is_cheaper(
     elbows: tuple[float, ...], limited: bool, exponent: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(redundancy_grid, "MAX_POSTURES_PER_KNOT", 7)
+    monkeypatch.setattr(starts, "MAX_POSTURES_PER_KNOT", 7)
     small, shift = grid(elbows, limited, exponent), np.array([0.3])
     way = small.cheapest(shift)
     theta, possible = small.table(shift)

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from problems import Ellipse, PlanarArm, Problem, closed_curve
-from problems.nlp.starts.path_following import evenly_spread
+from problems.families.knots.starts import evenly_spread
 
 ARM = PlanarArm((0.6, 0.6, 0.5, 0.3), (4.0, 2.0, 4.0, 4.0), (20.0, 20.0, 40.0, 20.0))
 CURVE = closed_curve((0.1, 0.0), 1.0, 0.0, 3, 0.1, 12)

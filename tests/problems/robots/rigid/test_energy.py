@@ -13,10 +13,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from problems import PlanarArm
-from problems.robots.rigid.payload import Payload, planar_payload
-from problems.robots.robot import Robot
-from problems.robots.spatial.models import BUILT_IN, built_in
-from problems.robots.spatial.spatial_arm import SpatialArm
+from problems.robots import BUILT_IN, Payload, Robot, SpatialArm, built_in, planar_payload
 
 SECONDS = 0.4
 TOLERANCE = 1e-7  # of the energy that moves to and fro

@@ -9,12 +9,8 @@ import pytest
 from helpers.urdf import ARM
 
 from problems import InvalidProblem, PlanarArm
-from problems.robots.rigid.inertia import Inertia, Moments, impossible
-from problems.robots.rigid.payload import Payload, planar_payload, planar_payload_of
-from problems.robots.rigid.transform import Transform
-from problems.robots.spatial.description import RobotDescription
-from problems.robots.spatial.models import BUILT_IN, built_in
-from problems.robots.spatial.urdf import read_urdf
+from problems.robots import BUILT_IN, Payload, RobotDescription, Transform, built_in, planar_payload, read_urdf
+from problems.robots.inertia import Inertia, Moments, impossible, planar_payload_of
 
 NAN = float("nan")
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from problems import PlanarArm
-from problems.base.arguments import Arguments
-from problems.robots.rigid.payload import planar_payload
+from problems.base import Arguments
+from problems.robots import planar_payload
 
 LENGTHS, MASSES = (0.5, 0.4, 0.3, 0.2), (3.0, 2.0, 1.5, 0.8)
 OFFSET: dict[str, Any] = {
@@ -117,12 +117,12 @@ def test_code_for_any_masses() -> None:
     """Compiled with symbols for masses, friction and payload, it serves other numbers; zeros cost nothing."""
     arm = arm_of(3, viscous_friction=(0.1, 0.2, 0.3), coulomb_friction=(0.0, 0.0, 0.0), **OFFSET)
     arguments = Arguments()
-    twin = arguments.twin(arm)
-    assert not twin.massive.has_friction
+    symbolic_copy = arguments.symbolic_copy(arm)
+    assert not symbolic_copy.massive.has_friction
     rows = [ca.SX.sym(name, 1, 3) for name in "qva"]
-    code = ca.Function("torques", [*rows, arguments.symbols], [twin.inverse_dynamics(*rows)])
+    code = ca.Function("torques", [*rows, arguments.symbols], [symbolic_copy.inverse_dynamics(*rows)])
     other = replace(arm, link_masses=(1.0, 2.0, 3.0), payload=planar_payload(0.5, (0.1, 0.1), 0.1))
     values, state = Arguments(), np.random.default_rng(5).normal(size=(3, 3))
-    values.twin(other)
+    values.symbolic_copy(other)
     found = np.array(code(*state, values.values)).ravel()
     assert found == pytest.approx(np.array(by_lagrange(other)(*state)).ravel() + state[1] * [0.1, 0.2, 0.3])

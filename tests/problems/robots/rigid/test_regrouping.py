@@ -8,12 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems.base.matrix import as_array
-from problems.robots.rigid.inertia import Inertia
-from problems.robots.rigid.regrouping import regrouped
-from problems.robots.rigid.rigid_chain import RigidChain, RigidJoint
-from problems.robots.rigid.transform import Transform, about
-from problems.robots.spatial.models import BUILT_IN, built_in
+from problems.base import as_array
+from problems.robots import BUILT_IN, RigidChain, Transform, built_in
+from problems.robots.dynamics import RigidJoint, regrouped
+from problems.robots.inertia import Inertia
+from problems.robots.transform import about
 
 UP = (0.0, 0.0, 1.0)
 GRAVITY = (1.0, 2.0, -9.81)

@@ -11,13 +11,8 @@ import pytest
 from helpers.urdf import ARM
 from scipy.spatial.transform import Rotation
 
-from problems.base.arguments import Arguments
-from problems.robots.rigid.payload import Payload
-from problems.robots.rigid.transform import Transform
-from problems.robots.spatial.models import BUILT_IN, built_in
-from problems.robots.spatial.rotations import matrix_of
-from problems.robots.spatial.spatial_arm import SpatialArm
-from problems.robots.spatial.urdf import read_urdf
+from problems.base import Arguments
+from problems.robots import BUILT_IN, Payload, SpatialArm, Transform, built_in, matrix_of, read_urdf
 
 pin = pytest.importorskip("pinocchio")
 
@@ -123,12 +118,12 @@ def test_code_for_any_payload(name: str) -> None:
     states = states_of(arm)
     rows = [ca.SX.sym(part, 1, arm.dof) for part in ("theta", "speed", "acceleration")]
     arguments = Arguments()
-    twin = arguments.twin(arm)
-    code = ca.Function("torques", [*rows, arguments.symbols], [twin.inverse_dynamics(*rows)])
+    symbolic_copy = arguments.symbolic_copy(arm)
+    code = ca.Function("torques", [*rows, arguments.symbols], [symbolic_copy.inverse_dynamics(*rows)])
     heavier = replace(arm, payload=Payload(mass=5.0, center=(0.1, 0.2, 0.3), matrix=OTHER))
     for carrying in (arm, heavier):
         values = Arguments()
-        values.twin(carrying)
+        values.symbolic_copy(carrying)
         oracle = Oracle(carrying)
         for state in list(zip(*states, strict=True))[:50]:
             found = np.array(code(*state, values.values)).ravel()

@@ -10,10 +10,8 @@ import pytest
 from helpers.urdf import ARM
 from scipy.spatial.transform import Rotation
 
-from problems.robots.spatial.inverse_kinematics import postures, rotation_vectors
-from problems.robots.spatial.models import built_in
-from problems.robots.spatial.spatial_arm import SpatialArm
-from problems.robots.spatial.urdf import read_urdf
+from problems.robots import SpatialArm, built_in, postures, read_urdf
+from problems.robots.inverse_kinematics import rotation_vectors
 
 
 def pose(robot: SpatialArm, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from problems import InvalidProblem
-from problems.robots.spatial.models import BUILT_IN, built_in
-from problems.robots.spatial.spatial_arm import SpatialArm
+from problems.robots import BUILT_IN, SpatialArm, built_in
 
 
 def tool(robot: SpatialArm, *theta: float) -> np.ndarray:

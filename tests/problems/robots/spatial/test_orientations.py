@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from problems import InvalidProblem
-from problems.robots.spatial.orientations import Orientations, angles_between, unit_quaternions
+from problems.robots import Orientations, angles_between, unit_quaternions
 
 
 def test_between_points_it_turns_evenly_about_one_axis() -> None:

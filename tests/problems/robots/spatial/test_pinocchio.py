@@ -10,11 +10,8 @@ import numpy as np
 import pytest
 from helpers.urdf import ARM
 
-from problems.robots.spatial.chain import Chain
-from problems.robots.spatial.description import RobotDescription
-from problems.robots.spatial.jacobian import tool_jacobian
-from problems.robots.spatial.models import BUILT_IN, built_in
-from problems.robots.spatial.urdf import read_urdf
+from problems.robots import BUILT_IN, RobotDescription, built_in, read_urdf, tool_jacobian
+from problems.robots.chain import Chain
 
 pin = pytest.importorskip("pinocchio")
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation as Turn
 
-from problems.robots.spatial.projection import jacobian_columns, pose_error, project, solve_positive_definite
-from problems.robots.spatial.spatial_arm import SpatialArm
+from problems.robots import SpatialArm, project
+from problems.robots.inverse_kinematics import jacobian_columns, pose_error, solve_positive_definite
 from tests.helpers.space import sliding_arm, small_arm
 
 ARMS = [small_arm(), small_arm(6), sliding_arm()]

@@ -8,9 +8,8 @@ import pytest
 from helpers.urdf import ARM
 
 from problems import InvalidProblem
-from problems.robots.spatial.chain import JointKind
-from problems.robots.spatial.description import RobotDescription
-from problems.robots.spatial.urdf import read_urdf
+from problems.robots import RobotDescription, read_urdf
+from problems.robots.chain import JointKind
 
 
 def crane(text: str = ARM, tip_link: str | None = "tool0") -> RobotDescription:

@@ -12,11 +12,9 @@ from hypothesis import strategies as st
 from oracles.moving import Table, random_table
 
 from problems import InvalidProblem
-from problems.base.arguments import Arguments
-from problems.base.matrix import as_array
-from problems.scene.moving.constant_velocity import ConstantVelocity
-from problems.scene.moving.obstacle_motion import ObstacleMotion
-from problems.scene.moving.tabulated import Tabulated
+from problems.base import Arguments, as_array
+from problems.scene import Tabulated
+from problems.scene.moving import ConstantVelocity, ObstacleMotion
 
 KINDS = [(dim, kind) for dim in (2, 3) for kind in ("velocity", "table", "turning table")]
 each_kind = pytest.mark.parametrize(("dim", "kind"), KINDS)
@@ -124,9 +122,9 @@ def test_it_stands_still_before_the_first_row_and_after_the_last() -> None:
 def test_numbers_become_symbols_of_the_same_formula(dim: int, kind: str) -> None:
     motion, _ = made(np.random.default_rng(5), dim, kind)
     arguments = Arguments()
-    twin = arguments.twin(motion)
+    symbolic_copy = arguments.symbolic_copy(motion)
     points, time = ca.SX.sym("points", 1, dim), ca.SX.sym("time")
-    function = ca.Function("seen", [points, time, arguments.symbols], [twin.seen(points, time)])
+    function = ca.Function("seen", [points, time, arguments.symbols], [symbolic_copy.seen(points, time)])
     point = np.full((1, dim), 0.3)
     for at in (-2.0, 0.4, 6.0):
         expected = motion.frames(np.array([at])).seen(point)

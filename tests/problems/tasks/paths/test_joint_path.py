@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from problems import InvalidProblem, PlanarArm, Trajectory
-from problems.assembly.joint_path import joint_following
-from problems.motions.joint_path import JointPath
-from problems.tasks.paths.joint_path import JointFollowing
-from problems.timing.retime import retime
+from problems.assembly import joint_following
+from problems.motions import JointPath
+from problems.tasks import JointFollowing
+from problems.timing import retime
 
 ARM = PlanarArm((1.0, 1.0), (2.0, 3.0), (10.0, 8.0))
 LINE = JointPath.through(np.array([[0.0, 0.0], [3.0, 4.0]]))  # 5 rad long

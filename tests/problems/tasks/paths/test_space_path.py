@@ -5,9 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from problems import InvalidProblem, Path, PathFollowing, PlanarArm
-from problems.tasks.paths.path_knots import knots_of
-from problems.tasks.paths.path_tracing import PathTracing
-from problems.tasks.paths.space_tracing import SpaceTracing
+from problems.tasks import PathTracing, SpaceTracing, knots_of
 from tests.helpers.space import small_arm
 
 EDGE = np.array([[0.4, 0.0, 0.5], [0.4, 0.2, 0.5], [0.4, 0.2, 0.7]])

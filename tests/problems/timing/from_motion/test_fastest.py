@@ -10,11 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import InvalidProblem, Trajectory
-from problems.base.matrix import FloatArray
-from problems.robots.robot import JointLimits
-from problems.timing.free_space.moving_ends import least_time_move
-from problems.timing.from_motion.fastest import JERK_RATE, MOMENT, fastest_move, fastest_stop
-from problems.timing.from_motion.motion_state import MotionState
+from problems.base import FloatArray
+from problems.robots import JointLimits
+from problems.timing.free_space import least_time_move
+from problems.timing.from_motion import JERK_RATE, MOMENT, MotionState, fastest_move, fastest_stop
 
 SMOOTH = JointLimits(speed=(2.0, 1.0), acceleration=(10.0, 4.0), jerk=(100.0, 80.0))
 JERKY = replace(SMOOTH, jerk=None)

@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 
 from tpbso_casadi import builtin
-from tpbso_casadi.campaign import Outcome, Run, Store, StoreError, grid, parse_solvers, run_one
-from tpbso_casadi.campaign.analysis.best import best_runs
-from tpbso_casadi.campaign.analysis.convergence import StoredSearch, convergence_of, improvements
-from tpbso_casadi.campaign.analysis.results import Results, results_of
+from tpbso_casadi.campaign import Outcome, Results, Run, Store, StoreError, best_runs, grid, parse_solvers, results_of
+from tpbso_casadi.campaign.convergence import StoredSearch, convergence_of, improvements
+from tpbso_casadi.campaign.run import run_one
 
 SOLVERS = "bso,abso+polish,ipopt"
 

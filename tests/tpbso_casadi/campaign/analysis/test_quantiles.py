@@ -8,9 +8,8 @@ from helpers.comparisons import final, record, results
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tpbso_casadi.campaign.analysis.quantiles import gap, quantile
-from tpbso_casadi.campaign.statistics import summarise
-from tpbso_casadi.campaign.table import HEADER, rows
+from tpbso_casadi.campaign import HEADER, rows, summarise
+from tpbso_casadi.campaign.measures import gap, quantile
 
 INF = np.inf
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest, rankdata, wilcoxon
 from scipy.stats import f as f_distribution
 
-from tpbso_casadi.campaign.analysis.ranks import cases_needed, friedman, groups_of, ranking, signed_rank
+from tpbso_casadi.campaign.statistics import cases_needed, friedman, groups_of, ranking, signed_rank
 
 INF = np.inf
 AUC = np.array(  # Table 6 of J. Demsar, JMLR 7, 2006: C4.5, C4.5+m, C4.5+cf, C4.5+m+cf on 14 data sets

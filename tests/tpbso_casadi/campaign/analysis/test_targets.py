@@ -8,11 +8,9 @@ from helpers.comparisons import convergence, final, results
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tpbso_casadi.campaign.analysis.gap_curves import gap_curve
-from tpbso_casadi.campaign.analysis.measures import PLANS, TIE_TOLERANCE, VALUES
-from tpbso_casadi.campaign.analysis.results import Results
-from tpbso_casadi.campaign.analysis.targets import evaluations_needed, shares_reached
-from tpbso_casadi.campaign.statistics import compare_summaries
+from tpbso_casadi.campaign import Results, compare_summaries
+from tpbso_casadi.campaign.measures import PLANS, TIE_TOLERANCE, VALUES
+from tpbso_casadi.campaign.results import evaluations_needed, gap_curve, shares_reached
 
 INF = np.inf
 

@@ -10,16 +10,17 @@ import pytest
 from helpers.comparisons import final, random_results, results
 from matplotlib.figure import Figure
 
-from tpbso_casadi.campaign.analysis.measures import PLANS
-from tpbso_casadi.campaign.analysis.results import Results
+from tpbso_casadi.campaign import Results
+from tpbso_casadi.campaign.comparison_figures import (
+    comparison_figure,
+    critical_difference_figure,
+    ecdf_figure,
+    effect_sizes_figure,
+)
+from tpbso_casadi.campaign.drawn_figures import FIGURES, Drawing, FigureKind, drawing_of, inline_svg, write_figures
 from tpbso_casadi.campaign.export import FIGURES as NAMES
-from tpbso_casadi.campaign.figures.catalogue import FIGURES, FigureKind
-from tpbso_casadi.campaign.figures.comparison import comparison_figure
-from tpbso_casadi.campaign.figures.critical_difference import critical_difference_figure
-from tpbso_casadi.campaign.figures.drawing import Drawing, drawing_of, inline_svg, write_figures
-from tpbso_casadi.campaign.figures.ecdf import ecdf_figure
-from tpbso_casadi.campaign.figures.effect_sizes import effect_sizes_figure
-from tpbso_casadi.figures.style.colours import colour_of
+from tpbso_casadi.campaign.measures import PLANS
+from tpbso_casadi.figures.palette import colour_of
 
 INF = np.inf
 FULL = random_results(cases=7, solvers=3, runs=4)

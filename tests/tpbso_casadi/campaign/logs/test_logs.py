@@ -12,10 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tpbso_casadi.campaign.logs.coco import check_coco, write_coco
-from tpbso_casadi.campaign.logs.ioh import write_ioh
-from tpbso_casadi.campaign.logs.trace import Trace, folder_names, grouped
-from tpbso_casadi.storage.files import OutputError
+from tpbso_casadi.campaign.logs import Trace, check_coco, folder_names, grouped, write_coco, write_ioh
+from tpbso_casadi.storage import OutputError
 
 
 def trace(solver: str = "bso", case: str = "sphere-2", seed: int = 1, **changes: object) -> Trace:

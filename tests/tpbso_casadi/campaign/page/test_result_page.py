@@ -13,14 +13,11 @@ from matplotlib.colors import to_rgb
 from oracles.colour_vision import VISIONS, differences
 
 from tpbso_casadi import builtin
-from tpbso_casadi.campaign import Run, Store, grid, parse_solvers, run_one
-from tpbso_casadi.campaign.analysis.best import best_runs
-from tpbso_casadi.campaign.analysis.results import Results, results_of
-from tpbso_casadi.campaign.export import write_comparison
-from tpbso_casadi.campaign.page.page import FOLDER, percent, render
-from tpbso_casadi.campaign.page.provenance import seeds, solver_rows
+from tpbso_casadi.campaign import Results, Run, Store, best_runs, grid, parse_solvers, results_of, write_comparison
+from tpbso_casadi.campaign.page import FOLDER, percent, render, seeds, solver_rows
+from tpbso_casadi.campaign.run import run_one
 from tpbso_casadi.cli.commands.compare import main
-from tpbso_casadi.figures.style.colours import SERIES
+from tpbso_casadi.figures.palette import SERIES
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from oracles.colour_vision import VISIONS, differences, lab, seen
 
-from tpbso_casadi.figures.style.colours import DASHES, MARKERS, SERIES, colour_of, line_of, marker_of, shade_of
+from tpbso_casadi.figures.palette import DASHES, MARKERS, SERIES, colour_of, line_of, marker_of, shade_of
 
 LEAST, LEAST_OF_FOUR = 22.0, 30.0  # CIELAB differences of any two series, and of any two of the first four
 LEAST_FROM_WHITE = 35.0

@@ -8,11 +8,9 @@ from helpers.replanning import GOAL, START, crossing, scenario
 
 from problems import InvalidProblem, Trajectory
 from tpbso_casadi import Replanner, parse_scenario, replan
-from tpbso_casadi.planning.plan import plan
-from tpbso_casadi.planning.planned_motion import SearchedMotion
-from tpbso_casadi.planning.replanning.warm_start import candidates_of
-from tpbso_casadi.scenario.scenario import Scenario
-from tpbso_casadi.scenario.section import ScenarioError
+from tpbso_casadi.planning import SearchedMotion, plan
+from tpbso_casadi.planning.plan import candidates_of
+from tpbso_casadi.scenario import Scenario, ScenarioError
 
 FAR = (2.6, 1.9)
 

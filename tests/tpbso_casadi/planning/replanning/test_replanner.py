@@ -9,17 +9,12 @@ import pytest
 from helpers.replanning import AXES, EVERY, GOAL, START, Erratic, Simulation, crossing, scenario
 
 from problems import CertificateStatus, Ellipse, InvalidProblem, Joints, Trajectory
-from problems.certify.clearance import ClearanceProof, prove_clearance
-from problems.limits import proximity_limits
-from problems.limits.distances.proximity import Proximity
-from problems.timing.from_motion.fastest import fastest_move
-from problems.timing.from_motion.motion_state import MotionState
-from tpbso_casadi.planning.replanning import decision
-from tpbso_casadi.planning.replanning.candidates import passed, remaining
-from tpbso_casadi.planning.replanning.replanner import Replanner
-from tpbso_casadi.planning.replanning.step import Step
-from tpbso_casadi.scenario.scenario import parse_scenario
-from tpbso_casadi.scenario.section import ScenarioError
+from problems.certify import ClearanceProof, prove_clearance
+from problems.limits import Proximity, proximity_limits
+from problems.timing.from_motion import MotionState, fastest_move
+from tpbso_casadi.replanning import Replanner, Step, decision
+from tpbso_casadi.replanning.candidates import passed, remaining
+from tpbso_casadi.scenario import ScenarioError, parse_scenario
 
 FAR = crossing((3.0, 3.0))
 IN_THE_WAY = crossing((1.55, 0.75))

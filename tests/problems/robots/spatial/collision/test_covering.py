@@ -7,14 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems.robots.rigid.transform import Transform
-from problems.robots.spatial.collision.covering import (
-    MOST_BALLS,
-    Ball,
-    cover_box,
-    cover_cylinder,
-    covered_capsule,
-)
+from problems.robots import Transform
+from problems.robots.spheres import MOST_BALLS, Ball, cover_box, cover_cylinder, covered_capsule
 
 SIZES = st.floats(0.001, 2.0)
 POINTS = 2_000

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 
 from problems import InvalidProblem
-from problems.robots.spatial.chain import Chain, ChainJoint
-from problems.robots.spatial.collision.self_pairs import self_collision_pairs
-from problems.robots.spatial.collision.sphere import Sphere
-from problems.robots.spatial.models import BUILT_IN, built_in
-from problems.robots.spatial.spatial_arm import SpatialArm
+from problems.robots import BUILT_IN, ChainJoint, SpatialArm, Sphere, built_in
+from problems.robots.chain import Chain
+from problems.robots.self_pairs import self_collision_pairs
 
 
 def arm(*spheres: Sphere, bend: float = 3.0) -> SpatialArm:

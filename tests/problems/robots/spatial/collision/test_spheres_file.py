@@ -6,8 +6,7 @@ import pytest
 from helpers.urdf import ARM
 
 from problems import InvalidProblem
-from problems.robots.spatial.collision.spheres_file import read_spheres
-from problems.robots.spatial.urdf import read_urdf
+from problems.robots import read_spheres, read_urdf
 
 LINKS = read_urdf(ARM, tip_link="tool0").links
 SPHERE = '[[spheres]]\nlink = "mast"\ncenter = [0.1, 0, 0.2]\nradius = 0.05\n'

@@ -1,1 +1,0 @@
-"""Problems of motions that leave while the robot moves."""

@@ -1,1 +1,0 @@
-"""Problems of leading a tool along a path at free times."""

@@ -1,0 +1,86 @@
+"""Polynomials by their coefficients, and their Bernstein form, whose coefficients bound them.
+
+Over its interval a polynomial lies between the smallest and the largest of its Bernstein coefficients; halving the
+interval brings them closer, quadratically. So a bound is proven without looking for roots.
+"""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+
+from problems.base.matrix import FloatArray
+
+MAX_HALVINGS = 40  # halvings of a piece
+
+
+def bernstein(coefficients: FloatArray, durations: FloatArray) -> FloatArray:
+    """Bernstein coefficients (n + 1, p, k) of p pieces.
+
+    Args:
+        coefficients: (n + 1, p, k), highest power first, each piece in its own time from 0, as SciPy's PPoly.
+        durations: of the pieces, (p,).
+    """
+    n = coefficients.shape[0] - 1
+    powers = coefficients[::-1] * durations[None, :, None] ** np.arange(n + 1)[:, None, None]
+    matrix = np.array([[comb(i, j) / comb(n, j) if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
+    return np.tensordot(matrix, powers, axes=1)
+
+
+def within(curves: FloatArray, lower: FloatArray, upper: FloatArray) -> bool:
+    """Whether every curve is proven to stay between its bounds.
+
+    Args:
+        curves: Bernstein coefficients (n + 1, p, k).
+        lower: one for each of the last axis, (k,).
+        upper: likewise.
+
+    Returns:
+        False where a curve breaks a bound, and where ``MAX_HALVINGS`` halvings could not decide.
+    """
+    n = curves.shape[0] - 1
+    half = np.array([[comb(i, j) / 2**i if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
+    shape = curves.shape[1:]
+    flat = curves.reshape(n + 1, -1)
+    low, high = (np.broadcast_to(bound, shape).ravel() for bound in (lower, upper))
+    for _ in range(MAX_HALVINGS):
+        ends = flat[[0, n]]
+        if (ends < low).any() or (ends > high).any():
+            return False
+        unproven = (flat < low).any(axis=0) | (flat > high).any(axis=0)
+        if not unproven.any():
+            return True
+        flat, low, high = flat[:, unproven], np.tile(low[unproven], 2), np.tile(high[unproven], 2)
+        flat = np.concatenate([half @ flat, (half @ flat[::-1])[::-1]], axis=1)
+    return False
+
+
+def derivative(polynomials: FloatArray) -> FloatArray:
+    """Derivatives; one coefficient at least."""
+    if len(polynomials) == 1:
+        return np.zeros_like(polynomials)
+    return np.asarray(polynomials[1:] * np.arange(1.0, len(polynomials))[:, None, None])
+
+
+def product(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Products of (n, N, k) and (m, N, k), of which either k may be 1: (n + m - 1, N, k)."""
+    result = np.zeros((len(left) + len(right) - 1, *np.broadcast_shapes(left.shape[1:], right.shape[1:])))
+    for power, coefficient in enumerate(left):
+        result[power : power + len(right)] += coefficient * right
+    return result
+
+
+def composition(outer: FloatArray, inner: FloatArray) -> FloatArray:
+    """Polynomials (n, N, k) of polynomials (m, N, 1), by Horner's rule."""
+    result = outer[-1:].copy()
+    for coefficient in outer[-2::-1]:
+        result = product(result, inner)
+        result[0] += coefficient
+    return result
+
+
+def in_bernstein_form(polynomials: FloatArray) -> FloatArray:
+    """Bernstein coefficients over [0, 1], (n, ...), of polynomials of any shape (n, N, ...)."""
+    flat = polynomials.reshape(*polynomials.shape[:2], -1)
+    return bernstein(flat[::-1], np.ones(flat.shape[1])).reshape(polynomials.shape)

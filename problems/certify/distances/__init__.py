@@ -1,1 +1,0 @@
-"""How far pairs are apart over time: what proofs of clearance evaluate."""

@@ -1,1 +1,0 @@
-"""Proofs about torques, for all t."""

@@ -1,1 +1,0 @@
-"""Proofs for expressions of a user's own."""

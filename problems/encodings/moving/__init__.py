@@ -1,1 +1,0 @@
-"""Encodings of motions that leave while the robot moves."""

@@ -1,1 +1,0 @@
-"""What search vectors say, or leave to the limits, of when a path is where."""

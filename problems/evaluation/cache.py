@@ -1,0 +1,202 @@
+"""Compiled libraries, kept between processes: found by key, written whole or not at all, oldest forgotten.
+
+A library is code that will run with the rights of the user, so that nothing is loaded which somebody else could have
+written: the folder and the file belong to the user and only the user may write them, and the file ends with a digest
+of its content and of its name. What fails a check is treated as absent, and replaced. The folder is checked before
+anything in it is opened, no link is followed, and no file that is there already is written to.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from hashlib import sha256
+from pathlib import Path
+from secrets import token_hex
+
+from platformdirs import user_cache_path
+
+VARIABLE = "TPBSO_CASADI_CACHE"
+MAX_LIBRARIES = 200  # the least recently used go
+CLAIM_SECONDS = 60.0  # after which a process that announced to make a library is taken for dead
+LIBRARY = re.compile(r"[0-9a-f]{64}\.so")
+NEVER_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
+
+
+def folder() -> Path:
+    """Where libraries lie: ``$TPBSO_CASADI_CACHE``, or the user's cache directory."""
+    path = os.environ.get(VARIABLE)
+    return Path(path) if path else user_cache_path("tpbso-casadi")
+
+
+def key_of(*parts: str) -> str:
+    """The name of what is made from these parts and from nothing else."""
+    digest = sha256()
+    for part in parts:
+        encoded = part.encode()
+        digest.update(len(encoded).to_bytes(8, "big") + encoded)
+    return digest.hexdigest()
+
+
+def find(key: str) -> Path | None:
+    """The library of that key, if it is whole and no other user could have written it."""
+    try:
+        with _opened() as home, _opened_file(f"{key}.so", os.O_RDONLY, home) as file:
+            if not _sealed(_content(file), key):
+                return None
+            with suppress(OSError):  # it has been used
+                os.utime(file)
+    except OSError:
+        return None
+    return _place(key)
+
+
+def keep(key: str, library: bytes) -> Path:
+    """Store a library in one step: other processes see all of it or nothing.
+
+    Raises:
+        OSError: the folder cannot be written.
+        PermissionError: others may write it.
+    """
+    temporary = f".{token_hex(16)}"
+    with _opened(create=True) as home:
+        try:
+            with _opened_file(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, home) as file:
+                _write(file, library + _seal(library, key))
+            os.replace(temporary, f"{key}.so", src_dir_fd=home, dst_dir_fd=home)
+        finally:
+            with suppress(FileNotFoundError):
+                os.unlink(temporary, dir_fd=home)
+        with suppress(FileNotFoundError):
+            os.unlink(f".{key}", dir_fd=home)
+        _forget_oldest(home)
+    return _place(key)
+
+
+def claim(key: str) -> bool:
+    """Whether to make that library: no other process has announced that for the last minute.
+
+    Raises:
+        OSError: the folder cannot be written, or others may write it.
+    """
+    with _opened(create=True) as home:
+        try:
+            with _opened_file(f".{key}", os.O_WRONLY | os.O_CREAT | os.O_EXCL, home):
+                return True
+        except FileExistsError:
+            mark = os.stat(f".{key}", dir_fd=home, follow_symlinks=False)
+            free = not 0.0 <= time.time() - mark.st_mtime <= CLAIM_SECONDS
+            if free:
+                os.utime(f".{key}", dir_fd=home, follow_symlinks=False)
+            return free
+
+
+@contextmanager
+def compile_lock() -> Iterator[bool]:
+    """Whether no other process is compiling; if so this one holds the lock, until its end at the latest.
+
+    Raises:
+        OSError: the folder cannot be written, or others may write it.
+    """
+    import fcntl  # noqa: PLC0415 (not on every system, nor is compiling)
+
+    with _opened(create=True) as home, _opened_file(".turn", os.O_RDWR | os.O_CREAT, home) as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            yield False
+        else:
+            yield True
+
+
+def scratch() -> Path | None:
+    """The folder itself, from which code may be loaded even where the system's temporary one forbids it; else None."""
+    with suppress(OSError), _opened(create=True):
+        return folder() if os.access(folder(), os.W_OK) else None
+    return None
+
+
+def writable() -> bool:
+    """Whether a library could be kept."""
+    with suppress(OSError):
+        if folder().exists():
+            with _opened():
+                return os.access(folder(), os.W_OK)
+        nearest = next(path for path in folder().parents if path.exists())
+        return nearest.is_dir() and os.access(nearest, os.W_OK)
+    return False
+
+
+def _place(key: str) -> Path:
+    return folder() / f"{key}.so"
+
+
+@contextmanager
+def _opened(create: bool = False) -> Iterator[int]:
+    """A descriptor of the folder: whatever is done in it is done in the folder that was checked.
+
+    Raises:
+        OSError: it is not there, or it is a link.
+        PermissionError: it belongs to somebody else, or others may write it.
+    """
+    if create:
+        folder().mkdir(mode=0o700, parents=True, exist_ok=True)
+    home = os.open(folder(), os.O_RDONLY | os.O_DIRECTORY | NEVER_FOLLOW)
+    try:
+        if not _private(os.fstat(home)):
+            raise PermissionError(f"{folder()} can be written by others")
+        yield home
+    finally:
+        os.close(home)
+
+
+@contextmanager
+def _opened_file(name: str, flags: int, home: int) -> Iterator[int]:
+    """A descriptor of a file in the folder, which is never emptied.
+
+    Raises:
+        OSError: it cannot be opened, or it is a link.
+        PermissionError: it is no plain file, belongs to somebody else, or others may write it.
+    """
+    file = os.open(name, flags | NEVER_FOLLOW | os.O_NONBLOCK, 0o600, dir_fd=home)
+    try:
+        status = os.fstat(file)
+        if not (stat.S_ISREG(status.st_mode) and _private(status)):
+            raise PermissionError(f"{folder() / name} is not this user's own file")
+        yield file
+    finally:
+        os.close(file)
+
+
+def _private(status: os.stat_result) -> bool:
+    return status.st_uid == os.geteuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _content(file: int) -> bytes:
+    with os.fdopen(file, "rb", closefd=False) as opened:
+        return opened.read()
+
+
+def _write(file: int, content: bytes) -> None:
+    with os.fdopen(file, "wb", closefd=False) as opened:
+        opened.write(content)
+
+
+def _seal(library: bytes, key: str) -> bytes:
+    return sha256(key.encode() + library).digest()
+
+
+def _sealed(content: bytes, key: str) -> bool:
+    return content[-32:] == _seal(content[:-32], key)
+
+
+def _forget_oldest(home: int) -> None:
+    with suppress(OSError):  # another process may be doing the same
+        names = [name for name in os.listdir(home) if LIBRARY.fullmatch(name)]
+        oldest = sorted(names, key=lambda name: os.stat(name, dir_fd=home, follow_symlinks=False).st_mtime)
+        for name in oldest[:-MAX_LIBRARIES]:
+            os.unlink(name, dir_fd=home)

@@ -1,1 +1,0 @@
-"""Programs as compiled code: written in C++, compiled, kept and loaded."""

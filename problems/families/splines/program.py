@@ -1,0 +1,510 @@
+"""The nonlinear program.
+
+A solver leaves about 1e-8 of each equality. The pieces are integrated, which makes the motion smooth, and their jerks
+(or accelerations) are changed by the least that removes what is left at the waypoints and at the end: a linear system.
+
+The waypoints (start, vias, goal) are nodes between pieces, so that they are passed whenever it suits. Where jerk is
+limited it is constant in each piece and accelerations are continuous, zero at both ends; else accelerations are linear
+in each piece and may jump from one to the next. Bounds of speed, acceleration, jerk and angles hold for all t: they are
+on Bezier coefficients. Other limits are sampled.
+
+Where time does not matter, only the shape is sought: all pieces take the same time, no speed, acceleration or jerk is
+bounded, and the exact time scaling of a solution restores the limits. A motion whose ends move cannot be scaled; its
+durations are always variables.
+
+Of several goals a descent keeps to the one that its start misses least.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base import FloatArray, Matrix, as_array
+from problems.certify import safe_time_scale
+from problems.families.splines.encoding import stops
+from problems.families.splines.pieces import SHORTEST, Pieces, PieceVariables, node_times
+from problems.families.splines.starts import MoveStarts, PassedMotion
+from problems.limits import SAMPLING_MARGIN, Constraint, Limit, StepLimit, looks, stay_constraints, stay_matters
+from problems.motions import Samples, Trajectory
+from problems.nlp import (
+    MAX_ANGLE_CHANGE,
+    TimedProgram,
+    composed_hessian,
+    equality,
+    replace_with_symbols,
+    slack_constraints,
+)
+from problems.objectives import Objective
+from problems.robots import Robot
+from problems.tasks import ANGLE_TOLERANCE, Move, Place, narrow_elbow
+from problems.timing.free_space import AccelerationPieces
+
+ALLOWANCE = 1e-3  # of the margin, left of what holds for all t and only rounding may break
+
+
+def place_rows(task: Move, theta: Matrix, misses: Matrix) -> list[Constraint]:
+    """Start, vias and goal.
+
+    Args:
+        task: whose.
+        theta: angles at the waypoints, (waypoints, k), rad.
+        misses: by how much each of several goals is missed, (m, 1), of about 1; which of them must be zero is for the
+            bounds of these variables to say. Empty where there is one goal.
+    """
+    robot = task.robot
+    named = [("start", task.start), *((f"via {number}", via) for number, via in enumerate(task.vias, start=1))]
+    rows = [_place_row(robot, name, place, theta[row, :]) for row, (name, place) in enumerate(named)]
+    goals = [_place_row(robot, "goal", goal, theta[-1, :]) for goal in task.goals]
+    if len(goals) > 1:
+        parts = ca.vertsplit(misses, np.cumsum([0, *(len(goal.columns) for goal in goals)]).tolist())
+        each = zip(task.goals, goals, parts, strict=True)
+        goals = [replace(row, expression=row.expression - _size(robot, goal) * part.T) for goal, row, part in each]
+    return [*rows, *goals]
+
+
+def goal_misses(task: Move, theta: FloatArray) -> list[FloatArray]:
+    """By how much a posture (k,) misses each of several goals, as the variables say it, each (m,); empty for one."""
+    robot, posture = task.robot, ca.DM(theta).T
+    if len(task.goals) == 1:
+        return []
+    return [as_array(goal.miss(robot, posture)).ravel() / _size(robot, goal) for goal in task.goals]
+
+
+def _size(robot: Robot, place: Place) -> float:
+    """What makes a miss dimensionless."""
+    return place.tolerance(robot) / ANGLE_TOLERANCE
+
+
+def _place_row(robot: Robot, name: str, place: Place, theta: Matrix) -> Constraint:
+    miss = place.miss(robot, theta)
+    columns = [str(number) for number in range(1, miss.shape[1] + 1)]
+    return equality(name, miss, place.unit, columns, f"the motion is at {name}", _size(robot, place))
+
+
+@dataclass(frozen=True)
+class ExactRows:
+    """Limits of angles and derivatives on Bezier coefficients, between which these stay for all t.
+
+    Args:
+        variables: of the motion.
+        pieces: the same, in symbols.
+        waypoints: which nodes are waypoints.
+        moving: whether ends move, so that a solution cannot be scaled in time.
+        margin: of limits that are sampled; these ones need but a small part of it.
+    """
+
+    variables: PieceVariables
+    pieces: Pieces
+    waypoints: NDArray[np.intp]
+    moving: bool
+    margin: float
+
+    def of(self, limits: Iterable[Limit]) -> list[Constraint]:
+        """The rows of those limits that bound angles or, where time counts, a derivative of them."""
+        rows = []
+        for limit in limits:
+            if limit.order == 0:
+                rows += self._range(limit)
+            elif limit.order is not None and self.variables.timed:
+                values = self._values(limit.order) / self.variables.unit**limit.order
+                chosen = limit.constraints_at(self._samples(limit.order, values))
+                rows += [self._narrowed(row) for row in chosen] if self.moving else chosen
+        return rows
+
+    def _samples(self, order: int, values: Matrix) -> Samples:
+        """Samples of one derivative."""
+        derivatives = *((None,) * order), values
+        return Samples(robot=self.variables.robot, derivatives=derivatives, duration=ca.DM.nan())
+
+    def _values(self, order: int) -> Matrix:
+        """Bezier coefficients of a derivative, scaled; without those at the ends, which are given."""
+        pieces, smooth = self.pieces, self.variables.smooth
+        if order == 1:
+            return ca.vertcat(pieces.speed[1:-1, :], pieces.middle[1:-1, :] if smooth else pieces.middle)
+        if order == 2:
+            return pieces.before[1:, :] if smooth else ca.vertcat(pieces.before, pieces.after)
+        assert pieces.jerk is not None  # where it is limited
+        return pieces.jerk
+
+    def _range(self, limit: Limit) -> list[Constraint]:
+        """The angles between waypoints; next to one, which may be at the end of a range, without allowance."""
+        after, before = self.pieces.inner_angles
+        beside = ca.vertcat(after[self.waypoints[:-1].tolist(), :], before[(self.waypoints[1:] - 1).tolist(), :])
+        inner = np.setdiff1d(np.arange(self.variables.count), self.waypoints)
+        apart = ca.vertcat(
+            self.pieces.theta[inner.tolist(), :], after[inner.tolist(), :], before[(inner - 1).tolist(), :]
+        )
+        return [
+            *limit.constraints_at(self._samples(0, apart), ALLOWANCE * self.margin),
+            *limit.constraints_at(self._samples(0, beside)),
+        ]
+
+    def _narrowed(self, row: Constraint) -> Constraint:
+        """With the allowance of a motion that cannot be scaled."""
+        share = 1.0 - ALLOWANCE * self.margin
+        assert row.lower is not None
+        assert row.upper is not None
+        return replace(row, lower=row.lower * share, upper=row.upper * share)
+
+
+@dataclass(frozen=True)
+class MoveBounds:
+    """Bounds around a start.
+
+    Args:
+        task: whose.
+        variables: of the motion; behind them are the misses of several goals, then slacks.
+        waypoints: which nodes are waypoints.
+    """
+
+    task: Move
+    variables: PieceVariables
+    waypoints: NDArray[np.intp]
+
+    def near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of variables (n,), both (n,)."""
+        lower, upper = np.full(x.size, -np.inf), np.full(x.size, np.inf)
+        goal = self.task.reached_goal(self.variables.end_postures(x)[1])
+        self._angles(x, goal, lower, upper)
+        self._ends(lower, upper)
+        lower[self.variables.slices[-1]] = SHORTEST
+        motion = sum(self.variables.sizes)
+        kept = self._kept(goal)
+        lower[motion : motion + kept.size][kept] = upper[motion : motion + kept.size][kept] = 0.0
+        lower[motion + kept.size :] = 0.0
+        return lower, upper
+
+    def _angles(self, x: FloatArray, goal: Place, lower: FloatArray, upper: FloatArray) -> None:
+        """Ranges, and elbows at the waypoints; in place."""
+        robot, nodes, theta = self.task.robot, self.variables.count + 1, self.variables.slices[0]
+        lower[theta], upper[theta] = (
+            (x[theta] - MAX_ANGLE_CHANGE, x[theta] + MAX_ANGLE_CHANGE)
+            if robot.limits.position is None
+            else np.repeat(np.array(robot.limits.position), nodes, axis=0).T
+        )
+        for node, place in zip(self.waypoints.tolist(), [self.task.start, *self.task.vias, goal], strict=True):
+            if place.chosen_by_inverse_kinematics:  # theta_2 is the second column
+                narrow_elbow(self.task.elbow, x, nodes + node, lower, upper, robot.stretched)
+
+    def _ends(self, lower: FloatArray, upper: FloatArray) -> None:
+        """Velocities, and accelerations where they are continuous; in place."""
+        _, speed, acceleration, *_ = self.variables.slices
+        velocities = self.task.end_velocities * self.variables.unit
+        fixed = [(speed, velocities), *([(acceleration, 0.0 * velocities)] if self.variables.smooth else [])]
+        for block, values in fixed:
+            for bound in (lower, upper):
+                bound[block].reshape(self.task.robot.dof, -1)[:, [0, -1]] = values.T
+
+    def _kept(self, goal: Place) -> NDArray[np.bool_]:
+        """Which misses of several goals are those of one of them."""
+        sizes = [miss.size for miss in goal_misses(self.task, np.zeros(self.task.robot.dof))]
+        return np.repeat([other is goal for other in self.task.goals], sizes or 0)
+
+
+CORRECTIONS = 3  # each leaves about 1e-12 of what it corrects
+
+
+@dataclass(frozen=True)
+class Waypoints:
+    """What a motion through nodes has to meet.
+
+    Attributes:
+        nodes: numbers of the nodes that are waypoints, increasing, the first 0 and the last one that of the end, (m,).
+        theta: angles there, (m, k), rad.
+        velocities: at both ends, (2, k), rad/s.
+    """
+
+    nodes: NDArray[np.intp]
+    theta: FloatArray
+    velocities: FloatArray
+
+
+def through(pieces: AccelerationPieces, waypoints: Waypoints, smooth: bool) -> Trajectory:
+    """The motion nearest to given pieces that meets waypoints and end velocities.
+
+    Args:
+        pieces: of N durations.
+        waypoints: to meet.
+        smooth: whether accelerations are continuous, and zero at both ends.
+    """
+    h = pieces.durations
+    controls = (
+        pieces.jerks if smooth else np.vstack([pieces.accelerations, pieces.accelerations + h[:, None] * pieces.jerks])
+    )
+    effects = _effects(h, waypoints.nodes, smooth)
+    shares = np.sqrt(np.tile(h, len(controls) // h.size))  # a control weighs as much as the time for which it acts
+    for _ in range(CORRECTIONS):
+        missing = _missing(_motion(h, controls, waypoints, smooth), waypoints, smooth)
+        controls = controls + np.linalg.lstsq(effects / shares, missing, rcond=None)[0] / shares[:, None]
+    return _motion(h, controls, waypoints, smooth)
+
+
+def _motion(h: FloatArray, controls: FloatArray, waypoints: Waypoints, smooth: bool) -> Trajectory:
+    if smooth:
+        gains = h[:, None] * controls
+        pieces = AccelerationPieces(h, np.cumsum(gains, axis=0) - gains, controls)
+    else:
+        before, after = np.split(controls, 2)
+        pieces = AccelerationPieces(h, before, (after - before) / h[:, None])
+    return pieces.trajectory(waypoints.theta[0], waypoints.velocities[0])
+
+
+def _missing(motion: Trajectory, waypoints: Waypoints, smooth: bool) -> FloatArray:
+    """What is left to correct: of the ways between waypoints, of the last velocity, of the last acceleration."""
+    theta = motion.at(motion.breakpoints[waypoints.nodes])
+    end = motion.breakpoints[-1:]
+    ways = np.diff(waypoints.theta, axis=0) - np.diff(theta, axis=0)
+    rates = [waypoints.velocities[1:] - motion.at(end, 1), *([-motion.at(end, 2)] if smooth else [])]
+    return np.vstack([ways, *rates])
+
+
+def _effects(h: FloatArray, nodes: NDArray[np.intp], smooth: bool) -> FloatArray:
+    """The matrix from controls to what :func:`_missing` lists."""
+    count = h.size
+    identity, zero = np.eye(count), np.zeros((count, count))
+    chain = np.tril(np.ones((count, count)), -1) * h
+    before, after = (
+        (chain, chain + np.diag(h)) if smooth else (np.hstack([identity, zero]), np.hstack([zero, identity]))
+    )
+    gains = h[:, None] * (before + after) / 2.0
+    speeds = np.vstack([np.zeros((1, gains.shape[1])), np.cumsum(gains, axis=0)])
+    ways = h[:, None] * speeds[:-1] + h[:, None] ** 2 * (2.0 * before + after) / 6.0
+    angles = np.vstack([np.zeros((1, gains.shape[1])), np.cumsum(ways, axis=0)])
+    return np.vstack([np.diff(angles[nodes], axis=0), speeds[-1:], *([after[-1:]] if smooth else [])])
+
+
+SAMPLED_STEPS = 36  # time steps of the whole motion at the least, where something is sampled
+PIECES_ALONE, PIECES_BETWEEN_VIAS = 12, 7
+LEAST_STEPS, DYNAMIC_STEPS = 2, 4  # of a piece; where torques count, which bend more
+NEAR_TIMES = 101  # at which it is seen how far a motion is from its limits
+SHAPE_UNIT = 0.25  # s, of time, where the shape alone is sought and takes a second
+
+
+def usual_pieces(task: Move) -> int:
+    """Pieces between one waypoint and the next with which least times are within about 1e-3 of the optimum."""
+    return PIECES_BETWEEN_VIAS if task.vias else PIECES_ALONE
+
+
+@dataclass(frozen=True)
+class MoveNlp(TimedProgram):
+    """Move from the start through the vias to a goal.
+
+    Args:
+        task: the statement: robot, places, velocities at the ends, obstacles.
+        objective: what is minimised.
+        limits: what holds.
+        pieces: between one waypoint and the next.
+        decode: the motion of a search vector (d,).
+    """
+
+    takes_any_motion: ClassVar[bool] = True
+
+    task: Move
+    objective: Objective
+    limits: tuple[Limit, ...]
+    pieces: int
+    decode: Callable[[FloatArray], Trajectory]
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that moves."""
+        return self.task.robot
+
+    @property
+    def timed(self) -> bool:
+        """Whether durations are variables: where they matter, and where ends move."""
+        return super().timed or not self.task.at_rest
+
+    @cached_property
+    def variables(self) -> PieceVariables:
+        """The layout of the motion's variables."""
+        smooth = not self.timed or any(limit.order == 3 for limit in self.limits)
+        count = self.pieces * (len(self.task.vias) + 1)
+        unit = _time_unit(self.robot) if self.timed else SHAPE_UNIT
+        return PieceVariables(self.robot, count, smooth, self.timed, unit)
+
+    @property
+    def _is_dynamic(self) -> bool:
+        """Whether torques count, or what bends as they do: between samples then has to be little, in every piece."""
+        return self.objective.is_integral or any(limit.bends or _is_dynamic(limit) for limit in self.limits)
+
+    @property
+    def joint_of_angle(self) -> Mapping[int, int]:
+        """The angles at the nodes, joint after joint."""
+        return {place: place // (self.variables.count + 1) for place in range(self.variables.sizes[0])}
+
+    def near(self, trajectory: Trajectory) -> MoveNlp:
+        """Without the limits, or the pairs that have to keep apart, from which a motion is far, if there are any."""
+        samples = trajectory.samples(trajectory.times(NEAR_TIMES), self.robot)
+        limits = tuple(kept for limit in self.limits if (kept := limit.near(samples)) is not None)
+        return self if limits == self.limits else replace(self, limits=limits)
+
+    @property
+    def waypoints(self) -> NDArray[np.intp]:
+        """Which nodes are waypoints, (waypoints,)."""
+        return np.arange(0, self.variables.count + 1, self.pieces)
+
+    @property
+    def steps(self) -> int:
+        """Time steps of a piece."""
+        least = DYNAMIC_STEPS if self._is_dynamic else LEAST_STEPS
+        return max(least, -(-SAMPLED_STEPS // self.variables.count))
+
+    @cached_property
+    def _symbols(self) -> tuple[ca.SX, Pieces, ca.SX, ca.SX]:
+        """Variables of the motion, the same in parts, misses of several goals, slacks of the rotation."""
+        x, k = ca.SX.sym("x", sum(self.variables.sizes)), self.robot.dof
+        slacks = self.objective.slack_count(self.robot, self.variables.count * self.steps)
+        misses = ca.SX.sym("miss", sum(miss.size for miss in goal_misses(self.task, np.zeros(k))))
+        return x, self.variables.split(x), misses, ca.SX.sym("slack", slacks // k, k)
+
+    @cached_property
+    def _samples(self) -> Samples:
+        pieces = self._symbols[1]
+        samples = self.variables.samples(pieces, self.steps)
+        if not self.variables.smooth and self._is_dynamic:
+            samples = replace(samples, before_jumps=self.variables.before_jumps(pieces))
+        return replace(samples, quadrature=self.variables.quadrature(pieces)) if self.objective.is_integral else samples
+
+    @cached_property
+    def x(self) -> ca.SX:
+        """The motion, by how much each of several goals is missed, slacks of the rotation."""
+        x, _, misses, slack = self._symbols
+        return ca.vertcat(x, misses, ca.vec(slack))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the variables."""
+        _, _, misses, slack = self._symbols
+        numbered = [("miss", misses.numel()), ("slack", slack.numel())]
+        return (*self.variables.names, *(f"{s}[{i}]" for s, n in numbered for i in range(1, n + 1)))
+
+    @property
+    def objective_size(self) -> float:
+        """A value of the usual size for this robot; of what depends on the duration alone, that of the time unit."""
+        terminal = float(self.objective.terminal(ca.DM(self.variables.unit)))
+        return terminal if terminal > 0.0 and not self.objective.is_integral else super().objective_size
+
+    @cached_property
+    def f(self) -> Matrix:
+        """The objective without kinks."""
+        return self.objective.smooth(self._samples, self._symbols[3]) / self.objective_size
+
+    def constraints(self, margin: float) -> tuple[Constraint, ...]:
+        """Pieces that join, waypoints, limits, the task's duration, slacks."""
+        return self._constraints(self._samples, margin)
+
+    def _constraints(self, samples: Samples, margin: float) -> tuple[Constraint, ...]:
+        """On samples of the motion, or on symbols in their place."""
+        _, pieces, misses, slack = self._symbols
+        exact = ExactRows(self.variables, pieces, self.waypoints, not self.task.at_rest, margin)
+        rows = [
+            *self.variables.joins(pieces),
+            *place_rows(self.task, pieces.theta[self.waypoints.tolist(), :], misses),
+            *exact.of(self.limits),
+        ]
+        for limit in self.sampled_limits:
+            if limit.order is None:
+                rows += limit.constraints(samples.both_sides if _is_dynamic(limit) else samples, margin)
+        rows += self.variables.evenness(pieces, self.pieces) if self.timed and self._is_dynamic else []
+        bounds, stay = self.task.duration_bounds, self.task.stay
+        rows += [] if bounds is None else [bounds.at(samples.duration, margin)]
+        if stay_matters(self.limits, stay):
+            goal, since = samples.derivative(0)[-1, :], ca.DM(looks(stay) * stay)
+            rows += stay_constraints(self.limits, self.robot, goal, samples.duration, since, margin)
+        step = StepLimit.for_robot(self.robot, self.task.obstacles)
+        rows += [] if step is None else step.constraints(samples)
+        return (*rows, *slack_constraints(self.objective, samples, slack))
+
+    @cached_property
+    def hessian(self) -> ca.Function | None:
+        """Where limits or the objective are sampled: in two steps, over the samples."""
+        if all(limit.order is not None for limit in self.limits) and not self.objective.is_integral:
+            return None
+        y, inner, samples = replace_with_symbols(self._samples)
+        g = ca.vertcat(*(row.row_values() for row in self._constraints(samples, SAMPLING_MARGIN)))
+        f = self.objective.smooth(samples, self._symbols[3]) / self.objective_size
+        return composed_hessian(self.x, y, inner, f, g)
+
+    def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Joint ranges, elbows, velocities and accelerations at the ends, least durations, the nearest goal.
+
+        Without joint ranges an angle stays within ``MAX_ANGLE_CHANGE`` of where it starts.
+        """
+        return MoveBounds(self.task, self.variables, self.waypoints).near(x)
+
+    def from_search(self, x: FloatArray) -> FloatArray:
+        """The variables of a search vector's motion."""
+        return self.from_trajectory(self.decode(x))
+
+    def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
+        """Nodes where the places are passed; between them at the motion's own breakpoints, or at equal times."""
+        passed = np.concatenate([[0.0], self.task.via_times(trajectory), [trajectory.duration]])
+        return self._variables(PassedMotion(trajectory, passed))
+
+    def _variables(self, motion: PassedMotion) -> FloatArray:
+        x = self.variables.of(motion.trajectory, self.node_times(motion))
+        misses = goal_misses(self.task, self.variables.end_postures(x)[1])
+        return np.concatenate([x, *misses, self.objective.slack_values(as_array(self._angles(x)))])
+
+    def node_times(self, motion: PassedMotion) -> FloatArray:
+        """Where to put the nodes on a motion, (N + 1,), s: at equal times where torques count."""
+        if self._is_dynamic:
+            nodes = np.arange(self.variables.count + 1) / self.pieces
+            return np.interp(nodes, np.arange(motion.times.size), motion.times)
+        return node_times(motion.trajectory, motion.times, self.pieces, self.robot.limits)
+
+    @cached_property
+    def _angles(self) -> ca.Function:
+        """The angles at the samples, of the variables of the motion."""
+        return ca.Function("angles", [self._symbols[0]], [self._samples.theta])
+
+    def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
+        """Straight lines between near postures, by turns with detours."""
+        return map(self._variables, MoveStarts(self.task, self.objective, self.limits).sequence(rng))
+
+    def trajectory(self, x: FloatArray) -> Trajectory:
+        """The exact motion of a solution; as fast as the limits allow for all t if its ends are at rest."""
+        motion = through(self.variables.accelerations(x), self._exact_waypoints(x), self.variables.smooth)
+        if not self.task.at_rest:
+            return motion
+        least, bounds = safe_time_scale(self.limits, motion), self.task.duration_bounds
+        if self.held or not self.objective.sooner_is_better:
+            least = max(1.0, least)
+        if bounds is not None:
+            least = max(least, bounds.time_scale(np.array([motion.duration])))
+        return motion.time_scaled(least)
+
+    def _exact_waypoints(self, x: FloatArray) -> Waypoints:
+        """The waypoints of a solution, exactly at their places."""
+        angles = x[self.variables.slices[0]].reshape(self.robot.dof, -1).T[self.waypoints]
+        places = [self.task.start, *self.task.vias, self.task.reached_goal(angles[-1])]
+        theta = [place.projected(self.robot, posture) for place, posture in zip(places, angles, strict=True)]
+        return Waypoints(self.waypoints, np.array(theta), self.task.end_velocities)
+
+    def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
+        """The postures at the stops of a solution, rad, and when they are passed, s: of the finished motion."""
+        motion = self.trajectory(x)
+        passed = motion.breakpoints[self.waypoints]
+        theta = {f"theta_{stop.name}": row for stop, row in zip(stops(self.task), motion.at(passed), strict=True)}
+        return {**theta, "t_stops": passed}
+
+
+def _is_dynamic(limit: Limit) -> bool:
+    """Whether it depends on accelerations as torques do, and on one sample at a time."""
+    return limit.order is None and limit.scales_with_time
+
+
+def _time_unit(robot: Robot) -> float:
+    """How long the robot's joints take for a radian, about, s."""
+    limits = robot.limits
+    times = [1.0 / np.array(limits.speed), np.array(limits.acceleration) ** -0.5]
+    times += [] if limits.jerk is None else [np.array(limits.jerk) ** (-1.0 / 3.0)]
+    return float(np.median(np.max(times, axis=0)))

@@ -1,0 +1,342 @@
+"""Clearance from obstacles, and between samples."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache, reduce
+from typing import ClassVar, Self
+
+import casadi as ca
+import numpy as np
+
+from problems.base import Arguments, FloatArray, Matrix, Operand, Reading, as_array, is_zero
+from problems.limits.limit import SAMPLING_MARGIN, Constraint, Limit, Repetition
+from problems.limits.proximity import LEAST_PAIRS, Cluster, Pair, Proximity, clusters_of
+from problems.motions import Samples
+from problems.robots import Body, Robot
+from problems.scene import Frames, Obstacle
+
+EQUATION = "(14), (18)"
+CORNERS = 360  # of an outline that is a curve
+
+
+@dataclass(frozen=True)
+class CollisionPair(Pair):
+    """A body and an obstacle (number 1, 2, ...) that it may touch.
+
+    Args:
+        body: of the robot.
+        number: of the obstacle.
+        obstacle: itself.
+        measured: whether it counts how far they are apart, not only whether they are.
+    """
+
+    body: Body
+    number: int
+    obstacle: Obstacle
+    measured: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.body.name}, obstacle {self.number}"
+
+    @property
+    def description(self) -> str:
+        """The body, and of the obstacle its number, shape and place."""
+        place = ", ".join(f"{part:.6g}" for part in self.obstacle.place)
+        return f"{self}, {type(self.obstacle.unmoved).__name__} at ({place})"
+
+    @property
+    def group(self) -> Hashable:
+        """The obstacle, and how it is measured: from lines, or from points."""
+        return self.number, self.measured, self.body.is_ball
+
+    @property
+    def form(self) -> CollisionPair:
+        """Of a body without a name, and the obstacle as seen from its frame."""
+        return replace(self, body=self.body.form, number=0, obstacle=self.obstacle.unmoved)
+
+    def view(self, times: FloatArray) -> Frames | None:
+        """The obstacle's."""
+        return self.obstacle.frames(times)
+
+    @property
+    def growth_rate(self) -> float:
+        """The obstacle's."""
+        return self.obstacle.growth_rate
+
+    def without_growth(self) -> CollisionPair:
+        """Of the obstacle where it is predicted."""
+        return replace(self, obstacle=self.obstacle.without_growth())
+
+    @property
+    def thickness(self) -> Operand:
+        """The body's radius."""
+        return self.body.radius
+
+    @property
+    def dim(self) -> int:
+        """That of the obstacle."""
+        return self.obstacle.dim
+
+    @property
+    def radii(self) -> tuple[Operand, ...]:
+        """The body's."""
+        return (self.body.radius,)
+
+    @property
+    def frames(self) -> tuple[int, ...]:
+        """Those of the body."""
+        return self.body.frames
+
+    @property
+    def timed(self) -> bool:
+        """Whether the obstacle moves."""
+        return self.obstacle.moves
+
+    def opposite(self, positions: Sequence[Matrix], times: FloatArray) -> FloatArray:
+        """The outline of the obstacle where it is then, closed."""
+        still = None if self.obstacle.moves else self.obstacle.outline(CORNERS)
+        outlines = [self.obstacle.at(time).outline(CORNERS) if still is None else still for time in map(float, times)]
+        return np.array([[*outline, outline[0]] for outline in outlines])
+
+    def apart(self, *ends: Matrix) -> Matrix:
+        """From the obstacle to the lines between the ends, or to the one point that they are, as seen from it."""
+        obstacle = self.obstacle.unmoved
+        if len(ends) == 1:
+            return obstacle.point_clearance(ends[0])
+        measure = obstacle.segment_distance if self.measured else obstacle.segment_clearance
+        return measure(*ends)
+
+    def between(self, *ends: Matrix, times: Matrix | None = None) -> Matrix:
+        """The same of ends where they are, less what is kept from it as time goes by."""
+        return self._grown(self.apart(*(self.obstacle.seen(end, times) for end in ends)), times)
+
+    def _grown(self, distance: Matrix, times: Matrix | None) -> Matrix:
+        growth = self.obstacle.growth(times)
+        return distance if is_zero(growth) else distance - growth
+
+    def swept_clearance(self, before: Samples, after: Samples) -> Matrix:
+        """Clearance in m of the straight line that the body's far end draws from one posture to the next, (n, 1).
+
+        The line is drawn as the obstacle sees it.
+        """
+        ends = (self.obstacle.seen(one.positions[self.body.end], one.times) for one in (before, after))
+        return self.narrowed(self._grown(self.apart(*ends), after.times))
+
+    def distance(self, positions: Sequence[Matrix], times: Matrix | None = None) -> float:
+        """The distance in one posture, exact to rounding, m."""
+        if self.body.is_ball:
+            return float(self.clearance(positions, times))
+        ends = (self.obstacle.seen(positions[frame], times) for frame in self.body.frames)
+        start, end = (tuple(as_array(place).ravel()) for place in ends)
+        return self.obstacle.unmoved.distance_of(start, end) - float(self.body.radius + self.obstacle.growth(times))
+
+    def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
+        """That of the body alone: what the obstacle adds, no joint can change."""
+        return robot.turns, robot.levers[robot.number_of(self.body)]
+
+    def own_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
+        """That of the obstacle, for all bodies of the robot."""
+        reach = max(robot.reach(frame)[1] for body in robot.bodies for frame in body.frames if frame > 0)
+        return self.obstacle.travel(cells, reach + float(np.linalg.norm(robot.base)))
+
+    def can_touch(self, robot: Robot, spare: float = 0.0) -> bool:
+        """Whether the body reaches as near as the margin, and ``spare`` m farther."""
+        reach = max(robot.reach(frame)[1] for frame in (self.body.start, self.body.end) if frame > 0)
+        kept = float(self.body.radius) + robot.margin + spare
+        return reach >= _distance(self.obstacle, robot.base) - kept
+
+    def smooth(self, clearance: Matrix) -> Matrix:
+        """The obstacle's own, of the distance from the body's middle line."""
+        return self.obstacle.smooth(clearance + self.body.radius)
+
+
+@lru_cache
+def _distance(obstacle: Obstacle, point: tuple[float, ...]) -> float:
+    """A lower bound in m of the distance of an obstacle from a point; the same for all bodies of a robot."""
+    return obstacle.distance_to(point)
+
+
+def moving_bodies(robot: Robot) -> list[Body]:
+    """Those that a joint moves."""
+    return [body for body, levers in zip(robot.bodies, robot.levers, strict=True) if levers.any()]
+
+
+def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 0.0) -> tuple[CollisionPair, ...]:
+    """All pairs of body and obstacle except those that can never come within the margin, and ``spare`` m more.
+
+    Bodies that no joint moves, as the foot of a robot on a table, are none of them: no motion could avoid anything.
+    """
+    bodies = moving_bodies(robot)
+    pairs = (
+        CollisionPair(body, number, obstacle, measured=is_measured(robot, body, obstacle))
+        for number, obstacle in enumerate(obstacles, start=1)
+        for body in bodies
+    )
+    return tuple(pair for pair in pairs if pair.can_touch(robot, spare))
+
+
+def is_measured(robot: Robot, body: Body, obstacle: Obstacle) -> bool:
+    """Whether some distance has to be kept."""
+    return not (is_zero(body.radius) and is_zero(robot.margin) and is_zero(obstacle.growth(ca.DM(1.0))))
+
+
+def _repetition(robot: Robot, clusters: Sequence[Cluster], pairs: Sequence[CollisionPair]) -> Repetition:
+    """Clusters of balls of a robot, and the obstacles of pairs, all of one make."""
+    arguments = [Arguments() for _ in pairs]
+    symbolic_copies = [own.symbolic_copy(pair.obstacle) for own, pair in zip(arguments, pairs, strict=True)]
+    one, limits = replace(pairs[0], number=1, obstacle=symbolic_copies[0]), []
+    for cluster in clusters:
+        each = tuple(replace(one, body=body) for body in cluster.bodies)
+        limits.append(Clearance(robot, each, (each[0], cluster.radius) if len(each) >= LEAST_PAIRS else None))
+    return Repetition(
+        limits=tuple(limits),
+        symbols=arguments[0].symbols,
+        numbers=np.array([own.values for own in arguments]),
+        frames=tuple(body.start for cluster in clusters for body in cluster.bodies),
+        timed=pairs[0].timed,
+    )
+
+
+@dataclass(frozen=True)
+class Clearance(Proximity):
+    """(14): no link comes nearer to an obstacle than the robot's margin at a sample, no joint between two samples.
+
+    With checks at the samples alone the tip could cut a corner of an obstacle between two samples, which the travel
+    length rewards. The straight line from each joint's position at one sample to the next closes this gap: together
+    with the links it bounds the area that a link sweeps.
+
+    Args:
+        robot: whose bodies.
+        pairs: of body and obstacle that may touch.
+    """
+
+    name: ClassVar[str] = "clearance"
+
+    pairs: tuple[CollisionPair, ...]
+
+    @classmethod
+    def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
+        """The limit, where there is anything within reach."""
+        pairs = reachable_pairs(robot, obstacles, SAMPLING_MARGIN * robot.reach()[1]) if obstacles else ()
+        return cls(robot, pairs) if pairs else None
+
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """The bodies at each sample, kept clear by a share ``margin`` of the reach on top of the robot's margin."""
+        formula = "clearance(link i at t_j, obstacle) >= margin: the link's point nearest to the obstacle"
+        return [self.constraint(self.name, "", self.clearances(samples), margin, formula, EQUATION)]
+
+    def repetitions(self, symbolic_copy: Clearance) -> list[Repetition]:
+        """Among balls, one for each make of obstacle: all balls that move, from one of them.
+
+        Those that cannot touch it are among them, so that where obstacles are changes no code.
+        """
+        clusters = clusters_of(self.robot, moving_bodies(self.robot)) if self._of_one_make else []
+        return [_repetition(symbolic_copy.robot, clusters, pairs) for pairs in self._of_one_make]
+
+    def repeated_numbers(self) -> list[FloatArray]:
+        """Those of the obstacles of each make."""
+        return [np.array([Reading(pair.obstacle).values for pair in pairs]) for pairs in self._of_one_make]
+
+    @cached_property
+    def _of_one_make(self) -> list[list[CollisionPair]]:
+        """Among balls, a pair with each obstacle, those of one make together; the makes in order; else none."""
+        if not all(pair.body.is_ball for pair in self.pairs):
+            return []
+        makes: dict[Hashable, dict[int, CollisionPair]] = {}
+        for pair in self.pairs:
+            makes.setdefault((Reading(pair.obstacle).structure_key, pair.measured), {})[pair.number] = pair
+        return [list(pairs.values()) for pairs in makes.values()]
+
+    def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
+        """Clearance of the lines from each joint's position at one sample to that at the next; none of balls."""
+        if any(pair.body.is_ball for pair in self.pairs):
+            return []
+        swept = ca.horzcat(*(pair.swept_clearance(before, after) for pair in self.pairs))
+        formula = "clearance(line from a link's end at t_j to the same at t_j+1, obstacle) >= margin"
+        return [self.constraint("swept clearance", "end of ", swept, margin, formula, EQUATION)]
+
+
+MAX_STEP_SHARE = 0.9  # the longest step of a joint between two samples, as a share of the smallest obstacle's width
+
+
+@dataclass(frozen=True)
+class StepLimit(Limit):
+    """No joint moves so far between two samples that a link could pass over an obstacle; what a search is told besides.
+
+    The area that a link sweeps in a step shorter than an obstacle's width cannot contain that obstacle: if the links at
+    the samples and the lines between them are clear, so is all of it, except for the curvature of the motion. Of an
+    obstacle that moves that is so for steps as the obstacle sees them; they may also be as long as the link is away
+    from it afterwards, so that a robot can wait for it to pass at a distance.
+
+    Args:
+        robot: whose joints.
+        width: of the narrowest obstacle and of what has to be kept free on both of its sides, m.
+        moving: the obstacles that move.
+        any_standing: whether there are others.
+    """
+
+    name: ClassVar[str] = "step"
+    numbers: ClassVar[tuple[str, ...]] = ("width",)
+
+    robot: Robot
+    width: float
+    moving: tuple[Obstacle, ...] = ()
+    any_standing: bool = True
+
+    @classmethod
+    def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
+        """The limit, where there are obstacles and bodies that are lines: a ball is too thick to pass unnoticed."""
+        if not (obstacles and robot.bodies) or any(body.is_ball for body in robot.bodies):
+            return None
+        kept = robot.margin + min(float(body.radius) for body in robot.bodies)
+        width = min(obstacle.width for obstacle in obstacles) + 2.0 * kept
+        moving = tuple(obstacle for obstacle in obstacles if obstacle.moves)
+        return cls(robot, width, moving, any_standing=len(moving) < len(obstacles))
+
+    @property
+    def _longest(self) -> Operand:
+        """The longest step, m."""
+        return MAX_STEP_SHARE * self.width
+
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """None: the limit is on steps."""
+        return []
+
+    def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
+        """The squared length of each joint's step."""
+        bodies = self.robot.bodies
+        ends = [(before.positions[body.end], after.positions[body.end]) for body in bodies]
+        steps: list[Matrix] = [_squared(last - first) for first, last in ends] if self.any_standing else []
+        for obstacle in self.moving:
+            steps += [self._seen(body, obstacle, before, after) for body in bodies]
+        bound = ca.repmat(ca.horzcat(self._longest**2), 1, len(steps))
+        views = [""] * self.any_standing + [" as a moving obstacle sees it"] * len(self.moving)
+        return [
+            Constraint(
+                name=self.name,
+                unit="m^2",
+                expression=ca.horzcat(*steps),
+                lower=None,
+                upper=bound,
+                columns=tuple(f"end of {body.name}{view}" for view in views for body in bodies),
+                scale=bound,
+                formula="|end of link i at t_j+1 - at t_j|^2 <= (0.9 x the smallest obstacle's width)^2",
+            )
+        ]
+
+    def _seen(self, body: Body, obstacle: Obstacle, before: Samples, after: Samples) -> Matrix:
+        """The squared length of the longer step of a body's ends as an obstacle sees them, (n, 1), m^2.
+
+        It is made shorter by as much as a step may be longer for the distance that is kept afterwards.
+        """
+        ends = ((obstacle.seen(one.positions[end], one.times) for one in (after, before)) for end in body.frames)
+        longest = reduce(ca.fmax, (_squared(last - first) for last, first in ends))
+        pair, allowed = CollisionPair(body, 0, obstacle, is_measured(self.robot, body, obstacle)), self._longest
+        return longest * (allowed / ca.fmax(allowed, pair.clearance(after.positions, after.times))) ** 2
+
+
+def _squared(step: Matrix) -> Matrix:
+    """The squared lengths of steps (n, dim), (n, 1)."""
+    return ca.sum2(step * step)

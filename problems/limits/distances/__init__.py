@@ -1,1 +1,0 @@
-"""What has to keep a distance: obstacles from the robot, and its own bodies from each other."""

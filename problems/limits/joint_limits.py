@@ -1,0 +1,219 @@
+"""Limits of the joints one by one: range, speed, acceleration, jerk, duration of a motion."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import casadi as ca
+import numpy as np
+
+from problems.base import FloatArray, Matrix, Operand, Parametric, largest
+from problems.limits.limit import Constraint, Limit, PenaltyKind
+from problems.motions import Samples
+from problems.robots import Robot
+from problems.scene import Obstacle
+
+
+@dataclass(frozen=True)
+class DerivativeLimit(Limit):
+    """``|d^n theta_i / dt^n| <= bound_i`` for every joint i.
+
+    Args:
+        robot: whose joints.
+    """
+
+    robot: Robot
+
+    order: ClassVar[int]
+    unit: ClassVar[str]
+    equation: ClassVar[str]
+
+    @property
+    def symbol(self) -> str:
+        """The symbol of the derivative, as in the paper: dtheta_i, d2theta_i."""
+        return f"d{self.order if self.order > 1 else ''}theta_i"
+
+    @classmethod
+    def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
+        """The limit, where the robot has one."""
+        return None if cls(robot).bounds is None else cls(robot)
+
+    @property
+    @abstractmethod
+    def bounds(self) -> tuple[float, ...] | None:
+        """The robot's bound of each joint, in ``unit``; None where it has none."""
+
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """The limit at each sample; no margin, as time scaling makes up for what lies between."""
+        assert self.bounds is not None
+        bound = ca.horzcat(*self.bounds)
+        return [
+            Constraint(
+                name=self.name,
+                equation=self.equation,
+                unit=self.unit,
+                expression=samples.derivative(self.order),
+                lower=-bound,
+                upper=bound,
+                symmetric=True,
+                columns=self.robot.joint_names,
+                scale=bound,
+                penalty=PenaltyKind.MAGNITUDE,
+                formula=f"|{self.symbol}(t_j)| <= max_{self.name}_i, at every sample t_j",
+            )
+        ]
+
+    @property
+    def scales_with_time(self) -> bool:
+        """Always: any shape can be run slowly enough."""
+        return True
+
+    def magnitudes(self, samples: Samples) -> Matrix:
+        """Absolute values, (n, dof)."""
+        return ca.fabs(samples.derivative(self.order))
+
+    def time_scale(self, peaks: Matrix) -> Matrix:
+        """The n-th root of the largest ratio of a joint's peak to its bound."""
+        assert self.bounds is not None
+        ratio = largest(peaks / ca.horzcat(*self.bounds))
+        roots = {1: ratio, 2: ca.sqrt(ratio)}
+        return roots[self.order] if self.order in roots else ratio ** (1.0 / self.order)
+
+
+@dataclass(frozen=True)
+class SpeedLimit(DerivativeLimit):
+    """(11), (21): |dtheta_i(t)| <= dtheta_max."""
+
+    name: ClassVar[str] = "speed"
+    order: ClassVar[int] = 1
+    unit: ClassVar[str] = "rad/s"
+    equation: ClassVar[str] = "(11), (16)"
+
+    @property
+    def bounds(self) -> tuple[float, ...] | None:
+        """The robot's largest joint speeds, rad/s."""
+        return self.robot.limits.speed
+
+
+@dataclass(frozen=True)
+class AccelerationLimit(DerivativeLimit):
+    """(12), (22): |d2theta_i(t)| <= d2theta_max."""
+
+    name: ClassVar[str] = "acceleration"
+    order: ClassVar[int] = 2
+    unit: ClassVar[str] = "rad/s^2"
+    equation: ClassVar[str] = "(12), (17)"
+
+    @property
+    def bounds(self) -> tuple[float, ...] | None:
+        """The robot's largest joint accelerations, rad/s^2."""
+        return self.robot.limits.acceleration
+
+
+@dataclass(frozen=True)
+class JerkLimit(DerivativeLimit):
+    """|d3theta_i(t)| <= d3theta_max: ours, the paper has none."""
+
+    name: ClassVar[str] = "jerk"
+    order: ClassVar[int] = 3
+    unit: ClassVar[str] = "rad/s^3"
+    equation: ClassVar[str] = "-"
+
+    @property
+    def bounds(self) -> tuple[float, ...] | None:
+        """The robot's largest jerks, rad/s^3."""
+        return self.robot.limits.jerk
+
+
+@dataclass(frozen=True)
+class JointRange(Limit):
+    """``lowest_i <= theta_i <= highest_i`` for every joint i.
+
+    Args:
+        robot: whose joints; it has position limits.
+    """
+
+    name: ClassVar[str] = "joint range"
+    order: ClassVar[int | None] = 0
+
+    robot: Robot
+
+    @classmethod
+    def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
+        """The limit, where the robot has one."""
+        return None if robot.limits.position is None else cls(robot)
+
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """The ranges, kept by a share ``margin`` of each."""
+        ranges = self.robot.limits.position
+        assert ranges is not None
+        lowest, highest = (ca.horzcat(*bound) for bound in zip(*ranges, strict=True))
+        spare = margin * (highest - lowest)
+        return [
+            Constraint(
+                name=self.name,
+                unit="rad",
+                expression=samples.theta,
+                lower=lowest + spare,
+                upper=highest - spare,
+                columns=self.robot.joint_names,
+                formula="lowest_i <= theta_i(t_j) <= highest_i, at every sample t_j",
+            )
+        ]
+
+
+@dataclass(frozen=True)
+class DurationBounds(Parametric):
+    """``shortest <= t_i <= longest`` for every duration t_i of a finished motion, after any time scaling.
+
+    Args:
+        name: of the constraint.
+        symbol: of a duration; ``{}`` stands for its number where there are several.
+        shortest: s.
+        longest: s.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("shortest", "longest")
+
+    name: str
+    symbol: str
+    shortest: float
+    longest: float
+
+    def at(self, durations: Matrix, margin: float = 0.0) -> Constraint:
+        """The bounds of durations (1, n), s.
+
+        Args:
+            durations: of the motion or of its segments.
+            margin: to keep below the longest, as a share of it: limits that a motion breaks between its samples
+                slow it down afterwards.
+        """
+        count = int(durations.shape[1])
+        symbols = tuple(self.symbol.format(number) for number in range(1, count + 1))
+        return Constraint(
+            name=self.name,
+            unit="s",
+            expression=durations,
+            lower=ca.repmat(ca.horzcat(self.shortest), 1, count),
+            upper=ca.repmat(ca.horzcat(self.with_margin(margin)), 1, count),
+            columns=symbols,
+            scale=ca.repmat(ca.horzcat(self.longest), 1, count),
+            formula=f"shortest <= {', '.join(symbols)} <= longest, of the finished motion",
+        )
+
+    def with_margin(self, margin: float) -> Operand:
+        """The longest duration less a margin, but never less than half-way from the shortest, s."""
+        if margin == 0.0:
+            return self.longest
+        return ca.fmax(self.longest * (1.0 - margin), (self.shortest + self.longest) / 2.0)
+
+    def search_box(self, margin: float) -> tuple[float, float]:
+        """Bounds of a duration that is a decision variable, s."""
+        return self.shortest, float(self.with_margin(margin))
+
+    def time_scale(self, durations: FloatArray) -> float:
+        """The smallest factor by which time must be multiplied for no duration (n,) in s to be too short."""
+        return float(self.shortest / np.min(durations))

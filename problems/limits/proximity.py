@@ -1,0 +1,300 @@
+"""What keeps clear of what: pairs of bodies, clustered, with their clearance."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Self
+
+import casadi as ca
+import numpy as np
+
+from problems.base import FloatArray, Matrix, Operand, Parametric, as_array, columns, is_zero
+from problems.limits.limit import Constraint, Limit
+from problems.motions import Samples
+from problems.robots import Robot
+from problems.scene import Frames
+
+if TYPE_CHECKING:
+    from problems.robots import Body
+
+
+MOST_BALLS = 8  # in a cluster
+LEAST_PAIRS = 4  # for which the one around them is looked at first
+ROUNDING = 1e-9  # m: what a distance may lack
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Bodies that are balls.
+
+    Attributes:
+        bodies: the one in the middle first.
+        radius: no point of theirs is farther from the centre of the first, m.
+    """
+
+    bodies: tuple[Body, ...]
+    radius: float
+
+
+def clusters_of(robot: Robot, bodies: Sequence[Body]) -> list[Cluster]:
+    """Balls of a robot in clusters that move as one and are small.
+
+    Args:
+        robot: whose bodies.
+        bodies: balls, in order.
+    """
+    places = [as_array(place)[0] for place in robot.positions(ca.DM.zeros(1, robot.dof))]
+    groups: dict[int, list[Body]] = {}
+    for body in bodies:
+        groups.setdefault(robot.moved_by(body), []).append(body)
+    return [_cluster(part, places) for group in groups.values() for part in _halved(group, places)]
+
+
+def _halved(bodies: list[Body], places: Sequence[FloatArray]) -> list[list[Body]]:
+    """Cut in two along the longest way through them until no part has too many."""
+    if len(bodies) <= MOST_BALLS:
+        return [bodies]
+    centers = np.array([places[body.start] for body in bodies])
+    order = np.argsort(centers[:, int(np.argmax(np.ptp(centers, axis=0)))], kind="stable")
+    halves = order[: len(order) // 2], order[len(order) // 2 :]
+    return [part for half in halves for part in _halved([bodies[k] for k in half], places)]
+
+
+def _cluster(bodies: list[Body], places: Sequence[FloatArray]) -> Cluster:
+    centers = np.array([places[body.start] for body in bodies])
+    radii = np.array([float(body.radius) for body in bodies])
+    farthest = (np.linalg.norm(centers[:, None] - centers, axis=2) + radii).max(axis=1)
+    middle = int(np.argmin(farthest))
+    others = [body for k, body in enumerate(bodies) if k != middle]
+    return Cluster((bodies[middle], *others), float(farthest[middle]) + ROUNDING)
+
+
+NEAR = 0.1  # of the reach: pairs that stay farther apart, on top of what they have to keep, may be forgotten
+
+
+class Pair(Parametric, ABC):
+    """Two things that have to keep a distance. A subclass is a frozen dataclass."""
+
+    @property
+    @abstractmethod
+    def group(self) -> Hashable:
+        """Pairs of one group are computed together."""
+
+    @property
+    def description(self) -> str:
+        """What they are and where, for messages."""
+        return str(self)
+
+    @property
+    @abstractmethod
+    def thickness(self) -> Operand:
+        """What the widths of the two take from the distance between their middle lines, m."""
+
+    @property
+    @abstractmethod
+    def radii(self) -> tuple[Operand, ...]:
+        """Of the bodies that move, m, in the order of their ends."""
+
+    @property
+    @abstractmethod
+    def dim(self) -> int:
+        """2 in the plane, 3 in space."""
+
+    @property
+    @abstractmethod
+    def frames(self) -> tuple[int, ...]:
+        """Numbers of the frames in which their middle lines end, as far as these move."""
+
+    def ends(self, positions: Sequence[Matrix]) -> tuple[Matrix, ...]:
+        """The points of their middle lines that move, each (n, dim), m; positions of the frames, each (n, dim)."""
+        return tuple(positions[frame] for frame in self.frames)
+
+    @property
+    def timed(self) -> bool:
+        """Whether it matters at which times; not by default."""
+        return False
+
+    @property
+    @abstractmethod
+    def form(self) -> Pair:
+        """The pair without what :meth:`apart` does not depend on: whose ends they are, and how what moves does."""
+
+    def view(self, times: FloatArray) -> Frames | None:
+        """The frames in which one has to see the other at times (n,), s; None for that of the world."""
+        return None
+
+    @abstractmethod
+    def opposite(self, positions: Sequence[Matrix], times: FloatArray) -> FloatArray:
+        """The middle line or outline in the plane that the first faces, for drawing: lines (n, points, 2), m.
+
+        Args:
+            positions: of the frames, each (n, 2), m.
+            times: (n,), s.
+        """
+
+    @property
+    def growth_rate(self) -> float:
+        """How much more they have to keep with every second, m/s; nothing by default."""
+        return 0.0
+
+    @abstractmethod
+    def apart(self, *ends: Matrix) -> Matrix:
+        """How far the middle lines are apart, (n, 1), m, given their ends (n, dim) as one sees the other."""
+
+    def between(self, *ends: Matrix, times: Matrix | None = None) -> Matrix:
+        """How far the middle lines are apart, (n, 1), m, whichever pairs of its group the ends (n, dim) belong to.
+
+        Args:
+            ends: of the middle lines, (n, dim), m.
+            times: (n, 1), s, or one for all; None where nothing moves by itself.
+        """
+        return self.apart(*ends)
+
+    def clearance(self, positions: Sequence[Matrix], times: Matrix | None = None) -> Matrix:
+        """How far they are apart in n postures, (n, 1), m; positions of the frames, each (n, dim); times (n, 1), s.
+
+        Negative where they meet. Else no more than a distance that changes by no more than the points of one move as
+        seen from the other.
+        """
+        return self.narrowed(self.between(*self.ends(positions), times=times))
+
+    def narrowed(self, distance: Matrix) -> Matrix:
+        """The clearance that a distance between the middle lines leaves, m."""
+        return distance if is_zero(self.thickness) else distance - self.thickness
+
+    def distance(self, positions: Sequence[Matrix], times: Matrix | None = None) -> float:
+        """How far they are apart in one posture, exact to rounding, m; by default that is the clearance."""
+        return float(self.clearance(positions, times))
+
+    @abstractmethod
+    def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
+        """How fast they move as seen from each other.
+
+        Returns:
+            turns (m, dof), from joint speeds to angular rates u = turns @ dq/dt; and levers (m,), m: no point moves
+            faster than the sum over j of levers[j] |u_j|.
+        """
+
+    def own_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
+        """How much the distance of any pair of its group can change within cells of time though no joint moves.
+
+        Args:
+            robot: of which they are pairs.
+            cells: start and end of each, (n, 2), s.
+
+        Returns:
+            (n,), m: an upper bound of the difference to the middle of each cell.
+        """
+        return np.zeros(len(cells))
+
+    def without_growth(self) -> Pair:
+        """The same, to which nothing more is kept as time goes by: itself by default."""
+        return self
+
+    def can_touch(self, robot: Robot) -> bool:
+        """Whether they can come as near as they must not."""
+        return True
+
+    def smooth(self, clearance: Matrix) -> Matrix:
+        """An increasing function of the clearance that a nonlinear program bounds instead; itself by default."""
+        return clearance
+
+
+def clearances(pairs: Sequence[Pair], positions: Sequence[Matrix], times: Matrix | None = None) -> Matrix:
+    """How far pairs are apart in n postures, (n, pairs), m; positions of the frames, each (n, dim); times (n, 1), s."""
+    groups: dict[Hashable, list[int]] = {}
+    for number, pair in enumerate(pairs):
+        groups.setdefault(pair.group, []).append(number)
+    found: list[Matrix] = [ca.DM()] * len(pairs)
+    for members in groups.values():
+        stacked = [ca.vertcat(*ends) for ends in zip(*(pairs[i].ends(positions) for i in members), strict=True)]
+        clock = ca.repmat(times, len(members), 1) if times is not None and pairs[members[0]].timed else None
+        distances = ca.vertsplit(pairs[members[0]].between(*stacked, times=clock), positions[0].shape[0])
+        for i, distance in zip(members, distances, strict=True):
+            found[i] = pairs[i].narrowed(distance)
+    return ca.horzcat(*found)
+
+
+@dataclass(frozen=True)
+class Proximity(Limit):
+    """Every pair keeps the robot's margin.
+
+    Args:
+        robot: whose bodies.
+        pairs: that could come too near.
+        around: a pair and a length, m: no pair is nearer than the distance between the middle lines of this one, less
+            the length; None where no such pair is known.
+    """
+
+    robot: Robot
+    pairs: tuple[Pair, ...]
+    around: tuple[Pair, float] | None = None
+
+    def kept(self, share: float) -> Operand:
+        """The clearance that is kept, m: the robot's margin, and a share of its reach."""
+        spare = share * self.robot.radius
+        return spare if is_zero(self.robot.margin) else self.robot.margin + spare
+
+    def constraint(
+        self, name: str, what: str, clearances: Matrix, margin: float, formula: str, equation: str = "-"
+    ) -> Constraint:
+        """The constraint on clearances (rows, pairs), m.
+
+        Args:
+            name: of the constraint.
+            what: of a pair is meant, before its name in that of a column.
+            clearances: one column a pair.
+            margin: to keep on top of the robot's, a share of the reach.
+            formula: for a reader.
+            equation: of the paper.
+        """
+        return Constraint(
+            name=name,
+            equation=equation,
+            unit="m",
+            expression=clearances,
+            lower=ca.repmat(ca.horzcat(self.kept(margin)), 1, len(self.pairs)),
+            upper=None,
+            columns=tuple(f"{what}{pair}" for pair in self.pairs),
+            scale=ca.repmat(ca.horzcat(self.robot.radius / 2.0), 1, len(self.pairs)),
+            transform=self._smooth,
+            formula=formula,
+        )
+
+    def may_break(self, samples: Samples, margin: float = 0.0) -> Matrix | None:
+        """Whether the pair around all others is near enough."""
+        if self.around is None:
+            return None
+        pair, length = self.around
+        between = pair.between(*pair.ends(samples.positions), times=samples.times)
+        return between < self.kept(margin) + length
+
+    def near(self, samples: Samples) -> Self | None:
+        """The pairs within a share of the reach of what they have to keep, and those that time may bring near."""
+        room = as_array(self.clearances(samples)).min(axis=0) - float(self.kept(0.0))
+        near, pairs = NEAR * float(self.robot.radius), zip(self.pairs, room, strict=True)
+        return self._of(tuple(pair for pair, left in pairs if pair.timed or left < near))
+
+    @property
+    def timed(self) -> Self | None:
+        """The pairs with an obstacle that moves."""
+        return self._of(tuple(pair for pair in self.pairs if pair.timed))
+
+    @property
+    def untimed(self) -> Self | None:
+        """The other pairs."""
+        return self._of(tuple(pair for pair in self.pairs if not pair.timed))
+
+    def _of(self, pairs: tuple[Pair, ...]) -> Self | None:
+        """The limit of some of its pairs, if there are any."""
+        return replace(self, pairs=pairs, around=None) if pairs else None
+
+    def clearances(self, samples: Samples) -> Matrix:
+        """Of all pairs at each sample, (n, pairs), m."""
+        return clearances(self.pairs, samples.positions, samples.times)
+
+    def _smooth(self, clearances: Matrix) -> Matrix:
+        each = zip(self.pairs, columns(clearances), strict=True)
+        return ca.horzcat(*(pair.smooth(column) for pair, column in each))

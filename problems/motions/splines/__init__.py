@@ -1,1 +1,0 @@
-"""Splines over nodes of a normalised parameter, and the forms in which they are written."""

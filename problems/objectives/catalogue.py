@@ -1,0 +1,230 @@
+"""The objectives that are built in: time (8), rotation (9), travel length of the tip (10); ours: energy and work."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from problems.base import FloatArray, Matrix, as_array, total
+from problems.motions import Samples, Trajectory
+from problems.objectives.objective import MotionBounds, Objective, integral
+from problems.robots import Robot
+
+
+class ExecutionTime(Objective):
+    """(8) T = t_1 + t_2, (19) T = t_T; s."""
+
+    name: ClassVar[str] = "time"
+    symbol: ClassVar[str] = "T"
+    equation: ClassVar[str] = "(8)"
+    unit: ClassVar[str] = "s"
+    sooner_is_better: ClassVar[bool] = True
+    is_duration: ClassVar[bool] = True
+
+    def terminal(self, duration: Matrix) -> Matrix:
+        """The duration itself."""
+        return duration
+
+    def upper_bound(self, bounds: MotionBounds) -> float:
+        """The longest duration."""
+        return bounds.duration
+
+
+class JointRotation(Objective):
+    """(9), (20): sum over joints and time steps of the absolute angular displacement; rad.
+
+    In a search over its samples; of a finished motion over the times at which any joint turns back, which is exact.
+    """
+
+    name: ClassVar[str] = "rotation"
+    symbol: ClassVar[str] = "F_q"
+    equation: ClassVar[str] = "(9)"
+    unit: ClassVar[str] = "rad"
+    timed: ClassVar[bool] = False
+    sooner_is_better: ClassVar[bool] = True
+    norm: ClassVar[float] = 1.0
+    program_steps: ClassVar[int | None] = 12  # the sum of increments is exact up to a turn between two samples
+
+    def between(self, before: Samples, after: Samples) -> Matrix:
+        """The displacement of each joint."""
+        return ca.fabs(after.theta - before.theta)
+
+    def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
+        """Exactly: the displacements from one turning point to the next."""
+        return float(self.value(trajectory.samples(trajectory.extreme_times(0))))
+
+    def upper_bound(self, bounds: MotionBounds) -> float:
+        """How far all joints together can turn."""
+        return bounds.rotation
+
+    def slack_count(self, robot: Robot, steps: int) -> int:
+        """One for each joint and step."""
+        return robot.dof * steps
+
+    def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
+        """The sum of the slacks, each no smaller than its displacement in either direction."""
+        return total(slack)
+
+    def slack_values(self, theta: FloatArray) -> FloatArray:
+        """Absolute displacements, joint after joint."""
+        return np.abs(np.diff(theta, axis=0)).ravel(order="F")
+
+    def slack_rows(self, samples: Samples, slack: Matrix) -> list[tuple[str, str, Matrix]]:
+        """Both signs of each displacement."""
+        before, after = samples.steps
+        increments = after.theta - before.theta
+        return [
+            (f"rotation {name}", f"slack_ij >= {sign}(theta_i(t_j+1) - theta_i(t_j))", slack - step)
+            for name, sign, step in (("forward", "+", increments), ("backward", "-", -increments))
+        ]
+
+
+SMOOTHING_LENGTH = (
+    1e-3  # of the robot's unit of length: rounds the corner of a tip that stands still; costs 1e-4 of a length
+)
+LENGTH_FLOOR = 1e-14  # of the reach: what rounding makes of a tip that stands still
+
+
+class TipTravel(Objective):
+    """(10): how far the tip travels; m.
+
+    A search adds up the straight lines between the tip's positions at its samples, as the paper does. That is too
+    little, by the curvature between two samples; a finished motion has the length of the curve itself.
+    """
+
+    name: ClassVar[str] = "length"
+    symbol: ClassVar[str] = "F_d"
+    equation: ClassVar[str] = "(10)"
+    unit: ClassVar[str] = "m"
+    timed: ClassVar[bool] = False
+    sooner_is_better: ClassVar[bool] = True
+    norm: ClassVar[float] = 1.0
+    program_steps: ClassVar[int | None] = 12
+
+    def between(self, before: Samples, after: Samples) -> Matrix:
+        """The length of each step."""
+        step = after.tool - before.tool
+        return ca.sqrt(ca.sum2(step * step))
+
+    def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
+        """The length of the curve, to 1e-9: the integral of the tip's speed."""
+        theta, rates = ca.SX.sym("theta", robot.dof), ca.SX.sym("rates", robot.dof)
+        velocity = ca.jtimes(robot.tool(theta.T).T, theta, rates)
+        speed = ca.Function("speed", [theta, rates], [ca.norm_2(velocity)])
+
+        def at(moments: FloatArray) -> FloatArray:
+            return as_array(speed(trajectory.at(moments).T, trajectory.at(moments, 1).T)).ravel()
+
+        return integral(at, trajectory.breakpoints, LENGTH_FLOOR * robot.reach()[1])
+
+    def size(self, robot: Robot) -> float:
+        """A length of the robot's, m."""
+        return robot.length_unit
+
+    def upper_bound(self, bounds: MotionBounds) -> float:
+        """The tip moves no farther than the farthest it can be from the base times what the joints turn."""
+        return bounds.radius * bounds.rotation
+
+    def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
+        """The same with corners rounded off by ``SMOOTHING_LENGTH``."""
+        before, after = samples.steps
+        step, corner = after.tool - before.tool, SMOOTHING_LENGTH * samples.moving.length_unit
+        return ca.sum1(ca.sqrt(ca.sum2(step * step) + corner**2) - corner)
+
+
+FLOOR = 1e-15  # in the unit of the integral: no motor notices less
+USUAL_SHARE = 0.1  # of the acceleration limits, in a motion of the usual size
+
+
+class TorqueIntegral(Objective):
+    """The integral of a function of each joint's torque and speed, summed over the joints; masses have to be known."""
+
+    timed: ClassVar[bool] = True
+    sooner_is_better: ClassVar[bool] = False
+    needs_masses: ClassVar[bool] = True
+    is_integral: ClassVar[bool] = True
+
+    @abstractmethod
+    def rate(self, torque: Matrix, speed: Matrix) -> Matrix:
+        """What is integrated, of each joint, (n, dof); not negative.
+
+        Args:
+            torque: (n, dof), N m or N.
+            speed: (n, dof), rad/s or m/s.
+        """
+
+    def at(self, samples: Samples) -> Matrix:
+        """Each sample's weight times what is integrated."""
+        assert samples.weights is not None
+        return samples.weights * ca.sum2(self.rate(samples.torque, samples.derivative_or_zero(1)))
+
+    def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
+        """The integral without kinks."""
+        points = samples if samples.quadrature is None else samples.quadrature
+        assert points.weights is not None
+        return total(points.weights * ca.sum2(self.smooth_rate(points.torque, points.speed, points.moving)))
+
+    def smooth_rate(self, torque: Matrix, speed: Matrix, robot: Robot) -> Matrix:
+        """What is integrated, without kinks, (n, dof)."""
+        return self.rate(torque, speed)
+
+    def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
+        """To 1e-9 of it: kinks, and jumps of Coulomb friction where joints turn back, included."""
+        joints = robot.dof
+        theta, speed, acceleration = (ca.SX.sym(name, joints) for name in ("theta", "speed", "acceleration"))
+        torque = robot.inverse_dynamics(theta.T, speed.T, acceleration.T)
+        rate = ca.Function("rate", [theta, speed, acceleration], [ca.sum2(self.rate(torque, speed.T))])
+
+        def at(moments: FloatArray) -> FloatArray:
+            return as_array(rate(*(trajectory.at(moments, order).T for order in range(3)))).ravel()
+
+        return integral(at, trajectory.extreme_times(0), FLOOR)
+
+    def size(self, robot: Robot) -> float:
+        """That of a second at a tenth of speed and acceleration limits, in the middle of the joint ranges."""
+        limits, ranges = robot.limits, robot.limits.position or ((0.0, 0.0),) * robot.dof
+        theta = ca.DM([sum(bounds) / 2.0 for bounds in ranges]).T
+        speed, acceleration = (USUAL_SHARE * ca.horzcat(*values) for values in (limits.speed, limits.acceleration))
+        torque = robot.inverse_dynamics(theta, ca.DM.zeros(1, robot.dof), acceleration)
+        return float(ca.sum2(self.rate(torque, speed)))
+
+
+class Energy(TorqueIntegral):
+    """E = integral of sum over joints of tau_i^2 dt; N^2 m^2 s. Ours: the paper has no dynamics.
+
+    Proportional to the heat in the windings of motors of the same make, whose current goes with the torque.
+    """
+
+    name: ClassVar[str] = "energy"
+    symbol: ClassVar[str] = "E"
+    unit: ClassVar[str] = "N^2 m^2 s"
+
+    def rate(self, torque: Matrix, speed: Matrix) -> Matrix:
+        """tau_i^2."""
+        return torque * torque
+
+
+SMOOTHING = 1e-2  # of the usual power of a joint: rounds the corner where it changes its sign
+
+
+class Work(TorqueIntegral):
+    """W = integral of sum over joints of |tau_i dq_i/dt| dt; J. Ours: the paper has no dynamics.
+
+    Braking counts like driving: nothing is fed back.
+    """
+
+    name: ClassVar[str] = "work"
+    symbol: ClassVar[str] = "W"
+    unit: ClassVar[str] = "J"
+
+    def rate(self, torque: Matrix, speed: Matrix) -> Matrix:
+        """|tau_i dq_i/dt|."""
+        return ca.fabs(torque * speed)
+
+    def smooth_rate(self, torque: Matrix, speed: Matrix, robot: Robot) -> Matrix:
+        """The same with corners rounded off downwards."""
+        power, corner = torque * speed, SMOOTHING * self.size(robot) / robot.dof
+        return ca.sqrt(power * power + corner**2) - corner

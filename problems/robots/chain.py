@@ -1,0 +1,167 @@
+"""A serial chain in space: joints, frames, masses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import cached_property
+
+import numpy as np
+
+from problems.base import FRICTIONS, FloatArray, InvalidProblem, Matrix, Operand, Parametric, check_within, columns
+from problems.robots.dynamics import RigidJoint, regrouped
+from problems.robots.inertia import Inertia, Matrix3, Point3
+from problems.robots.transform import Transform, moved
+
+UNTURNED: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class JointKind(StrEnum):
+    """How a joint moves."""
+
+    REVOLUTE = "revolute"  # turns between its limits
+    CONTINUOUS = "continuous"  # turns without end
+    PRISMATIC = "prismatic"  # slides
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChainJoint(Parametric):
+    """A joint and the body that it moves.
+
+    Attributes:
+        name: of the joint.
+        link: name of the body that it moves, whose frame is the joint's own.
+        kind: how it moves.
+        translation: of its frame in that of the joint before (the base's, for the first), at zero, m.
+        rotation: the same.
+        axis: unit vector in its own frame.
+        position: (lowest, highest), rad or m; None where it turns without end.
+        speed: largest, rad/s or m/s; None where it is not stated.
+        effort: largest torque, N m, or force, N; None where it is not stated.
+        damping: viscous friction, N m s or N s/m.
+        friction: Coulomb friction, N m or N.
+        inertia: of the body, with everything fixed to it; None where no mass is stated.
+    """
+
+    name: str
+    link: str
+    kind: JointKind = JointKind.REVOLUTE
+    translation: Point3 = (0.0, 0.0, 0.0)
+    rotation: Matrix3 = UNTURNED
+    axis: Point3 = (0.0, 0.0, 1.0)
+    position: tuple[float, float] | None = None
+    speed: float | None = None
+    effort: float | None = None
+    damping: float = 0.0
+    friction: float = 0.0
+    inertia: Inertia | None = None
+
+    def moved(self, value: Operand) -> Transform:
+        """From its own frame to that of the joint before, at a value (n, 1) in rad or m."""
+        return moved(Transform(self.rotation, self.translation), self.axis, self.turns, value)
+
+    @property
+    def rigid(self) -> RigidJoint:
+        """The joint with the mass that it moves, which has to be known."""
+        assert self.inertia is not None
+        return RigidJoint(
+            pose=Transform(self.rotation, self.translation),
+            axis=self.axis,
+            turns=self.turns,
+            moments=self.inertia.moments(),
+            damping=self.damping,
+            friction=self.friction,
+        )
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is an angle."""
+        return self.kind is not JointKind.PRISMATIC
+
+    @property
+    def travel(self) -> float:
+        """How far its frame can be from where it is at zero, m."""
+        return 0.0 if self.turns or self.position is None else max(map(abs, self.position))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chain(Parametric):
+    """Joints one after the other.
+
+    Attributes:
+        name: of the robot.
+        joints: from the base on.
+        base_link: name of the body that stands still.
+        tip_link: name of the frame at the chain's end.
+        tip_translation: of that frame in the last joint's, m.
+        tip_rotation: the same.
+    """
+
+    name: str
+    joints: tuple[ChainJoint, ...]
+    base_link: str = "base"
+    tip_link: str = "tip"
+    tip_translation: Point3 = (0.0, 0.0, 0.0)
+    tip_rotation: Matrix3 = UNTURNED
+
+    @property
+    def tip(self) -> Transform:
+        """From the tip's frame to the last joint's."""
+        return Transform(self.tip_rotation, self.tip_translation)
+
+    def frames(self, theta: Matrix, base: Transform) -> list[Transform]:
+        """From the base's frame and those of all joints to outside, in n postures (n, dof); dof + 1 of them."""
+        frames = [base]
+        for joint, value in zip(self.joints, columns(theta), strict=True):
+            frames.append(frames[-1] @ joint.moved(value))
+        return frames
+
+    @property
+    def massless(self) -> tuple[str, ...]:
+        """Links whose masses are not known."""
+        return tuple(joint.link for joint in self.joints if joint.inertia is None)
+
+    @cached_property
+    def rigid(self) -> tuple[RigidJoint, ...]:
+        """The joints with masses, which have to be known, regrouped: other bodies that take the same torques."""
+        return tuple(regrouped([joint.rigid for joint in self.joints]))
+
+    def check_masses(self, field: str) -> None:
+        """All masses are known, so that torques are.
+
+        Raises:
+            InvalidProblem: they are not, and ``field`` has no effect without them.
+        """
+        if self.massless:
+            raise InvalidProblem(field, f"torques are not known: no masses are stated for {', '.join(self.massless)}")
+
+    def with_friction(self, viscous: Sequence[float] | None, coulomb: Sequence[float] | None) -> Chain:
+        """The same with other friction, where it is given.
+
+        Args:
+            viscous: of each joint, N m s or N s/m.
+            coulomb: N m or N.
+
+        Raises:
+            InvalidProblem: ``viscous_friction`` or ``coulomb_friction`` is negative or not one for each joint, or
+                masses are not known.
+        """
+        dampings = self._frictions("viscous_friction", viscous, [joint.damping for joint in self.joints])
+        frictions = self._frictions("coulomb_friction", coulomb, [joint.friction for joint in self.joints])
+        each = zip(self.joints, dampings, frictions, strict=True)
+        return replace(self, joints=tuple(replace(joint, damping=d, friction=f) for joint, d, f in each))
+
+    def _frictions(self, field: str, given: Sequence[float] | None, known: Sequence[float]) -> Sequence[float]:
+        if given is None:
+            return known
+        if len(given) != len(self.joints):
+            raise InvalidProblem(field, f"{len(given)} values for {len(self.joints)} joints")
+        check_within(field, given, FRICTIONS, "N m s" if field == "viscous_friction" else "N m")
+        self.check_masses(field)
+        return given
+
+    @cached_property
+    def offsets(self) -> FloatArray:
+        """How far a joint's frame can be from the one before, m; (dof,)."""
+        return np.array([float(np.linalg.norm(joint.translation)) + joint.travel for joint in self.joints])

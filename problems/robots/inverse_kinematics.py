@@ -1,0 +1,379 @@
+"""Postures that reach a pose: damped Newton steps from many starts, and their projection inside compiled code.
+
+A step is Levenberg's, ``J^T (J J^T + lambda I)^-1 e``, with lambda = 0.05 |e|^2 + 1e-9: the shortest change of the
+joints where the error e is small, so that what the tool leaves free stays as it was, and a cautious one far away. It is
+never longer than 0.6 rad in any joint, and ends within the joint limits: a joint that would leave them stays, and the
+others do its part.
+
+Orientations are compared by the Rodrigues vector 2 tan(a / 2) of the turn by an angle a that is missing. It has no zero
+but a = 0, while the cross products of the axes, 2 sin(a), vanish for a tool upside down as well.
+
+[1] Levenberg (1944); Marquardt (1963). The damping shrinks with the square of the error, so that the last steps are
+    Newton's (Sugihara, "Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method", 2011).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import TypeAlias
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from problems.base import FloatArray, Matrix, Operand, as_array, largest
+from problems.robots.spatial_arm import SpatialArm
+from problems.robots.transform import Rotation, Transform, Vector, as_rows, plus, times
+
+ERROR_DAMPING = 0.05  # lambda over |e|^2
+LEAST_COMPILED_DAMPING = 1e-9  # keeps the equations solvable at a singular posture
+LONGEST_STEP = 0.6  # rad or m in any joint
+UPSIDE_DOWN = 1e-3  # least 1 + cos(a) that errors are divided by
+
+Columns: TypeAlias = list[list[Operand]]
+
+
+def project(
+    robot: SpatialArm,
+    theta: Matrix,
+    position: Matrix,
+    rotation: Matrix | None,
+    steps: int,
+    kept: float = 0.0,
+    known: Matrix | None = None,
+) -> Matrix:
+    """The posture near ``theta`` with the tool at a position, and turned as told if a rotation is given.
+
+    Args:
+        robot: that moves.
+        theta: where to begin, (1, dof), rad or m.
+        position: of the tool, (3, 1), m.
+        rotation: of the tool, (3, 3); None where it does not matter.
+        steps: of Newton's method; 5 reach 1e-9 m and rad from 0.1 m and 0.2 rad away, unless a limit or a singular
+            posture is in the way: whoever needs to know looks where the tool is.
+        kept: share of each joint's range that stays free at both ends.
+        known: a posture there, (1, dof): what stays free is less where this is nearer to a limit.
+    """
+    limits = _joint_limits(robot, kept, known)
+    step = _step(_geometry(robot), rotation is not None, bool(limits))
+    wanted = (position,) if rotation is None else (position, rotation)
+    for _ in range(steps):
+        theta = step(theta, *wanted, *limits)
+    return theta
+
+
+def _geometry(robot: SpatialArm) -> SpatialArm:
+    """What of a robot decides where its tool is: plain numbers, the same in its symbolic copy."""
+    ones = (1.0,) * robot.dof
+    base, tool = (robot.base_translation, robot.base_rotation), (robot.tool_translation, robot.tool_rotation)
+    return SpatialArm(robot.chain, ones, ones, None, None, (), *base, *tool)
+
+
+@lru_cache(maxsize=16)
+def _step(robot: SpatialArm, turning: bool, limited: bool) -> ca.Function:
+    """From a posture (1, dof), position (3, 1), [rotation (3, 3),] [limits (1, dof)] to the posture after a step."""
+    theta, position, rotation = ca.SX.sym("theta", 1, robot.dof), ca.SX.sym("position", 3), ca.SX.sym("rotation", 3, 3)
+    low, high = ca.SX.sym("low", 1, robot.dof), ca.SX.sym("high", 1, robot.dof)
+    pose, jacobian = jacobian_columns(robot, theta, turning)
+    error = pose_error(pose, position, rotation if turning else None)
+    step = _damped_step(jacobian, error)
+    if limited:
+        leaves = ca.logic_or(ca.logic_and(theta >= high, step > 0.0), ca.logic_and(theta <= low, step < 0.0))
+        moves = ca.horzsplit(1.0 - leaves)
+        step = _damped_step([[part * own for part in c] for c, own in zip(jacobian, moves, strict=True)], error)
+    moved = theta + step * (LONGEST_STEP / ca.fmax(LONGEST_STEP, largest(ca.fabs(step))))
+    if limited:
+        moved = ca.fmin(high, ca.fmax(low, moved))
+    return ca.Function("step", [theta, position, *[rotation] * turning, *[low, high] * limited], [moved])
+
+
+def pose_error(pose: Transform, position: Matrix, rotation: Matrix | None) -> list[Operand]:
+    """What is missing from a pose to another one: 3 numbers in m, then 3 in rad if a rotation (3, 3) is given."""
+    away: list[Operand] = [position[i] - pose.translation[i] for i in range(3)]
+    return away if rotation is None else [*away, *_turn_missing(pose.rotation, rotation)]
+
+
+def jacobian_columns(robot: SpatialArm, theta: Matrix, turning: bool) -> tuple[Transform, Columns]:
+    """The pose of the tool in a posture (1, dof), and how each joint moves it, joint by joint.
+
+    Args:
+        robot: that moves.
+        theta: its posture.
+        turning: whether each column has the 3 angular velocities below the 3 velocities.
+    """
+    frames = robot.chain.frames(theta, robot.base_frame)
+    pose = frames[-1] @ robot.tool_frame
+    found: Columns = []
+    for joint, frame in zip(robot.chain.joints, frames[1:], strict=True):
+        axis = frame.turn(joint.axis)
+        lever = [plus(a, times(-1.0, b)) for a, b in zip(pose.translation, frame.translation, strict=True)]
+        velocity = _cross(axis, lever) if joint.turns else list(axis)
+        spin: list[Operand] = list(axis) if joint.turns else [0.0, 0.0, 0.0]
+        found.append([*velocity, *spin] if turning else velocity)
+    return pose, found
+
+
+def _turn_missing(current: Rotation, wanted: Matrix) -> list[Operand]:
+    """The Rodrigues vector from one rotation to another one (3, 3)."""
+    turn = [[sum(wanted[i, k] * current[j][k] for k in range(3)) for j in range(3)] for i in range(3)]
+    sine = [(turn[k][j] - turn[j][k]) / 2.0 for j, k in ((1, 2), (2, 0), (0, 1))]
+    cosine = (turn[0][0] + turn[1][1] + turn[2][2] - 1.0) / 2.0
+    factor = 2.0 / ca.fmax(UPSIDE_DOWN, 1.0 + cosine)
+    return [part * factor for part in sine]
+
+
+def _joint_limits(robot: SpatialArm, kept: float, known: Matrix | None) -> tuple[Matrix, ...]:
+    """Lowest and highest, (1, dof), of what stays free; none where there are no limits."""
+    limits = robot.limits.position
+    if limits is None:
+        return ()
+    low, high = (ca.horzcat(*ends) for ends in zip(*limits, strict=True))
+    least, most = low + kept * (high - low), high - kept * (high - low)
+    if known is None:
+        return least, most
+    return ca.fmin(least, ca.fmax(low, known)), ca.fmax(most, ca.fmin(high, known))
+
+
+def _damped_step(jacobian: Columns, error: Sequence[Operand]) -> Matrix:
+    """``J^T (J J^T + lambda I)^-1 e``, (1, dof)."""
+    count = len(error)
+    damping = ERROR_DAMPING * sum(part * part for part in error) + LEAST_COMPILED_DAMPING
+    square = [[_dot([c[i] for c in jacobian], [c[j] for c in jacobian]) for j in range(i + 1)] for i in range(count)]
+    for i in range(count):
+        square[i][i] = square[i][i] + damping
+    weights = solve_positive_definite(square, error)
+    return ca.horzcat(*(_dot(column, weights) for column in jacobian))
+
+
+def solve_positive_definite(lower: Sequence[Sequence[Operand]], right: Sequence[Operand]) -> list[Operand]:
+    """The solution of a small symmetric system by L D L^T, entry by entry, with no pivots to choose.
+
+    Args:
+        lower: the rows of a positive definite matrix, each up to the diagonal.
+        right: the right side.
+    """
+    count = len(right)
+    factor: Columns = [[0.0] * count for _ in range(count)]
+    pivots: list[Operand] = []
+    solution: list[Operand] = []
+    for i in range(count):
+        scaled = [lower[i][j] for j in range(i)]  # L_ij D_j
+        for j in range(i):
+            scaled[j] = scaled[j] - _dot(scaled[:j], factor[j][:j])
+            factor[i][j] = scaled[j] / pivots[j]
+        pivots.append(lower[i][i] - _dot(scaled, factor[i][:i]))
+        solution.append(right[i] - _dot(factor[i][:i], solution))
+    for i in reversed(range(count)):
+        below = [factor[k][i] for k in range(i + 1, count)]
+        solution[i] = solution[i] / pivots[i] - _dot(below, solution[i + 1 :])
+    return solution
+
+
+def _cross(a: Vector, b: Sequence[Operand]) -> list[Operand]:
+    return [plus(times(a[j], b[k]), times(-1.0, times(a[k], b[j]))) for j, k in ((1, 2), (2, 0), (0, 1))]
+
+
+def _dot(a: Sequence[Operand], b: Sequence[Operand]) -> Operand:
+    found: Operand = 0.0
+    for x, y in zip(a, b, strict=True):
+        found = plus(found, times(x, y))
+    return found
+
+
+def tool_jacobian(robot: SpatialArm, theta: Matrix) -> Matrix:
+    """The geometric Jacobian (6, dof) of a posture (1, dof).
+
+    Its rows are the tool's velocity, m/s, then its angular velocity, rad/s, in the axes outside; a column is for a rate
+    of 1 rad/s or 1 m/s of one joint.
+    """
+    _, found = jacobian_columns(robot, theta, turning=True)
+    return ca.horzcat(*(as_rows(column, 1).T for column in found))
+
+
+STEPS = 80
+LARGEST_STEP = 0.6  # rad or m, of any joint
+DAMPING = 0.05  # times the square of the error
+LEAST_DAMPING = 1e-12
+SOLVED = 1e-9  # m and rad
+CONVERGED = 1e-12  # the error of a posture that is stepped no further
+PATIENCE = 10  # steps in which the error has to fall
+LEAST_GAIN = 0.2  # by this part
+APART = 1e-3  # rad or m, in some joint
+TURN = 2.0 * np.pi
+
+
+def postures(
+    robot: SpatialArm,
+    position: ArrayLike,
+    rotation: ArrayLike | None,
+    rng: np.random.Generator,
+    starts: int = 400,
+    near: ArrayLike | None = None,
+) -> FloatArray:
+    """Postures within the joints' limits that put the tool where it should be.
+
+    All that the starts lead to: of an arm with finitely many, such as the 8 of a UR5, usually every one; of a redundant
+    arm as many members of its families as there are starts that arrive.
+
+    Args:
+        robot: with position limits, or none.
+        position: of the tool, (3,), m.
+        rotation: its rotation matrix, (3, 3) or row by row; None leaves it free.
+        rng: draws the starts: the same state, the same postures.
+        starts: how many.
+        near: a posture (dof,) from which it begins too, and what the joints reach from there comes first; joints that
+            can turn more than once are taken in the turn nearest to it, rad; the middle of their limits by default.
+
+    Returns:
+        Postures (m, dof), rad or m, that differ by more than 0.001 in some joint; m = 0 where none is found. The tool
+        is within 1e-9 m and 1e-9 rad of its pose.
+    """
+    search = _Search(robot, np.asarray(position, dtype=float), _turned(rotation))
+    middle = search.middle if near is None else np.asarray(near, dtype=float)
+    begun = search.starts(rng, starts)
+    if near is not None:  # what is nearest, of a redundant arm, no random start may lead to
+        begun = np.vstack([search.within(middle), begun])
+    theta = search.solved(begun)
+    theta = search.wrapped(theta[search.arrived(theta)], middle)
+    # wrapping rounds an angle of several turns; what is returned has been checked as it is
+    return search.distinct(theta[search.arrived(theta)])
+
+
+def _turned(rotation: ArrayLike | None) -> FloatArray | None:
+    return None if rotation is None else np.asarray(rotation, dtype=float).reshape(3, 3)
+
+
+@dataclass
+class _Search:
+    """A pose to be reached.
+
+    Attributes:
+        robot: that has to.
+        position: (3,), m.
+        rotation: (3, 3), or None.
+    """
+
+    robot: SpatialArm
+    position: FloatArray
+    rotation: FloatArray | None
+
+    def __post_init__(self) -> None:
+        limits = self.robot.position_limits or ((-np.inf, np.inf),) * self.robot.dof
+        self.low, self.high = np.array(limits).T
+        turning = np.array([joint.turns for joint in self.robot.chain.joints])
+        self.winding = turning & (self.high - self.low >= TURN)  # any angle has a turn within the limits
+        self.middle = np.where(np.isfinite(self.low), (self.low + self.high) / 2, 0.0)
+        self.middle[self.winding & (self.low < -np.pi) & (self.high > np.pi)] = 0.0
+
+    @cached_property
+    def kinematics(self) -> ca.Function:
+        """Position, rotation row by row and Jacobian column by column of a posture (dof, 1): (12 + 6 dof, 1)."""
+        theta = ca.SX.sym("theta", self.robot.dof)
+        position, rotation = self.robot.tool_pose(theta.T)
+        parts = position.T, rotation.T, ca.vec(tool_jacobian(self.robot, theta.T))
+        return ca.Function("kinematics", [theta], [ca.densify(ca.vertcat(*parts))])
+
+    def starts(self, rng: np.random.Generator, count: int) -> FloatArray:
+        """Uniform within the limits, of winding joints within a turn."""
+        low = np.where(self.winding, self.middle - np.pi, self.low)
+        high = np.where(self.winding, self.middle + np.pi, self.high)
+        return rng.uniform(low, high, (count, self.robot.dof))
+
+    def within(self, theta: FloatArray) -> FloatArray:
+        """The posture (dof,) within the limits that is nearest to another one."""
+        return np.asarray(np.where(self.winding, theta, np.clip(theta, self.low, self.high)))
+
+    def solved(self, theta: FloatArray) -> FloatArray:
+        """Where damped Newton steps from each posture lead."""
+        theta = theta.copy()
+        size = np.full(len(theta), np.inf)
+        last = size.copy()
+        unsolved = np.arange(len(theta))
+        for number in range(STEPS):
+            error, jacobian = self.error(theta[unsolved])
+            size[unsolved] = np.linalg.norm(error, axis=1)
+            going = size[unsolved] > CONVERGED
+            if number % PATIENCE == 0:
+                going &= size[unsolved] < (1.0 - LEAST_GAIN) * last[unsolved]
+                last = size.copy()
+            unsolved, error, jacobian = unsolved[going], error[going], jacobian[going]
+            if not len(unsolved):
+                break
+            theta[unsolved] = self._stepped(theta[unsolved], error, jacobian)
+        return theta
+
+    def _stepped(self, theta: FloatArray, error: FloatArray, jacobian: FloatArray) -> FloatArray:
+        """A damped step; joints that would leave their limits stay there, and the others do their part."""
+        step = _damped(jacobian, error)
+        stuck = self._leaves(theta, step)
+        if np.any(stuck):
+            step = _damped(np.where(stuck[:, None, :], 0.0, jacobian), error)
+        step *= np.minimum(1.0, LARGEST_STEP / np.maximum(np.max(np.abs(step), axis=1, keepdims=True), 1e-300))
+        moved = theta + step
+        return self.within(moved)
+
+    def _leaves(self, theta: FloatArray, step: FloatArray) -> FloatArray:
+        outwards = ((theta >= self.high) & (step > 0.0)) | ((theta <= self.low) & (step < 0.0))
+        return np.asarray(outwards & ~self.winding)
+
+    def error(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """What the tool lacks, m and rad along the axes outside, (n, 3 or 6), and its Jacobian (n, 3 or 6, dof)."""
+        values = as_array(self.kinematics(theta.T)).T
+        missing = self.position - values[:, :3]
+        turning = values[:, 12:].reshape(len(theta), -1, 6).transpose(0, 2, 1)
+        if self.rotation is None:
+            return missing, turning[:, :3]
+        between = self.rotation @ values[:, 3:12].reshape(-1, 3, 3).transpose(0, 2, 1)
+        return np.hstack([missing, rotation_vectors(between)]), turning
+
+    def arrived(self, theta: FloatArray) -> FloatArray:
+        """Which postures reach the pose within their limits, (n,)."""
+        if not len(theta):
+            return np.zeros(0, dtype=bool)
+        error, _ = self.error(theta)
+        reached = np.max(np.linalg.norm(error.reshape(len(theta), -1, 3), axis=2), axis=1) <= SOLVED
+        within = np.all(self.winding | ((theta >= self.low) & (theta <= self.high)), axis=1)
+        return np.asarray(reached & within)
+
+    def wrapped(self, theta: FloatArray, near: FloatArray) -> FloatArray:
+        """The same postures with winding joints in the turn nearest to a posture (dof,), within their limits."""
+        turned = theta - TURN * np.round((theta - near) / TURN)
+        turned = np.where(turned > self.high, turned - TURN * np.ceil((turned - self.high) / TURN), turned)
+        turned = np.where(turned < self.low, turned + TURN * np.ceil((self.low - turned) / TURN), turned)
+        return np.where(self.winding, turned, theta)
+
+    def distinct(self, theta: FloatArray) -> FloatArray:
+        """The first of all that are alike, whole turns aside."""
+        kept: list[FloatArray] = []
+        for posture in theta:
+            apart = np.abs(np.array(kept).reshape(-1, self.robot.dof) - posture)
+            apart = np.where(self.winding, np.abs(apart - TURN * np.round(apart / TURN)), apart)
+            if np.all(np.max(apart, axis=1) > APART):
+                kept.append(posture)
+        return np.array(kept).reshape(-1, self.robot.dof)
+
+
+def _damped(jacobian: FloatArray, error: FloatArray) -> FloatArray:
+    """The step that lessens an error (n, m), damped by its square: (n, dof)."""
+    damping = DAMPING * np.sum(error**2, axis=1) + LEAST_DAMPING
+    square = jacobian @ jacobian.transpose(0, 2, 1) + damping[:, None, None] * np.eye(error.shape[1])
+    return np.asarray((jacobian.transpose(0, 2, 1) @ np.linalg.solve(square, error[:, :, None]))[:, :, 0])
+
+
+def rotation_vectors(rotations: FloatArray) -> FloatArray:
+    """Axis times angle, rad, of rotation matrices (n, 3, 3): (n, 3); its length is 0 for the identity alone."""
+    skew = rotations - rotations.transpose(0, 2, 1)
+    sine = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1) / 2
+    size = np.linalg.norm(sine, axis=1)
+    cosine = (np.trace(rotations, axis1=1, axis2=2) - 1.0) / 2
+    angle = np.arctan2(size, cosine)
+    # half a turn: the axis is the largest column of R + 1
+    flipped = (size < 1e-9) & (cosine < 0.0)
+    shifted = rotations + np.eye(3)
+    longest = np.argmax(np.linalg.norm(shifted, axis=1), axis=1)
+    column = np.take_along_axis(shifted, longest[:, None, None], axis=2)[:, :, 0]
+    length = np.maximum(np.where(flipped, np.linalg.norm(column, axis=1), size), 1e-300)[:, None]
+    axis = np.where(flipped[:, None], column, sine) / length
+    return np.where((size < 1e-9)[:, None] & ~flipped[:, None], sine, axis * angle[:, None])

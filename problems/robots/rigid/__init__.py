@@ -1,1 +1,0 @@
-"""Rigid bodies that joints connect: transforms, masses, and the torques of a motion."""

@@ -1,1 +1,0 @@
-"""Robots in space: serial chains of revolute and prismatic joints."""

@@ -1,1 +1,0 @@
-"""Spheres that hold a robot's bodies, and the pairs of them that have to keep apart."""

@@ -1,0 +1,333 @@
+"""The arm in space: a chain with limits and bodies, as a robot of a planning problem."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from problems.base import (
+    ACCELERATIONS,
+    ANGLES,
+    COORDINATES,
+    LENGTHS,
+    RATES,
+    TORQUES,
+    FloatArray,
+    InvalidProblem,
+    Matrix,
+    as_array,
+    check_within,
+)
+from problems.robots.chain import UNTURNED, Chain
+from problems.robots.dynamics import RigidChain
+from problems.robots.inertia import Matrix3, Moments, Payload, Point3
+from problems.robots.orientations import quaternions_of
+from problems.robots.robot import Body, JointLimits, Robot
+from problems.robots.spheres import Sphere
+from problems.robots.transform import Transform, as_rows
+
+
+def levers_of(chain: Chain, sphere: Sphere) -> FloatArray:
+    """How far a sphere's centre can be from each joint's axis, (dof,), m; 1 for a joint that slides."""
+    levers, joints, offsets = np.zeros(len(chain.joints)), chain.joints, chain.offsets
+    beyond = float(np.linalg.norm(sphere.center))
+    nearest = np.array(sphere.center, dtype=float)
+    travel = 0.0
+    for number in range(sphere.link - 1, -1, -1):
+        joint, axis = joints[number], np.array(joints[number].axis)
+        across = float(np.linalg.norm(nearest - axis * (axis @ nearest))) + travel
+        farther = beyond - float(np.linalg.norm(nearest)) - travel
+        levers[number] = across + farther if joint.turns else 1.0
+        nearest, travel = np.array(joint.translation, dtype=float), joint.travel
+        beyond += float(offsets[number])
+    return levers
+
+
+GRAVITY: Point3 = (0.0, 0.0, -9.81)  # m/s^2
+POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+
+
+@dataclass(frozen=True, repr=False)
+class SpatialArm(Robot):
+    """A serial chain in space.
+
+    Args:
+        chain: its joints.
+        max_speed: of each joint, rad/s or m/s; dof values.
+        max_acceleration: rad/s^2 or m/s^2.
+        max_jerk: rad/s^3 or m/s^3; None where nothing limits it.
+        position_limits: (lowest, highest) of each joint, rad or m.
+        spheres: that hold all bodies that must not touch anything.
+        base_translation: where the base stands, m.
+        base_rotation: the same.
+        tool_translation: of the tool in the frame of the chain's tip, m.
+        tool_rotation: the same.
+        kept_pairs: of numbers of spheres that must keep apart with ``self_collision``.
+        max_torque: N m or N; None where nothing limits it.
+        payload: what the tool carries; None for nothing.
+        gravity: m/s^2, as seen from outside.
+
+    Raises:
+        InvalidProblem: a limit is not positive or out of range, a list is not dof long, or something is stated that
+            only masses give an effect, which are not known.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = (
+        *Robot.numbers, "max_speed", "max_acceleration", "max_jerk", "position_limits", "max_torque"
+    )  # fmt: skip
+    angular: ClassVar[tuple[str, ...]] = ("max_speed", "max_acceleration", "max_jerk", "position_limits")
+
+    chain: Chain
+    max_speed: tuple[float, ...]
+    max_acceleration: tuple[float, ...]
+    max_jerk: tuple[float, ...] | None = None
+    position_limits: tuple[tuple[float, float], ...] | None = None
+    spheres: tuple[Sphere, ...] = ()
+    base_translation: Point3 = (0.0, 0.0, 0.0)
+    base_rotation: Matrix3 = UNTURNED
+    tool_translation: Point3 = (0.0, 0.0, 0.0)
+    tool_rotation: Matrix3 = UNTURNED
+    kept_pairs: tuple[tuple[int, int], ...] = ()
+    max_torque: tuple[float, ...] | None = None
+    payload: Payload | None = None
+    gravity: Point3 = GRAVITY
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.chain.name}: {self.dof} joints>"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_rates()
+        self._check_ranges()
+        self._check_dynamics()
+        check_within("base", self.base_translation, COORDINATES, "m")
+        check_within("tool", self.tool_translation, COORDINATES, "m")
+        check_within("spheres", (sphere.radius for sphere in self.spheres), LENGTHS, "m")
+
+    def _check_rates(self) -> None:
+        for field, bounds, unit in (
+            ("max_speed", RATES, "rad/s"),
+            ("max_acceleration", RATES, "rad/s^2"),
+            ("max_jerk", RATES, "rad/s^3"),
+            ("max_torque", TORQUES, "N m"),
+        ):
+            values = getattr(self, field)
+            if values is not None:
+                self._check_length(field, values)
+                check_within(field, values, bounds, unit)
+
+    def _check_ranges(self) -> None:
+        if self.position_limits is None:
+            return
+        self._check_length("position_limits", self.position_limits)
+        for number, (low, high) in enumerate(self.position_limits, start=1):
+            check_within("position_limits", (low, high), ANGLES, "rad")
+            if not low < high:
+                raise InvalidProblem("position_limits", f"joint {number}: {low:g} is not below {high:g}")
+
+    def _check_dynamics(self) -> None:
+        check_within("gravity", self.gravity, ACCELERATIONS, "m/s^2")
+        for field in ("max_torque", "payload"):
+            if getattr(self, field) is not None:
+                self.chain.check_masses(field)
+
+    def _check_length(self, field: str, values: tuple[object, ...]) -> None:
+        if len(values) != self.dof:
+            raise InvalidProblem(field, f"{len(values)} values for {self.dof} joints")
+
+    @property
+    def dim(self) -> int:
+        """3."""
+        return 3
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return len(self.chain.joints)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """As in the chain."""
+        return tuple(joint.name for joint in self.chain.joints)
+
+    @property
+    def limits(self) -> JointLimits:
+        """Limits of the joints."""
+        return JointLimits(
+            speed=self.max_speed,
+            acceleration=self.max_acceleration,
+            position=self.position_limits,
+            jerk=self.max_jerk,
+            torque=self.max_torque,
+        )
+
+    @property
+    def rigid_chain(self) -> RigidChain | None:
+        """Joints of the chain, their masses regrouped, the payload on the last; None where a mass is not known."""
+        if self.chain.massless:
+            return None
+        joints = list(self.chain.rigid)
+        joints[0] = replace(joints[0], pose=Transform(self.base_rotation) @ joints[0].pose)
+        if self.payload is not None:
+            carried = Moments.of(self.payload, self.tool_frame)
+            joints[-1] = replace(joints[-1], moments=joints[-1].moments + carried)
+        return RigidChain(joints=tuple(joints), gravity=self.gravity)
+
+    @property
+    def joint_units(self) -> tuple[str, ...]:
+        """As the joints move."""
+        return tuple("rad" if joint.turns else "m" for joint in self.chain.joints)
+
+    @property
+    def base_name(self) -> str:
+        """As in the chain."""
+        return self.chain.base_link
+
+    @property
+    def joint_identifiers(self) -> tuple[str, ...]:
+        """As in the chain."""
+        return self.joint_names
+
+    @property
+    def base_frame(self) -> Transform:
+        """Where the base stands."""
+        return Transform(self.base_rotation, self.base_translation)
+
+    @property
+    def base(self) -> tuple[float, ...]:
+        """Where the base stands, m."""
+        return tuple(float(part) for part in self.base_translation)
+
+    @property
+    def tool_frame(self) -> Transform:
+        """From the tool's frame to the last joint's."""
+        return self.chain.tip @ Transform(self.tool_rotation, self.tool_translation)
+
+    def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
+        """Base, joints, centres of the spheres, tool; dof + 2 + spheres matrices (n, 3), m."""
+        frames, rows = self.chain.frames(theta, self.base_frame), theta.shape[0]
+        points = [frame.translation for frame in frames]
+        points += [frames[sphere.link].apply(sphere.center) for sphere in self.spheres]
+        points.append(frames[-1].apply(self.tool_frame.translation))
+        return tuple(as_rows(point, rows) for point in points)
+
+    def tool_pose(self, theta: Matrix) -> tuple[Matrix, Matrix]:
+        """Position (n, 3), m, and rotation matrix row by row (n, 9) of the tool in n postures (n, dof)."""
+        pose, rows = self.chain.frames(theta, self.base_frame)[-1] @ self.tool_frame, theta.shape[0]
+        return as_rows(pose.translation, rows), as_rows([entry for row in pose.rotation for entry in row], rows)
+
+    def tool_at(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The same in numbers: positions (n, 3), m, and rotation matrices (n, 3, 3)."""
+        position, rotation = (as_array(part) for part in self.tool_pose(ca.DM(theta)))
+        return position, rotation.reshape(-1, 3, 3)
+
+    def tool(self, theta: Matrix) -> Matrix:
+        """Where the tool is, (n, 3), m."""
+        return self.tool_pose(theta)[0]
+
+    def pose(self, theta: FloatArray) -> dict[str, FloatArray]:
+        """Where the tool is, x, y, z, m, and how it is turned, the unit quaternion qx, qy, qz, qw."""
+        place, rotation = (as_array(part) for part in self.tool_pose(ca.DM(theta)))
+        return dict(zip(POSE, [*place.T, *quaternions_of(rotation).T], strict=True))
+
+    def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
+        """Base, joints and tool, for drawing: (n, dof + 2, 3), m."""
+        points = self.positions(ca.DM(theta))
+        return np.stack([as_array(matrix) for matrix in (*points[: self.dof + 1], points[-1])], axis=1)
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """The spheres; each begins and ends at its centre."""
+        first = self.dof + 1
+        return tuple(
+            Body(sphere.name, first + number, first + number, sphere.radius)
+            for number, sphere in enumerate(self.spheres)
+        )
+
+    def number_of(self, body: Body) -> int:
+        """Which of the spheres that is, from 0 on."""
+        return body.start - self.dof - 1
+
+    def moved_by(self, body: Body) -> int:
+        """The number of the last joint that moves a sphere."""
+        return self.spheres[self.number_of(body)].link
+
+    def reach(self, links: int | None = None) -> tuple[float, float]:
+        """0, and no less than the distance in m from the base at which a frame, in the order of positions, can be."""
+        return 0.0, float(self._farthest[-1 if links is None else links])
+
+    @cached_property
+    def _farthest(self) -> FloatArray:
+        joints = np.concatenate([[0.0], np.cumsum(self.chain.offsets)])
+        spheres = [joints[sphere.link] + float(np.linalg.norm(sphere.center)) for sphere in self.spheres]
+        return np.array([*joints, *spheres, joints[-1] + self._tool_distance])
+
+    @property
+    def _tool_distance(self) -> float:
+        return float(np.linalg.norm([float(part) for part in self.tool_frame.translation]))
+
+    @property
+    def turns(self) -> FloatArray:
+        """The joints' own rates move the bodies."""
+        return np.eye(self.dof)
+
+    @cached_property
+    def levers(self) -> FloatArray:
+        """How far a sphere's centre can be from each joint's axis, (spheres, dof), m; 1 for a joint that slides."""
+        return np.array([levers_of(self.chain, sphere) for sphere in self.spheres]).reshape(-1, self.dof)
+
+    @cached_property
+    def tool_levers(self) -> FloatArray:
+        """How far the tool can be from each joint's axis, (dof,), m; 1 for a joint that slides."""
+        x, y, z = (float(part) for part in self.tool_frame.translation)
+        return levers_of(self.chain, Sphere(self.dof, (x, y, z), 0.0, "tool"))
+
+    def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
+        """Only the joints between the two bodies move them as seen from each other."""
+        one, two = (self.moved_by(body) for body in (first, second))
+        between = slice(one, two)
+        return self.turns[between], self.levers[self.number_of(second)][between]
+
+    @property
+    def says_what_could_touch(self) -> bool:
+        """Always: what has no spheres touches nothing."""
+        return True
+
+    @property
+    def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
+        """Those of ``kept_pairs``, the one nearer the base first."""
+        pairs = (sorted(pair, key=lambda number: self.spheres[number].link) for pair in self.kept_pairs)
+        return tuple((self.bodies[one], self.bodies[two]) for one, two in pairs)
+
+    @property
+    def link_pairs(self) -> tuple[tuple[int, int], ...]:
+        """Numbers of spheres on bodies that no joint connects."""
+        return tuple(
+            (one, two)
+            for one, two in combinations(range(len(self.spheres)), 2)
+            if abs(self.spheres[one].link - self.spheres[two].link) > 1
+        )
+
+
+POSTURES = 10_000
+ROUNDING = 1e-9  # N m
+SEED = 17  # of the postures: a robot has the same figures every time
+
+
+def most_held(arm: SpatialArm) -> FloatArray | None:
+    """The largest torque that holds each joint at random postures within the limits, (dof,), N m or N.
+
+    None where masses are not known. The largest of all postures is a little more.
+    """
+    chain, ranges = arm.rigid_chain, arm.position_limits
+    if chain is None or ranges is None:
+        return None
+    low, high = np.array(ranges).T
+    postures = np.random.default_rng(SEED).uniform(low, high, (POSTURES, arm.dof))
+    held = np.abs(as_array(chain.gravitational(ca.DM(postures)))).max(axis=0)
+    return np.where(held < ROUNDING, 0.0, held)

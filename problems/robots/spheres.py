@@ -1,0 +1,95 @@
+"""Spheres for bodies: covers of boxes, cylinders and capsules."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, sqrt
+
+import numpy as np
+
+from problems.base import FloatArray, Parametric
+from problems.robots.inertia import Point3
+from problems.robots.orientations import as_point, numbers_of
+from problems.robots.transform import Transform
+
+
+@dataclass(frozen=True)
+class Sphere(Parametric):
+    """A ball that moves with a body of the chain and holds a part of it.
+
+    Attributes:
+        link: the body's number: 0 for the base, then that of the joint that moves it.
+        center: in the body's frame, m.
+        radius: m.
+        name: for messages, as ``panda_link5``.
+    """
+
+    link: int
+    center: Point3
+    radius: float
+    name: str
+
+
+EXCESS = 1.1  # of a ball's radius over that of the cylinder it holds a piece of
+MOST_BALLS = 64  # for one shape
+STICK_OUT = 0.015  # m, of the balls of a box, if so many do
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A ball: its center and radius, m."""
+
+    center: Point3
+    radius: float
+
+    def seen_from(self, pose: Transform) -> Ball:
+        """The same from the frame in which its own has this pose."""
+        return Ball(numbers_of(pose @ Transform(translation=self.center))[0], self.radius)
+
+
+def covered_capsule(start: Point3, end: Point3, radius: float) -> tuple[Ball, ...]:
+    """Balls around points of a capsule's middle line, its ends included."""
+    ends = np.array([start, end], dtype=float)
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    gaps = _pieces(length, radius)
+    reach = sqrt(radius**2 + (length / gaps / 2) ** 2)
+    count = gaps + 1 if length else 1
+    return _balls(ends[0] + np.linspace(0.0, 1.0, count)[:, None] * (ends[1] - ends[0]), reach)
+
+
+def cover_cylinder(radius: float, length: float) -> tuple[Ball, ...]:
+    """Balls around points of the axis of a cylinder about the origin along z, each for a slice of it."""
+    slices = _pieces(length, radius)
+    heights = (np.arange(slices) + 0.5) * (length / slices) - length / 2
+    centers = np.column_stack([np.zeros((slices, 2)), heights])
+    return _balls(centers, sqrt(radius**2 + (length / slices / 2) ** 2))
+
+
+def cover_box(sizes: Point3) -> tuple[Ball, ...]:
+    """Balls around the cells of a box about the origin; full sizes, m. Cells are as near to cubes as can be."""
+    box = np.array(sizes)
+    counts = np.ones(3, dtype=int)
+    while _sticking_out(box / counts) > STICK_OUT:
+        finer = counts + (np.arange(3) == np.argmax(box / counts))
+        if np.prod(finer) > MOST_BALLS:
+            break
+        counts = finer
+    cell = box / counts
+    steps = [(np.arange(count) + 0.5) * side - count * side / 2 for count, side in zip(counts, cell, strict=True)]
+    centers = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    return _balls(centers, float(np.linalg.norm(cell)) / 2)
+
+
+def _pieces(length: float, radius: float) -> int:
+    gap = 2.0 * radius * sqrt(EXCESS**2 - 1.0)
+    return int(min(max(1, ceil(length / gap)), MOST_BALLS))
+
+
+def _sticking_out(cell: FloatArray) -> float:
+    """How far the ball around a cell leaves it, m."""
+    return float(np.linalg.norm(cell) - np.min(cell)) / 2
+
+
+def _balls(centers: FloatArray, radius: float) -> tuple[Ball, ...]:
+    enough = radius * (1.0 + 1e-12)  # rounding must not uncover a corner
+    return tuple(Ball(as_point(center), enough) for center in centers)

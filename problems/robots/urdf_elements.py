@@ -1,0 +1,304 @@
+"""The elements of a URDF file, one at a time: links, joints, inertias, collision geometry."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from problems.base import COORDINATES, FloatArray, InvalidProblem, shown
+from problems.robots.inertia import Inertia, Matrix3, Point3
+from problems.robots.orientations import as_point, from_angles
+from problems.robots.spheres import Ball, cover_box, cover_cylinder, covered_capsule
+from problems.robots.transform import Transform
+
+MOST_CHARACTERS = 10_000_000
+NUMBERS = (-1e12, 1e12)  # of any attribute; masses and inertias included
+
+
+class WithoutDoctype(ET.TreeBuilder):
+    """Builds elements; refuses document types, in which entities that grow without end are declared."""
+
+    def doctype(self, *_: str | None) -> None:
+        """Refuse it before an entity is read."""
+        raise refused("a document type (DOCTYPE) is not read")
+
+
+def refused(reason: str) -> InvalidProblem:
+    """The error for a URDF that cannot be read or planned with."""
+    return InvalidProblem("urdf", reason)
+
+
+def document(text: str) -> ET.Element:
+    """The ``robot`` element of a text.
+
+    Raises:
+        InvalidProblem: it is too long, no XML, no URDF, or a xacro that has to be expanded first.
+    """
+    if len(text) > MOST_CHARACTERS:
+        raise refused(f"{len(text)} characters, of at most {MOST_CHARACTERS}")
+    try:
+        robot = ET.fromstring(text, ET.XMLParser(target=WithoutDoctype()))
+    except (ET.ParseError, UnicodeError) as error:
+        raise refused(f"no XML: {' '.join(str(error).split())}") from error
+    if robot.tag != "robot":
+        raise refused(f"its root is <{robot.tag}>, not <robot>")
+    if any("ros.org/wiki/xacro" in element.tag for element in robot.iter()):
+        raise refused("a xacro file: expand it to a URDF first (xacro FILE > robot.urdf)")
+    return robot
+
+
+def name_of(element: ET.Element, key: str = "name") -> str:
+    """An attribute that must be there."""
+    value = element.get(key)
+    if not value:
+        raise refused(f"<{element.tag}> without {key!r}")
+    return value
+
+
+def numbers(element: ET.Element, key: str, count: int, default: Sequence[float], owner: str) -> tuple[float, ...]:
+    """So many numbers in an attribute of the element of ``owner``.
+
+    Raises:
+        InvalidProblem: other numbers, or something else.
+    """
+    text = element.get(key)
+    if text is None:
+        return tuple(default)
+    try:
+        values = tuple(float(part) for part in text.split())
+    except ValueError:
+        raise refused(f"{owner}: {key} of <{element.tag}> is {text[:40]!r}, which are no numbers") from None
+    if len(values) != count:
+        raise refused(f"{owner}: {key} of <{element.tag}> has {len(values)} numbers, not {count}")
+    for value in values:
+        if not NUMBERS[0] <= value <= NUMBERS[1]:
+            raise refused(f"{owner}: {key} of <{element.tag}> is {shown(value)}, out of range")
+    return values
+
+
+def number(element: ET.Element | None, key: str, owner: str) -> float | None:
+    """The number in an attribute, or None where element or attribute is missing."""
+    if element is None or element.get(key) is None:
+        return None
+    return numbers(element, key, 1, (), owner)[0]
+
+
+def point(element: ET.Element, key: str, default: Point3, owner: str) -> Point3:
+    """Three numbers in an attribute."""
+    x, y, z = numbers(element, key, 3, default, owner)
+    return x, y, z
+
+
+def origin(element: ET.Element, owner: str) -> Transform:
+    """The pose that an element's ``origin`` states: none is the identity."""
+    found = element.find("origin")
+    if found is None:
+        return Transform()
+    translation = point(found, "xyz", (0.0, 0.0, 0.0), owner)
+    if not all(COORDINATES[0] <= part <= COORDINATES[1] for part in translation):
+        raise refused(f"{owner}: xyz of <origin> is out of range")
+    return Transform(from_angles(point(found, "rpy", (0.0, 0.0, 0.0), owner)), translation)
+
+
+def moved_inertia(inertia: Inertia, pose: Transform) -> Inertia:
+    """A body's mass as seen from the frame in which its own frame has this pose."""
+    turn = np.array(pose.rotation, dtype=float)
+    center = turn @ np.array(inertia.center) + np.array(pose.translation, dtype=float)
+    return Inertia(mass=inertia.mass, center=as_point(center), matrix=_matrix(turn @ np.array(inertia.matrix) @ turn.T))
+
+
+def joined(parts: Sequence[Inertia]) -> Inertia | None:
+    """Several masses in one frame as one (parallel axes theorem); None where there are none."""
+    if not parts:
+        return None
+    mass = sum(part.mass for part in parts)
+    if mass == 0.0:
+        return Inertia(mass=0.0)
+    center = np.sum([part.mass * np.array(part.center) for part in parts], axis=0) / mass
+    matrix = np.sum(
+        [np.array(part.matrix) + part.mass * _spread(np.array(part.center) - center) for part in parts], axis=0
+    )
+    return Inertia(mass=mass, center=as_point(center), matrix=_matrix(matrix))
+
+
+def _spread(offset: FloatArray) -> FloatArray:
+    """The inertia of 1 kg at an offset from the axes' origin, m^2."""
+    return float(offset @ offset) * np.eye(3) - np.outer(offset, offset)
+
+
+def _matrix(matrix: FloatArray) -> Matrix3:
+    one, two, three = (as_point(row) for row in matrix)
+    return one, two, three
+
+
+MOVING = ("revolute", "continuous", "prismatic")
+KINDS = (*MOVING, "fixed", "floating", "planar")
+
+
+@dataclass(frozen=True, kw_only=True)
+class UrdfLink:
+    """A body as the file states it, in its own frame.
+
+    Attributes:
+        name: unique.
+        inertia: None where the file has no ``inertial``.
+        balls: that hold its collision shapes.
+        meshes: file names of collision meshes, which are not read.
+    """
+
+    name: str
+    inertia: Inertia | None
+    balls: tuple[Ball, ...]
+    meshes: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class UrdfJoint:
+    """A joint as the file states it; None where it does not.
+
+    Attributes:
+        name: unique.
+        kind: one of ``KINDS``.
+        parent: name of the link that carries it.
+        child: name of the link that it moves.
+        origin: of the child's frame in the parent's, at zero.
+        axis: unit vector.
+        position: (lowest, highest), rad or m.
+        speed: rad/s or m/s.
+        effort: N m or N.
+        damping: N m s or N s/m.
+        friction: N m or N.
+        mimic: name of the joint that it follows.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    origin: Transform
+    axis: Point3
+    position: tuple[float, float] | None
+    speed: float | None
+    effort: float | None
+    damping: float
+    friction: float
+    mimic: str | None
+
+
+def read_link(element: ET.Element) -> UrdfLink:
+    """A ``link`` element.
+
+    Raises:
+        InvalidProblem: it has impossible numbers.
+    """
+    name = name_of(element)
+    owner = f"link {name!r}"
+    balls: list[Ball] = []
+    meshes: list[str] = []
+    for collision in element.findall("collision"):
+        pose = origin(collision, owner)
+        for shape in collision.iterfind("geometry/*"):
+            if shape.tag == "mesh":
+                meshes.append(shape.get("filename", "?"))
+            else:
+                balls += [ball.seen_from(pose) for ball in _balls(shape, owner)]
+    return UrdfLink(name=name, inertia=_inertia(element, owner), balls=tuple(balls), meshes=tuple(meshes))
+
+
+def _balls(shape: ET.Element, owner: str) -> tuple[Ball, ...]:
+    def size(key: str) -> float:
+        value = number(shape, key, owner)
+        if value is None or not 0.0 < value <= 1e4:
+            raise refused(f"{owner}: {key} of <{shape.tag}> must be a length above 0 m")
+        return value
+
+    if shape.tag == "sphere":
+        return (Ball((0.0, 0.0, 0.0), size("radius")),)
+    if shape.tag == "cylinder":
+        return cover_cylinder(size("radius"), size("length"))
+    if shape.tag == "capsule":
+        half = size("length") / 2
+        return covered_capsule((0.0, 0.0, -half), (0.0, 0.0, half), size("radius"))
+    if shape.tag == "box":
+        sizes = point(shape, "size", (0.0, 0.0, 0.0), owner)
+        if not all(0.0 < part <= 1e4 for part in sizes):
+            raise refused(f"{owner}: size of <box> must be three lengths above 0 m")
+        return cover_box(sizes)
+    raise refused(f"{owner}: a collision shape <{shape.tag}>; there are box, cylinder, sphere, capsule and mesh")
+
+
+def _inertia(element: ET.Element, owner: str) -> Inertia | None:
+    inertial = element.find("inertial")
+    mass = None if inertial is None else number(inertial.find("mass"), "value", owner)
+    if inertial is None or mass is None:
+        return None
+    if mass < 0.0:
+        raise refused(f"{owner}: a mass of {mass:g} kg")
+    matrix = inertial.find("inertia")
+    keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    xx, xy, xz, yy, yz, zz = (0.0 if matrix is None else numbers(matrix, key, 1, (0.0,), owner)[0] for key in keys)
+    at_center = Inertia(mass=mass, matrix=((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
+    return moved_inertia(at_center, origin(inertial, owner))
+
+
+def read_joint(element: ET.Element) -> UrdfJoint:
+    """A ``joint`` element.
+
+    Raises:
+        InvalidProblem: it has impossible numbers, or lacks its links.
+    """
+    name = name_of(element)
+    owner = f"joint {name!r}"
+    kind = element.get("type", "")
+    if kind not in KINDS:
+        raise refused(f"{owner}: type {kind!r}; there are {', '.join(KINDS)}")
+    limit, dynamics, mimic = (element.find(tag) for tag in ("limit", "dynamics", "mimic"))
+    return UrdfJoint(
+        name=name,
+        kind=kind,
+        parent=_link(element, "parent", owner),
+        child=_link(element, "child", owner),
+        origin=origin(element, owner),
+        axis=_axis(element, owner),
+        position=_position(limit, kind, owner),
+        speed=_not_negative(limit, "velocity", owner) or None,  # exporters write 0 for what they do not know
+        effort=_not_negative(limit, "effort", owner) or None,
+        damping=_not_negative(dynamics, "damping", owner) or 0.0,
+        friction=_not_negative(dynamics, "friction", owner) or 0.0,
+        mimic=None if mimic is None else mimic.get("joint", "?"),
+    )
+
+
+def _not_negative(element: ET.Element | None, key: str, owner: str) -> float | None:
+    value = number(element, key, owner)
+    if element is not None and value is not None and value < 0.0:
+        raise refused(f"{owner}: {key} of <{element.tag}> is {value:g}, below 0")
+    return value
+
+
+def _link(element: ET.Element, tag: str, owner: str) -> str:
+    found = element.find(tag)
+    if found is None:
+        raise refused(f"{owner}: no <{tag}>")
+    return name_of(found, "link")
+
+
+def _axis(element: ET.Element, owner: str) -> Point3:
+    found = element.find("axis")
+    axis = (1.0, 0.0, 0.0) if found is None else point(found, "xyz", (1.0, 0.0, 0.0), owner)
+    length = float(np.linalg.norm(axis))
+    if element.get("type") in MOVING and not length > 1e-6:
+        raise refused(f"{owner}: its axis is zero")
+    return as_point([part / length if length else 0.0 for part in axis])
+
+
+def _position(limit: ET.Element | None, kind: str, owner: str) -> tuple[float, float] | None:
+    if limit is None or kind == "continuous" or (limit.get("lower") is None and limit.get("upper") is None):
+        return None
+    low, high = (number(limit, key, owner) or 0.0 for key in ("lower", "upper"))
+    if low > high:
+        raise refused(f"{owner}: lower limit {low:g} is above upper limit {high:g}")
+    return (low, high) if low < high else None

@@ -1,0 +1,293 @@
+"""Obstacles that move: any shape in a frame that is carried along."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+import casadi as ca
+import numpy as np
+
+from problems.base import COORDINATES, FloatArray, InvalidProblem, Matrix, Operand, Parametric, check_within, columns
+from problems.scene.obstacle import Frames, Obstacle
+
+
+class ObstacleMotion(Parametric, ABC):
+    """How a frame moves in which an obstacle stands still. A subclass is a frozen dataclass.
+
+    Times are absolute: at t = 0 the robot starts.
+    """
+
+    @property
+    @abstractmethod
+    def dim(self) -> int:
+        """2 in the plane, 3 in space."""
+
+    @abstractmethod
+    def seen(self, points: Matrix, times: Matrix) -> Matrix:
+        """Points (n, dim), m, at times (n, 1) in s, or all at one, as seen from the frame at that time: (n, dim), m."""
+
+    @abstractmethod
+    def frames(self, times: FloatArray) -> Frames:
+        """Where the frame is at times (n,) in s."""
+
+    def placed(self, points: FloatArray, time: float) -> FloatArray:
+        """Points (n, dim) of the frame as seen from outside at a time in s: (n, dim), m."""
+        return np.asarray(self.frames(np.array([time])).placed(points)[0])
+
+    @abstractmethod
+    def travel(self, cells: FloatArray, extent: float) -> FloatArray:
+        """How far points of the frame can be from where they are in the middle of cells of time.
+
+        Args:
+            cells: start and end of each, (n, 2), s.
+            extent: no point is farther from the frame's origin, m.
+
+        Returns:
+            (n,), m: an upper bound.
+        """
+
+    @abstractmethod
+    def offset(self, first: float, last: float) -> float:
+        """An upper bound of how far the frame's origin is from that of the world from one time in s to another, m."""
+
+    def quiet_after(self, around: float) -> float:
+        """From which time on, in s, the frame stands still or its origin is farther than so many m from the world's.
+
+        Infinite by default: no such time is known.
+        """
+        return np.inf
+
+    @abstractmethod
+    def later(self, seconds: float) -> Self:
+        """The same motion on a clock that starts so many seconds later."""
+
+    def during(self, first: float, last: float) -> Self:
+        """The same motion for those who ask about times from ``first`` to ``last`` in s alone; itself by default."""
+        return self
+
+
+@dataclass(frozen=True)
+class ConstantVelocity(ObstacleMotion):
+    """A frame that moves in a straight line and does not turn.
+
+    Args:
+        velocity: m/s, of each coordinate.
+        origin: where the frame is at t = 0, m; in the world's origin where empty.
+
+    Raises:
+        InvalidProblem: a number is out of range, or origin and velocity are not of one dimension.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("velocity", "origin")
+
+    velocity: tuple[float, ...]
+    origin: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.origin:
+            object.__setattr__(self, "origin", (0.0,) * len(self.velocity))
+        if len(self.origin) != len(self.velocity):
+            raise InvalidProblem("velocity", f"{len(self.velocity)} numbers for {len(self.origin)} coordinates")
+        check_within("velocity", self.velocity, COORDINATES, "m/s")
+        check_within("origin", self.origin, COORDINATES, "m")
+
+    @property
+    def dim(self) -> int:
+        """That of the velocity."""
+        return len(self.velocity)
+
+    def seen(self, points: Matrix, times: Matrix) -> Matrix:
+        """Points less where the frame is."""
+        each: zip[tuple[Matrix, Operand, Operand]] = zip(columns(points), self.origin, self.velocity, strict=True)
+        return ca.horzcat(*(column - (origin + rate * times) for column, origin, rate in each))
+
+    def _place(self, time: float) -> FloatArray:
+        return np.asarray(np.array(self.origin) + time * np.array(self.velocity))
+
+    def frames(self, times: FloatArray) -> Frames:
+        """On a line, not turned."""
+        return Frames(np.array(self.origin) + times[:, None] * np.array(self.velocity))
+
+    def travel(self, cells: FloatArray, extent: float) -> FloatArray:
+        """Half a cell at the speed."""
+        return np.asarray(np.linalg.norm(self.velocity) * (cells[:, 1] - cells[:, 0]) / 2.0)
+
+    def offset(self, first: float, last: float) -> float:
+        """That of one of the two: on a line nothing in between is farther."""
+        return float(max(np.linalg.norm(self._place(time)) for time in (first, last)))
+
+    def quiet_after(self, around: float) -> float:
+        """When it has left the ball for good."""
+        p, v = np.array(self.origin), np.array(self.velocity)
+        if not v.any():
+            return 0.0
+        speed = float(np.hypot.reduce(v))  # of the least numbers too, whose squares are zero
+        way = v / speed
+        beside = float(np.linalg.norm(p - (p @ way) * way))
+        nearest = -float(p @ way) / speed  # s
+        return max(0.0, nearest + float(np.sqrt(max(0.0, around**2 - beside**2))) / speed)
+
+    def later(self, seconds: float) -> Self:
+        """From where it is then."""
+        return replace(self, origin=tuple(self._place(seconds).tolist()))
+
+
+@dataclass(frozen=True)
+class MovingObstacle(Obstacle):
+    """An obstacle in a frame that moves. What is asked of it without a time is answered for ``now``.
+
+    Args:
+        still: the obstacle as seen from the frame.
+        motion: of the frame.
+        margin_rate: how much more is kept from it with every second, m/s: of an obstacle whose motion is predicted.
+        now: the time for which it is drawn, and checked as if it stood still, s.
+
+    Raises:
+        InvalidProblem: obstacle and motion are not of one dimension, or the rate is negative.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("margin_rate",)
+    zero_is_structure: ClassVar[tuple[str, ...]] = ("margin_rate",)
+
+    still: Obstacle
+    motion: ObstacleMotion
+    margin_rate: float = 0.0
+    now: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.motion.dim != self.still.dim:
+            reason = f"it has {self.motion.dim} coordinates, the obstacle {self.still.dim}"
+            raise InvalidProblem("velocity", reason)
+        check_within("margin_rate", (self.margin_rate,), (0.0, COORDINATES[1]), "m/s")
+
+    @property
+    def moves(self) -> bool:
+        """It does."""
+        return True
+
+    @property
+    def unmoved(self) -> Obstacle:
+        """As seen from its frame."""
+        return self.still
+
+    def seen(self, points: Matrix, times: Matrix | None) -> Matrix:
+        """Points (n, dim), m, as seen from its frame at times (n, 1), s."""
+        if times is None:
+            raise ValueError("of an obstacle that moves it matters at which times")
+        return self.motion.seen(points, times)
+
+    def frames(self, times: FloatArray) -> Frames:
+        """That of its motion."""
+        return self.motion.frames(times)
+
+    def without_growth(self) -> Self:
+        """The same as it is predicted, without doubt."""
+        return replace(self, margin_rate=0.0)
+
+    @property
+    def growth_rate(self) -> float:
+        """The rate."""
+        return self.margin_rate
+
+    def growth(self, times: Matrix | None) -> Operand:
+        """What is kept from it at times, (n, 1), m, on top of what is kept from any obstacle."""
+        return 0.0 if times is None else self.margin_rate * times
+
+    def travel(self, cells: FloatArray, around: float) -> FloatArray:
+        """How much a distance can change within cells (n, 2), s, because it moves: (n,), m."""
+        first, last = cells.min(initial=0.0), cells.max(initial=0.0)
+        extent = min(self.still.extent, around + self.motion.offset(first, last))
+        half = (cells[:, 1] - cells[:, 0]) / 2.0
+        return np.asarray(self.motion.travel(cells, extent) + self.margin_rate * half)
+
+    def quiet_after(self, around: float) -> float:
+        """When its frame stands still or has left, unless more is kept from it with every second."""
+        return np.inf if self.margin_rate else self.motion.quiet_after(around + self.still.extent)
+
+    def at(self, time: float) -> Self:
+        """The same, drawn and checked for another time in s."""
+        return replace(self, now=time)
+
+    def later(self, seconds: float) -> Self:
+        """The same on a clock that starts so many seconds later."""
+        return replace(self, motion=self.motion.later(seconds), now=0.0)
+
+    def during(self, first: float, last: float) -> Self:
+        """The same with its motion during that time."""
+        return replace(self, motion=self.motion.during(first, last))
+
+    def less_certain(self, rate: float) -> Self:
+        """As much more is kept from it with every second."""
+        return replace(self, margin_rate=self.margin_rate + rate)
+
+    # For ``now``
+
+    def _local(self, points: Matrix) -> Matrix:
+        return self.motion.seen(points, ca.DM(self.now))
+
+    def _local_point(self, point: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(ca.DM(self._local(ca.DM([point]))).full()[0].tolist())
+
+    @property
+    def dim(self) -> int:
+        """That of the obstacle."""
+        return self.still.dim
+
+    @property
+    def place(self) -> tuple[float, ...]:
+        """A point of it, m, for messages."""
+        return tuple(self.motion.placed(np.array([self.still.place]), self.now)[0].tolist())
+
+    @property
+    def width(self) -> float:
+        """The least distance in m between two parallel planes that hold it."""
+        return self.still.width
+
+    @property
+    def extent(self) -> float:
+        """The largest distance of a point from the frame's origin, m."""
+        return self.still.extent
+
+    def contains(self, point: tuple[float, ...]) -> bool:
+        """Whether a point (m) lies in or on it."""
+        return self.still.contains(self._local_point(point))
+
+    def segment_clearance(self, start: Matrix, end: Matrix) -> Matrix:
+        """Clearance of n straight segments, m."""
+        return self.still.segment_clearance(self._local(start), self._local(end))
+
+    def segment_distance(self, start: Matrix, end: Matrix) -> Matrix:
+        """The same with a sharper lower bound."""
+        return self.still.segment_distance(self._local(start), self._local(end))
+
+    def point_clearance(self, points: Matrix) -> Matrix:
+        """Clearance of n points (n, dim), m: (n, 1)."""
+        return self.still.point_clearance(self._local(points))
+
+    def distance_of(self, start: tuple[float, ...], end: tuple[float, ...]) -> float:
+        """The distance of one segment in m."""
+        return self.still.distance_of(self._local_point(start), self._local_point(end))
+
+    def distance_to(self, point: tuple[float, ...]) -> float:
+        """None at some time, maybe: whatever reaches anywhere may touch it."""
+        return 0.0
+
+    def smooth(self, clearance: Matrix) -> Matrix:
+        """The obstacle's own."""
+        return self.still.smooth(clearance)
+
+    def outline(self, count: int = 96) -> FloatArray:
+        """Points on the boundary for drawing, (n, dim), m."""
+        return self.motion.placed(self.still.outline(count), self.now)
+
+    def bounding_box(self) -> FloatArray:
+        """A box around it with sides along the axes: lower and upper corner, (2, dim), m."""
+        outline = self.outline()
+        return np.array([outline.min(axis=0), outline.max(axis=0)])
+
+    def surface(self) -> tuple[FloatArray, list[list[int]]]:
+        """Of one in space: vertices (n, 3), m; polygons of their numbers."""
+        vertices, polygons = self.still.surface()
+        return self.motion.placed(vertices, self.now), polygons

@@ -1,1 +1,0 @@
-"""Obstacles that move, and how they do."""

@@ -1,0 +1,384 @@
+"""Solids in space: ball, box, capsule, cylinder, ellipsoid, half-space.
+
+The distance from an ellipsoid has no closed form. In any direction n, a point p is beyond the ellipsoid by
+n.p - |diag(a) n|, which is no more than the distance, and equals it where n is the normal at the nearest point. That is
+n ~ p_i / (t + a_i^2) with |w(t)| = 1, w_i = a_i p_i / (t + a_i^2). A few steps of Newton's method on 1 / |w(t)|, almost
+a straight line, find t from below; what is still missing makes the bound lower, never wrong. Measured with four steps,
+it is no less than 0.999 of the distance at semi-axes up to 16:1, and 0.8 at 60:1.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from functools import reduce
+from itertools import product
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from problems.base import (
+    COORDINATES,
+    LENGTHS,
+    FloatArray,
+    InvalidProblem,
+    Matrix,
+    Operand,
+    as_array,
+    check_within,
+    columns,
+    is_of_length_one,
+)
+from problems.scene.obstacle import Obstacle
+from problems.scene.surface import Surface, revolved, rounded
+
+TINY_SQUARED = 1e-30  # m^2: keeps the gradient of no distance finite
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solid(Obstacle):
+    """An obstacle in space, as seen by balls.
+
+    Args:
+        center: (x, y, z), m.
+        quaternion: how it is turned, (x, y, z, w), of length 1; None where it is not.
+
+    Raises:
+        InvalidProblem: a number is out of range, or the quaternion is not of length 1.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("center", "quaternion")
+
+    center: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        check_within("center", self.center, COORDINATES, "m")
+        if self.quaternion is not None and not is_of_length_one(self.quaternion):
+            raise InvalidProblem("quaternion", f"{self.quaternion} is not of length 1")
+
+    @property
+    def dim(self) -> int:
+        """3."""
+        return 3
+
+    @property
+    def place(self) -> tuple[float, ...]:
+        """Its centre, m."""
+        return self.center
+
+    @property
+    def rotation(self) -> Matrix:
+        """From its own axes to those outside, (3, 3)."""
+        if self.quaternion is None:
+            return ca.DM.eye(3)
+        x, y, z, w = self.quaternion
+        s: Operand = 2.0 / (x * x + y * y + z * z + w * w)
+        return ca.vertcat(
+            ca.horzcat(1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)),
+            ca.horzcat(s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w)),
+            ca.horzcat(s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)),
+        )
+
+    def local(self, points: Matrix) -> list[Matrix]:
+        """Points (n, 3) in its own axes, from its centre: x, y and z, each (n, 1), m."""
+        away = [column - part for column, part in zip(columns(points), self.center, strict=True)]
+        if self.quaternion is None:
+            return away
+        turned, (x, y, z) = self.rotation, away
+        return [x * turned[0, axis] + y * turned[1, axis] + z * turned[2, axis] for axis in range(3)]
+
+    @abstractmethod
+    def point_clearance(self, points: Matrix) -> Matrix:
+        """Signed distance of n points (n, 3), m, or less of it where it is positive: (n, 1)."""
+
+    def contains(self, point: tuple[float, ...]) -> bool:
+        """Whether a point (m) lies in or on it."""
+        return bool(float(self.point_clearance(ca.DM([point]))) <= 0.0)
+
+    def distance_of(self, start: tuple[float, ...], end: tuple[float, ...]) -> float:
+        """The distance of a point, given twice, m; 0 or less where it is inside."""
+        return float(self.point_clearance(ca.DM([start])))
+
+    def distance_to(self, point: tuple[float, ...]) -> float:
+        """A lower bound in m of the distance from a point."""
+        return max(0.0, float(self.point_clearance(ca.DM([point]))))
+
+    @abstractmethod
+    def surface(self) -> Surface:
+        """Its surface for drawing: vertices (n, 3), m; polygons of their numbers, counter-clockwise from outside."""
+
+    @property
+    @abstractmethod
+    def half_extents(self) -> FloatArray:
+        """Half the size of the smallest box around it with sides along the axes, (3,), m."""
+
+    def outline(self, count: int = 96) -> FloatArray:
+        """The vertices of its surface, (n, 3), m."""
+        return self.surface()[0]
+
+    def bounding_box(self) -> FloatArray:
+        """The smallest box around it with sides along the axes: lower and upper corner, (2, 3), m."""
+        return np.asarray(np.array(self.center) + np.outer((-1.0, 1.0), self.half_extents))
+
+    @property
+    def axes(self) -> FloatArray:
+        """Its own axes as seen from outside, one in each column, (3, 3)."""
+        return as_array(self.rotation)
+
+    def placed(self, vertices: FloatArray) -> FloatArray:
+        """Points (n, 3) of its own axes as seen from outside, m."""
+        return np.asarray(vertices @ self.axes.T + np.array(self.center))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ball(Solid):
+    """A filled sphere.
+
+    Args:
+        radius: m, positive.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = (*Solid.numbers, "radius")
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_within("radius", (self.radius,), LENGTHS, "m")
+
+    @property
+    def width(self) -> float:
+        """The diameter, m."""
+        return 2.0 * self.radius
+
+    @property
+    def half_extents(self) -> FloatArray:
+        """Its radius, three times, m."""
+        return np.full(3, self.radius)
+
+    def point_clearance(self, points: Matrix) -> Matrix:
+        """Signed distances, exact."""
+        x, y, z = self.local(points)
+        return ca.sqrt(x * x + y * y + z * z + TINY_SQUARED) - self.radius
+
+    def surface(self) -> Surface:
+        """Bands from pole to pole."""
+        vertices, polygons = revolved(rounded(self.radius, 0.0))
+        return self.placed(vertices), polygons
+
+
+FACES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Box(Solid):
+    """A filled box.
+
+    Args:
+        size: along its own axes, m, positive.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = (*Solid.numbers, "size")
+
+    size: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_within("size", self.size, LENGTHS, "m")
+
+    @property
+    def width(self) -> float:
+        """The shortest side, m."""
+        return min(self.size)
+
+    @property
+    def half_extents(self) -> FloatArray:
+        """Half the size of the smallest box around it with sides along the axes, (3,), m."""
+        return np.asarray(np.abs(self.axes) @ np.array(self.size) / 2.0)
+
+    def point_clearance(self, points: Matrix) -> Matrix:
+        """Signed distances, exact."""
+        beyond = [ca.fabs(part) - side / 2.0 for part, side in zip(self.local(points), self.size, strict=True)]
+        deepest = ca.fmax(ca.fmax(beyond[0], beyond[1]), beyond[2])
+        x, y, z = (ca.fmax(part, 0.0) for part in beyond)
+        return ca.if_else(deepest > 0.0, ca.sqrt(x * x + y * y + z * z + TINY_SQUARED), deepest)
+
+    def surface(self) -> Surface:
+        """Eight corners and six faces."""
+        corners = np.array(list(product((-0.5, 0.5), repeat=3))) * np.array(self.size)
+        return self.placed(corners), FACES
+
+
+@dataclass(frozen=True, kw_only=True)
+class Capsule(Solid):
+    """All points near a straight line.
+
+    Args:
+        radius: how near, m, positive.
+        length: of the line, along its own z axis, m, positive.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = (*Solid.numbers, "radius", "length")
+
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_within("radius", (self.radius,), LENGTHS, "m")
+        check_within("length", (self.length,), LENGTHS, "m")
+
+    @property
+    def width(self) -> float:
+        """The diameter, m."""
+        return 2.0 * self.radius
+
+    @property
+    def half_extents(self) -> FloatArray:
+        """Half the size of the smallest box around it with sides along the axes, (3,), m."""
+        return np.asarray(np.abs(self.axes[:, 2]) * self.length / 2.0 + self.radius)
+
+    def point_clearance(self, points: Matrix) -> Matrix:
+        """Signed distances, exact."""
+        x, y, z = self.local(points)
+        beyond = ca.fmax(ca.fabs(z) - self.length / 2.0, 0.0)
+        return ca.sqrt(x * x + y * y + beyond * beyond + TINY_SQUARED) - self.radius
+
+    def surface(self) -> Surface:
+        """Bands from pole to pole."""
+        vertices, polygons = revolved(rounded(self.radius, self.length / 2.0))
+        return self.placed(vertices), polygons
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cylinder(Solid):
+    """A filled cylinder with flat ends.
+
+    Args:
+        radius: m, positive.
+        length: along its own z axis, m, positive.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = (*Solid.numbers, "radius", "length")
+
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_within("radius", (self.radius,), LENGTHS, "m")
+        check_within("length", (self.length,), LENGTHS, "m")
+
+    @property
+    def width(self) -> float:
+        """The diameter or the length, m."""
+        return min(2.0 * self.radius, self.length)
+
+    @property
+    def half_extents(self) -> FloatArray:
+        """Half the size of the smallest box around it with sides along the axes, (3,), m."""
+        along = np.abs(self.axes[:, 2])
+        return np.asarray(along * self.length / 2.0 + self.radius * np.hypot(self.axes[:, 0], self.axes[:, 1]))
+
+    def point_clearance(self, points: Matrix) -> Matrix:
+        """Signed distances, exact."""
+        x, y, z = self.local(points)
+        around = ca.sqrt(x * x + y * y + TINY_SQUARED) - self.radius
+        along = ca.fabs(z) - self.length / 2.0
+        deepest, u, v = ca.fmax(around, along), ca.fmax(around, 0.0), ca.fmax(along, 0.0)
+        return ca.if_else(deepest > 0.0, ca.sqrt(u * u + v * v + TINY_SQUARED), deepest)
+
+    def surface(self) -> Surface:
+        """The side, and a disc at either end."""
+        half = self.length / 2.0
+        vertices, polygons = revolved(np.array([[self.radius, -half], [self.radius, half]]))
+        return self.placed(vertices), polygons
+
+
+NEWTON_STEPS = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ellipsoid(Solid):
+    """A filled ellipsoid.
+
+    Args:
+        semi_axes: along its own axes, m, positive.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = (*Solid.numbers, "semi_axes")
+
+    semi_axes: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_within("semi_axes", self.semi_axes, LENGTHS, "m")
+
+    @property
+    def width(self) -> float:
+        """Twice the shortest semi-axis, m."""
+        return 2.0 * min(self.semi_axes)
+
+    @property
+    def half_extents(self) -> FloatArray:
+        """Half the size of the smallest box around it with sides along the axes, (3,), m."""
+        return np.asarray(np.linalg.norm(self.axes * np.array(self.semi_axes), axis=1))
+
+    def point_clearance(self, points: Matrix) -> Matrix:
+        """Signed: exact in sign; outside no more than the distance, and mostly that to many digits."""
+        p, squares = self.local(points), [a * a for a in self.semi_axes]
+        t: Operand = ca.fmax(
+            0.0, reduce(ca.fmax, (a * ca.fabs(x) - a * a for a, x in zip(self.semi_axes, p, strict=True)))
+        )
+        for _ in range(NEWTON_STEPS):
+            shares = [a * x / (t + s) for a, x, s in zip(self.semi_axes, p, squares, strict=True)]
+            square = _sum([w * w for w in shares]) + TINY_SQUARED
+            slope = _sum([w * w / (t + s) for w, s in zip(shares, squares, strict=True)]) + TINY_SQUARED
+            t = ca.fmax(0.0, t + (ca.sqrt(square) - 1.0) * square / slope)
+        normal = [x / (t + s) for x, s in zip(p, squares, strict=True)]
+        extent = ca.sqrt(_sum([s * n * n for s, n in zip(squares, normal, strict=True)]) + TINY_SQUARED)
+        length = ca.sqrt(_sum([n * n for n in normal]) + TINY_SQUARED / reduce(ca.fmin, squares))
+        return (_sum([n * x for n, x in zip(normal, p, strict=True)]) - extent) / length
+
+    def surface(self) -> Surface:
+        """A ball's, stretched."""
+        vertices, polygons = revolved(rounded(1.0, 0.0))
+        return self.placed(vertices * np.array(self.semi_axes)), polygons
+
+
+def _sum(terms: list[Matrix]) -> Matrix:
+    return reduce(lambda a, b: a + b, terms)
+
+
+DRAWN = 2.0  # m: the side of the square that is drawn of its face
+
+
+@dataclass(frozen=True, kw_only=True)
+class HalfSpace(Solid):
+    """Everything on one side of a plane: below its centre, a point of the plane, as seen along its own z axis."""
+
+    @property
+    def width(self) -> float:
+        """Without end."""
+        return float(np.inf)
+
+    @property
+    def extent(self) -> float:
+        """Without end."""
+        return float(np.inf)
+
+    @property
+    def half_extents(self) -> FloatArray:
+        """Half the size of the smallest box around what is drawn of it, (3,), m."""
+        return np.asarray(np.abs(self.axes[:, :2]).sum(axis=1) * DRAWN / 2.0)
+
+    def point_clearance(self, points: Matrix) -> Matrix:
+        """Signed distances, exact."""
+        return self.local(points)[2]
+
+    def surface(self) -> Surface:
+        """A square of its face around its centre."""
+        corners = np.array([[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [-0.5, 0.5, 0.0]])
+        return self.placed(DRAWN * corners), [[0, 1, 2, 3]]

@@ -1,1 +1,0 @@
-"""Obstacles in space."""

@@ -1,1 +1,0 @@
-"""Motions from which sequential linear programs may begin."""

@@ -1,0 +1,127 @@
+"""The task of following a given path of the joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from problems.base import FloatArray, InvalidProblem, as_array
+from problems.limits import Constraint, DurationBounds
+from problems.motions import JointPath, Trajectory
+from problems.robots import Robot
+from problems.scene import Obstacle
+from problems.tasks.checks import check_obstacles, check_range
+from problems.tasks.move import velocity_conditions
+from problems.tasks.task import Marker, MarkerKind, Task
+from problems.timing import departure
+
+SAME_PATH = 1e-9  # rad, for angles up to 1 rad, and of larger ones; allows for rounding only
+SPEEDS = ("start_speed", "goal_speed")
+STANDSTILL = 1e-9  # of the path's largest |q'|: below it the parameter starts from a standstill
+
+
+@dataclass(frozen=True)
+class JointFollowing(Task):
+    """Run a path in joint space.
+
+    Args:
+        robot: that moves.
+        path: of its joints.
+        obstacles: to keep clear of.
+        start_speed: |dq/dt| at the start, along the path, rad/s.
+        goal_speed: at the end.
+        total_time: bounds of T in s; None where nothing is promised.
+
+    Raises:
+        InvalidProblem: the path is of another number of joints, or an end cannot have its speed.
+    """
+
+    robot: Robot
+    path: JointPath
+    obstacles: tuple[Obstacle, ...] = ()
+    start_speed: float = 0.0
+    goal_speed: float = 0.0
+    total_time: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        joints = self.path.coefficients.shape[2]
+        if joints != self.robot.dof:
+            raise InvalidProblem("joints", f"a path of {joints} joints for a robot of {self.robot.dof}")
+        check_obstacles(self.robot, self.obstacles)
+        if self.total_time is not None:
+            check_range("total_time", self.total_time)
+        for field, slope in zip(SPEEDS, self._slopes, strict=True):
+            speed = getattr(self, field)
+            if not 0.0 <= speed < np.inf:
+                raise InvalidProblem(field, f"{speed:g} rad/s is negative or no number")
+            if speed > 0.0 and slope <= STANDSTILL * self._largest_slope:
+                raise InvalidProblem(field, "the path begins or ends there at a standstill of its own parameter")
+        for field, velocity in zip(SPEEDS, np.abs(self.end_velocities), strict=True):
+            for joint, (value, most) in enumerate(zip(velocity, self.robot.limits.speed, strict=True), start=1):
+                if value > most:
+                    raise InvalidProblem(
+                        field, f"joint {joint} would have {value:.6g} rad/s, and may have {most:g} rad/s"
+                    )
+
+    @cached_property
+    def _slopes(self) -> FloatArray:
+        """|dq/du| at both ends, (2,)."""
+        return np.asarray(np.linalg.norm(self.path.at(self.path.breakpoints[[0, -1]], 1), axis=1))
+
+    @cached_property
+    def _largest_slope(self) -> float:
+        """The largest |dq/du| at breakpoints and between them."""
+        u = np.concatenate([self.path.breakpoints, (self.path.breakpoints[1:] + self.path.breakpoints[:-1]) / 2.0])
+        return float(np.linalg.norm(self.path.at(u, 1), axis=1).max())
+
+    @property
+    def rates(self) -> tuple[float, float]:
+        """du/dt at both ends."""
+        start, goal = (
+            0.0 if speed == 0.0 else speed / float(slope)
+            for speed, slope in zip((self.start_speed, self.goal_speed), self._slopes, strict=True)
+        )
+        return start, goal
+
+    @property
+    def end_velocities(self) -> FloatArray:
+        """Along the path, (2, dof), rad/s."""
+        slopes = self.path.at(self.path.breakpoints[[0, -1]], 1)
+        return np.asarray(slopes * np.array(self.rates)[:, None])
+
+    @property
+    def duration_bounds(self) -> DurationBounds | None:
+        """The bounds of T, where they are stated."""
+        return None if self.total_time is None else DurationBounds("total time", "T", *self.total_time)
+
+    @property
+    def given_postures(self) -> FloatArray:
+        """At the breakpoints of the path."""
+        return self.path.at(self.path.breakpoints)
+
+    def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
+        """The path, for all t; the velocities at both ends."""
+        bound = ca.DM(SAME_PATH * max(1.0, float(np.abs(self.path.at(self.path.breakpoints)).max())))
+        followed = Constraint(
+            name="path",
+            unit="rad",
+            expression=ca.DM(departure(self.path, trajectory)),
+            lower=-bound,
+            upper=bound,
+            symmetric=True,
+            columns=("any joint",),
+            scale=bound,
+            formula="|theta_i(t) - q_i(u(t))|, to rounding",
+        )
+        return [(followed, trajectory.breakpoints[-1:]), *velocity_conditions(self, trajectory)]
+
+    def markers(self) -> tuple[Marker, ...]:
+        """Where the tool is at both ends."""
+        ends = as_array(self.robot.tool(ca.DM(self.path.at(self.path.breakpoints[[0, -1]]))))
+        return (
+            Marker(label="start", points=ends[:1], kind=MarkerKind.START),
+            Marker(label="goal", points=ends[1:], kind=MarkerKind.GOAL),
+        )

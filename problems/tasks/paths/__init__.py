@@ -1,1 +1,0 @@
-"""Statements about paths: of the tool, to follow or to trace, and of the joints."""

@@ -1,0 +1,207 @@
+"""The fastest stop or move from a moving state, by Ruckig.
+
+Ruckig [1] finds for each joint the profile of constant jerks that takes the least time. It keeps limits of speed,
+acceleration and jerk; a state beyond a limit is brought back first. Ranges of joints it does not know, nor torques.
+
+[1] L. Berscheid, T. Kroeger, "Jerk-limited Real-time Trajectory Generation with Arbitrary Target States", RSS 2021
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Self
+
+import numpy as np
+from ruckig import ControlInterface, InputParameter, Profile, Ruckig, Synchronization
+from ruckig import Trajectory as Profiles
+
+from problems.base import FloatArray, InvalidProblem
+from problems.motions import SMOOTH_ORDERS, Trajectory
+from problems.robots import JointLimits
+from problems.timing.free_space import AccelerationPieces, side_by_side
+
+STILL = 1e-9  # rad/s, rad/s^2
+
+
+@dataclass(frozen=True)
+class MotionState:
+    """Angles and how they change.
+
+    Args:
+        angles: (k,), rad.
+        velocity: (k,), rad/s.
+        acceleration: (k,), rad/s^2.
+
+    Raises:
+        InvalidProblem: they are not three times k finite numbers.
+    """
+
+    angles: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+
+    def __post_init__(self) -> None:
+        for name in ("angles", "velocity", "acceleration"):
+            values = np.asarray(getattr(self, name), dtype=np.float64)
+            if values.shape != np.shape(self.angles) or values.ndim != 1 or not np.isfinite(values).all():
+                raise InvalidProblem(name, f"as many finite numbers as joints are needed, not {values.tolist()}")
+            object.__setattr__(self, name, values)
+
+    @classmethod
+    def at_end(cls, trajectory: Trajectory) -> Self:
+        """With which a motion arrives."""
+        return cls(*(trajectory.value_at_end(order) for order in range(SMOOTH_ORDERS)))
+
+    @property
+    def moves(self) -> bool:
+        """Whether a joint does, by more than rounding, or is about to."""
+        return bool(max(np.abs(self.velocity).max(), np.abs(self.acceleration).max()) > STILL)
+
+
+JERK_RATE = 20.0  # 1/s: where no jerk is stated, that of the largest acceleration in a twentieth of a second
+ALLOWANCE = 1e-6  # share of the limits that is left, so that rounding breaks none of them
+MOMENT = 1e-3  # s: what a stop of joints that stand takes
+MISSED = 1e-9  # rad: a motion that ends farther from where it should is none
+
+
+def fastest_stop(state: MotionState, limits: JointLimits) -> Trajectory:
+    """Every joint to rest in its own least time; those that stand before the others stay where they are.
+
+    Args:
+        state: of k joints.
+        limits: of speed, acceleration and jerk; without a jerk it is 20 times the acceleration a second.
+
+    Raises:
+        InvalidProblem: state and limits are not of one number of joints, or Ruckig finds no profile.
+    """
+    wanted = _stated(state, limits)
+    wanted.control_interface = ControlInterface.Velocity
+    wanted.synchronization = Synchronization.No
+    return _motion(state, wanted)
+
+
+def fastest_move(state: MotionState, goal: FloatArray, limits: JointLimits) -> Trajectory:
+    """The fastest motion to a posture at rest; all joints arrive together.
+
+    Args:
+        state: of k joints.
+        goal: (k,), rad.
+        limits: as in :func:`fastest_stop`.
+
+    Raises:
+        InvalidProblem: numbers of joints differ, or Ruckig finds no profile.
+    """
+    wanted = _stated(state, limits)
+    goal = np.asarray(goal, dtype=np.float64)
+    if goal.shape != state.angles.shape or not np.isfinite(goal).all():
+        raise InvalidProblem("goal", f"{state.angles.size} joint angles are needed, not {goal.tolist()}")
+    wanted.target_position = goal.tolist()
+    found = _motion(state, wanted, goal)
+    missed = float(np.abs(found.value_at_end(0) - goal).max())
+    if missed > MISSED:
+        raise InvalidProblem("goal", f"the fastest motion misses it by {missed:.3g} rad")
+    return found
+
+
+def least_duration(state: MotionState, goal: FloatArray, limits: JointLimits) -> float:
+    """How long the fastest motion to a posture at rest takes, s; where jerk is not limited accelerations may jump.
+
+    Args:
+        state: of k joints; what is beyond a limit by rounding counts as the limit.
+        goal: (k,), rad.
+        limits: of speed, acceleration and jerk.
+
+    Raises:
+        InvalidProblem: as :func:`fastest_stop`.
+    """
+    speed, acceleration = np.array(limits.speed), np.array(limits.acceleration)
+    within = MotionState(
+        state.angles,
+        np.clip(state.velocity, -speed, speed),
+        np.clip(state.acceleration, -acceleration, acceleration),
+    )
+    wanted = _stated(within, replace(limits, jerk=limits.jerk or (inf,) * speed.size), share=1.0)
+    wanted.target_position = goal.tolist()
+    return float(_profiles(wanted).duration)
+
+
+def _stated(state: MotionState, limits: JointLimits, share: float = 1.0 - ALLOWANCE) -> InputParameter:
+    """The state, a share of the limits, and rest as the target."""
+    dof = len(limits.speed)
+    if state.angles.size != dof:
+        raise InvalidProblem("state", f"{state.angles.size} joints where the limits have {dof}")
+    jerk = limits.jerk or tuple(JERK_RATE * most for most in limits.acceleration)
+    wanted = InputParameter(dof)
+    wanted.current_position = state.angles.tolist()
+    wanted.current_velocity = state.velocity.tolist()
+    wanted.current_acceleration = state.acceleration.tolist()
+    for name, bounds in (("velocity", limits.speed), ("acceleration", limits.acceleration), ("jerk", jerk)):
+        setattr(wanted, f"max_{name}", [share * bound for bound in bounds])
+    return wanted
+
+
+def _profiles(wanted: InputParameter) -> Profiles:
+    """What Ruckig finds."""
+    profiles = Profiles(wanted.degrees_of_freedom)
+    try:
+        outcome = Ruckig(wanted.degrees_of_freedom).calculate(wanted, profiles)
+    except RuntimeError as error:  # of limits that are no numbers, for example
+        raise InvalidProblem("state", f"there is no fastest motion from it: {error}") from error
+    if outcome < 0:
+        raise InvalidProblem("state", f"there is no fastest motion from it: {outcome.name}")
+    return profiles
+
+
+def _motion(state: MotionState, wanted: InputParameter, goal: FloatArray | None = None) -> Trajectory:
+    """The same as cubic pieces that begin with the state and end at the goal, where there is one."""
+    joints = [_jerks(profile) for profile in _profiles(wanted).profiles[0]]
+    if goal is not None:
+        joints = [(h, _corrected(h, j, state, joint, goal[joint])) for joint, (h, j) in enumerate(joints)]
+    duration = max((float(durations.sum()) for durations, _ in joints), default=0.0)
+    if not duration > 0.0:
+        return Trajectory.standing(state.angles, MOMENT)
+    moves = [
+        _pieces(durations, jerks, start, duration)
+        for (durations, jerks), start in zip(joints, state.acceleration, strict=True)
+    ]
+    return side_by_side(moves, duration).trajectory(state.angles, state.velocity)
+
+
+def _jerks(profile: Profile) -> tuple[FloatArray, FloatArray]:
+    """Durations and jerks of one joint's pieces: what brings it back within its limits first."""
+    parts = (profile.brake, profile, profile.accel)
+    durations, jerks = np.concatenate([part.t for part in parts]), np.concatenate([part.j for part in parts])
+    return durations[durations > 0.0], jerks[durations > 0.0]
+
+
+def _corrected(durations: FloatArray, jerks: FloatArray, state: MotionState, joint: int, goal: float) -> FloatArray:
+    """The jerks of one joint, changed as little as can be, so that it ends at the goal: Ruckig misses by up to 1e-8."""
+    if not durations.size:
+        return jerks
+    total = float(durations.sum())
+    left = total - np.cumsum(durations)
+    gains = np.stack(
+        [
+            durations**3 / 6.0 + durations**2 / 2.0 * left + durations * left**2 / 2.0,
+            (durations**2 / 2.0 + durations * left) * total,
+            durations * total**2,
+        ]
+    )
+    angle, speed, rate = (float(values[joint]) for values in (state.angles, state.velocity, state.acceleration))
+    coasting = np.array(
+        [angle + speed * total + rate * total**2 / 2.0, speed * total + rate * total**2, rate * total**2]
+    )
+    missing = np.array([goal, 0.0, 0.0]) - coasting - gains @ jerks
+    return np.asarray(jerks + np.linalg.lstsq(gains, missing, rcond=None)[0])
+
+
+def _pieces(durations: FloatArray, jerks: FloatArray, start: float, duration: float) -> AccelerationPieces:
+    """One joint's accelerations (p, 1), the first of them given in rad/s^2; then none until all joints stand."""
+    accelerations = start + np.concatenate([[0.0], np.cumsum(durations * jerks)])
+    accelerations[-1] = 0.0
+    rest = max(duration - float(durations.sum()), 0.0)
+    kept = np.append(durations, rest) > 0.0
+    parts = (np.append(durations, rest), accelerations, np.append(jerks, 0.0))
+    times, values, rates = (part[kept] for part in parts)
+    return AccelerationPieces(times, values[:, None], rates[:, None])

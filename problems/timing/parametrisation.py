@@ -1,0 +1,336 @@
+"""The path's parameter as a spline of time, and the rows that limits are for its coefficients."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from math import factorial
+
+import numpy as np
+from scipy.interpolate import BSpline
+from scipy.sparse import csr_array, diags_array, vstack
+
+from problems.base import FloatArray, composition
+from problems.motions import JointPath, Trajectory
+from problems.robots import JointLimits
+from problems.timing.path_torques import PathTorques
+from problems.timing.prepared import PreparedPath
+from problems.timing.speed_profile import Intervals
+
+DEGREE = 4
+BISECTIONS = 60
+LEAST_SPAN = 1e-290  # s^n, an interval to the n-th power: dividing by less gives no number
+SAME_TIME = 1e-9  # of the duration: a knot nearer to where the path changes its piece is left out
+
+
+def averaged_knots(knots: FloatArray) -> FloatArray:
+    """For each control point the tau that it is about, (controls,) (Greville abscissae)."""
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(knots[1:-1], DEGREE).mean(axis=1))
+
+
+def operators(knots: FloatArray, tau: FloatArray, orders: int) -> list[csr_array]:
+    """Matrices (n, controls) that turn control points into s, s', ... at tau (n,)."""
+    every = BSpline(knots, np.eye(knots.size - DEGREE - 1), DEGREE)
+    return [csr_array(every(tau, order)) for order in range(orders)]
+
+
+@dataclass(frozen=True)
+class Parametrisation:
+    """A spline s(tau), not decreasing.
+
+    Args:
+        knots: of a clamped B-spline of degree ``DEGREE`` over [0, 1].
+        controls: its control points, not decreasing, from the path's first parameter to its last.
+    """
+
+    knots: FloatArray
+    controls: FloatArray
+
+    @cached_property
+    def _spline(self) -> BSpline:
+        return BSpline(self.knots, self.controls, DEGREE)
+
+    def at(self, tau: FloatArray, derivative: int = 0) -> FloatArray:
+        """The parameter or a derivative of it with respect to tau, (n,)."""
+        return np.asarray(self._spline(tau, derivative))
+
+    def reaching(self, parameters: FloatArray) -> FloatArray:
+        """The tau (n,) at which parameters are reached, by bisection."""
+        low, high = np.zeros(parameters.size), np.ones(parameters.size)
+        for _ in range(BISECTIONS):
+            middle = (low + high) / 2.0
+            late = self.at(middle) >= parameters
+            low, high = np.where(late, low, middle), np.where(late, middle, high)
+        return high
+
+    def trajectory(self, path: JointPath, duration: float) -> Trajectory:
+        """The motion along a path in a duration in s: polynomials of ``DEGREE`` times the path's degree."""
+        ends, crossed = path.breakpoints[[0, -1]], self.reaching(path.breakpoints[1:-1])
+        inner = np.unique(self.knots)[1:-1]
+        inner = inner[np.abs(inner[:, None] - crossed).min(axis=1, initial=1.0) > SAME_TIME]
+        parameters = np.clip(self.at(inner), *ends)
+        nodes = np.concatenate([ends, parameters, path.breakpoints[1:-1]])
+        nodes, first = np.unique(nodes, return_index=True)
+        tau = np.concatenate([[0.0, 1.0], inner, crossed])[first]
+        steps, lengths = np.diff(tau), np.diff(nodes)
+        local = [self.at(tau[:-1], n) * steps**n / factorial(n) / lengths for n in range(1, DEGREE + 1)]
+        inside = np.stack([np.zeros_like(steps), *local])[..., None]
+        scaled = composition(Intervals.of(path, nodes).local, inside)
+        spans = (steps * duration) ** np.arange(len(scaled))[:, None]
+        kept = spans > LEAST_SPAN  # terms beyond turn a joint by rounding at most: a law hardly bends in an interval
+        coefficients = np.where(kept[..., None], scaled, 0.0) / np.where(kept, spans, 1.0)[..., None]
+        return Trajectory(tau * duration, coefficients[::-1])
+
+
+STRAIGHT = 1e-8  # of the largest q'' along the path: a smaller one at an end is none
+
+
+@dataclass(frozen=True)
+class ParametrisationEnds:
+    """What is given at both ends.
+
+    Args:
+        start: ds/dt and d2s/dt2, or the first of them, or nothing.
+        goal: likewise.
+    """
+
+    start: tuple[float, ...]
+    goal: tuple[float, ...]
+
+    @classmethod
+    def of(cls, prepared: PreparedPath) -> ParametrisationEnds:
+        """Joints at rest start with no acceleration; moving ones with the least that the path's curvature allows."""
+        path = prepared.path
+        ends = path.breakpoints[[0, -1]]
+        slopes, bends = (path.at(ends, order) for order in (1, 2))
+        middles = (path.breakpoints[:-1] + path.breakpoints[1:]) / 2.0
+        least = STRAIGHT * np.abs(path.at(np.concatenate([path.breakpoints, middles]), 2)).max()
+        given: list[tuple[float, ...]] = []
+        for slope, bend, rate, resting in zip(slopes, bends, prepared.rates, prepared.resting, strict=True):
+            if not resting:
+                given.append((rate, -float(slope @ bend) / float(slope @ slope) * rate**2))
+            else:
+                given.append((0.0,) if np.abs(bend).max() > least else ())
+        return cls(given[0], given[1])
+
+    @property
+    def moving(self) -> bool:
+        """Whether an end has a velocity, so that no motion with these ends can be slowed."""
+        return any(values[0] > 0.0 for values in (self.start, self.goal) if values)
+
+    def free(self, controls: int) -> slice:
+        """Which of so many control points are not determined."""
+        return slice(1 + len(self.start), controls - 1 - len(self.goal))
+
+    def placed(self, knots: FloatArray, controls: FloatArray, duration: float) -> FloatArray:
+        """The control points in order, those that are determined in their places."""
+        free = self.free(controls.size)
+        placed = controls.copy()
+        placed[: free.start] = controls[0] + _offsets(knots, self.start, duration)[0]
+        placed[free.stop :] = controls[-1] - _offsets(*_mirrored(knots, self.goal), duration)[0][::-1]
+        ordered = np.maximum.accumulate(placed)
+        return np.asarray(np.minimum.accumulate(np.append(ordered[: free.stop], placed[free.stop :])[::-1])[::-1])
+
+    def slopes(self, knots: FloatArray, duration: float) -> FloatArray:
+        """How far each control point moves where the duration grows by a small share, (controls,)."""
+        slopes = np.zeros(knots.size - DEGREE - 1)
+        free = self.free(slopes.size)
+        slopes[: free.start] = _offsets(knots, self.start, duration)[1]
+        slopes[free.stop :] = -_offsets(*_mirrored(knots, self.goal), duration)[1][::-1]
+        return slopes
+
+
+def _mirrored(knots: FloatArray, given: tuple[float, ...]) -> tuple[FloatArray, tuple[float, ...]]:
+    """The same end seen backwards in time: accelerations change their sign."""
+    return 1.0 - knots[::-1], tuple(value * sign for value, sign in zip(given, (1.0, -1.0), strict=False))
+
+
+def _offsets(knots: FloatArray, given: tuple[float, ...], duration: float) -> tuple[FloatArray, FloatArray]:
+    """How far the determined control points are from the end, and how far they move as the duration grows.
+
+    By the derivatives of a B-spline at its first knot.
+    """
+    first, second = knots[DEGREE + 1], knots[DEGREE + 2]
+    rate, change = (*given, 0.0, 0.0)[:2]
+    speed, bend = rate * duration, change * duration**2 * first / (DEGREE - 1)
+    near = speed * first / DEGREE
+    offsets = [0.0, near, near + (speed + bend) * second / DEGREE]
+    slopes = [0.0, near, near + (speed + 2.0 * bend) * second / DEGREE]
+    count = 1 + len(given)
+    return np.array(offsets[:count]), np.array(slopes[:count])
+
+
+GRID = 4000  # points at which sizes are computed
+GRADING = 0.4  # by how much intervals grow with the distance from a short piece
+SHORTEST = 1e-5  # of the duration, an interval
+
+
+def graded_knots(passed: FloatArray, count: int, per_piece: float, most: int) -> FloatArray:
+    """Knots of a clamped B-spline over [0, 1].
+
+    Args:
+        passed: when the breakpoints of the path are passed, (p + 1,), shares of the duration.
+        count: of intervals, were all equally long.
+        per_piece: intervals in a piece of the path, about so many at least; fewer where there would be too many.
+        most: intervals.
+    """
+    tau = np.union1d(np.linspace(0.0, 1.0, GRID), passed)
+    done = _intervals_before(tau, passed, count, per_piece)
+    while done[-1] > max(most, count + 1):
+        per_piece /= 2.0
+        done = _intervals_before(tau, passed, count, per_piece)
+    inner = np.interp(np.linspace(0.0, done[-1], int(np.ceil(done[-1])) + 1), done, tau)
+    return np.concatenate([np.zeros(DEGREE), [0.0], inner[1:-1], [1.0], np.ones(DEGREE)])
+
+
+def _intervals_before(tau: FloatArray, passed: FloatArray, count: int, per_piece: float) -> FloatArray:
+    """How many intervals there should be before each tau, (n,), increasing from 0."""
+    size = np.full(tau.size, 1.0 / count)
+    for start, end in pairwise(passed):
+        away = np.maximum(np.maximum(start - tau, tau - end), 0.0)
+        size = np.minimum(size, np.maximum((end - start) / per_piece, SHORTEST) + GRADING * away)
+    density = 1.0 / size
+    return np.concatenate([[0.0], np.cumsum(np.diff(tau) * (density[:-1] + density[1:]) / 2.0)])
+
+
+ORDERS = 3  # speed, acceleration, jerk
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParametrisationRows:
+    """What is limited as a share of its limit, one row for each order or torque, joint and sample.
+
+    Attributes:
+        values: (rows,), those of the order n for a duration of which they are the n-th power less.
+        slopes: with respect to the control points, (rows, controls).
+        orders: n, (rows,).
+        samples: the index of the sample, (rows,).
+        slowing: of torques, of the order 0: how they change with a small share of the duration, (rows,); else zero.
+    """
+
+    values: FloatArray
+    slopes: csr_array
+    orders: FloatArray
+    samples: FloatArray
+    slowing: FloatArray
+
+    def with_rows(self, other: ParametrisationRows) -> ParametrisationRows:
+        """These and others, of the same samples."""
+        return ParametrisationRows(
+            values=np.append(self.values, other.values),
+            slopes=csr_array(vstack([self.slopes, other.slopes])),
+            orders=np.append(self.orders, other.orders),
+            samples=np.append(self.samples, other.samples),
+            slowing=np.append(self.slowing, other.slowing),
+        )
+
+
+def parametrisation_rows(
+    path: JointPath, limits: JointLimits, basis: list[csr_array], controls: FloatArray, duration: float
+) -> ParametrisationRows:
+    """Linearise q(s(t)) and its derivatives around a time law.
+
+    Args:
+        path: of k joints.
+        limits: a jerk among them.
+        basis: matrices that turn control points into s, s', s'', s''' at the samples.
+        controls: the control points.
+        duration: in s.
+    """
+    s, *law = (matrix @ controls for matrix in basis)
+    ends = path.breakpoints[[0, -1]]
+    v, a, j = (derivative[:, None] for derivative in law)
+    q1, q2, q3, q4 = (path.at(np.clip(s, *ends), order) for order in range(1, ORDERS + 2))
+    values = [q1 * v, q1 * a + q2 * v**2, q1 * j + 3.0 * q2 * v * a + q3 * v**3]
+    partial = [  # with respect to s, s', s'', s'''
+        [q2 * v, q1],
+        [q2 * a + q3 * v**2, 2.0 * q2 * v, q1],
+        [q2 * j + 3.0 * q3 * v * a + q4 * v**3, 3.0 * q2 * a + 3.0 * q3 * v**2, 3.0 * q2 * v, q1],
+    ]
+    every_limit = (limits.speed, limits.acceleration, limits.jerk)
+    scales = [np.array(bound) * duration ** (n + 1) for n, bound in enumerate(every_limit)]
+    slopes = [
+        combined([part[:, joint] / scale[joint] for part in parts], basis)
+        for parts, scale in zip(partial, scales, strict=True)
+        for joint in range(scale.size)
+    ]
+    per_order = s.size * scales[0].size
+    return ParametrisationRows(
+        values=np.concatenate([(value / scale).T.ravel() for value, scale in zip(values, scales, strict=True)]),
+        slopes=csr_array(vstack(slopes)),
+        orders=np.repeat(np.arange(1.0, ORDERS + 1.0), per_order),
+        samples=np.tile(np.arange(s.size), ORDERS * scales[0].size),
+        slowing=np.zeros(ORDERS * per_order),
+    )
+
+
+def combined(weights: list[FloatArray], matrices: list[csr_array]) -> csr_array:
+    """The sum of as many matrices as there are weights (n,) of their rows."""
+    total = csr_array(matrices[0].shape)
+    for weight, matrix in zip(weights, matrices, strict=False):
+        total += diags_array(weight) @ matrix
+    return total
+
+
+def torque_parametrisation_rows(
+    motors: PathTorques, basis: list[csr_array], controls: FloatArray, duration: float
+) -> ParametrisationRows:
+    """Linearise the torques around a time law, as shares of their limits.
+
+    Args:
+        motors: of the path.
+        basis: matrices that turn control points into s, s', s'', s''' at the samples.
+        controls: the control points.
+        duration: in s.
+    """
+    s, rate, change = _at_samples(motors, basis, controls)
+    v, a = rate[:, None] / duration, change[:, None] / duration**2
+    (m, c, g), (m1, c1, g1) = (motors.at(s, order) for order in (0, 1))
+    q1, q2 = (motors.path.at(s, order) for order in (1, 2))
+    inertial, viscous = m * a + c * v**2, motors.viscous * q1 * v
+    sign, either = _friction(motors, s, q1 * v)
+    bound = motors.bound - either
+    parts = [  # with respect to s, s', s''
+        (m1 * a + c1 * v**2 + motors.viscous * q2 * v + g1) / bound,
+        (2.0 * c * v + motors.viscous * q1) / (bound * duration),
+        m / (bound * duration**2),
+    ]
+    joints = bound.shape[1]
+    return ParametrisationRows(
+        values=((inertial + viscous + g + sign) / bound).T.ravel(),
+        slopes=csr_array(vstack([combined([part[:, joint] for part in parts], basis) for joint in range(joints)])),
+        orders=np.zeros(s.size * joints),
+        samples=np.tile(np.arange(s.size), joints),
+        slowing=(-(2.0 * inertial + viscous) / bound).T.ravel(),
+    )
+
+
+def parametrisation_time_scale(
+    motors: PathTorques, basis: list[csr_array], controls: FloatArray, duration: float
+) -> float:
+    """How many times slower a law has to be run for its torques, at samples in order.
+
+    Args:
+        motors: of the path.
+        basis: matrices that turn control points into s, s', s'' at the samples.
+        controls: the control points.
+        duration: in s.
+    """
+    s, rate, change = _at_samples(motors, basis, controls)
+    return motors.time_scale(s, rate / duration, change / duration**2)
+
+
+def _at_samples(
+    motors: PathTorques, basis: list[csr_array], controls: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    s, rate, change = (matrix @ controls for matrix in basis[:3])
+    return np.clip(s, *motors.path.breakpoints[[0, -1]]), rate, change
+
+
+def _friction(motors: PathTorques, s: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """As :meth:`PathTorques.friction`, of samples in any order."""
+    order = np.argsort(s, kind="stable")
+    back = np.argsort(order, kind="stable")
+    sign, either = motors.friction(velocity[order])
+    return sign[back], either[back]

@@ -1,0 +1,353 @@
+"""The driver of every search: best so far, history, budget, seed, interruption.
+
+Counts evaluations and iterations, keeps the best and the history, calls back, and ends: when the budget is spent, at
+Ctrl-C, or when the solver has nothing more to try. Who evaluates the candidates is not its concern.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from solvers.box import Box, FloatArray
+from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
+from solvers.solver import Iterations, Solver, Steps
+
+CAPACITY = 64
+CANDIDATES_PER_BATCH = 4  # the best of each batch are considered
+NICHE_WIDTH = 0.1  # share of the box: of two candidates closer than that in every coordinate only the better is kept
+
+
+class Archive:
+    """The best candidates of a search, none close to a better one; the best first.
+
+    Attributes:
+        x: candidates, (n, d).
+        cost: of them, (n,), ascending.
+
+    Args:
+        box: of the search.
+    """
+
+    def __init__(self, box: Box) -> None:
+        self._box = box
+        self.x: FloatArray = np.empty((0, box.dimension))
+        self.cost: FloatArray = np.empty(0)
+
+    def add(self, candidates: FloatArray, cost: FloatArray) -> None:
+        """Consider the best of a batch: candidates (m, d), costs (m,)."""
+        span = np.where(self._box.span > 0.0, self._box.span, 1.0)
+        for i in np.argsort(cost, kind="stable")[:CANDIDATES_PER_BATCH]:
+            full = self.cost.size >= CAPACITY
+            if not np.isfinite(cost[i]) or (full and cost[i] >= self.cost[-1]):
+                return
+            close = (np.abs(self.x - candidates[i]) < NICHE_WIDTH * span).all(axis=1)
+            if (self.cost[close] <= cost[i]).any():
+                continue
+            x = np.vstack([self.x[~close], candidates[i]])
+            costs = np.append(self.cost[~close], cost[i])
+            order = np.argsort(costs, kind="stable")[:CAPACITY]
+            self.x, self.cost = x[order], costs[order]
+
+
+MOST_SHOWN = 6  # numbers of a candidate, in the short form of a result
+
+
+@dataclass(frozen=True, kw_only=True)
+class Status:
+    """The state of a running search, given to a callback after each iteration.
+
+    Attributes:
+        evaluations: done.
+        iterations: completed.
+        seconds: since the start.
+        cost: the lowest so far.
+        progress: share of the budget used, from 0 to 1.
+        steps: what an iteration is.
+    """
+
+    evaluations: int
+    iterations: int
+    seconds: float
+    cost: float
+    progress: float
+    steps: Steps
+
+    @classmethod
+    def of(cls, usage: Usage, budget: Budget, steps: Steps) -> Status:
+        """The status of a search that has used so much of its budget."""
+        return cls(
+            evaluations=usage.evaluations,
+            iterations=usage.iterations,
+            seconds=usage.seconds,
+            cost=usage.cost,
+            progress=budget.share_used(usage),
+            steps=steps,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class History:
+    """Best-so-far after each step of a search.
+
+    Attributes:
+        evaluations: done, (n,).
+        cost: the lowest, (n,).
+        best: its candidate, (n, d).
+        steps: what a step is.
+    """
+
+    evaluations: FloatArray
+    cost: FloatArray
+    best: FloatArray
+    steps: Steps
+
+    @classmethod
+    def of(cls, records: list[tuple[int, float, FloatArray]], steps: Steps) -> History:
+        """From one record a step: evaluations, cost, candidate (d,)."""
+        evaluations, cost, best = (np.array(column) for column in zip(*records, strict=True))
+        return cls(evaluations=evaluations, cost=cost, best=best, steps=steps)
+
+    @property
+    def numbers(self) -> FloatArray:
+        """Numbers of the steps, (n,)."""
+        return np.arange(self.steps.first, self.steps.first + len(self.cost), dtype=np.float64)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """The outcome of a search and the effort it took.
+
+    Attributes:
+        in_program_variables: whether ``x`` holds variables of a smooth program rather than a point of the box.
+        x: the best candidate, (d,).
+        cost: its cost; inf when no candidate had a finite one.
+        evaluations: done.
+        iterations: completed iterations of the solver's loop.
+        seconds: wall-clock time of the search.
+        seed: as given; None when a generator was.
+        stop_reason: which criterion ended the search.
+        history: best-so-far, the initial population first.
+    """
+
+    in_program_variables: ClassVar[bool] = False
+
+    x: FloatArray
+    cost: float
+    evaluations: int
+    iterations: int
+    seconds: float
+    seed: int | None
+    stop_reason: StopReason
+    history: History
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{value:.6g}" for value in self.x[:MOST_SHOWN])
+        more = f", ... {len(self.x)} numbers" if len(self.x) > MOST_SHOWN else ""
+        return (
+            f"{type(self).__name__}(cost={self.cost:.6g}, x=[{shown}{more}], evaluations={self.evaluations}, "
+            f"iterations={self.iterations}, seconds={self.seconds:.3g}, seed={self.seed}, "
+            f"stop_reason={self.stop_reason.value!r})"
+        )
+
+
+class SearchRun:
+    """A search that says which candidates it needs and is told their costs.
+
+    Args:
+        solver: the algorithm.
+        box: where to search.
+        budget: how long.
+        rng: of the search.
+        interruption: says whether the user wants it to end.
+        callback: gets the status after the initial population and after every iteration.
+        archive: collects good candidates that differ from each other.
+
+    Attributes:
+        pending: candidates (m, d) to be evaluated next, as many as the budget allows; None once the search has ended.
+        stop_reason: which criterion ended it; None before.
+
+    Raises:
+        ValueError: the solver left its box, or asks for nothing.
+    """
+
+    def __init__(
+        self,
+        solver: Solver,
+        box: Box,
+        budget: Budget,
+        rng: np.random.Generator,
+        interruption: Interruption,
+        callback: Callable[[Status], object] | None = None,
+        archive: Archive | None = None,
+    ) -> None:
+        self.box, self.budget, self.steps = box, budget, solver.steps
+        self.pending: FloatArray | None = None
+        self.stop_reason: StopReason | None = None
+        self._interruption, self._callback, self._archive = interruption, callback, archive
+        self._evaluations = 0
+        self._iterations = -1  # completed; the initial population is iteration 0
+        self._cost, self._x = np.inf, np.full(box.dimension, np.nan)
+        self._last_improvement = 0  # iteration
+        self._records: list[tuple[int, float, FloatArray]] = []
+        self._start_time = time.perf_counter()
+        self._search = solver.search(box, rng, Iterations(self._turns(), budget.evaluations))
+        first = next(self._search, None)
+        if first is None:
+            raise ValueError("a solver asked for no candidate at all")
+        self._ask(first)
+
+    def _turns(self) -> Iterator[float]:
+        """The solver's loop: each turn completes the iteration before it."""
+        while True:
+            self._iterations += 1
+            self._record()
+            usage = self._usage()
+            self.stop_reason = self.budget.reached(usage)
+            if self.stop_reason is not None:
+                return
+            yield self.budget.share_used(usage)
+
+    def _ask(self, candidates: FloatArray) -> None:
+        if ((candidates < self.box.lower) | (candidates > self.box.upper)).any():
+            self._search.close()
+            raise ValueError("a solver left its box")
+        allowed = len(candidates)
+        if self.budget.evaluations is not None:
+            allowed = min(allowed, self.budget.evaluations - self._evaluations)
+        self._candidates, self.pending = candidates, candidates[:allowed]
+
+    def tell(self, values: FloatArray) -> None:
+        """Take the costs (m,) of the pending candidates and go on to the next ones, or to the end.
+
+        NaN and infinite costs count as worst.
+
+        Raises:
+            ValueError: not one cost a candidate, or the solver left its box.
+        """
+        assert self.pending is not None
+        candidates, allowed = self._candidates, len(self.pending)
+        if values.shape != (allowed,):
+            raise ValueError(f"costs of shape {values.shape} for {allowed} candidates")
+        costs = np.full(len(candidates), np.inf)
+        costs[:allowed] = np.where(np.isfinite(values), values, np.inf)
+        self._evaluations += allowed
+        self._keep_best(candidates, costs)
+        self.stop_reason = self.budget.reached(self._usage(refused=len(candidates) - allowed))
+        if self.stop_reason is not None:
+            return self._end()
+        try:
+            self._ask(self._search.send(costs))
+        except StopIteration:
+            self.stop_reason = self.stop_reason or StopReason.EXHAUSTED
+            self._end()
+
+    def stop(self, reason: StopReason) -> None:
+        """End the search before its budget is spent."""
+        self.stop_reason = reason
+        self._end()
+
+    def close(self) -> None:
+        """Free what the solver holds, a thread say; a search that was closed cannot go on."""
+        self._search.close()
+
+    def _end(self) -> None:
+        self.pending = None
+        self.close()
+        self._record()
+
+    def _keep_best(self, candidates: FloatArray, costs: FloatArray) -> None:
+        best = int(np.argmin(costs))
+        if np.isnan(self._x[0]) or costs[best] < self._cost:
+            self._cost, self._x = float(costs[best]), candidates[best].copy()
+            self._last_improvement = self._iterations + 1
+        if self._archive is not None:
+            self._archive.add(candidates, costs)
+
+    def _usage(self, refused: int = 0) -> Usage:
+        """What is used, given how many evaluations of the last batch the budget did not allow."""
+        return Usage(
+            evaluations=self._evaluations,
+            requested=self._evaluations + refused,
+            iterations=max(self._iterations, 0),
+            seconds=time.perf_counter() - self._start_time,
+            cost=self._cost,
+            unimproved=self._iterations - self._last_improvement,
+            interrupted=self._interruption.requested,
+        )
+
+    @property
+    def status(self) -> Status:
+        """How far the search is."""
+        return Status.of(self._usage(), self.budget, self.steps)
+
+    def _record(self) -> None:
+        """Add to the history and call back, unless nothing was evaluated since the last time."""
+        if self._records and self._records[-1][0] == self._evaluations:
+            return
+        self._records.append((self._evaluations, self._cost, self._x))
+        if self._callback is not None:
+            self._callback(self.status)
+
+    def result(self, seed: int | None) -> Result:
+        """The outcome of a search that has ended; ``seed`` is for the record."""
+        assert self.stop_reason is not None
+        return Result(
+            x=self._x,
+            cost=self._cost,
+            evaluations=self._evaluations,
+            iterations=max(self._iterations, 0),
+            seconds=time.perf_counter() - self._start_time,
+            seed=seed,
+            stop_reason=self.stop_reason,
+            history=History.of(self._records, self.steps),
+        )
+
+
+Cost = Callable[[FloatArray], FloatArray]
+
+
+def minimize(
+    cost: Cost,
+    box: Box,
+    solver: Solver,
+    budget: Budget,
+    seed: int | np.random.Generator,
+    callback: Callable[[Status], object] | None = None,
+    archive: Archive | None = None,
+    known: FloatArray | None = None,
+) -> Result:
+    """Search a box for the lowest cost.
+
+    Args:
+        cost: evaluates candidates (m, d) -> (m,). NaN and infinite costs count as worst.
+        box: where to search.
+        solver: the algorithm.
+        budget: how long.
+        seed: of the search's own random generator, or a generator to draw from.
+        callback: gets the status after the initial population and after every iteration.
+        archive: collects good candidates that differ from each other.
+        known: candidates (m, d), clipped to the box, that take the first places of the initial population: what a
+            search of almost the same cost has found, say. A solver without a population begins at the first.
+
+    Returns:
+        The best candidate and the record of the search. After Ctrl-C too, with ``StopReason.INTERRUPTED``: the
+        search stops once the current batch is evaluated.
+
+    Raises:
+        ValueError: a candidate outside the box, or costs that do not match the candidates (a solver's bug); known
+            candidates that are not (m, d).
+    """
+    started = box.with_known(known)
+    with deferred_interrupt() as interruption:
+        run = SearchRun(solver, started, budget, np.random.default_rng(seed), interruption, callback, archive)
+        try:
+            while run.pending is not None:
+                run.tell(np.asarray(cost(run.pending), dtype=np.float64))
+        finally:
+            run.close()
+    return run.result(seed if not isinstance(seed, np.random.Generator) else None)

@@ -1,1 +1,0 @@
-"""Benchmark functions with known minima: the classical ones, and those of COCO's BBOB suite."""

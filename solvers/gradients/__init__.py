@@ -1,1 +1,0 @@
-"""Searches that follow gradients of a program: IPOPT from one start or from many."""

@@ -1,1 +1,0 @@
-"""Motions in the plane, as the player shows them."""

@@ -1,1 +1,0 @@
-"""Motions in space, as the player shows them."""

@@ -1,1 +1,0 @@
-"""Audits: the structure of a scenario's constraints, the certificate and optimality of a run."""

@@ -1,1 +1,0 @@
-"""What the runs of a campaign show: convergence, targets reached, ranks, effect sizes."""

@@ -1,0 +1,305 @@
+"""Figures of a comparison: gaps, ECDF, critical differences, effect sizes.
+
+[1] A. Vargha, H. D. Delaney, "A critique and improvement of the CL common language effect size statistics of McGraw
+    and Wong", Journal of Educational and Behavioral Statistics 25, 2000.
+"""
+
+from __future__ import annotations
+
+from math import ceil, floor
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from problems.base import FloatArray
+from tpbso_casadi.campaign.measures import Measure, quantile
+from tpbso_casadi.campaign.results import FEWEST_FOR_QUARTILES, GapCurve, Results, gap_curve, gaps_of, shares_reached
+from tpbso_casadi.campaign.statistics import Ranking, Summary, p_text, ranking
+from tpbso_casadi.figures.labels import EndLabel, label_ends
+from tpbso_casadi.figures.palette import colour_of, line_of, marker_of
+from tpbso_casadi.figures.style import SMALL, TWO_COLUMNS, in_print
+
+
+def draw_points(
+    axes: Axes, place: float, values: FloatArray, colour: str, marker: str = "o", width: float = 0.5
+) -> None:
+    """Points at a place of the x axis, beside each other so that equal ones can be seen."""
+    spread = place + width * (np.arange(values.size) % 5 - 2) / 8.0
+    axes.plot(spread, values, marker, color=colour, alpha=0.5, markersize=4, markeredgewidth=0.0, linestyle="none")
+
+
+def draw_runs(axes: Axes, place: float, summary: Summary, colour: str, width: float = 0.5, marker: str = "o") -> None:
+    """The objectives of one solver's plans, their mean a line; how many runs have no plan stands above."""
+    objectives = summary.feasible_objectives
+    draw_points(axes, place, objectives, colour, marker, width)
+    if objectives.size:
+        axes.hlines(summary.mean, place - width / 2.0, place + width / 2.0, color=colour, linewidth=2.2)
+    if summary.infeasible:
+        note = f"{summary.infeasible} of {summary.objectives.size}\ninfeasible"
+        axes.annotate(
+            note, (place, 0.98), xycoords=axes.get_xaxis_transform(), ha="center", va="top", fontsize=7, color=colour
+        )
+
+
+COLUMNS = 2
+EQUAL = "0.92"  # behind gaps within which statistics count plans as equal
+ROOM = 2.5  # factor of the y axis above the largest gap, for runs without a plan
+
+
+@in_print
+def comparison_figure(results: Results) -> Figure:
+    """A pair of panels a case: the median gap of each solver over evaluations with its quartiles, and final plans."""
+    columns = min(COLUMNS, len(results.cases))
+    rows = ceil(len(results.cases) / columns)
+    figure = Figure(figsize=(5.4 * columns, 0.3 + 2.5 * rows), layout="constrained")
+    grid = figure.add_gridspec(rows, 2 * columns, width_ratios=[3.0, 2.0] * columns)
+    panels = []
+    for index, case in enumerate(results.cases):
+        row, column = divmod(index, columns)
+        left = figure.add_subplot(grid[row, 2 * column])
+        right = figure.add_subplot(grid[row, 2 * column + 1], sharey=left)
+        panels.append((left, draw_case(left, right, results, case)))
+    figure.suptitle(f"Gap to {results.measure.reference}: median run and quartiles")
+    figure.draw_without_rendering()  # panels get their places, which labels need
+    for left, ends in panels:
+        label_ends(left, ends)
+    return figure
+
+
+def draw_case(left: Axes, right: Axes, results: Results, case: str) -> list[EndLabel]:
+    """The two panels of a case; returns what is to be written at the ends of the lines."""
+    reference, summaries, measure = results.references[case], results.of_case(case), results.measure
+    left.set_title(case, loc="left")
+    if reference is None:
+        left.text(0.5, 0.5, measure.none, ha="center", transform=left.transAxes)
+        left.set_axis_off()
+        right.set_axis_off()
+        return []
+    curves = [gap_curve(results, case, summary.solver) for summary in summaries]
+    finals = [np.maximum(gaps_of(summary.objectives, reference), measure.drawn) for summary in summaries]
+    set_scales(left, curves, finals, measure)
+    for index, (curve, gaps, summary) in enumerate(zip(curves, finals, summaries, strict=True)):
+        draw_curve(left, index, curve, measure.drawn)
+        draw_final(right, index, gaps, summary)
+    finish(left, right, summaries, measure.axis(reference, summaries[0].unit))
+    top = left.get_ylim()[1]
+    ends = [min(max(float(curve.median[-1]), measure.drawn), top) for curve in curves]
+    return [
+        EndLabel(summary.solver, end, colour_of(index))
+        for index, (summary, end) in enumerate(zip(summaries, ends, strict=True))
+    ]
+
+
+def set_scales(axes: Axes, curves: list[GapCurve], finals: list[FloatArray], measure: Measure) -> None:
+    """Logarithmic axes from the first plan of a median run on, and from the least gap up to the largest."""
+    values = np.concatenate([*(curve.median for curve in curves), *finals])
+    shown = np.maximum(values[np.isfinite(values)], measure.drawn)
+    largest = float(shown.max(initial=measure.drawn))
+    least = float(shown.min(initial=largest))
+    starts = [curve.evaluations[np.isfinite(curve.lower)] for curve in curves]
+    first = min((float(evaluations[0]) for evaluations in starts if evaluations.size), default=1.0)
+    axes.set(xscale="log", yscale="log")
+    axes.set_xlim(first / 1.1, float(curves[0].evaluations[-1]))
+    axes.set_ylim(least / 1.6, max(10.0 * measure.equal, largest) * ROOM)
+
+
+def draw_curve(axes: Axes, index: int, curve: GapCurve, least: float) -> None:
+    """One solver: its median a line, the half of its runs in the middle a band; thin once all runs have ended.
+
+    Gaps below the least are drawn there.
+    """
+    top = 10.0 * axes.get_ylim()[1]
+    lower, median, upper = (np.maximum(gaps, least) for gaps in (curve.lower, curve.median, curve.upper))
+    some = np.isfinite(lower)
+    axes.fill_between(
+        curve.evaluations[some], lower[some], np.minimum(upper[some], top), color=colour_of(index), alpha=0.15, lw=0.0
+    )
+    during = curve.evaluations <= curve.end
+    shown = np.where(np.isfinite(median), median, np.nan)
+    axes.plot(curve.evaluations[during], shown[during], **line_of(index), linewidth=1.5)
+    axes.plot(curve.evaluations[~during], shown[~during], color=colour_of(index), linewidth=0.7, alpha=0.7)
+    if not during.all():
+        axes.plot(curve.evaluations[during][-1], shown[during][-1], "x", color=colour_of(index), markersize=6)
+
+
+def draw_final(axes: Axes, index: int, gaps: FloatArray, summary: Summary) -> None:
+    """The final plans of one solver: each run a point, median and quartiles lines; runs without a plan at the top."""
+    top, colour = axes.get_ylim()[1] / ROOM**0.5, colour_of(index)
+    draw_points(axes, index, gaps[np.isfinite(gaps)], colour, marker_of(index))
+    missing, runs = summary.infeasible + summary.failed, summary.objectives.size + summary.failed
+    every = np.append(gaps, np.full(summary.failed, np.inf))
+    lower, median, upper = (float(np.minimum(quantile(every, share), top)) for share in (0.25, 0.5, 0.75))
+    axes.hlines(median, index - 0.36, index + 0.36, color=colour, linewidth=2.2)
+    if runs >= FEWEST_FOR_QUARTILES:
+        axes.vlines(index + 0.36, lower, upper, color=colour, linewidth=1.2)
+    if missing:
+        axes.plot(index, top, "x", color=colour, markersize=6)
+        note = f"{missing} of {runs}\nno {summary.measure.result}"
+        axes.text(
+            index, 1.01, note, color=colour, fontsize=SMALL - 1, ha="center", transform=axes.get_xaxis_transform()
+        )
+
+
+def finish(left: Axes, right: Axes, summaries: list[Summary], gap: str) -> None:
+    """Axes, grids and names."""
+    measure = summaries[0].measure
+    left.set_xlabel("evaluations")
+    left.set_ylabel(gap)
+    left.yaxis.set_major_locator(LogLocator(numticks=12))
+    left.yaxis.set_major_formatter(FuncFormatter(lambda value, _: measure.ticked(value)))
+    for axis in (left.xaxis, left.yaxis):
+        axis.set_minor_formatter(NullFormatter())
+    right.tick_params(labelleft=False)
+    right.set_xlim(-0.6, len(summaries) - 0.4)
+    names = [wrapped(summary.solver) for summary in summaries]
+    right.set_xticks(range(len(summaries)), names, rotation=35, ha="right", fontsize=SMALL)
+    for axes in (left, right):
+        axes.axhspan(measure.drawn / 10.0, measure.equal, color=EQUAL, zorder=0)
+        axes.grid(visible=False, axis="x")
+
+
+def wrapped(label: str) -> str:
+    """A solver's label with each of its settings on a line."""
+    return label.replace("(", "(\n").replace(",", ",\n")
+
+
+BAR, BAR_STEP = 0.35, 0.3  # the first bar below the axis, and from one to the next, in rows
+
+
+@in_print
+def critical_difference_figure(results: Results) -> Figure:
+    """Solvers on an axis of mean ranks, the best on the left; a thick bar joins those that do not differ."""
+    found = ranking(results.solvers, results.scores())
+    half = ceil(len(found.solvers) / 2)
+    depth = BAR + BAR_STEP * len(found.groups)
+    figure = Figure(figsize=(TWO_COLUMNS, 1.2 + 0.3 * (depth + half)), layout="constrained")
+    axes = figure.subplots()
+    axes.set_title(
+        f"Mean ranks of median runs over {found.cases} cases; Friedman test: p {equals(found.p)}",
+        loc="left",
+    )
+    draw_axis(axes, found)
+    for step, (first, last) in enumerate(found.groups):
+        y = -BAR - BAR_STEP * step
+        axes.plot(found.ranks[[first, last]] + (-0.04, 0.04), [y, y], color="0.2", linewidth=4, solid_capstyle="butt")
+    for place, (solver, rank) in enumerate(zip(found.solvers, found.ranks, strict=True)):
+        row = place if place < half else len(found.solvers) - 1 - place
+        draw_solver(axes, found, results.solvers.index(solver), solver, float(rank), place < half, -depth - row)
+    axes.set_ylim(-depth - half + 0.3, 1.2)
+    return figure
+
+
+def equals(p: float) -> str:
+    """P behind its name."""
+    text = p_text(p)
+    return text if text.startswith("<") else f"= {text}"
+
+
+def limits(found: Ranking) -> tuple[int, int]:
+    """The whole ranks around all mean ranks."""
+    return floor(found.ranks[0]), max(floor(found.ranks[0]) + 1, ceil(found.ranks[-1]))
+
+
+def draw_axis(axes: Axes, found: Ranking) -> None:
+    """The line of ranks at the top, with its ticks and numbers."""
+    low, high = limits(found)
+    margin = 0.45 * (high - low)
+    axes.set_axis_off()
+    axes.set_xlim(low - margin, high + margin)
+    axes.plot([low, high], [0.0, 0.0], color="black", linewidth=1.2)
+    for rank in range(low, high + 1):
+        axes.plot([rank, rank], [0.0, 0.15], color="black", linewidth=1.2)
+        axes.text(rank, 0.25, str(rank), ha="center", va="bottom")
+
+
+def draw_solver(axes: Axes, found: Ranking, index: int, name: str, rank: float, left: bool, y: float) -> None:
+    """A solver's mark on the axis, and its name on the side where it is nearer."""
+    low, high = limits(found)
+    side = low - 0.05 * (high - low) if left else high + 0.05 * (high - low)
+    axes.plot([rank, rank, side], [0.0, y, y], color=colour_of(index), linewidth=1.0)
+    axes.plot(rank, 0.0, marker_of(index), color=colour_of(index), markersize=7, clip_on=False)
+    text = f"{name}  {rank:.2f}" if left else f"{rank:.2f}  {name}"
+    offset = -4 if left else 4
+    axes.annotate(text, (side, y), (offset, 0), textcoords="offset points", ha="right" if left else "left", va="center")
+
+
+@in_print
+def ecdf_figure(results: Results) -> Figure:
+    """A line a solver over all cases, runs and targets; a cross where its longest run ended."""
+    figure = Figure(figsize=(TWO_COLUMNS, 3.8), layout="constrained")
+    axes = figure.subplots()
+    axes.set_title(
+        f"Targets reached: {len(results.measure.targets)} gaps from {results.measure.span}, "
+        f"{len(results.cases)} case{'s' * (len(results.cases) > 1)}",
+        loc="left",
+    )
+    axes.set(xscale="log", ylim=(-0.02, 1.02), xlabel="evaluations", ylabel="share of cases, runs and targets")
+    longest = max([2, *(run.done for run in results.convergences)])
+    ends, first = [], float(longest)
+    for index, solver in enumerate(results.solvers):
+        runs = results.runs_of(solver)
+        reached = [results.needed(run) for run in runs]
+        evaluations, shares = shares_reached(reached)
+        first = min([first, *evaluations[:1]])
+        last = draw_shares(axes, index, evaluations, shares, max(run.done for run in runs), longest)
+        ends.append(EndLabel(solver, last, colour_of(index)))
+    axes.set_xlim(max(1.0, first / 1.1), longest)
+    figure.draw_without_rendering()  # the panel gets its place, which labels need
+    label_ends(axes, ends)
+    return figure
+
+
+def draw_shares(axes: Axes, index: int, evaluations: FloatArray, shares: FloatArray, end: int, longest: int) -> float:
+    """One solver's line, thin behind the end of its longest run; returns the height of its end."""
+    last = float(shares[-1]) if shares.size else 0.0
+    x, y = np.concatenate([[1.0], evaluations, [end]]), np.concatenate([[0.0], shares, [last]])
+    axes.plot(x, y, **line_of(index), linewidth=1.5, drawstyle="steps-post")
+    axes.plot([end, longest], [last, last], color=colour_of(index), linewidth=0.7, alpha=0.7)
+    axes.plot(end, last, "x", color=colour_of(index), markersize=7)
+    return last
+
+
+MATRIX_COLUMNS = 3
+WORSE, BETTER = "#c14a07", "#085692"  # those of lines but for a bit: pages lighten lines on a dark ground, not cells
+WORSE_TO_BETTER = LinearSegmentedColormap.from_list("worse to better", [WORSE, "#f7f7f7", BETTER])
+DARK_BLUE = 0.8  # from there on numbers are white
+ON_LIGHT = "#000001"  # the others, whatever colour letters have elsewhere
+
+
+@in_print
+def effect_sizes_figure(results: Results) -> Figure:
+    """A matrix over all cases, and where there are more of them one for each."""
+    by_case = {case: results.effect_sizes(case) for case in results.cases}
+    matrices = by_case if len(by_case) == 1 else {"mean over cases": np.mean(list(by_case.values()), axis=0), **by_case}
+    columns = min(MATRIX_COLUMNS, len(matrices))
+    rows = ceil(len(matrices) / columns)
+    size = 1.0 + 0.42 * len(results.solvers)
+    figure = Figure(figsize=(max(5.0, (size + 0.3) * columns), 0.5 + size * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, (title, matrix) in zip(panels, matrices.items(), strict=False):
+        draw_matrix(axes, title, matrix, results.solvers)
+    for axes in panels[len(matrices) :]:
+        axes.set_axis_off()
+    figure.suptitle("A12: how probably a run of the row is better than one of the column")
+    return figure
+
+
+def draw_matrix(axes: Axes, title: str, matrix: FloatArray, solvers: list[str]) -> None:
+    """One matrix (k, k), its numbers in the cells; blue where the row is better, vermillion where it is worse."""
+    shown = np.ma.masked_array(matrix, np.eye(len(matrix), dtype=bool))
+    edges = np.arange(len(matrix) + 1) - 0.5
+    axes.pcolormesh(edges, edges, shown, cmap=WORSE_TO_BETTER, vmin=0.0, vmax=1.0)
+    axes.set(aspect="equal", ylim=(len(matrix) - 0.5, -0.5))
+    for (row, column), value in np.ndenumerate(matrix):
+        if row != column:
+            colour = "white" if value >= DARK_BLUE else ON_LIGHT
+            axes.text(column, row, f"{value:.2f}", ha="center", va="center", color=colour, fontsize=SMALL)
+    places = range(len(solvers))
+    axes.set_xticks(places, solvers, rotation=35, ha="right", rotation_mode="anchor", fontsize=SMALL)
+    axes.set_yticks(places, solvers, fontsize=SMALL)
+    axes.tick_params(length=0)
+    axes.grid(visible=False)
+    axes.set_title(title)

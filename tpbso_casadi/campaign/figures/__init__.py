@@ -1,1 +1,0 @@
-"""The figures of a comparison. Imported only where a figure is drawn: matplotlib is slow to load."""

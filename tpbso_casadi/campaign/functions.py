@@ -1,0 +1,139 @@
+"""Searches of benchmark functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from problems.base import FloatArray
+from solvers import Solver, minimize
+from solvers.functions import BenchmarkFunction, InvalidFunction, benchmark_function
+from tpbso_casadi.plain import as_json, plain, settings_of
+from tpbso_casadi.scenario import ScenarioError, SolverSection, describe
+
+KEY = "function"  # which only searches of functions have, scenarios have none
+PREFIX = "function:"  # of the name of one on a command line
+UNIT = "above minimum"
+MOST_SHOWN = 6  # numbers of a vector
+
+
+class Recorder:
+    """A function of a population that keeps at which evaluations its lowest value so far fell, exactly.
+
+    Attributes:
+        evaluations: numbers of these evaluations, the first is 1.
+        values: found there.
+    """
+
+    def __init__(self, f: Callable[[FloatArray], FloatArray]) -> None:
+        self._f, self._done = f, 0
+        self.evaluations: list[int] = []
+        self.values: list[float] = []
+
+    def __call__(self, candidates: FloatArray) -> FloatArray:
+        """Values (m,) of candidates (m, d)."""
+        values = self._f(candidates)
+        for number, value in enumerate(values.tolist(), start=self._done + 1):
+            if not self.values or value < self.values[-1]:
+                self.evaluations.append(number)
+                self.values.append(value)
+        self._done += len(values)
+        return values
+
+
+def find_function(name: str) -> BenchmarkFunction:
+    """A benchmark function by its name, without the prefix.
+
+    Raises:
+        ScenarioError: there is none.
+    """
+    try:
+        return benchmark_function(name)
+    except InvalidFunction as error:
+        raise ScenarioError(f"{PREFIX}{name}: {error}") from error
+
+
+def section_of(table: Mapping[str, Any]) -> SolverSection:
+    """A [solver] table that can search a function.
+
+    Raises:
+        ScenarioError: a key is wrong, or the solver needs more than a function.
+    """
+    try:
+        section = SolverSection.model_validate(dict(table))
+    except ValidationError as error:
+        raise ScenarioError(f"solver.{describe(error, SolverSection, dict(table))}") from error
+    if section.kind().solves_program or section.polish_starts:
+        raise ScenarioError("IPOPT needs the derivatives of a program, which a benchmark function does not give")
+    section.build()
+    return section
+
+
+def search_text(statement: Mapping[str, Any]) -> str:
+    """Do a search; the text that is stored of it, with the keys that a ``result.json`` has too.
+
+    Values are those above the function's minimum.
+
+    Raises:
+        ScenarioError: it cannot be done.
+        InterruptedError: Ctrl-C.
+    """
+    function, section = find_function(statement[KEY]), section_of(statement["solver"])
+    solver = section.build()
+    assert isinstance(solver, Solver)
+    recorder = Recorder(function.f)
+    result = minimize(recorder, function.box, solver, section.budget(), section.seed)
+    if result.stop_reason.value == "interrupted":
+        raise InterruptedError("the run was interrupted")
+    content = {
+        KEY: function.name,
+        "solver": {"name": section.name, "settings": settings_of(solver)},
+        "seed": section.seed,
+        "objective": {"name": function.name, "value": _above(result.cost, function), "unit": UNIT},
+        "cost": _above(result.cost, function),
+        "feasible": bool(np.isfinite(result.cost)),
+        "x": result.x,
+        "minimum": {"value": function.optimum, "x": function.minimum},
+        "evaluations": result.evaluations,
+        "iterations": result.iterations,
+        "seconds": result.seconds,
+        "stop_reason": result.stop_reason.value,
+        "history": {
+            "evaluations": result.history.evaluations,
+            "cost": _above(result.history.cost, function),
+        },
+        "improvements": {"evaluations": recorder.evaluations, "cost": _above(np.array(recorder.values), function)},
+    }
+    return as_json(plain(content), None)
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(strict=True, extra="ignore")
+
+
+class _Minimum(_Part):
+    value: float
+
+
+class StoredMinimum(_Part):
+    """Where a search ended, of what is stored of it."""
+
+    cost: float
+    x: list[float]
+    minimum: _Minimum
+
+    @property
+    def words(self) -> str:
+        """The value of the function itself, and where it has it."""
+        shown = ", ".join(f"{number:.5g}" for number in self.x[:MOST_SHOWN])
+        more = f", and {len(self.x) - MOST_SHOWN} more" if len(self.x) > MOST_SHOWN else ""
+        value, lowest = self.cost + self.minimum.value, self.minimum.value
+        return f"f(x) = {value:.7g} where {lowest:.7g} is the minimum, at x = ({shown}{more})"
+
+
+def _above(values: FloatArray | float, function: BenchmarkFunction) -> Any:
+    """How far values are above the minimum, not less than 0, which rounding may give."""
+    return np.maximum(np.asarray(values) - function.optimum, 0.0).tolist()

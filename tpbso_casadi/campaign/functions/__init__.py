@@ -1,1 +1,0 @@
-"""Campaigns on benchmark functions: searches of a box without a robot, in the same stores and tables."""

@@ -1,0 +1,152 @@
+"""What is measured of runs: quantiles, gaps, best values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, isfinite
+
+import numpy as np
+
+from problems.base import FloatArray
+
+
+def quantile(values: FloatArray, share: float) -> FloatArray:
+    """The quantile of each column, linear between neighbours (Hyndman and Fan's type 7); inf beside an infinite one.
+
+    Args:
+        values: (n, ...), n > 0; inf allowed.
+        share: from 0 to 1.
+
+    Returns:
+        Shape (...).
+    """
+    ordered = np.sort(values, axis=0)
+    place = share * (len(ordered) - 1)
+    below, weight = int(place), place - int(place)
+    if weight == 0.0:
+        return np.asarray(ordered[below])
+    low, high = ordered[below], ordered[below + 1]
+    finite = np.isfinite(high)
+    return np.where(finite, (1.0 - weight) * low + weight * np.where(finite, high, 0.0), np.inf)
+
+
+def gap(values: FloatArray, reference: float) -> FloatArray:
+    """How far values lie above a reference, relative to its size; absolute where it is 0."""
+    return (values - reference) / (abs(reference) or 1.0)
+
+
+TIE_TOLERANCE = 1e-4  # relative: objectives this close to the best of two samples count as equal to it
+PRECISE = 1e-8  # above a minimum: values below count as equal to it, as COCO's last target
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Measure:
+    """How runs are judged.
+
+    Attributes:
+        known: the objective that gaps are measured from; None for the best of the campaign itself.
+        equal: gaps up to which statistics count as none.
+        reached: objectives up to it count as equal to each other, however far apart.
+        targets: gaps (n,), descending, for the share of them that is reached.
+        scale: of gaps where they are written.
+        unit: likewise, behind the number.
+        case: what is searched.
+        title: of what is shown first.
+        reference: what gaps are measured from.
+        so_far: what a run has while it works.
+        begins: when it first has that.
+        without: of runs that have nothing in the end.
+        final: what a run has in the end.
+        result: this, in a word.
+        counts: which of them count.
+        none: that no run has one.
+        best: the best of these, before its number.
+    """
+
+    known: float | None
+    equal: float
+    reached: float
+    targets: FloatArray
+    scale: float
+    unit: str
+    case: str
+    title: str
+    reference: str
+    so_far: str
+    begins: str
+    without: str
+    final: str
+    result: str
+    counts: str
+    none: str
+    best: str
+
+    @property
+    def drawn(self) -> float:
+        """Smaller gaps are drawn there."""
+        return self.equal / 10.0
+
+    @property
+    def span(self) -> str:
+        """The targets, in words."""
+        return f"{self.written(self.targets[0])} to {self.written(self.targets[-1])}"
+
+    def written(self, gap: float) -> str:
+        """A gap, exactly."""
+        return f"{self.scale * gap:g}{self.unit}"
+
+    def shown(self, gap: float) -> str:
+        """A gap for a table; a dash where there is none."""
+        if not isfinite(gap):
+            return "-"
+        return f"< {self.written(self.equal)}" if 0.0 < gap < self.equal else f"{self.scale * gap:.3g}{self.unit}"
+
+    def axis(self, reference: float, unit: str) -> str:
+        """The name of an axis of gaps to a reference in a unit."""
+        return f"gap to {reference:.5g} {unit}" if self.known is None else f"{self.so_far} {unit}"
+
+    def ticked(self, gap: float) -> str:
+        """A gap for an axis; the least one stands for all below."""
+        return ("≤ " if gap <= 1.001 * self.drawn else "") + self.written(gap)
+
+
+PLANS = Measure(
+    known=None,
+    equal=TIE_TOLERANCE,
+    reached=-inf,
+    targets=np.logspace(1.0, -4.0, 51),  # ten a decade
+    scale=100.0,
+    unit=" %",
+    case="scenario",
+    title="Gap to the best plan",
+    reference="the best certified plan of this campaign",
+    so_far="best plan",
+    begins="; it begins where half of the runs, and the band where a quarter, have a plan that keeps all limits at the "
+    "samples of the search",
+    without="A run whose plan is not certified in the end, and one that failed, has no plan at any time and counts as "
+    "the worst",
+    final="certified plan",
+    result="plan",
+    counts="A plan counts only if it is certified: every limit is proven to be kept for all t.",
+    none="no run has a certified plan",
+    best="Best plan",
+)
+VALUES = Measure(
+    known=0.0,
+    equal=PRECISE,
+    reached=PRECISE,
+    targets=np.logspace(2.0, -8.0, 51),  # COCO's
+    scale=1.0,
+    unit="",
+    case="function",
+    title="Gap to the minimum",
+    reference="the known minimum of the function",
+    so_far="lowest value",
+    begins="",
+    without="A run that failed has no value at any time and counts as the worst",
+    final="lowest value",
+    result="value",
+    counts="Values are those above the known minimum of the function, f(x) - f*; below 1e-08 they count as equal.",
+    none="no run found a finite value",
+    best="Lowest value",
+)

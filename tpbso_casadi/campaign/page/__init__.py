@@ -1,1 +1,0 @@
-"""The page that a comparison leaves: what was run, its figures and tables, in one HTML file."""

@@ -1,0 +1,224 @@
+"""All results of a campaign: references, gaps, targets, the best runs.
+
+[1] N. Hansen et al., "COCO: a platform for comparing continuous optimizers in a black-box setting",
+    Optimization Methods and Software 36, 2021.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import inf
+
+import numpy as np
+from pydantic import ValidationError
+
+from problems.base import FloatArray
+from tpbso_casadi.campaign.convergence import Convergence, convergences, in_one_line
+from tpbso_casadi.campaign.measures import PLANS, Measure, gap, quantile
+from tpbso_casadi.campaign.record import Found, Record
+from tpbso_casadi.campaign.run import AnyRun
+from tpbso_casadi.campaign.statistics import Summary, a12, summarise, with_ties
+from tpbso_casadi.campaign.store import Store, StoreError
+from tpbso_casadi.scenario import ScenarioError
+from tpbso_casadi.storage import InvalidResult
+from tpbso_casadi.storage.recomputation import Contradiction
+
+
+def references(summaries: Sequence[Summary]) -> dict[str, float | None]:
+    """By case the lowest objective: where it is known that of all, else that of a certified plan of any solver.
+
+    None where there is no plan.
+    """
+    plans: dict[str, list[float]] = {summary.case: [] for summary in summaries}
+    known = {summary.case: summary.measure.known for summary in summaries}
+    for summary in summaries:
+        plans[summary.case] += summary.feasible_objectives.tolist()
+    lowest = {case: min(objectives, default=None) for case, objectives in plans.items()}
+    return {case: value if value is None or known[case] is None else known[case] for case, value in lowest.items()}
+
+
+def gaps_of(objectives: FloatArray, reference: float | None) -> FloatArray:
+    """The gaps of objectives; inf where there is no plan at all."""
+    return np.full(np.shape(objectives), np.inf) if reference is None else gap(objectives, reference)
+
+
+def evaluations_needed(run: Convergence, reference: float | None, targets: FloatArray) -> FloatArray:
+    """After how many evaluations a run first had a plan within each gap.
+
+    Args:
+        run: its convergence.
+        reference: the objective that gaps are measured from; None where no run has a plan.
+        targets: gaps (n,).
+
+    Returns:
+        Shape (n,); inf where it never had.
+    """
+    gaps = gaps_of(run.objectives, reference)
+    first = np.searchsorted(-gaps, -targets * (1.0 + 1e-12))
+    return np.append(run.evaluations, np.inf)[first]
+
+
+def shares_reached(needed: Sequence[FloatArray] | Iterable[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """The empirical distribution of evaluations needed: at each number (m,), the share of all targets reached (m,)."""
+    every = np.concatenate(list(needed))
+    evaluations, counts = np.unique(every[np.isfinite(every)], return_counts=True)
+    return evaluations, np.cumsum(counts) / every.size
+
+
+@dataclass(frozen=True)
+class Results:
+    """The runs of a campaign.
+
+    Attributes:
+        records: of all runs.
+        convergences: of all runs.
+        measure: that they are judged by.
+        summaries: one for each case and solver, made of the records.
+    """
+
+    records: Sequence[Record]
+    convergences: Sequence[Convergence]
+    measure: Measure = PLANS
+    summaries: list[Summary] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "summaries", summarise(self.records, self.measure))
+
+    @property
+    def cases(self) -> list[str]:
+        """Names of what was searched, in the order of the runs."""
+        return list(dict.fromkeys(summary.case for summary in self.summaries))
+
+    @property
+    def solvers(self) -> list[str]:
+        """Labels of the solvers, likewise."""
+        return list(dict.fromkeys(summary.solver for summary in self.summaries))
+
+    @cached_property
+    def references(self) -> dict[str, float | None]:
+        """By case the objective that gaps are measured from: a known lowest one, or the lowest of this campaign."""
+        return references(self.summaries)
+
+    def of_case(self, case: str) -> list[Summary]:
+        """The summaries of a case, a solver each."""
+        return [summary for summary in self.summaries if summary.case == case]
+
+    def runs_of(self, solver: str, case: str | None = None) -> list[Convergence]:
+        """The convergence of each run of a solver, on one case or on all."""
+        return [run for run in self.convergences if run.solver == solver and case in {None, run.case}]
+
+    def needed(self, run: Convergence) -> FloatArray:
+        """After how many evaluations a run first reached each target, (n,); inf where it never did."""
+        return evaluations_needed(run, self.references[run.case], self.measure.targets)
+
+    def scores(self) -> FloatArray:
+        """The gap of each solver's median on each case, (cases, solvers); inf where the median run has no plan.
+
+        Gaps within the tolerance of ties are 0.
+        """
+        table = np.full((len(self.cases), len(self.solvers)), np.inf)
+        for summary in self.summaries:
+            if summary.objectives.size:
+                gaps = gaps_of(np.array(summary.median), self.references[summary.case])
+                place = self.cases.index(summary.case), self.solvers.index(summary.solver)
+                table[place] = np.where(gaps <= self.measure.equal, 0.0, gaps)
+        return table
+
+    def effect_sizes(self, case: str) -> FloatArray:
+        """A12 of each solver (row) against each (column) on a case: how probably a run of the row is better."""
+        objectives = [summary.objectives for summary in self.of_case(case)]
+        reached = self.measure.reached
+        return np.array([[a12(*with_ties(one, other, reached)) for other in objectives] for one in objectives])
+
+
+def results_of(runs: Sequence[AnyRun], store: Store) -> Results:
+    """The results of these runs, as far as they are stored.
+
+    Raises:
+        StoreError: what is stored is not a result.
+    """
+    measure = runs[0].measure if runs else PLANS
+    return Results(store.records(runs), convergences(runs, store), measure)
+
+
+GRID = 240  # numbers of evaluations at which quartiles are computed
+FEWEST_FOR_QUARTILES = 4  # runs; fewer have a median alone
+
+
+@dataclass(frozen=True, kw_only=True)
+class GapCurve:
+    """The runs of one solver on one case.
+
+    Attributes:
+        end: evaluations of its longest run.
+        evaluations: up to the end of the longest run of any solver, (n,).
+        lower: quartile of the gaps, (n,), inf where that run has no plan.
+        median: likewise.
+        upper: likewise.
+    """
+
+    end: int
+    evaluations: FloatArray
+    lower: FloatArray
+    median: FloatArray
+    upper: FloatArray
+
+
+def gap_curve(results: Results, case: str, solver: str) -> GapCurve:
+    """The curve of one solver; a run without a plan, or without one yet, is infinitely far from the best."""
+    longest = max(run.done for run in results.convergences if run.case == case)
+    evaluations = np.geomspace(1.0, max(2, longest), GRID)
+    runs = results.runs_of(solver, case)
+    gaps = gaps_of(np.array([run.at(evaluations) for run in runs]), results.references[case])
+    shares = (0.25, 0.5, 0.75) if len(runs) >= FEWEST_FOR_QUARTILES else (0.5, 0.5, 0.5)
+    lower, median, upper = (quantile(gaps, share) for share in shares)
+    return GapCurve(end=max(run.done for run in runs), evaluations=evaluations, lower=lower, median=median, upper=upper)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Best:
+    """The run of the lowest objective on a case; of equal ones the first.
+
+    Attributes:
+        run: itself.
+        record: of it.
+        found: what it found.
+    """
+
+    run: AnyRun
+    record: Record
+    found: Found
+
+
+def best_runs(runs: Sequence[AnyRun], store: Store) -> list[Best]:
+    """The best run of each case that has one, in the order of the cases.
+
+    Raises:
+        StoreError: what is stored is no result, or not what a recomputation gives.
+    """
+    by_labels = {(run.case, run.solver, run.seed): run for run in runs}
+    best: dict[str, tuple[float, Record]] = {}
+    for record in store.records(runs):
+        if record.feasible and record.objective is not None:
+            lowest = best[record.case][0] if record.case in best else inf
+            if record.objective < lowest:
+                best[record.case] = record.objective, record
+    chosen = [(by_labels[record.case, record.solver, record.seed], record) for _, record in best.values()]
+    return [Best(run=run, record=record, found=found_by(run, store)) for run, record in chosen]
+
+
+def found_by(run: AnyRun, store: Store) -> Found:
+    """What a run that did not fail found.
+
+    Raises:
+        StoreError: what is stored is no result, or not what a recomputation gives.
+    """
+    [(_, text)] = store.texts([run])
+    try:
+        return run.found(text or "")
+    except ValidationError as error:
+        raise StoreError(f"{store.place(run)}: {in_one_line(error)}") from error
+    except (InvalidResult, ScenarioError, Contradiction) as error:
+        raise StoreError(f"{store.place(run)}: {error}") from error

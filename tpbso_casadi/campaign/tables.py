@@ -1,0 +1,123 @@
+"""Results as tables, on a screen and in files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from math import isfinite
+
+import numpy as np
+from rich.box import SIMPLE
+from rich.console import Console, RenderableType
+from rich.markup import escape
+from rich.measure import Measurement
+from rich.table import Table
+
+from tpbso_casadi.campaign.results import gaps_of, references
+from tpbso_casadi.campaign.statistics import Judgement, Relation, Summary, compare_summaries, judge, p_text
+
+COUNTS = ("runs", "failed", "infeasible")
+NUMBERS = ("mean", "std", "best", "median", "evaluations")
+AGAINST_FIRST = ("a12", "p", "p_corrected", "against_first")
+SPREAD = ("lower_quartile", "upper_quartile", "median_gap")
+HEADER = ("case", "solver", "unit", *COUNTS, *NUMBERS, *AGAINST_FIRST, *SPREAD)
+WIDEST = 10_000  # columns, more than any table needs
+LABEL_WIDTH = 22  # columns of a solver's label, which goes on in the next line after a bracket, comma or plus
+
+
+def against_first(summaries: Sequence[Summary]) -> dict[tuple[str, str], Judgement]:
+    """By case and solver, how the solver compares with the first; the whole table is one family of tests."""
+    first = {summary.case: summary for summary in reversed(summaries)}
+    judgements = judge([compare_summaries(s, first[s.case]) for s in summaries if s is not first[s.case]])
+    return {(j.comparison.case, j.comparison.solver): j for j in judgements}
+
+
+def rows(summaries: Sequence[Summary]) -> list[list[object]]:
+    """The whole table, under ``HEADER``, without times: it is the same on any machine and any number of workers."""
+    judgements, lowest = against_first(summaries), references(summaries)
+    table: list[list[object]] = []
+    for s in summaries:
+        counts = s.objectives.size + s.failed, s.failed, s.infeasible
+        numbers = [_cell(number) for number in (s.mean, s.std, s.best, s.median, s.evaluations)]
+        gap = float(gaps_of(np.array(s.median), lowest[s.case]))
+        spread = [_cell(number) for number in (*s.quartiles, gap)]
+        test = _test(judgements.get((s.case, s.solver)))
+        table.append([s.case, s.solver, s.unit, *counts, *numbers, *test, *spread])
+    return table
+
+
+def _test(judgement: Judgement | None) -> tuple[float | str | None, ...]:
+    if judgement is None:
+        return (None,) * len(AGAINST_FIRST)
+    return judgement.comparison.a12, judgement.comparison.p, judgement.p, str(judgement.relation)
+
+
+def _cell(number: float) -> float | None:
+    return number if isfinite(number) else None
+
+
+COLOURS = {Relation.BETTER: "green", Relation.WORSE: "red"}
+
+
+def print_tables(summaries: Sequence[Summary], console: Console) -> None:
+    """Print the tables of every case. A console too narrow for one wraps its lines; no cell is ever cut."""
+    judgements = against_first(summaries)
+    for case in dict.fromkeys(summary.case for summary in summaries):
+        of_case = [summary for summary in summaries if summary.case == case]
+        _print(_numbers(of_case), console)
+        if len(of_case) > 1:
+            _print(_tests(of_case, judgements), console)
+
+
+def _print(table: RenderableType, console: Console) -> None:
+    width = console.width
+    console.width = max(width, Measurement.get(console, console.options.update(max_width=WIDEST), table).maximum)
+    console.print(table)
+    console.width = width
+
+
+def _numbers(summaries: Sequence[Summary]) -> Table:
+    """What the runs of each solver on one case gave."""
+    unit = next((summary.unit for summary in summaries if summary.unit), "")
+    table = _table(
+        f"{summaries[0].case} [{unit}]", ("mean", "std", f"{summaries[0].measure.result}s", "evals", "seconds")
+    )
+    for s in summaries:
+        numbers = _short(s.mean, ".5g"), _short(s.std, ".1e")
+        plans = f"{s.feasible_objectives.size} of {s.objectives.size + s.failed}"
+        table.add_row(_label(s.solver), *numbers, plans, _short(s.evaluations, ".0f"), _short(s.seconds, ".2f"))
+    return table
+
+
+def _tests(summaries: Sequence[Summary], judgements: dict[tuple[str, str], Judgement]) -> Table:
+    """How each solver on one case compares with the first."""
+    table = _table(f"against {summaries[0].solver}", ("A12", "p"))
+    table.add_column("is", no_wrap=True)
+    for s in summaries[1:]:
+        judgement = judgements[s.case, s.solver]
+        colour = COLOURS.get(judgement.relation, "default")
+        relation = f"[{colour}]{judgement.relation}[/]"
+        table.add_row(_label(s.solver), f"{judgement.comparison.a12:.2f}", p_text(judgement.p), relation)
+    return table
+
+
+def _table(title: str, headings: Iterable[str]) -> Table:
+    table = Table(title=escape(title), title_justify="left", title_style="bold", box=SIMPLE)
+    table.add_column("solver", no_wrap=True)
+    for heading in headings:
+        table.add_column(heading, justify="right", no_wrap=True)
+    return table
+
+
+def _label(solver: str) -> str:
+    """A solver's label on lines of at most ``LABEL_WIDTH`` columns, where its parts allow that."""
+    lines = [""]
+    for part in re.findall(r"[^(,+]+[(,]?|\+[^(,+]+|[(,+]", solver):
+        if lines[-1] and len(lines[-1]) + len(part) > LABEL_WIDTH:
+            lines.append(" ")
+        lines[-1] += part
+    return escape("\n".join(lines))
+
+
+def _short(number: float, digits: str) -> str:
+    return format(number, digits) if isfinite(number) else "-"

@@ -1,1 +1,0 @@
-"""What the command lines show in the terminal: tables and progress."""

@@ -1,0 +1,1 @@
+"""Plans and audits as tables of a console."""

@@ -1,0 +1,144 @@
+"""Plans as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import isinf
+
+import numpy as np
+from rich.text import Text
+
+from problems import CertificateStatus, Verdict
+from problems.certify import AtGoal
+from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
+from tpbso_casadi.planning import Motion, PlannedMotion, Polish, Retiming, SearchedMotion
+from tpbso_casadi.scenario.cases import DEFAULT, TITLES, best_known
+
+MARKS = {
+    CertificateStatus.CERTIFIED: Text("holds", "green"),
+    CertificateStatus.VIOLATED: Text("BROKEN", "red"),
+    CertificateStatus.UNDECIDED: Text("undecided", "yellow"),
+}
+FREE_TO_TURN = "state joint_limits if it must not"
+FAR = 0.02  # above the best known objective, relative to it: worth a word
+
+
+def summary_of(plan: PlannedMotion) -> str:
+    """The objective and its value; of a weighted sum those of its parts, too."""
+    objective = plan.criteria.objective
+    parts = ", ".join(f"{part.name} {value:.6g} {part.unit}" for part, _, value in plan.motion.objective_parts)
+    unit = "" if parts else f" {objective.unit}"
+    return f"{objective.name} {plan.objective:.6g}{unit}{parts and f' ({parts})'}"
+
+
+def limit_of(bound: float, unit: str) -> str:
+    """A bound with its unit."""
+    return f"{bound:.6g} {unit}".strip()
+
+
+def print_plan(plan: PlannedMotion, console: OutputConsole) -> None:
+    """The objective, every constraint judged for all t, the effort of the search, and remarks."""
+    table = table_of(word("constraint"), number("worst"), word("limit"), word(""), prose("where"))
+    for verdict in plan.verdicts:
+        table.add_row(*_row(verdict))
+    console.print_table(summary_of(plan), table)
+    if plan.searched is not None and plan.searched.polish is not None:
+        print_polish(plan.searched, plan.searched.polish, console)
+    if plan.retiming is not None:
+        print_retiming(plan.retiming, console)
+    for line in nearness_of(plan.motion):
+        console.say(line)
+    console.say(effort_of(plan))
+    for remark in remarks(plan):
+        console.say(remark)
+
+
+def nearness_of(motion: Motion) -> Iterator[str]:
+    """How near the motion comes to an obstacle, and what comes after arrival, in a line each."""
+    closest = motion.closest_approach
+    if closest is not None:
+        yield f"closest approach: {closest.distance:.6g} m, {closest.pair}, t = {closest.time:.4g} s"
+    after = motion.at_goal
+    if after is not None:
+        yield f"at the goal: clear {_how_long(after, motion.trajectory.duration)}"
+
+
+def _how_long(after: AtGoal, arrival: float) -> str:
+    if isinf(after.clear_until):
+        return "for ever"
+    if after.touched:
+        return f"until t = {after.clear_until:.4g} s"
+    return f"for {after.clear_until - arrival:.4g} s, and no farther was looked"
+
+
+def effort_of(plan: PlannedMotion) -> str:
+    """How the plan was found, in a line."""
+    found, solver = plan.searched, plan.scenario.solver
+    if found is None:
+        return f"a given path, timed in {plan.seconds_timed:.2f} s"
+    rounds = f", best of {found.rounds} rounds" if found.rounds > 1 else ""
+    search = found.search
+    return (
+        f"{solver.name}, seed {solver.seed}{rounds}: {search.evaluations} evaluations, {search.iterations} iterations, "
+        f"{search.seconds:.2f} s, stopped by {search.stop_reason}"
+    )
+
+
+def _row(verdict: Verdict) -> tuple[Text, ...]:
+    limit = limit_of(verdict.bound, verdict.unit)
+    texts = Text(verdict.name), Text(f"{verdict.worst:.6g}"), Text(limit), MARKS[verdict.status], Text(verdict.where)
+    return texts
+
+
+def print_polish(plan: SearchedMotion, polish: Polish, console: OutputConsole) -> None:
+    """The search and its refinement by IPOPT, side by side."""
+    objective, descent = plan.problem.objective, polish.search
+    decision = "kept" if polish.accepted else "discarded, not better"
+    headings = f"{objective.name}, {objective.unit}", "worst violation", "evaluations", "iterations", "seconds"
+    table = table_of(word(""), *map(number, headings))
+    rows = (
+        ("before", polish.before, plan.search.evaluations, plan.search.iterations, plan.search.seconds),
+        ("after", polish.after, descent.evaluations, descent.solution.iterations, polish.seconds),
+    )
+    for name, motion, evaluations, iterations, seconds in rows:
+        numbers = f"{motion.objective:.6g}", f"{motion.worst_violation:.3g}"
+        table.add_row(name, *numbers, str(evaluations), str(iterations), f"{seconds:.2f}")
+    console.print_table(f"polish: {decision} ({descent.solution.status})", table)
+
+
+def print_retiming(retiming: Retiming, console: OutputConsole) -> None:
+    """The motion before and after it was timed anew, side by side."""
+    objective = retiming.before.problem.objective
+    headings = f"{objective.name}, {objective.unit}", "duration, s", "worst violation", "seconds"
+    table = table_of(word(""), *map(number, headings))
+    rows = [("before", retiming.before, "")]
+    rows += [] if retiming.after is None else [(retiming.candidate, retiming.after, f"{retiming.seconds:.2f}")]
+    for name, motion, seconds in rows:
+        numbers = f"{motion.objective:.6g}", f"{motion.trajectory.duration:.6g}", f"{motion.worst_violation:.3g}"
+        table.add_row(name, *numbers, seconds)
+    console.print_table(f"retiming: {'kept' if retiming.accepted else 'discarded, not better'}", table)
+
+
+def remarks(plan: PlannedMotion) -> Iterator[str]:
+    """What a user may want to change: a polish left out, joints that turn more than once, a plan far from the best."""
+    found = plan.searched
+    if found is not None and plan.scenario.solver.polish_starts and not found.problem.has_program:
+        yield "not polished: this task has no nonlinear program"
+    given = plan.criteria.task.given_postures
+    asked = np.ptp(given, axis=0) / (2.0 * np.pi) if len(given) else np.zeros(plan.criteria.robot.dof)
+    for name, turns, least in zip(plan.criteria.robot.joint_names, plan.motion.turns, asked, strict=True):
+        if turns > 1.0:
+            why = f"the joints that are given are {least:.2f} turns apart" if least > 1.0 else FREE_TO_TURN
+            yield f"{name} turns {turns:.2f} times; {why}"
+    best = best_known(plan.scenario)
+    if best is not None and plan.feasible and plan.objective > (1.0 + FAR) * best:
+        excess = plan.objective / best - 1.0
+        yield f"{excess:.0%} above the best plan known, {limit_of(best, plan.criteria.objective.unit)}; try --within 10"
+
+
+def print_scenarios(console: OutputConsole) -> None:
+    """The built-in scenarios."""
+    table = table_of(word("name"), prose("content"))
+    for name, title in TITLES.items():
+        table.add_row(name, title + (" (the default)" if name == DEFAULT else ""))
+    console.print(table)

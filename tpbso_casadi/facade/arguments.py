@@ -1,0 +1,210 @@
+"""Arguments of a call, checked: what is wrong is said by the argument's name."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from math import isfinite
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from problems import InvalidProblem
+from problems.base import FloatArray
+from solvers import GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
+from tpbso_casadi.campaign import ExecutorError
+from tpbso_casadi.plain import settings_of
+from tpbso_casadi.scenario import ModelSection, PointsTask, ScenarioError, Section, SolverSection, TaskSection, shown
+from tpbso_casadi.scenario.tasks import PointToPointTask
+from tpbso_casadi.storage import OutputError
+
+KEY = re.compile(r"^(?:task|model|solver|arm|robot)\.(?:settings\.)?(\w+)")
+ENTRY = re.compile(r"^(\w+)((?:\.\d+)+)\.?")  # of a list, or of a list in it
+NUMBER = re.compile(r"\.(\d+)")
+OPTION = re.compile(r"^--")
+ARGUMENTS = {
+    "points": "path",
+    "joints": "path",
+    "polish_starts": "polish",
+    "name": "solver",
+}  # by the keys that they become
+ADVICE = {  # of what is missing
+    "start": "say where the robot is at t = 0, start=...",
+    "goal": "say where it is to be at the end, goal=...; or path=... to trace",
+    "accuracy": "say how far the tool may leave the path, accuracy=... in m",
+    "max_speed": "say how fast the joints may turn, max_speed=... in rad/s",
+    "max_acceleration": "say how much they may accelerate, max_acceleration=... in rad/s^2",
+    "tolerance": "say how far a blend may leave the lines, tolerance=... in rad",
+}
+BRACKETED = r"[\1]"
+MISSING = ": missing key"
+
+
+def as_argument(message: str) -> str:
+    """A message that begins with a key of a scenario, or an option, as one that begins with an argument."""
+    message = OPTION.sub("", KEY.sub(lambda key: ARGUMENTS.get(key[1], key[1]), message))
+    message = ENTRY.sub(lambda entry: f"{entry[1]}{NUMBER.sub(BRACKETED, entry[2])} ", message).replace("] :", "]:")
+    name, missing, _ = message.partition(MISSING)
+    return f"{name}: missing; {ADVICE[name]}" if missing and name in ADVICE else message
+
+
+def check_keywords(keys: Iterable[str], known: Iterable[str]) -> None:
+    """Every keyword is known.
+
+    Raises:
+        TypeError: one is not, with the nearest that is.
+    """
+    known = sorted(known)
+    unknown = next((key for key in keys if key not in known), None)
+    if unknown is not None:
+        near = difflib.get_close_matches(unknown, known, n=1)
+        raise TypeError(f"there is no keyword {unknown!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
+
+
+@contextmanager
+def in_words_of_python() -> Iterator[None]:
+    """Turn errors into those of a call.
+
+    Raises:
+        ScenarioError: of an argument.
+        OutputError: of a file.
+        ExecutorError: of workers.
+    """
+    try:
+        yield
+    except InvalidProblem as error:
+        raise ScenarioError(as_argument(str(error))) from error
+    except (ScenarioError, OutputError, ExecutorError) as error:
+        raise type(error)(as_argument(str(error))) from error
+
+
+def plain(value: Any) -> Any:
+    """The same with lists in place of arrays and tuples, and text in place of paths and classes."""
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {plain(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, type):
+        return path_of(value)
+    return str(value) if isinstance(value, Path) else value
+
+
+def path_of(kind: type) -> str:
+    """``package.module:Class``, as a scenario names classes of anyone.
+
+    Raises:
+        ScenarioError: it is defined in a function, where nobody finds it by its name.
+    """
+    if "<locals>" in kind.__qualname__:
+        raise ScenarioError(f"{kind.__name__}: a plan names its classes; define it in a module or a notebook's cell")
+    return f"{kind.__module__}:{kind.__qualname__}"
+
+
+def file_path(name: str, value: Any) -> Path:
+    """The path of a file or folder.
+
+    Raises:
+        TypeError: it is none.
+    """
+    if not isinstance(value, str | Path):
+        raise TypeError(f"{name}: a path is needed, text or a pathlib.Path, not {shown(value)}")
+    return Path(value)
+
+
+def positive(name: str, value: Any, unit: str) -> float:
+    """A finite number above 0.
+
+    Raises:
+        ValueError: it is none.
+    """
+    number = plain(value)
+    if isinstance(number, bool) or not isinstance(number, int | float) or not (isfinite(number) and number > 0):
+        raise ValueError(f"{name}: a number above 0 is needed, in {unit}, not {shown(number)}")
+    return float(number)
+
+
+def whole_or_not(name: str, value: Any) -> int:
+    """True, False, or a whole number, as a whole number.
+
+    Raises:
+        ScenarioError: it is none.
+    """
+    number = plain(value)
+    if not isinstance(number, int):
+        raise ScenarioError(f"{name}: True, False or a whole number is needed, not {shown(number)}")
+    return int(number)
+
+
+def function(name: str, value: Any) -> None:
+    """That it can be called.
+
+    Raises:
+        TypeError: it cannot.
+    """
+    if not callable(value):
+        raise TypeError(f"{name}: a function is needed, not {shown(value)}")
+
+
+def times_array(value: Any) -> FloatArray:
+    """Times (n,), s.
+
+    Raises:
+        ValueError: there are none, or they are no list of numbers.
+    """
+    needed = "times: numbers (n,) are needed, in s"
+    try:
+        times = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{needed}, not {shown(plain(value))}") from error
+    if times.ndim != 1 or not times.size:
+        raise ValueError(f"{needed}, not an array of shape {times.shape}")
+    return times
+
+
+AnySolverChoice: TypeAlias = str | AnySolver | type[AnySolver]
+TABLES: dict[str, tuple[type[Section], ...]] = {
+    "task": (PointToPointTask, PointsTask),
+    "model": (ModelSection,),
+    "solver": (SolverSection,),
+}
+
+
+def solver_table(solver: AnySolverChoice | None) -> dict[str, Any]:
+    """The keys of [solver] that name a solver and its settings."""
+    if solver is None:
+        return {}
+    if isinstance(solver, str):
+        return {"name": solver}
+    kind = solver if isinstance(solver, type) else type(solver)
+    if not issubclass(kind, Solver | IPOPT):
+        raise ScenarioError(f"solver: {shown(solver)} is none; say a name, a class, or a solver with its settings")
+    registered: dict[str, type[AnySolver]] = {**SOLVERS, **GRADIENT_SOLVERS}
+    name = next((name for name, known in registered.items() if known is kind), None)
+    settings = {} if isinstance(solver, type) else settings_of(solver)
+    kept = {key: value for key, value in settings.items() if value is not None}
+    return {"name": name or path_of(kind), "settings": kept}
+
+
+def sorted_into_tables(keys: Mapping[str, Any], task: TaskSection | None = None) -> dict[str, dict[str, Any]]:
+    """Keywords by the table that has such a key.
+
+    Args:
+        keys: the keywords.
+        task: of the scenario that is given, which may be of another kind.
+
+    Raises:
+        TypeError: none has, with the nearest that one has.
+    """
+    known = {name: {key for section in sections for key in section.model_fields} for name, sections in TABLES.items()}
+    known["task"] |= {"path", *(() if task is None else type(task).model_fields)}
+    check_keywords(keys, set().union(*known.values(), {"obstacles"}))
+    found: dict[str, dict[str, Any]] = {name: {} for name in TABLES}
+    for key, value in keys.items():
+        table = next(name for name in TABLES if key in known[name])
+        found[table][key] = plain(value) if table == "solver" else value
+    return found

@@ -1,1 +1,0 @@
-"""Arguments of a call: objects as tables of a scenario, errors in words of Python."""

@@ -1,0 +1,149 @@
+"""What an audit says."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from io import StringIO
+from typing import TYPE_CHECKING, Any
+
+from problems import CertificateStatus
+from tpbso_casadi.audit_report import impossible
+from tpbso_casadi.display.audit_tables import of_one, print_run_audit, print_scenario_audit, saved, sentences
+from tpbso_casadi.display.console import OutputConsole
+from tpbso_casadi.facade.showing import data_frame, heading, table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+WIDTH = 120  # columns of an audit as text
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Audit(ABC):
+    """What is common to both kinds; ``print(audit)`` shows all of it.
+
+    Attributes:
+        content: everything as plain data, as ``tpbso audit --json`` prints it.
+    """
+
+    content: Mapping[str, Any]
+
+    @property
+    @abstractmethod
+    def constraints(self) -> list[dict[str, Any]]:
+        """Each constraint with what is known of it."""
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The constraints as a pandas data frame; needs pandas.
+
+        Raises:
+            ImportError: pandas is not installed.
+        """
+        return data_frame(self.constraints)
+
+    def __str__(self) -> str:
+        text = StringIO()
+        self._print(OutputConsole(file=text, width=WIDTH))
+        return text.getvalue().rstrip()
+
+    @abstractmethod
+    def _print(self, console: OutputConsole) -> None: ...
+
+
+class RunAudit(Audit):
+    """The certificate of a motion, constraint by constraint, how near it is to an optimum, and shadow prices."""
+
+    @property
+    def status(self) -> CertificateStatus:
+        """Of all constraints together, for all t: certified, violated or undecided."""
+        return CertificateStatus(self.content["certificate"]["verdict"])
+
+    @property
+    def certified(self) -> bool:
+        """Whether every constraint is proven to hold for all t."""
+        return self.status is CertificateStatus.CERTIFIED
+
+    @property
+    def constraints(self) -> list[dict[str, Any]]:
+        """Of each constraint ``name``, ``worst``, ``bound``, ``margin``, ``unit``, ``status``, ``where``, ``active``.
+
+        Worst value, bound and margin are in the constraint's unit.
+        """
+        return list(self.content["constraints"])
+
+    @property
+    def optimum(self) -> dict[str, Any] | None:
+        """The optimum of the nonlinear program that is nearest to the motion; None where none is found."""
+        found: dict[str, Any] | None = self.content["optimum"]
+        return found
+
+    @property
+    def shadow_prices(self) -> list[dict[str, Any]]:
+        """What each limit is worth at that optimum, the one first of which one per cent saves most.
+
+        ``per_unit`` is the change of the objective for one unit more of the limit, ``per_cent`` for one per cent more;
+        ``constraint`` and ``column`` say which limit it is, ``size`` and ``limit_unit`` how large. Empty where no
+        optimum is found, or nothing holds the motion back.
+        """
+        return [] if self.optimum is None else list(self.optimum["ranking"])
+
+    @property
+    def advice(self) -> list[str]:
+        """What a stronger motor and a lighter payload would save, a sentence each."""
+        return sentences(self.shadow_prices, self._unit)
+
+    @property
+    def _unit(self) -> str:
+        return str(self.content["objective"]["unit"])
+
+    def __repr__(self) -> str:
+        active = sum(c["active"] for c in self.constraints)
+        known = f"; {len(self.shadow_prices)} shadow prices" if self.shadow_prices else ""
+        return f"<audit: {self.status}, {len(self.constraints)} constraints, {active} active{known}>"
+
+    def _repr_html_(self) -> str:
+        keys = ("name", "worst", "bound", "unit", "margin", "status", "where")
+        parts = [heading(f"{self.status} for all t"), table(keys, ([c[key] for key in keys] for c in self.constraints))]
+        if self.shadow_prices:
+            headings = ("limit", "of", "now", "1 % saves", "one unit saves")
+            rows = [
+                (
+                    price["constraint"], price["column"], f"{price['size']:.4g} {price['limit_unit']}",
+                    saved(-price["per_cent"], self._unit) if price["size"] else None, of_one(price, self._unit),
+                )
+                for price in self.shadow_prices
+            ]  # fmt: skip
+            parts += [heading("what holds the motion back"), table(headings, rows)]
+        return "".join(parts)
+
+    def _print(self, console: OutputConsole) -> None:
+        print_run_audit(dict(self.content), console)
+
+
+class ScenarioAudit(Audit):
+    """The structure of a scenario's search model and of its nonlinear program, before anything is searched."""
+
+    @property
+    def constraints(self) -> list[dict[str, Any]]:
+        """Of each constraint of the search model ``name``, ``rows``, ``formula``, ``unit``, ``degree`` and more."""
+        return list(self.content["search"]["constraints"])
+
+    @property
+    def impossible(self) -> list[str]:
+        """The names of the constraints that nothing in the search box can meet."""
+        return impossible(dict(self.content))
+
+    def __repr__(self) -> str:
+        search = self.content["search"]
+        never = f"; nothing meets {', '.join(self.impossible)}" if self.impossible else ""
+        return f"<audit of a scenario: {search['variables']} variables, {search['rows']} rows of constraints{never}>"
+
+    def _repr_html_(self) -> str:
+        keys = ("name", "rows", "unit", "degree", "formula")
+        return heading(repr(self)[1:-1]) + table(keys, ([c[key] for key in keys] for c in self.constraints))
+
+    def _print(self, console: OutputConsole) -> None:
+        print_scenario_audit(dict(self.content), console)

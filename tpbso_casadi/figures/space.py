@@ -1,0 +1,244 @@
+"""Panels of a scene in space, with postures and ways.
+
+Imported only where a figure is drawn: matplotlib is slow to load.
+
+Imported only where a figure is drawn: matplotlib is slow to load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from problems.base import FloatArray
+from problems.robots import RobotDescription
+from problems.tasks import MarkerKind
+from tpbso_casadi.figures.labels import PlaceLabel, label_places
+from tpbso_casadi.figures.painting import Painting, solid
+from tpbso_casadi.figures.palette import BLUE, CLOSEST, GIVEN, GREEN, OBSTACLE, PATH, VERMILLION
+from tpbso_casadi.figures.postures import DIAMOND, Points, draw_band
+from tpbso_casadi.figures.scene import LABEL, MARKER_STYLES, SQUARE, draw_ways
+from tpbso_casadi.figures.space_scene import FRONT, SIDE, TOP, Polyhedron, Scene, View, ground
+from tpbso_casadi.figures.style import ONE_COLUMN, TWO_COLUMNS, in_print, write_figure
+
+LAST = "last posture"
+TALLEST = 6.0  # inches: of the panels
+OPACITY = 0.55  # of obstacles in views that nothing covers anything in
+FRAME_COLOURS = (VERMILLION, GREEN, BLUE)  # of the axes x, y, z
+VIEWS = {"top": (TOP, "x [m]", "y [m]"), "front": (FRONT, "x [m]", "z [m]"), "side": (SIDE, "y [m]", "z [m]")}
+
+
+@dataclass(frozen=True)
+class Posture:
+    """A posture in a picture.
+
+    Attributes:
+        label: for a legend; empty where it has none.
+        colour: of it.
+        theta: joint angles, (dof,), rad.
+        time: at which obstacles that move are shown with it, s.
+        opacity: of these obstacles.
+        strong: whether its spheres are shown, and its line is thick.
+    """
+
+    label: str
+    colour: Any
+    theta: FloatArray
+    time: float = 0.0
+    opacity: float = OPACITY
+    strong: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """Where a tool goes.
+
+    Attributes:
+        path: of the tool.
+        passed: places of interest on it.
+        named: what has a label beside it, one position each.
+        nearest: the two points of the closest approach, and what is said of it; None where there is none.
+    """
+
+    path: Points
+    passed: Sequence[Points] = ()
+    named: Sequence[Points] = ()
+    nearest: Points | None = None
+
+
+@in_print
+def space_figure(
+    scene: Scene, postures: Sequence[Posture], way: Way | None = None, swept: FloatArray | None = None
+) -> Figure:
+    """Top, front and side view of postures, and the last of them in perspective.
+
+    Args:
+        scene: robot, obstacles and markers.
+        postures: to be shown.
+        way: of the tool.
+        swept: further postures (n, dof), rad, that have to fit in.
+    """
+    shown = np.array([posture.theta for posture in postures])
+    bounds = scene.bounds(shown if swept is None else np.vstack([shown, swept]))
+    width, depth, height = bounds[1] - bounds[0]
+    scale = min((TWO_COLUMNS - 1.1) / (width + depth), TALLEST / (depth + height))
+    size = max(ONE_COLUMN, scale * (width + depth) + 1.1), scale * (depth + height) + 1.7
+    figure = Figure(figsize=size, layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=(width, depth), height_ratios=(depth, height))
+    top = figure.add_subplot(grid[0, 0])
+    front = figure.add_subplot(grid[1, 0], sharex=top)
+    side = figure.add_subplot(grid[1, 1], sharey=front)
+    panels = [(top, *VIEWS["top"]), (front, *VIEWS["front"]), (side, *VIEWS["side"])]
+    for axes, view, across, along in panels:
+        draw_measurable(axes, view, scene, postures)
+        draw_way(axes, view, way)
+        low, high = view.project(bounds)
+        axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel=across, ylabel=along)
+        draw_ways(axes, [view.project(course.middles) for course in scene.courses])
+    for (axes, *_), name in zip(panels, VIEWS, strict=True):
+        axes.set_title(name, loc="left")
+    if scene.courses:
+        top.plot([], [], label=LABEL, **SQUARE)
+    picture = figure.add_subplot(grid[0, 1])
+    view = scene.view(shown, bounds)
+    draw_picture(picture, view, scene, postures[-1], bounds)
+    draw_way(picture, view, way)
+    draw_ways(picture, [view.project(course.middles) for course in scene.courses])
+    figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=2 if size[0] < 5.0 else 3)
+    if way is not None:
+        picture.set_title(LAST if way.nearest is None else literal(postures[-1].label), loc="left")
+        figure.draw_without_rendering()  # so that places are final
+        for axes, view, *_ in panels:
+            draw_names(axes, view, scene, postures, way)
+    return figure
+
+
+def draw_way(axes: Axes, view: View, way: Way | None) -> None:
+    """The way of the tool, places on it, and the closest approach."""
+    if way is None:
+        return
+    axes.plot(*view.project(way.path.places).T, color=PATH, linewidth=1.6, label=way.path.label, zorder=5)
+    for points in way.passed:
+        axes.plot(*view.project(points.places).T, **DIAMOND)
+    if way.nearest is not None:
+        ends = view.project(way.nearest.places)
+        axes.plot(*ends.T, color=CLOSEST, linewidth=1.6, zorder=7)
+        axes.plot(*ends.mean(axis=0), "o", color=CLOSEST, fillstyle="none", markersize=9.0, zorder=7)
+
+
+def draw_names(axes: Axes, view: View, scene: Scene, postures: Sequence[Posture], way: Way) -> None:
+    """Labels beside what has a name: the closest approach, start and goal, places that are passed."""
+    labels = [PlaceLabel(points.label, view.project(points.places[0])) for points in way.named]
+    if way.nearest is not None:
+        labels.insert(0, PlaceLabel(way.nearest.label, view.project(way.nearest.places).mean(axis=0), CLOSEST))
+    skeletons = scene.robot.skeleton(np.array([posture.theta for posture in postures]))
+    label_places(axes, labels, [view.project(line) for line in (way.path.places, *skeletons)])
+
+
+def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Posture]) -> None:
+    """An orthogonal view: everything can be seen through."""
+    standing = [solid for number, solid in enumerate(scene.solids) if number not in scene.moving]
+    if standing:
+        draw_solids(axes, view, standing, OPACITY)
+        axes.plot([], [], "s", color=OBSTACLE, alpha=0.35, markersize=9, label="obstacle")
+    for posture in postures if scene.moving else ():
+        if posture.opacity == 0.0:
+            continue
+        solids = scene.solids_at(posture.time)
+        draw_solids(axes, view, [solids[number] for number in scene.moving], posture.opacity, posture.opacity)
+    axes.plot(*view.project(np.array(scene.robot.base)), "s", color="black", markersize=7, label="base", zorder=5)
+    for posture in postures:
+        centers, skeleton = scene.centers(posture.theta[None])[0], scene.robot.skeleton(posture.theta[None])[0]
+        sizes = 2.0 * scene.radii * posture.strong
+        axes.add_collection(
+            EllipseCollection(
+                sizes, sizes, np.zeros(len(sizes)), units="xy", offsets=view.project(centers),
+                offset_transform=axes.transData, facecolors=posture.colour, alpha=0.16, linewidths=0.0, zorder=2,
+            ),
+            autolim=False,
+        )  # fmt: skip
+        axes.plot(
+            *view.project(skeleton).T, "-o", color=posture.colour, label=literal(posture.label) or None,
+            markerfacecolor="white", markersize=3.5 if posture.strong else 2.0,
+            linewidth=1.8 if posture.strong else 0.9, zorder=4 if posture.strong else 3,
+        )  # fmt: skip
+    for marker in scene.markers:
+        draw_band(axes, replace(marker, points=view.project(marker.points)))
+        style = MARKER_STYLES[marker.kind]
+        axes.plot(*view.project(marker.points).T, linestyle="none", color=GIVEN, label=marker.label, **style)
+
+
+def draw_solids(axes: Axes, view: View, solids: Sequence[Polyhedron], opacity: float, edges: float = 1.0) -> None:
+    """Obstacles that can be seen through, with the opacity of their faces and of their edges."""
+    polygons = [painted for polyhedron in solids for painted in solid(view, polyhedron, opacity)]
+    corners, faces, lines = zip(*polygons, strict=True)
+    lines = tuple((*line[:3], edges * line[3]) for line in lines)
+    axes.add_collection(PolyCollection(corners, facecolors=faces, edgecolors=lines, linewidths=0.7, zorder=1))
+
+
+def literal(label: str) -> str:
+    """A label that is shown as it is, not as a formula, whatever it is."""
+    return label.replace("$", r"\$")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What changes with the posture in a view in perspective: painted balls and solids, and a line."""
+
+    painting: Painting
+    arm: Line2D
+
+
+def draw_picture(axes: Axes, view: View, scene: Scene, posture: Posture, bounds: FloatArray) -> Picture:
+    """A posture in perspective, over the ground."""
+    draw_ground(axes, view, scene, bounds)
+    painting = Painting(axes, view, scene, posture.colour)
+    painting.show(scene.centers(posture.theta[None])[0], posture.time)
+    skeleton = scene.robot.skeleton(posture.theta[None])[0]
+    arm = axes.plot(*view.project(skeleton).T, "-", color=posture.colour, linewidth=1.6, alpha=0.8, zorder=4)[0]
+    for marker in scene.markers:
+        if marker.kind is not MarkerKind.POINTS:
+            style = MARKER_STYLES[marker.kind]
+            axes.plot(*view.project(marker.points).T, linestyle="none", color=GIVEN, **style)
+    corner = np.array(np.meshgrid(*bounds.T)).reshape(3, -1).T
+    seen = view.project(corner)
+    (left, bottom), (right, top) = seen.min(axis=0), seen.max(axis=0)
+    axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top))
+    axes.set_axis_off()
+    return Picture(painting, arm)
+
+
+def draw_ground(axes: Axes, view: View, scene: Scene, bounds: FloatArray) -> None:
+    """Lines on the ground below everything, and the axes x, y, z at the base."""
+    for line in ground(bounds):
+        axes.plot(*view.project(line).T, color="0.85", linewidth=0.6, zorder=0)
+    base = np.array(scene.robot.base)
+    for axis, colour in enumerate(FRAME_COLOURS):
+        tip = base + 0.15 * float(np.ptp(bounds, axis=0).max()) * np.eye(3)[axis]
+        axes.plot(*view.project(np.array([base, tip])).T, color=colour, linewidth=1.5, zorder=1)
+        axes.annotate("xyz"[axis], tuple(view.project(tip)), color=colour, ha="center", va="center", zorder=1)
+
+
+COLOUR = BLUE
+
+
+def draw_robot(file: Path, description: RobotDescription) -> Path:
+    """Three views and a picture of a robot with its spheres, as near to zero as its joints can be.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    robot = description.drawn
+    low, high = np.array(robot.position_limits).T
+    posture = Posture(description.title or description.chain.name, COLOUR, np.clip(np.zeros(robot.dof), low, high))
+    figure = space_figure(Scene(robot), [posture])
+    [path] = write_figure(file.parent, file.stem, figure, (file.suffix[1:],))
+    return path

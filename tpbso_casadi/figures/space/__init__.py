@@ -1,1 +1,0 @@
-"""Pictures of robots in space: views that can be measured in, and one in perspective."""

@@ -1,1 +1,0 @@
-"""What all figures share: colours and line styles, and how they are written."""

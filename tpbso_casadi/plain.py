@@ -1,0 +1,85 @@
+"""Plain data: JSON of anything stored, settings of objects, versions."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from dataclasses import asdict, is_dataclass
+from enum import Enum
+from functools import cache
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+
+def plain(value: Any) -> Any:
+    """The value as JSON can hold it: a number that is not finite as None, an unknown kind of object as its text."""
+    if isinstance(value, Enum):
+        value = value.value
+    elif isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    elif is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, (bool, int, str)) else str(value)
+
+
+def settings_of(solver: object) -> dict[str, Any]:
+    """The hyper-parameters of any solver, by name."""
+    settings = plain(solver if is_dataclass(solver) else vars(solver))
+    assert isinstance(settings, dict)
+    return settings
+
+
+def as_json(content: dict[str, Any], indent: int | None = 2) -> str:
+    """Strict JSON with a line break at its end."""
+    return json.dumps(plain(content), indent=indent, allow_nan=False) + "\n"
+
+
+class NotJSON(ValueError):
+    """Text that is not a JSON document; the message is one line without its content."""
+
+
+def parsed_json(text: str) -> dict[str, Any]:
+    """The table that a JSON document holds.
+
+    Raises:
+        NotJSON: it is not JSON, not a table, or nested too deeply.
+    """
+    try:
+        content = json.loads(text, object_pairs_hook=_without_repetition)
+    except json.JSONDecodeError as error:
+        raise NotJSON(f"not JSON: {error}") from error
+    except RecursionError as error:
+        raise NotJSON("not JSON of ours: nested too deeply") from error
+    except ValueError as error:  # of a whole number of thousands of digits
+        raise NotJSON(f"not JSON of ours: {error}") from error
+    if not isinstance(content, dict):
+        raise NotJSON("not JSON of ours: a table is needed")
+    return content
+
+
+def _without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    content = dict(pairs)
+    if len(content) < len(pairs):
+        [(twice, _)] = Counter(name for name, _ in pairs).most_common(1)
+        raise ValueError(f"{twice[:100]}: is there twice")
+    return content
+
+
+def visible(text: str) -> str:
+    """The text with escapes in place of what cannot be printed: control characters, bytes that are not UTF-8."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+@cache
+def versions() -> dict[str, str]:
+    """By the name of the package; the same dictionary each time, not to be changed."""
+    return {name: version(name) for name in ("tpbso-casadi", "casadi", "numpy", "scipy")}

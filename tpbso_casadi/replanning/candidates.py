@@ -1,0 +1,147 @@
+"""What a replanner may do next: steps, stops, direct moves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from problems import Trajectory
+from problems.base import FloatArray
+from problems.certify import ClearanceProof
+from problems.robots import JointLimits
+from problems.timing.from_motion import MotionState, fastest_move, fastest_stop
+from tpbso_casadi.scenario import Scenario
+
+Kind: TypeAlias = Literal["new", "old", "stop"]
+
+
+@dataclass(frozen=True)
+class Approach:
+    """Where a motion comes nearest to obstacles that move.
+
+    Attributes:
+        distance: how near, m; negative where they meet.
+        time: when, s.
+        pair: the body, and the obstacle's number.
+    """
+
+    distance: float
+    time: float
+    pair: str
+
+    @classmethod
+    def of(cls, proof: ClearanceProof | None) -> Approach | None:
+        """What a proof has seen; None where nothing moves."""
+        return None if proof is None else cls(proof.smallest, proof.time, proof.where)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """The motion from now on, on a clock that starts now.
+
+    Attributes:
+        kind: another motion than the one that was executed, the same, or a stop.
+        trajectory: what has been executed goes on for the time that planning may take; then what follows.
+        certified: whether it keeps all limits and stays clear of all obstacles as they are predicted, for all t.
+        fail_safe: whether its beginning, followed by a stop, is proven clear until the arm stands though obstacles may
+            leave their prediction; of a stop whether that itself is. An arm that stands is not in motion when touched.
+        seconds: that the decision took.
+        closest: where it comes nearest to obstacles that move, as they are predicted; None where none does.
+        scenario: of the robot and its goal.
+        x: the candidate (d,) of the search that led to it; None where there was none.
+    """
+
+    kind: Kind
+    trajectory: Trajectory
+    certified: bool
+    fail_safe: bool
+    seconds: float
+    scenario: Scenario
+    closest: Approach | None = None
+    x: FloatArray | None = None
+
+
+EFFORTS = (1.0, 0.5)  # shares of acceleration and jerk that are tried in turn: motors may not give the whole
+SAME = 1e-9  # rad / s^n: differences between two motions that are one
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A motion from now on.
+
+    Attributes:
+        kind: what it would be.
+        trajectory: the whole of it.
+        added: what follows the motion that is executed; None where that goes on.
+        x: the candidate of a search, (d,).
+    """
+
+    kind: Kind
+    trajectory: Trajectory
+    added: Trajectory | None = None
+    x: FloatArray | None = None
+
+
+def lasting(trajectory: Trajectory, seconds: float) -> Trajectory:
+    """A motion that is at least so long: after its end it stands."""
+    missing = seconds - trajectory.duration
+    if missing <= 0.0:
+        return trajectory
+    return trajectory.followed_by(Trajectory.standing(trajectory.value_at_end(), missing))
+
+
+def remaining(trajectory: Trajectory, seconds: float, least: float) -> Trajectory:
+    """What is left of a motion after so many seconds: ``least`` s at least, standing where nothing is left."""
+    left = trajectory.duration - seconds
+    if left < least:
+        trajectory = lasting(trajectory, seconds + least)
+    return trajectory.part(seconds, trajectory.duration)
+
+
+def passed(rest: Trajectory, whole: Trajectory) -> float | None:
+    """How many seconds of a motion are over where another one is what is left of it; None where it is not.
+
+    How long either stands at its end does not matter, but where nothing is left but standing.
+    """
+    if rest.moves:
+        rest, whole = _until_rest(rest), _until_rest(whole)
+    seconds = whole.duration - rest.duration
+    if not -SAME < seconds < whole.duration:
+        return None
+    seconds = max(seconds, 0.0)
+    own = whole.part(seconds, whole.duration)
+    same = own.coefficients.shape == rest.coefficients.shape and np.allclose(own.breakpoints, rest.breakpoints)
+    return seconds if same and np.allclose(own.coefficients, rest.coefficients, rtol=SAME, atol=SAME) else None
+
+
+def _until_rest(trajectory: Trajectory) -> Trajectory:
+    """A motion without the time for which it stands at its end."""
+    moving = np.flatnonzero(trajectory.coefficients[:-1].any(axis=(0, 2)))
+    count = int(moving[-1]) + 1 if moving.size else len(trajectory.breakpoints) - 1
+    return Trajectory(trajectory.breakpoints[: count + 1], trajectory.coefficients[:, :count])
+
+
+def stands_at_end_of(rest: Trajectory, whole: Trajectory) -> bool:
+    """Whether a motion is none, in the posture to which another one leads."""
+    return not rest.moves and bool((np.abs(rest.value_at_end() - whole.value_at_end()) < SAME).all())
+
+
+def stops(state: MotionState, limits: JointLimits) -> Iterator[Trajectory]:
+    """The fastest stops, with ever less effort; one where the joints stand."""
+    for effort in EFFORTS if state.moves else EFFORTS[:1]:
+        yield fastest_stop(state, _gentler(limits, effort))
+
+
+def direct_moves(state: MotionState, goals: Sequence[FloatArray], limits: JointLimits) -> list[tuple[Trajectory, ...]]:
+    """The fastest moves to each of some postures (k,), rad, each also with less effort; the fastest goal first."""
+    moves = [tuple(fastest_move(state, goal, _gentler(limits, effort)) for effort in EFFORTS) for goal in goals]
+    return sorted(moves, key=lambda efforts: efforts[0].duration)
+
+
+def _gentler(limits: JointLimits, effort: float) -> JointLimits:
+    """A share of accelerations and jerks; speeds stay as they are."""
+    jerk = None if limits.jerk is None else tuple(effort * most for most in limits.jerk)
+    return replace(limits, acceleration=tuple(effort * most for most in limits.acceleration), jerk=jerk)

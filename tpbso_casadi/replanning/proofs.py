@@ -1,0 +1,163 @@
+"""What is proven of a candidate among what was observed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from problems import (
+    CertificateStatus,
+    ConstantVelocity,
+    Constraint,
+    LimitKind,
+    MovingObstacle,
+    Obstacle,
+    Robot,
+    Trajectory,
+)
+from problems.base import FloatArray, Reading
+from problems.certify import TOLERANCE, ClearanceProof, prove, prove_clearance
+from problems.limits import Clearance, Pair, Proximity, limits_of, proximity_limits
+from problems.motions import Samples
+
+ROUNDING = 1e-9  # of numbers of obstacles that are one
+
+
+@dataclass(frozen=True)
+class MergedClearance(Proximity):
+    """Pairs of several limits, which are proven together: where the robot is, is computed once."""
+
+    name: ClassVar[str] = "clearance"
+
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """All pairs at each sample."""
+        return [self.constraint(self.name, "", self.clearances(samples), margin, "clearance >= margin")]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Obstacles at one time, and what the robot has to keep from them and from itself.
+
+    Args:
+        robot: that moves.
+        obstacles: on a clock that starts then.
+    """
+
+    robot: Robot
+    obstacles: tuple[Obstacle, ...]
+
+    @cached_property
+    def _clearance(self) -> tuple[Pair, ...]:
+        limit = Clearance.for_robot(self.robot, self.obstacles)
+        return () if limit is None else limit.pairs
+
+    @cached_property
+    def _own(self) -> tuple[Pair, ...]:
+        return tuple(pair for limit in proximity_limits(self.robot, ()) for pair in limit.pairs)
+
+    @cached_property
+    def moving(self) -> MergedClearance:
+        """What is kept from obstacles that move."""
+        return MergedClearance(self.robot, tuple(pair for pair in self._clearance if pair.timed))
+
+    @cached_property
+    def fixed(self) -> MergedClearance:
+        """What is kept from obstacles that stand still, and from the robot itself."""
+        return MergedClearance(self.robot, (*(pair for pair in self._clearance if not pair.timed), *self._own))
+
+    @cached_property
+    def all(self) -> MergedClearance:
+        """Both."""
+        return MergedClearance(self.robot, (*self.moving.pairs, *self.fixed.pairs))
+
+    def less_certain(self, rate: float) -> Scene:
+        """The same where what moves may leave its motion at a rate in m/s."""
+        return Scene(self.robot, tuple(obstacle.less_certain(rate) for obstacle in self.obstacles))
+
+    def is_as_predicted(self, before: Scene, seconds: float) -> bool:
+        """Whether nothing is other than one has expected so many seconds before, but for rounding."""
+        return len(self.obstacles) == len(before.obstacles) and all(
+            _is_one(obstacle, earlier.later(seconds) if earlier.moves else earlier)
+            for obstacle, earlier in zip(self.obstacles, before.obstacles, strict=True)
+        )
+
+    def is_within(self, before: Scene, seconds: float, rate: float) -> bool:
+        """Whether nothing has left what one has expected so many seconds before faster than at a rate in m/s."""
+        return len(self.obstacles) == len(before.obstacles) and all(
+            _is_within(obstacle, earlier.later(seconds) if earlier.moves else earlier, rate * seconds, rate)
+            for obstacle, earlier in zip(self.obstacles, before.obstacles, strict=True)
+        )
+
+
+def _is_one(first: Obstacle, second: Obstacle) -> bool:
+    """Whether two obstacles are the same, but for rounding."""
+    one, other = Reading(first), Reading(second)
+    return one.structure_key == other.structure_key and np.allclose(
+        one.values, other.values, rtol=ROUNDING, atol=ROUNDING
+    )
+
+
+def _is_within(first: Obstacle, second: Obstacle, way: float, rate: float) -> bool:
+    """Whether two obstacles are one, but for a way in m and a velocity in m/s, where they keep theirs."""
+    if not (isinstance(first, MovingObstacle) and isinstance(second, MovingObstacle)):
+        return _is_one(first, second)
+    one, other = first.motion, second.motion
+    if not (isinstance(one, ConstantVelocity) and isinstance(other, ConstantVelocity)):
+        return _is_one(first, second)
+    away = np.linalg.norm(np.subtract(one.origin, other.origin))
+    change = np.linalg.norm(np.subtract(one.velocity, other.velocity))
+    is_near = bool(away <= way + ROUNDING and change <= rate + ROUNDING)
+    return is_near and _is_one(replace(first, motion=other), second)
+
+
+def is_clear(proof: ClearanceProof | None) -> bool:
+    """Whether a motion is proven to stay clear, or nothing is there."""
+    return proof is None or proof.status is CertificateStatus.CERTIFIED
+
+
+def stays_clear(limit: Proximity, trajectory: Trajectory) -> bool:
+    """Whether it does, for all t."""
+    return is_clear(prove_clearance(limit, trajectory))
+
+
+class RobotLimits:
+    """The limits of a robot that have nothing to do with what may touch it.
+
+    Args:
+        robot: whose limits.
+        more: kinds of limits that hold besides.
+    """
+
+    def __init__(self, robot: Robot, more: Sequence[LimitKind] = ()) -> None:
+        near = {limit.name for limit in proximity_limits(robot, ())}
+        limits = [limit for limit in limits_of(robot, (), more) if limit.name not in near]
+        anywhere = Trajectory.standing(np.zeros(robot.dof), 1.0).samples(np.zeros(1))
+        self._bounds = [
+            (limit.order, *_with_slack(constraint))
+            for limit in limits
+            if limit.order is not None
+            for constraint in limit.constraints_at(anywhere)
+        ]
+        self._other = [limit for limit in limits if limit.order is None]
+
+    def hold(self, trajectory: Trajectory) -> bool:
+        """Whether all are proven for all t of a motion, which may begin and end in motion."""
+        if trajectory.jumps_inside(0) or not all(_stays_within(trajectory, *bound) for bound in self._bounds):
+            return False
+        return all(verdict.satisfied for limit in self._other for verdict in prove(limit, trajectory))
+
+
+def _with_slack(constraint: Constraint) -> tuple[FloatArray, FloatArray]:
+    """The bounds of a constraint, both (k,), each with room for rounding."""
+    (lower, upper), slack = constraint.bounds, TOLERANCE * constraint.scales
+    return lower - slack, upper + slack
+
+
+def _stays_within(trajectory: Trajectory, order: int, lower: FloatArray, upper: FloatArray) -> bool:
+    """Whether a derivative does; it is infinite where the one below it jumps."""
+    jumps = order > 1 and trajectory.jumps_inside(order - 1)
+    return not jumps and trajectory.stays_within(order, lower, upper)

@@ -1,1 +1,0 @@
-"""The paper's claims, each with the rule by which the evidence decides it."""

@@ -1,1 +1,0 @@
-"""The page that a reproduction leaves: its figures, parameters and tables."""

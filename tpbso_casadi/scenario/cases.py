@@ -1,0 +1,209 @@
+"""Built-in cases, the best values known, and random scenarios.
+
+Point to point, the paper gives the start, the goal and the numbers of links. Link lengths, limits and the obstacle
+are ours, the same for every case: a reach of 2 m in k equal links, 4 rad/s, 20 rad/s^2. The elbow is up at both
+ends, which is what the arccos of (1) means; ``--elbow free`` lifts that.
+
+For the paths it gives neither geometry nor limits. Ours are a calibration to its Table 1, see
+``docs/explanation/paths.md``.
+
+For tuning, tests and comparisons of solvers. The same generator state gives the same scenario.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from problems import Problem, Trajectory
+from problems.families.two_segments import Quantities
+from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.validation import ScenarioError
+
+DEFAULT = "time-3"
+
+PAPER = {"motion": "paper"}
+REACH = 2.0
+OBSTACLE = {"center": [0.8, 0.8], "semi_axes": [0.15, 0.25]}
+
+THREE_METRES = {"link_lengths": [1.0, 1.0, 1.0], "max_speed": 100.0, "max_acceleration": 3000.0}
+SHAPES: dict[str, dict[str, Any]] = {
+    "pentagram": {"shape": "pentagram", "radius": 0.9},
+    "closed-curve": {"shape": "closed-curve", "radius": 1.45, "waves": 6, "depth": -0.35},
+}
+
+TITLES = {
+    **{f"time-{k}": f"Figs 2-5: least time, {k} links" for k in range(2, 6)},
+    **{f"rotation-{k}": f"Figs 6-9: least joint rotation, {k} links" for k in range(2, 6)},
+    **{f"obstacle-{k}": f"Figs 10-12: shortest way around an oval, {k} links" for k in range(3, 6)},
+    "pentagram-time": "Fig. 13: along a pentagram in least time",
+    "pentagram-rotation": "Fig. 14: along a pentagram with least joint rotation",
+    "closed-curve-time": "Fig. 15: along a closed curve in least time",
+    "closed-curve-rotation": "Fig. 16: along a closed curve with least joint rotation",
+}
+
+
+def builtin(name: str) -> Scenario:
+    """A built-in scenario.
+
+    Raises:
+        KeyError: no such name; ``TITLES`` has them all.
+    """
+    if name not in TITLES:
+        raise KeyError(name)
+    kind, detail = name.rsplit("-", 1)
+    if kind in SHAPES:
+        return _path(SHAPES[kind], objective=detail)
+    if kind == "obstacle":
+        return _point_to_point(int(detail), "length", [OBSTACLE])
+    return _point_to_point(int(detail), kind, [])
+
+
+def _point_to_point(links: int, objective: str, obstacles: list[dict[str, Any]]) -> Scenario:
+    arm = {"link_lengths": [REACH / links] * links, "max_speed": 4.0, "max_acceleration": 20.0}
+    task = {"kind": "point-to-point", "start": [1.0, 0.0], "goal": [0.5, 1.5], "objective": objective, "elbow": "up"}
+    return parse_scenario({"arm": arm, "task": task, "obstacles": obstacles, "model": PAPER})
+
+
+def _path(shape: dict[str, Any], objective: str) -> Scenario:
+    task = {"kind": "path", "objective": objective, "elbow": "up", "accuracy": 0.1, **shape}
+    return parse_scenario({"arm": THREE_METRES, "task": task, "model": PAPER})
+
+
+BEST_KNOWN = {  # objectives of certified plans, s, rad or m, rounded up
+    "time-2": 0.7017,
+    "time-3": 0.4619,
+    "time-4": 0.3738,
+    "time-5": 0.3221,
+    "rotation-2": 2.4136,
+    "rotation-3": 2.0353,
+    "rotation-4": 1.6285,
+    "rotation-5": 1.4323,
+    "obstacle-3": 1.5947,
+    "obstacle-4": 1.5946,
+    "obstacle-5": 1.5946,
+    "pentagram-time": 0.5466,
+    "pentagram-rotation": 12.142,
+    "closed-curve-time": 0.7398,
+    "closed-curve-rotation": 17.580,
+}
+STATEMENT = {"arm", "robot", "task", "obstacles"}  # the tables of a scenario that say what is to be planned
+
+
+def best_known(scenario: Scenario) -> float | None:
+    """The objective of the best plan known, in its unit; None where the scenario states none of the built-in tasks."""
+    statement = scenario.model_dump(include=STATEMENT)
+    return next(
+        (best for name, best in BEST_KNOWN.items() if builtin(name).model_dump(include=STATEMENT) == statement), None
+    )
+
+
+ACCURACY_FACTOR = 1.5  # accuracy limit of a path over what the motion it is built around reaches
+PATH_SHARE = 0.25  # of paths among the scenarios
+SAMPLED_OBJECTIVES = (
+    "time",
+    "rotation",
+    "length",
+)  # a fixed choice: more registered ones must not change what a seed gives
+SAMPLED_FORMULATIONS = ("paper", "reduced")  # likewise
+
+
+def random_scenarios(seed: int, count: int) -> list[Scenario]:
+    """The first ``count`` scenarios of a seed; a larger count begins with the same ones."""
+    return list(islice(_endless(np.random.default_rng(seed)), count))
+
+
+def random_scenario(rng: np.random.Generator) -> Scenario:
+    """The next scenario: three in four from point to point, among up to two obstacles; else along a path.
+
+    Arms have 2 to 6 links of 0.2 to 1 m (3 or more on a path) and limits of their own for each joint.
+    """
+    return next(_endless(rng))
+
+
+def _endless(rng: np.random.Generator) -> Iterator[Scenario]:
+    while True:
+        scenario = _random_path(rng) if rng.random() < PATH_SHARE else _random_point_to_point(rng)
+        if scenario is not None:
+            yield scenario
+
+
+def _random_point_to_point(rng: np.random.Generator) -> Scenario | None:
+    """Two postures, a motion between them, obstacles that it does not meet; None if that fails."""
+    links = int(rng.integers(2, 7))
+    arm = _arm(rng, links)
+    theta_s = rng.uniform(-2.5, 2.5, links)
+    theta_f = np.clip(theta_s + rng.uniform(-2.0, 2.0, links), -2.9, 2.9)
+    ends = [_tip(arm["link_lengths"], theta).tolist() for theta in (theta_s, theta_f)]
+    center = rng.uniform(-1.0, 1.0, (int(rng.integers(0, 3)), 2)) * sum(arm["link_lengths"])
+    obstacles = [{"center": c.tolist(), "semi_axes": rng.uniform(0.05, 0.25, 2).tolist()} for c in center]
+    task = {"kind": "point-to-point", "start": ends[0], "goal": ends[1], "objective": _objective(rng), "elbow": "free"}
+    stated = _scenario(rng, arm, task, obstacles)
+    if stated is None:
+        return None
+    scenario, problem = stated
+    middle, at_rest = (theta_s + theta_f) / 2.0, np.zeros(links)
+    first, via, speed, last = (ca.DM(angles).T for angles in (theta_s, middle, at_rest, theta_f))
+    quantities = Quantities(first, via, speed, last, ca.DM(1.0), ca.DM(1.0))
+    return scenario if _keeps_its_limits(problem, quantities.trajectory()) else None
+
+
+def _random_path(rng: np.random.Generator) -> Scenario | None:
+    """A closed curve within reach; the motion in the middle of its redundancy says how accurate one can ask to be."""
+    arm = _arm(rng, int(rng.integers(3, 6)))
+    reach = sum(arm["link_lengths"])
+    shape: dict[str, Any] = {"shape": "pentagram", "radius": rng.uniform(0.15, 0.3) * reach}
+    if rng.random() < 0.5:
+        shape |= {"shape": "closed-curve", "waves": int(rng.integers(2, 6)), "depth": float(rng.uniform(0.05, 0.3))}
+    direction, distance = rng.uniform(-np.pi, np.pi), rng.uniform(0.3, 0.5) * reach
+    center = [float(distance * np.cos(direction)), float(distance * np.sin(direction))]
+    task = {"kind": "path", "objective": _objective(rng), "elbow": "up", "center": center, "accuracy": reach, **shape}
+    stated = _scenario(rng, arm, task, [])
+    if stated is None:
+        return None
+    scenario, problem = stated
+    x = np.full(len(problem.variables), 0.5)
+    trajectory = problem.trajectory(x)
+    trajectory = trajectory.time_scaled(max(1.0, problem.exact_time_scale(trajectory)))
+    [accuracy] = problem.progress_measures()
+    task["accuracy"] = ACCURACY_FACTOR * accuracy.of_trajectory(trajectory)
+    return parse_scenario(scenario.model_dump() | {"task": task})
+
+
+def _arm(rng: np.random.Generator, links: int) -> dict[str, Any]:
+    return {
+        "link_lengths": rng.uniform(0.2, 1.0, links).tolist(),
+        "max_speed": rng.uniform(2.0, 6.0, links).tolist(),
+        "max_acceleration": rng.uniform(10.0, 40.0, links).tolist(),
+    }
+
+
+def _objective(rng: np.random.Generator) -> str:
+    return str(rng.choice(SAMPLED_OBJECTIVES))
+
+
+def _tip(lengths: list[float], theta: np.ndarray) -> np.ndarray:
+    psi = np.cumsum(theta)
+    return np.array([lengths @ np.cos(psi), lengths @ np.sin(psi)])
+
+
+def _scenario(
+    rng: np.random.Generator, arm: dict[str, Any], task: dict[str, Any], obstacles: list[dict[str, Any]]
+) -> tuple[Scenario, Problem[Any]] | None:
+    """The scenario in one of the formulations and its problem; None where no arm could do it."""
+    model = {"formulation": str(rng.choice(SAMPLED_FORMULATIONS))}
+    try:
+        scenario = parse_scenario({"arm": arm, "task": task, "obstacles": obstacles, "model": model})
+        return scenario, scenario.problem()
+    except ScenarioError:
+        return None
+
+
+def _keeps_its_limits(problem: Problem[Any], trajectory: Trajectory) -> bool:
+    """Whether a motion holds for all t once it is slow enough, and needs no more time than the search box has."""
+    slowed = trajectory.time_scaled(max(0.2, problem.exact_time_scale(trajectory)))
+    return slowed.duration <= 8.0 and all(verdict.satisfied for verdict in problem.verify(slowed))

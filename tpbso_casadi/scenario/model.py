@@ -1,0 +1,304 @@
+"""The model's table, a task's table, and which family of motions belongs to which task.
+
+``[model] motion`` may be left out: the family is then the first that the task can be planned with, or the one to which
+a key belongs that is stated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    Discriminator,
+    Field,
+    SerializerFunctionWrapHandler,
+    Tag,
+    ValidationInfo,
+    model_serializer,
+)
+
+from problems import InvalidProblem, LimitKind, Objective, Obstacle, Problem, Robot
+from problems.assembly import Criteria
+from problems.families.two_segments import FORMULATIONS
+from problems.tasks import KnotRedundancy
+from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE, PluginError, find_objective
+from tpbso_casadi.scenario.expressions import ConstraintSection, ObjectiveSection, check_names
+from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.validation import (
+    MOST_EXPRESSIONS,
+    MOST_JOINT_POINTS,
+    MOST_JOINT_SAMPLES,
+    MOST_PIECES,
+    MOST_POINTS,
+    MOST_SAMPLES,
+    NotNegative,
+    Positive,
+    ScenarioError,
+    Section,
+    Word,
+    choice_of,
+    in_words,
+)
+
+OfCatalogue = choice_of(OBJECTIVE_CATALOGUE.registry, OBJECTIVE_CATALOGUE.find)
+
+
+def _known_objective(name: str, info: ValidationInfo) -> str:
+    """A name that the task's own objectives have, which are validated before, or one of the catalogue."""
+    own = {objective.name for objective in info.data.get("objectives", ())}
+    return name if name in own else OfCatalogue.func(name)  # type: ignore[call-arg]
+
+
+ObjectiveName = Annotated[Word, AfterValidator(_known_objective)]
+OwnObjectives = Annotated[list[ObjectiveSection], Field(max_length=MOST_EXPRESSIONS), AfterValidator(check_names)]
+OwnConstraints = Annotated[list[ConstraintSection], Field(max_length=MOST_EXPRESSIONS), AfterValidator(check_names)]
+LimitName = Annotated[Word, choice_of(LIMIT_CATALOGUE.registry, LIMIT_CATALOGUE.find)]
+Formulation = Annotated[Word, choice_of(FORMULATIONS)]
+
+
+def _form_of_objective(value: object) -> str:
+    return "weights" if isinstance(value, dict) else "name"
+
+
+def _at_least_one(weights: dict[str, float]) -> dict[str, float]:
+    if not weights:
+        raise ValueError("an objective with its weight is needed, such as { time = 1.0, energy = 0.02 }")
+    return weights
+
+
+Weights = Annotated[dict[ObjectiveName, Positive], AfterValidator(_at_least_one)]
+ObjectiveChoice = Annotated[
+    Annotated[ObjectiveName, Tag("name")] | Annotated[Weights, Tag("weights")], Discriminator(_form_of_objective)
+]
+
+
+def without_empty(content: dict[str, Any], key: str) -> dict[str, Any]:
+    """What is written of a section: without a key where it has nothing, as files had it before there was one."""
+    return content if content.get(key, True) else {name: value for name, value in content.items() if name != key}
+
+
+DEPENDENT = {"motion", "formulation", "retime"}  # keys of [model] whose defaults depend on the task
+
+
+class ModelSection(Section):
+    """[model]: the form of the model.
+
+    In a scenario that has been read nothing depends on the task any more: what was left out is filled in.
+    """
+
+    samples: int = Field(default=50, ge=2, le=MOST_SAMPLES)
+    motion: Literal["paper", "spline", "time-spline"] = "paper"
+    formulation: Formulation = "paper"
+    pieces: int | None = Field(default=None, ge=2, le=MOST_PIECES)
+    retime: bool = False
+    redundancy_values: int = Field(default=5, ge=2, le=100)
+    knots: int | None = Field(default=None, ge=2, le=MOST_POINTS)
+    knot_redundancy: KnotRedundancy = "free"
+    limits: list[LimitName] = Field(default_factory=list)
+    constraints: OwnConstraints = Field(default_factory=list)
+    margin: NotNegative = 0.0
+    self_collision: bool = False
+
+    @property
+    def further_limits(self) -> list[LimitKind]:
+        """Kinds of limits that hold besides those of the robot and of the obstacles."""
+        return [*(LIMIT_CATALOGUE.find(name) for name in self.limits), *(own.kind() for own in self.constraints)]
+
+    @model_serializer(mode="wrap")
+    def _without_empty_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_empty(serialize(self), "constraints")
+
+    def stated(self) -> dict[str, Any]:
+        """What of it is not filled in from the task; plain data."""
+        filled = DEPENDENT - self.model_fields_set
+        return self.model_dump(exclude=filled)
+
+    def kept_by(self, robot: Robot) -> Robot:
+        """The robot that keeps the margin, and clear of itself where that is asked for.
+
+        Raises:
+            InvalidProblem: it cannot.
+            ScenarioError: this kind of robot does not say which of its bodies could touch.
+        """
+        safe = replace(robot, margin=self.margin, self_collision=self.self_collision)
+        if self.self_collision and not safe.says_what_could_touch:
+            raise ScenarioError("model.self_collision: this robot does not say which of its bodies could touch")
+        return safe
+
+    def check_size(self, joints: int) -> None:
+        """The model of so many joints can be built in less than a minute.
+
+        Raises:
+            ScenarioError: naming the key, and the most that is planned.
+        """
+        for key, most in (("samples", MOST_JOINT_SAMPLES), ("redundancy_values", MOST_JOINT_POINTS)):
+            value = getattr(self, key)
+            if joints * value > most:
+                raise ScenarioError(f"model.{key}: {value} are too many for {joints} joints; at most {most // joints}")
+
+
+class TaskSection(Section):
+    """[task]: the interface of every kind of task.
+
+    Attributes:
+        is_searched: whether a motion has to be searched for; if not, there is nothing but a path to be timed.
+        motions: families of motions that it can be planned with, the default first.
+        keys_of: by family, keys that not all of them have.
+    """
+
+    is_searched: ClassVar[bool] = True
+    motions: ClassVar[tuple[str, ...]] = ("paper",)
+    keys_of: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
+
+    kind: Word
+
+    @model_serializer(mode="wrap")
+    def _without_empty_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_empty(serialize(self), "objectives")
+
+    @property
+    def own_objectives(self) -> dict[str, Objective]:
+        """Those that the task states itself, by name."""
+        return {objective.name: objective.built() for objective in getattr(self, "objectives", ())}
+
+    @property
+    def stated_objective(self) -> str | dict[str, float]:
+        """What is minimised, by name or as weights by name; no name where a kind of task states none."""
+        chosen = getattr(self, "objective", "")
+        return chosen if isinstance(chosen, dict) else str(chosen)
+
+    def foreign_keys(self, motion: str) -> Iterator[str]:
+        """Keys that are stated although this family of motions does not have them."""
+        for keys in self.keys_of.values():
+            own = self.keys_of.get(motion, ())
+            yield from (key for key in keys if key not in own and getattr(self, key) is not None)
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same task with the content of the files that it names.
+
+        Args:
+            folder: of the scenario file; reads them, if it holds them.
+
+        Raises:
+            ScenarioError: a file cannot be read, or may not be.
+        """
+        return self
+
+    def rest_places(self) -> tuple[Any, Any]:
+        """Start and goal of a move from rest to rest that passes nothing, as they are stated.
+
+        Raises:
+            ScenarioError: the task is another.
+        """
+        raise ScenarioError(f"task.kind: {self.kind!r} is no move from one place to another")
+
+    def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
+        """The problem itself.
+
+        Raises:
+            InvalidProblem: the robot cannot do the task.
+        """
+        raise NotImplementedError
+
+    def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
+        """What a motion is judged by; the problem itself, where there is something to search.
+
+        Raises:
+            InvalidProblem: the robot cannot do the task.
+        """
+        return self.build(robot, obstacles, model)
+
+
+@dataclass(frozen=True)
+class MotionFamily:
+    """What a family of motions has to do with a scenario.
+
+    Attributes:
+        keys: of the [model] table, that belong to it alone.
+        formulations: of the search vector, the default first.
+        timed_at_the_end: whether its motions are always timed anew along their paths.
+        keeps_its_timing: whether they never are, as when they leave while the robot moves.
+    """
+
+    keys: tuple[str, ...]
+    formulations: tuple[str, ...]
+    timed_at_the_end: bool = False
+    keeps_its_timing: bool = False
+
+
+FAMILIES = {
+    "paper": MotionFamily(
+        keys=("formulation", "knots", "knot_redundancy"),
+        formulations=("paper", "reduced"),
+    ),
+    "spline": MotionFamily(keys=("pieces",), formulations=("reduced",), timed_at_the_end=True),
+    "time-spline": MotionFamily(keys=("pieces",), formulations=("reduced",), keeps_its_timing=True),
+}
+
+
+def with_motion(model: ModelSection, task: TaskSection) -> ModelSection:
+    """The [model] table with everything filled in that depends on the task.
+
+    Raises:
+        ValueError: a key that the family of motions does not have; the message begins with the key's table.
+    """
+    stated = model.model_fields_set
+    motion = model.motion if "motion" in stated else _default_motion(model, task)
+    if motion not in task.motions:
+        reason = f"kind = {task.kind!r} is planned with {in_words([repr(name) for name in task.motions])}"
+        raise ValueError(f"model.motion: {reason}, not {motion!r}")
+    family = FAMILIES[motion]
+    formulation = model.formulation if "formulation" in stated else family.formulations[0]
+    if formulation not in family.formulations:
+        owners = [name for name, other in FAMILIES.items() if formulation in other.formulations]
+        raise ValueError(f"model.formulation: {formulation!r} needs motion = {in_words([repr(o) for o in owners])}")
+    for key, owner in _foreign(model, task, motion):
+        raise ValueError(f"{key}: needs motion = {owner!r} in [model]")
+    if family.keeps_its_timing and "retime" in stated and model.retime:
+        raise ValueError(f"model.retime: motion = {motion!r} keeps the timing that is searched")
+    usual = family.timed_at_the_end or (not family.keeps_its_timing and _leaves_time_free(task))
+    retime = model.retime if "retime" in stated else usual
+    values = {**dict(model), "motion": motion, "formulation": formulation, "retime": retime}
+    return ModelSection.model_construct(stated, **values)
+
+
+def _default_motion(model: ModelSection, task: TaskSection) -> str:
+    """The first family of the task, unless a key is stated that only another one has."""
+    first, *others = task.motions
+    foreign = {owner for _, owner in _foreign(model, task, first)}
+    if "formulation" in model.model_fields_set:
+        foreign |= {name for name, family in FAMILIES.items() if "formulation" in family.keys}
+    return next((name for name in others if name in foreign), first)
+
+
+def _foreign(model: ModelSection, task: TaskSection, motion: str) -> Iterator[tuple[str, str]]:
+    """Keys that are stated, with their tables, and do not belong to a motion; and to which they do."""
+    fields = ModelSection.model_fields
+    for name, family in FAMILIES.items():
+        if name == motion:
+            continue
+        for key in set(family.keys) - set(FAMILIES[motion].keys):
+            chosen = key in fields and getattr(model, key) != fields[key].default
+            if key != "formulation" and key in model.model_fields_set and chosen:
+                yield f"model.{key}", name
+    owners = [name for name in task.motions if name != motion]
+    if owners:
+        yield from ((f"task.{key}", _owner(key, task, owners)) for key in task.foreign_keys(motion))
+
+
+def _owner(key: str, task: TaskSection, owners: list[str]) -> str:
+    """The family to which a key of a task belongs; the first where none claims it."""
+    return next((name for name in owners if key in task.keys_of.get(name, ())), owners[0])
+
+
+def _leaves_time_free(task: TaskSection) -> bool:
+    """Whether the objective does not depend on how long a motion takes, and less time is never worse."""
+    try:
+        objective = find_objective(task.stated_objective)
+    except (PluginError, InvalidProblem):  # there is none, or the task itself will say what is wrong
+        return False
+    return not objective.timed and objective.sooner_is_better

@@ -1,0 +1,320 @@
+"""Tasks along paths as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import pi
+from typing import Annotated, Any, ClassVar, Literal, NoReturn, Self
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag
+
+from problems import (
+    InvalidProblem,
+    Obstacle,
+    Path,
+    PathFollowing,
+    Problem,
+    Robot,
+    closed_curve,
+    path_following,
+    pentagram,
+)
+from problems.assembly import Criteria, joint_following
+from problems.base import FloatArray
+from problems.families.traced import space_tracing, tracing
+from problems.motions import JointPath
+from problems.robots import SpatialArm
+from problems.tasks import Elbow, JointFollowing, PathTracing, SpaceTracing
+from tpbso_casadi.scenario.catalogues import find_objective
+from tpbso_casadi.scenario.input_files import MOST_ROWS, InputFolder, PathPoints, read_joint_rows, read_points
+from tpbso_casadi.scenario.model import ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
+from tpbso_casadi.scenario.validation import (
+    ANGULAR,
+    MOST_JOINT_POINTS,
+    MOST_LINKS,
+    MOST_POINT_CHECKS,
+    MOST_POINTS,
+    Angle,
+    NotNegative,
+    Number,
+    PlanarPoint,
+    Positive,
+    ScenarioError,
+)
+
+Interpolation = Literal["spline", "blend"]
+FIELDS = {"waypoints": "joints", "path": "joints", "rates": "start_speed"}  # keys of ours by those of a path
+MOST_PIECES = 100_000
+MOST_COEFFICIENTS = 50  # of a piece
+
+
+class GivenPathTask(TaskSection):
+    """[task] of a path in joint space: speeds at its ends in rad/s, along it; times in s."""
+
+    is_searched: ClassVar[bool] = False
+    motions: ClassVar[tuple[str, ...]] = ("spline",)
+
+    start_speed: Annotated[NotNegative, ANGULAR] = 0.0
+    goal_speed: Annotated[NotNegative, ANGULAR] = 0.0
+    total_time: tuple[Positive, Positive] | None = None
+
+    def path(self) -> JointPath:
+        """The path itself.
+
+        Raises:
+            InvalidProblem: it is none.
+        """
+        raise NotImplementedError
+
+    def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> NoReturn:
+        """Nothing: there is no search.
+
+        Raises:
+            ScenarioError: always.
+        """
+        raise ScenarioError(f"task.kind: {self.kind!r} is timed; there is nothing to search for")
+
+    def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
+        """What the motion is judged by, and how it is made."""
+        try:
+            speeds = self.start_speed, self.goal_speed
+            task = JointFollowing(robot, self.path(), obstacles, *speeds, self.total_time)
+        except InvalidProblem as error:
+            raise InvalidProblem(FIELDS.get(error.field, error.field), error.reason) from error
+        return joint_following(task, model.further_limits)
+
+
+class JointPathTask(GivenPathTask):
+    """The rows of a CSV file beside the scenario file, or a list: waypoints, or a recording; angles in rad."""
+
+    kind: Literal["joint-path"]
+    joints: Annotated[
+        str
+        | Annotated[
+            list[Annotated[list[Number], Field(min_length=1, max_length=MOST_LINKS)]],
+            Field(min_length=2, max_length=MOST_ROWS),
+        ],
+        ANGULAR,
+    ]
+    interpolation: Interpolation = "spline"
+    tolerance: Angle | None = Field(default=None, ge=0.0)
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same with the rows of its CSV file, if it names one."""
+        if not isinstance(self.joints, str):
+            return self
+        try:
+            rows = read_joint_rows(folder, self.joints)
+        except ScenarioError as error:
+            raise ScenarioError(f"task.joints: {error}") from error
+        return self.model_copy(update={"joints": rows})
+
+    def path(self) -> JointPath:
+        """A spline through the rows, or straight lines with blends."""
+        if isinstance(self.joints, str):
+            raise ScenarioError(f"task.joints: {self.joints!r} has not been read; only a scenario file can name a CSV")
+        if len({len(row) for row in self.joints}) > 1:
+            raise InvalidProblem("joints", "rows of the same number of joints are needed")
+        return PATHS[self.interpolation](np.array(self.joints), self.tolerance)
+
+
+def _given_spline(rows: FloatArray, tolerance: float | None) -> JointPath:
+    if tolerance is not None:
+        raise InvalidProblem("tolerance", "a spline runs through its points; say interpolation = 'blend'")
+    return JointPath.through(rows)
+
+
+def _blend(rows: FloatArray, tolerance: float | None) -> JointPath:
+    if tolerance is None:
+        raise InvalidProblem(
+            "tolerance", "missing key: how far a blend may leave the lines, rad; with 0 corners are stops"
+        )
+    return JointPath.blended(rows, tolerance)
+
+
+PATHS: dict[str, Callable[[FloatArray, float | None], JointPath]] = {"spline": _given_spline, "blend": _blend}
+
+
+class JointPiecesTask(GivenPathTask):
+    """Polynomial pieces, as a run stores its motion; rad, whatever the parameter."""
+
+    kind: Literal["joint-path"]
+    shape: Literal["pieces"]
+    breakpoints: Annotated[list[float], Field(min_length=2, max_length=MOST_PIECES)]
+    coefficients: Annotated[list[list[list[float]]], Field(min_length=2, max_length=MOST_COEFFICIENTS)]
+
+    def path(self) -> JointPath:
+        """The pieces themselves."""
+        sizes = {(len(pieces), len(row)) for pieces in self.coefficients for row in pieces}
+        if len(sizes) != 1 or next(iter(sizes))[0] != len(self.breakpoints) - 1:
+            raise InvalidProblem(
+                "coefficients", "an array (order, pieces, joints) is needed, one breakpoint more than pieces"
+            )
+        breakpoints = np.array(self.breakpoints)
+        if not (np.diff(breakpoints) > 0.0).all():
+            raise InvalidProblem("breakpoints", "increasing parameters are needed")
+        return JointPath(breakpoints, np.array(self.coefficients))
+
+
+def pieces_table(path: JointPath) -> dict[str, Any]:
+    """The [task] table of a path in joint space, exactly; plain data."""
+    pieces = {"breakpoints": path.breakpoints.tolist(), "coefficients": path.coefficients.tolist()}
+    return {"kind": "joint-path", "shape": "pieces", **pieces}
+
+
+class PathTask(TaskSection):
+    """[task] of following a path of any shape: accuracy in m, that of the tool's orientation in rad, times in s."""
+
+    motions: ClassVar[tuple[str, ...]] = ("spline", "paper")
+
+    kind: Literal["path"]
+    accuracy: Positive
+    angular_accuracy: Annotated[Positive | None, ANGULAR] = None
+    objectives: OwnObjectives = Field(default_factory=list)
+    objective: ObjectiveChoice = "time"
+    elbow: Elbow = "free"
+    total_time: tuple[Positive, Positive] | None = None
+
+    def path(self) -> Path:
+        """The points to follow."""
+        raise NotImplementedError
+
+    def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
+        """The problem itself."""
+        check_path(self.path(), robot, obstacles)
+        return BUILDERS[model.motion](self, robot, obstacles, model)
+
+
+def _paper(table: PathTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
+    """The paper's statement: the points are passed at equal intervals of time."""
+    _refuse_poses(table)
+    task = PathFollowing(
+        robot,
+        table.path(),
+        table.accuracy,
+        elbow=table.elbow,
+        obstacles=obstacles,
+        knots=model.knots,
+        total_time=table.total_time,
+        knot_redundancy=model.knot_redundancy,
+    )
+    return path_following(
+        task,
+        find_objective(table.objective, table.own_objectives),
+        model.formulation,
+        model.samples,
+        model.redundancy_values,
+        model.further_limits,
+    )
+
+
+def _traced_in_plane(
+    table: PathTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection
+) -> Problem[Any]:
+    """Ours: the tool stays near the whole path and passes its points when it suits."""
+    if model.pieces is not None:
+        raise InvalidProblem("pieces", "the points of a path decide about its pieces")
+    settings = (
+        find_objective(table.objective, table.own_objectives),
+        model.samples,
+        model.redundancy_values,
+        model.further_limits,
+    )
+    if isinstance(robot, SpatialArm):
+        return space_tracing(_in_space(table, robot, obstacles), *settings)
+    _refuse_poses(table)
+    return tracing(
+        PathTracing(robot, table.path(), table.accuracy, table.elbow, obstacles, table.total_time), *settings
+    )
+
+
+def _in_space(table: PathTask, robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> SpaceTracing:
+    """The same in space."""
+    if table.elbow != "free":
+        raise InvalidProblem("elbow", "of an arm in space the search chooses among all postures; leave it out")
+    return SpaceTracing(robot, table.path(), table.accuracy, table.angular_accuracy, obstacles, table.total_time)
+
+
+def _refuse_poses(table: PathTask) -> None:
+    if table.angular_accuracy is not None:
+        raise InvalidProblem("angular_accuracy", "this robot's tool has no orientation to be kept")
+
+
+BUILDERS: dict[str, Callable[[PathTask, Robot, tuple[Obstacle, ...], ModelSection], Problem[Any]]] = {
+    "paper": _paper,
+    "spline": _traced_in_plane,
+}
+
+
+def check_path(path: Path, robot: Robot, obstacles: tuple[Obstacle, ...]) -> None:
+    """The model of so many points can be built in less than a minute.
+
+    Raises:
+        InvalidProblem: naming the most that is planned.
+    """
+    count, most = len(path.points), min(MOST_POINTS, MOST_JOINT_POINTS // robot.dof)
+    if obstacles:
+        most = min(most, MOST_POINT_CHECKS // len(obstacles))
+    if count > most:
+        reason = f"a path of {count} points is too long; at most {most} with this robot and these obstacles"
+        raise InvalidProblem("count", reason)
+
+
+def _kind_of_points(value: Any) -> str:
+    return "file" if isinstance(value, str) else "list"
+
+
+class PointsTask(PathTask):
+    """The user's own points or poses: a CSV file beside the scenario file, or a list."""
+
+    points: Annotated[Annotated[str, Tag("file")] | Annotated[PathPoints, Tag("list")], Discriminator(_kind_of_points)]
+    closed: bool = False
+    count: int | None = Field(default=None, ge=2, le=MOST_POINTS)
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same with the points of its CSV file, if it names one."""
+        if not isinstance(self.points, str):
+            return self
+        try:
+            points = read_points(folder, self.points)
+        except ScenarioError as error:
+            raise ScenarioError(f"task.points: {error}") from error
+        return self.model_copy(update={"points": points})
+
+    def path(self) -> Path:
+        """The points as they are, or resampled to ``count``."""
+        if isinstance(self.points, str):
+            raise ScenarioError(f"task.points: {self.points!r} has not been read; only a scenario file can name a CSV")
+        given = Path.through(self.points, self.closed)
+        return given if self.count is None else given.resampled(self.count)
+
+
+class PentagramTask(PathTask):
+    """The five-pointed star in one stroke, m and rad."""
+
+    shape: Literal["pentagram"]
+    center: PlanarPoint = (0.0, 0.0)
+    radius: Positive
+    angle: Angle = pi / 2.0
+    count: int = Field(default=50, ge=6, le=MOST_POINTS)
+
+    def path(self) -> Path:
+        """The points."""
+        return pentagram(self.center, self.radius, self.angle, self.count)
+
+
+class ClosedCurveTask(PathTask):
+    """A smooth closed curve with waves, m and rad."""
+
+    shape: Literal["closed-curve"]
+    center: PlanarPoint = (0.0, 0.0)
+    radius: Positive
+    angle: Angle = 0.0
+    waves: int = Field(default=6, ge=1, le=100)
+    depth: float = Field(default=0.0, gt=-1.0, lt=1.0)
+    count: int = Field(default=50, ge=4, le=MOST_POINTS)
+
+    def path(self) -> Path:
+        """The points."""
+        return closed_curve(self.center, self.radius, self.angle, self.waves, self.depth, self.count)

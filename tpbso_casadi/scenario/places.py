@@ -1,0 +1,201 @@
+"""Places and poses as tables."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Self, TypeAlias
+
+from pydantic import (
+    Field,
+    PlainValidator,
+    SerializerFunctionWrapHandler,
+    TypeAdapter,
+    ValidationError,
+    model_serializer,
+    model_validator,
+)
+
+from problems import Joints, Place, Position
+from problems.tasks import Pose
+from tpbso_casadi.scenario.validation import (
+    ANGULAR,
+    MOST_EVALUATIONS,
+    MOST_LINKS,
+    NestedError,
+    NotNegative,
+    Number,
+    PlanarPoint,
+    Positive,
+    Quaternion,
+    Section,
+    SpacePoint,
+    as_text,
+    describe,
+    shown,
+)
+
+MOST_PLACES = 100  # goals, or vias
+FORMS = "[x, y], { joints = [...] } or { position = [...] }"
+POINT: TypeAdapter[PlanarPoint] = TypeAdapter(PlanarPoint)
+
+
+class JointsTable(Section):
+    """A posture: one angle a joint, rad."""
+
+    joints: Annotated[list[Number], ANGULAR, Field(min_length=1, max_length=MOST_LINKS)]
+
+    def build(self) -> Place:
+        """The place itself."""
+        return Joints(tuple(self.joints))
+
+
+class PositionTable(Section):
+    """The tool at a point in the plane, m."""
+
+    position: PlanarPoint
+
+    def build(self) -> Place:
+        """The place itself."""
+        return Position(self.position)
+
+
+class PoseTable(Section):
+    """The tool at a point in space, m, and, if it matters, turned by a quaternion (x, y, z, w)."""
+
+    position: SpacePoint
+    quaternion: Quaternion | None = None
+
+    @model_serializer(mode="wrap")
+    def _as_stated(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content: dict[str, Any] = serialize(self)
+        return content if self.quaternion is not None else {"position": content["position"]}
+
+    def build(self) -> Place:
+        """The place itself."""
+        return Pose(self.position, self.quaternion)
+
+
+PlaceTable: TypeAlias = JointsTable | PositionTable | PoseTable
+PLACE_TABLES: dict[str, type[PlaceTable]] = {"joints": JointsTable, "position": PositionTable}
+PlaceValue: TypeAlias = PlanarPoint | PlaceTable
+
+
+def read_place(value: Any) -> PlaceValue:
+    """A point, or a table with the one key that says what it is.
+
+    Raises:
+        ValueError: it is neither.
+    """
+    if isinstance(value, (JointsTable, PositionTable, PoseTable)):
+        return value
+    kinds = [kind for key, kind in PLACE_TABLES.items() if isinstance(value, dict) and key in value]
+    if kinds == [PositionTable] and _in_space(value):
+        kinds = [PoseTable]
+    if not isinstance(value, (list, tuple)) and len(kinds) != 1:
+        raise ValueError(f"{FORMS} is needed, not {shown(value)}")
+    try:
+        return kinds[0].model_validate_json(as_text(value), strict=True) if kinds else _point(value)
+    except ValidationError as error:
+        reason = describe(error, kinds[0] if kinds else Section, value)
+        raise (NestedError if error.errors()[0]["loc"] else ValueError)(reason) from error
+
+
+def _in_space(table: dict[str, Any]) -> bool:
+    position = table["position"]
+    return "quaternion" in table or (isinstance(position, (list, tuple)) and len(position) > 2)
+
+
+def _point(value: Any) -> PlanarPoint:
+    if len(value) == 3:
+        raise ValueError(f"a point in space is {{ position = [x, y, z] }}, not {shown(value)}")
+    return POINT.validate_json(as_text(value), strict=True)
+
+
+def read_places(value: Any) -> list[PlaceValue]:
+    """A list of places.
+
+    Raises:
+        ValueError: it is none, or one of them is not a place.
+    """
+    if not isinstance(value, list) or not value:
+        raise ValueError(f"a list of {FORMS} is needed, not {shown(value)}")
+    if len(value) > MOST_PLACES:
+        raise ValueError(f"{len(value)} places; at most {MOST_PLACES} are planned")
+    places = []
+    for index, place in enumerate(value):
+        try:
+            places.append(read_place(place))
+        except NestedError as error:
+            raise NestedError(f"{index}.{error}") from error
+        except ValueError as error:
+            raise NestedError(f"{index}: {error}") from error
+    return places
+
+
+def read_goals(value: Any) -> PlaceValue | list[PlaceValue]:
+    """A place, or a list of places of which any will do: a list that begins with a table or a list is one."""
+    several = isinstance(value, list) and bool(value) and not isinstance(value[0], (int, float, str, bool))
+    return read_places(value) if several else read_place(value)
+
+
+def built(value: PlaceValue) -> Place:
+    """The place that a value of a table stands for."""
+    return Position(value) if isinstance(value, tuple) else value.build()
+
+
+# a PlaceValue, one or a list of them, a list of them; Any is how a tuple or a table is written back as it was
+AnyPlace = Annotated[Any, PlainValidator(read_place)]
+AnyGoals = Annotated[Any, PlainValidator(read_goals)]
+AnyPlaces = Annotated[Any, PlainValidator(read_places)]
+
+
+MOST_TICKS = 100_000
+WHOLE = 1e-9  # so much short of a whole number of periods is rounding
+Corner = Annotated[list[Number], Field(min_length=2, max_length=3)]
+
+
+class SimulationSection(Section):
+    """[simulation]; other commands do not read it.
+
+    Attributes:
+        seconds: that are simulated.
+        every: time between two replans, which is also how long each may take, s.
+        goals: places visited one after the other, cyclically; the task's goal and start if left out.
+        changes_every: mean time between two changes of the course of an obstacle that has a velocity, s; none if left
+            out.
+        course_rate: no two velocities of an obstacle differ by more, m/s. The planner counts on it, and on no more.
+        region: lower and upper corner of a box, m, which obstacles that have a velocity do not leave: they turn around.
+        evaluations: of each replan.
+        within: or its time, s.
+    """
+
+    seconds: Positive = 10.0
+    every: Positive = 0.1
+    goals: AnyPlaces | None = None
+    changes_every: Positive | None = None
+    course_rate: NotNegative = 0.0
+    region: Annotated[list[Corner], Field(min_length=2, max_length=2)] | None = None
+    evaluations: int = Field(default=1500, gt=0, le=MOST_EVALUATIONS)
+    within: Positive | None = None
+
+    @model_validator(mode="after")
+    def _of_one_size(self) -> Self:
+        if self.every > self.seconds:
+            raise NestedError(f"every: {self.every:g} s is more than the {self.seconds:g} s that are simulated")
+        if self.seconds / self.every > MOST_TICKS:
+            raise NestedError(f"every: {self.seconds / self.every:.0f} replans; at most {MOST_TICKS} are simulated")
+        if self.changes_every is not None and not self.course_rate:
+            raise NestedError("course_rate: missing key; changes_every needs to know how large a change may be")
+        if self.region is not None:
+            self._check_region(*self.region)
+        return self
+
+    def _check_region(self, lower: list[float], upper: list[float]) -> None:
+        if len(lower) != len(upper):
+            raise NestedError(f"region: corners of {len(lower)} and of {len(upper)} coordinates")
+        if not all(low < high for low, high in zip(lower, upper, strict=True)):
+            raise NestedError("region: the first corner has to be below the second one in every coordinate")
+
+    @property
+    def ticks(self) -> int:
+        """How often the planner is asked, the last time at most one period before the end."""
+        return int(self.seconds / self.every + WHOLE)

@@ -1,1 +1,0 @@
-"""The tables of a scenario file about what is there: the robot and the obstacles."""
