@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import cache
 from itertools import pairwise
-from typing import Any, ClassVar, Self
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,16 +13,13 @@ import pytest
 from helpers.cases import OVAL, equal_links
 from helpers.evaluation import needs_compiler, same_bits
 from helpers.moving_scenes import CROSSED
-from helpers.named_solvers import PARAMETERS, named_solver
+from helpers.own_limits import TipSpeed
+from helpers.searching import VM, sampled, source
 
-from problems import Ellipse, InvalidProblem, Joints, Limit, Move, MoveProblem, Position, Robot, move
-from problems.base import FloatArray, Matrix, as_array
+from problems import Ellipse, InvalidProblem, Joints, Move, MoveProblem, Position, move
+from problems.base import FloatArray, as_array
 from problems.evaluation import EvaluationOptions
-from problems.evaluation.codegen import cpp
-from problems.evaluation.kernel import kernels
-from problems.families.splines.encoding import BEND, OFFSET
 from problems.limits import Constraint
-from problems.motions import Samples
 from problems.timing.free_space import least_durations
 from solvers import LSHADE, Box, Budget, minimize
 
@@ -34,59 +32,38 @@ ALL_KINDS = {
     "goals": (Position((0.5, 1.5)), Joints((1.0, -1.0, 2.0, 0.3)), Position((-0.5, 1.0))),
     "vias": (Position((0.9, 0.9)), Joints((0.5,) * 4)),
 }
-VM = EvaluationOptions("vm")
 
 
-@dataclass(frozen=True)
-class Turning(Limit):
-    """All joints together turn by no more than 3 rad/s: run slowly enough, every path keeps it."""
-
-    name: ClassVar[str] = "turning"
-    robot: Robot
-
-    @classmethod
-    def for_robot(cls, robot: Robot, obstacles: Any) -> Self:
-        return cls(robot)
-
-    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        turning, most = self.magnitudes(samples), ca.DM(3.0)
-        return [Constraint(name=self.name, unit="rad/s", expression=turning, lower=None, upper=most, columns=("all",))]
-
-    @property
-    def scales_with_time(self) -> bool:
-        return True
-
-    def magnitudes(self, samples: Samples) -> Matrix:
-        return ca.sum2(ca.fabs(samples.speed))
-
-    def time_scale(self, peaks: Matrix) -> Matrix:
-        return peaks / 3.0
+STRETCH = Move(TWO, Joints((0.1, 0.2)), (Joints((1.0, -1.0)),))
+MOVES: dict[str, tuple[Move, dict[str, Any]]] = {
+    "a limit that slows down": (
+        Move(THREE, HOME, (AWAY,)), {"objective": "rotation", "samples": 30, "limits": (TipSpeed,)}
+    ),
+    "points, obstacle": (Move(THREE, Position((1.0, 0.0)), (Position((0.5, 1.5)),), obstacles=(OVAL,)), {}),
+    "joints": (Move(THREE, HOME, (AWAY,)), {"objective": "rotation", "samples": 20}),
+    "vias, several goals": (Move(FOUR, **ALL_KINDS, elbow="up"), {"objective": "length", "pieces": 2}),
+    "moving ends, joint ranges": (Move(RANGED, HOME, (AWAY,), **FAST), {}),
+    "moving start": (replace(STRETCH, start_velocity=(0.0, 2.0)), {"objective": "rotation"}),
+    "moving goal": (replace(STRETCH, goal_velocity=(-1.0, 0.0)), {}),
+    "moving obstacle": (CROSSED, {"samples": 30}),
+    "moving obstacle, moving ends": (replace(CROSSED, start_velocity=(0.5, 0.0), goal_velocity=(0.0, -0.5)), {}),
+    "moving obstacle, bounded time": (replace(CROSSED, total_time=(1.0, 6.0)), {"objective": "rotation"}),
+    "bounded time": (Move(THREE, HOME, (AWAY,), total_time=(2.0, 3.0)), {"objective": "rotation"}),
+    "bounded time, moving ends": (Move(THREE, HOME, (AWAY,), total_time=(0.5, 1.5), **FAST), {}),
+}  # fmt: skip
 
 
-MOVES: dict[str, MoveProblem] = {
-    "a limit that slows down": move(Move(THREE, HOME, (AWAY,)), "rotation", samples=30, limits=(Turning,)),
-    "points, obstacle": move(Move(THREE, Position((1.0, 0.0)), (Position((0.5, 1.5)),), obstacles=(OVAL,))),
-    "joints": move(Move(THREE, HOME, (AWAY,)), "rotation", samples=20),
-    "vias, several goals": move(Move(FOUR, **ALL_KINDS, elbow="up"), "length", pieces=2),
-    "moving ends, joint ranges": move(Move(RANGED, HOME, (AWAY,), **FAST)),
-    "moving start": move(Move(TWO, Joints((0.1, 0.2)), (Joints((1.0, -1.0)),), start_velocity=(0.0, 2.0)), "rotation"),
-    "moving goal": move(Move(TWO, Joints((0.1, 0.2)), (Joints((1.0, -1.0)),), goal_velocity=(-1.0, 0.0))),
-    "moving obstacle": move(CROSSED, samples=30),
-    "moving obstacle, moving ends": move(replace(CROSSED, start_velocity=(0.5, 0.0), goal_velocity=(0.0, -0.5))),
-    "moving obstacle, bounded time": move(replace(CROSSED, total_time=(1.0, 6.0)), "rotation"),
-    "bounded time": move(Move(THREE, HOME, (AWAY,), total_time=(2.0, 3.0)), "rotation"),
-    "bounded time, moving ends": move(Move(THREE, HOME, (AWAY,), total_time=(0.5, 1.5), **FAST)),
-}
-each_move = pytest.mark.parametrize("problem", MOVES.values(), ids=MOVES)
-QUICK = {"joints", "moving start", "bounded time, moving ends"}
-each_move_now_or_later = pytest.mark.parametrize(
-    "problem",
-    [pytest.param(p, id=name, marks=[] if name in QUICK else pytest.mark.slow) for name, p in MOVES.items()],
-)
+@cache
+def problem_of(name: str) -> MoveProblem:
+    task, options = MOVES[name]
+    return move(task, **options)
 
 
-def candidates(problem: MoveProblem, count: int, seed: int = 0) -> FloatArray:
-    return Box(*problem.bounds).sample(np.random.default_rng(seed), count)
+def moves(*quick: str) -> pytest.MarkDecorator:
+    """All of them; but those that are not named here later."""
+    return pytest.mark.parametrize(
+        "name", [pytest.param(name, marks=[] if name in quick else pytest.mark.slow) for name in MOVES]
+    )
 
 
 def stops_of(problem: MoveProblem, x: FloatArray) -> FloatArray:
@@ -98,10 +75,11 @@ def stops_of(problem: MoveProblem, x: FloatArray) -> FloatArray:
 # Paths
 
 
-@each_move
-def test_paths_pass_all_stops_exactly(problem: MoveProblem) -> None:
+@pytest.mark.parametrize("name", MOVES)
+def test_paths_pass_all_stops_exactly(name: str) -> None:
+    problem = problem_of(name)
     task = problem.task
-    for x in candidates(problem, 5):
+    for x in sampled(problem, 5):
         at_stops = stops_of(problem, x)
         places = [task.start, *task.vias, task.reached_goal(at_stops[-1])]
         for place, theta in zip(places, at_stops, strict=True):
@@ -115,33 +93,11 @@ def test_paths_pass_all_stops_exactly(problem: MoveProblem) -> None:
 
 
 def test_nothing_off_means_straight_lines() -> None:
-    problem = MOVES["joints"]
+    problem = problem_of("joints")
     middle = np.zeros(len(problem.variables))
     u = np.linspace(0.0, 1.0, 9)
     line = np.array(HOME.values) + u[:, None] * (np.array(AWAY.values) - np.array(HOME.values))
     assert problem.path(middle).at(u) == pytest.approx(line, abs=1e-14)
-
-
-def test_bends_and_offsets_move_control_points() -> None:
-    """In the middle of six pieces basis functions are 1/6, 2/3, 1/6; the control points there at 1/3, 1/2, 2/3."""
-    problem = MOVES["joints"]
-    names = [variable.name for variable in problem.variables]
-    x = np.zeros(len(names))
-    straight = problem.path(x).at(np.array([0.5]))
-    x[names.index("offset_4[2]")] = np.sqrt(0.3 / OFFSET)
-    assert problem.path(x).at(np.array([0.5])) - straight == pytest.approx(np.array([[0.0, 0.2, 0.0]]), abs=1e-12)
-    x[names.index("offset_4[2]")], x[names.index("bend_1[3]")] = 0.0, -np.sqrt(0.9 / BEND)
-    bent = -0.9 * (2.0 / 3.0 + 1.0 / 3.0 * 4.0 * (1.0 / 3.0) * (2.0 / 3.0))
-    assert problem.path(x).at(np.array([0.5])) - straight == pytest.approx(np.array([[0.0, 0.0, bent]]), abs=1e-12)
-
-
-def test_longer_segments_have_more_of_the_parameter() -> None:
-    vias = (Joints((0.2, 0.2)), Joints((2.0, 0.2)), Joints((2.0, 0.2)))
-    problem = move(Move(TWO, Joints((0.1, 0.2)), (Joints((2.1, 0.2)),), vias=vias))
-    shares = np.diff(problem.motion.nodes[:: problem.encoding.pieces])
-    assert shares[1] == shares.max()
-    assert shares[[0, 2, 3]].min() >= 0.1 * shares[1] * (1 - 1e-12)
-    assert shares.sum() == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
@@ -154,16 +110,16 @@ def test_options_that_cannot_be_are_refused(changes: dict[str, Any], field: str)
 
 
 def test_small_obstacles_take_more_samples() -> None:
-    task = MOVES["points, obstacle"].task
+    task = problem_of("points, obstacle").task
     thin = move(replace(task, obstacles=(Ellipse((0.8, 0.8), (0.15, 0.01)),)))
-    assert thin.motion.steps > MOVES["points, obstacle"].motion.steps
+    assert thin.motion.steps > problem_of("points, obstacle").motion.steps
     (limit,) = thin.encoding.step_limits
     assert limit.width == pytest.approx(0.02)
 
 
 # Costs
 
-KEPT = {"speed", "acceleration", "jerk", "turning"}  # by the timing
+KEPT = {"speed", "acceleration", "jerk", "tip speed"}  # by the timing
 
 
 def excess(constraint: Constraint, values: FloatArray) -> float:
@@ -185,11 +141,12 @@ def expected_costs(problem: MoveProblem, x: FloatArray) -> FloatArray:
     return np.array(costs)
 
 
-@each_move
-def test_steps_over_samples_cost_what_the_model_costs(problem: MoveProblem) -> None:
+@moves("a limit that slows down", "vias, several goals", "moving ends, joint ranges", "moving obstacle", "bounded time")
+def test_steps_over_samples_cost_what_the_model_costs(name: str) -> None:
+    problem = problem_of(name)
     evaluate, box = problem.evaluator(VM), Box(*problem.bounds)
     best = minimize(evaluate, box, LSHADE(), Budget(200), 0).x
-    x = np.vstack([candidates(problem, 12), [best, box.lower, box.upper, (box.lower + box.upper) / 2.0]])
+    x = np.vstack([sampled(problem, 12), [best, box.lower, box.upper, (box.lower + box.upper) / 2.0]])
     costs = evaluate(x)
     assert len(np.unique(costs)) >= 12
     np.testing.assert_allclose(costs, expected_costs(problem, x), rtol=1e-9)
@@ -201,8 +158,8 @@ def test_steps_over_samples_cost_what_the_model_costs(problem: MoveProblem) -> N
 )
 @pytest.mark.usefixtures("cache_folder")
 def test_backends_agree_to_the_bit(name: str) -> None:
-    problem = MOVES[name]
-    rng, x = np.random.default_rng(0), candidates(problem, 600)
+    problem = problem_of(name)
+    rng, x = np.random.default_rng(0), sampled(problem, 600)
     x[:100] *= rng.normal(0.0, 3.0, (100, 1))
     places = rng.integers(100, 200, 100), rng.integers(0, x.shape[1], 100)
     x[places] = rng.choice([np.nan, np.inf, -np.inf, 0.0, -0.0, 1e300], 100)
@@ -212,8 +169,8 @@ def test_backends_agree_to_the_bit(name: str) -> None:
 
 
 def test_a_duration_that_is_too_short_is_made_longer_and_one_too_long_is_penalised() -> None:
-    problem = MOVES["bounded time"]
-    x = candidates(problem, 200)
+    problem = problem_of("bounded time")
+    x = sampled(problem, 200)
     durations = np.array([float(problem.parameters_of(row).duration) for row in x[:30]])
     assert durations.min() == 2.0
     assert (problem.cost(x) < problem.objective_upper_bound).all()
@@ -224,19 +181,12 @@ def test_a_duration_that_is_too_short_is_made_longer_and_one_too_long_is_penalis
     assert (costs > slow.objective_upper_bound).any()
 
 
-def test_costs_of_feasible_candidates_are_never_above_the_bound() -> None:
-    for problem in MOVES.values():
-        feasible = problem.encoding.cost(ca.DM(1e9), [ca.DM(0.0)], None, problem.weights)
-        assert float(feasible) == problem.objective_upper_bound < 1e5
-        broken = problem.encoding.cost(ca.DM(0.5), [ca.DM(1e-6)], None, problem.weights)
-        assert float(broken) > problem.objective_upper_bound
-
-
 # Motions
 
 
-@each_move_now_or_later
-def test_motions_keep_every_limit_for_all_t(problem: MoveProblem) -> None:
+@moves("joints", "bounded time, moving ends")
+def test_motions_keep_every_limit_for_all_t(name: str) -> None:
+    problem = problem_of(name)
     box = Box(*problem.bounds)
     best = minimize(problem.evaluator(VM), box, LSHADE(), Budget(3000), 0)
     assert best.cost < problem.objective_upper_bound
@@ -257,11 +207,10 @@ def test_ends_that_cannot_be_attained_cost_more_than_any_motion() -> None:
     assert problem.cost(x[None])[0] > problem.objective_upper_bound
     assert float(problem.parameters_of(x).gap) > 0.0
     assert problem.trajectory(x).duration > 0.0
-    best = minimize(problem.evaluator(VM), Box(*problem.bounds), LSHADE(), Budget(3000), 0)
+    best = minimize(problem.evaluator(VM), Box(*problem.bounds), LSHADE(), Budget(1500), 0)
     assert best.cost < problem.objective_upper_bound
-    assert (
-        problem.exact_time_scale(problem.trajectory(best.x)) == problem.safe_time_scale(problem.trajectory(best.x)) == 1
-    )
+    found = problem.trajectory(best.x)
+    assert problem.exact_time_scale(found) == problem.safe_time_scale(found) == 1.0
 
 
 def test_a_move_to_where_it_stands() -> None:
@@ -284,8 +233,8 @@ def test_in_free_space_the_search_finds_the_least_time_there_is() -> None:
 
 
 def test_milestones_are_the_vias() -> None:
-    problem = MOVES["vias, several goals"]
-    x = candidates(problem, 1)[0]
+    problem = problem_of("vias, several goals")
+    x = sampled(problem, 1)[0]
     trajectory = problem.trajectory(x)
     found = problem.milestones(trajectory)
     assert [milestone.label for milestone in found] == ["via 1", "via 2"]
@@ -294,17 +243,9 @@ def test_milestones_are_the_vias() -> None:
     assert at_vias == pytest.approx(stops_of(problem, x)[1:-1], abs=1e-6)
 
 
-@pytest.mark.parametrize("name", PARAMETERS)
-def test_every_solver_searches_moves(name: str) -> None:
-    problem = MOVES["moving start"]
-    box, evaluate = Box(*problem.bounds), problem.evaluator(VM)
-    sampled = evaluate(box.sample(np.random.default_rng(0), 20)).min()
-    assert minimize(evaluate, box, named_solver(name)(), Budget(1500), 0).cost < sampled
-
-
 def test_the_program_starts_from_a_motion_of_the_search() -> None:
-    problem = MOVES["vias, several goals"]
-    x, program = candidates(problem, 1)[0], problem.nlp()
+    problem = problem_of("vias, several goals")
+    x, program = sampled(problem, 1)[0], problem.nlp()
     start = program.from_search(x)
     lower, upper = program.bounds_near(start)
     assert start.shape == lower.shape == upper.shape
@@ -317,43 +258,29 @@ def test_the_program_starts_from_a_motion_of_the_search() -> None:
 # What has to be compiled
 
 
-def source(problem: MoveProblem) -> str:
-    return cpp(kernels(problem.program), problem.program.sizes)
-
-
 CLEAR = Joints((2.5, 0.5, 0.5))
 GOALS = (Position((0.5, 1.5)), CLEAR)
 BY_WAY = Move(THREE, Position((1.0, 0.0)), GOALS, vias=(Position((0.9, 0.5)),), obstacles=(OVAL,))
+OTHER_WAY: dict[str, Any] = {
+    "start": Position((0.9, -0.1)), "goals": (Position((0.4, 1.4)), HOME), "vias": (Position((0.3, 0.9)),),
+    "robot": equal_links(3, max_jerk=(500.0,) * 3), "obstacles": (Ellipse((0.7, 0.8), (0.2, 0.25)),),
+}  # fmt: skip
 MOVING = Move(THREE, HOME, (AWAY,), total_time=(0.5, 5.0), **FAST)
+OTHER_STATE = {"start": Joints((0.0, 0.1, 0.2)), "start_velocity": (0.5, 0.1, -1.0), "total_time": (0.6, 4.0)}
 
 
-@pytest.mark.parametrize(
-    ("task", "changes"),
-    [
-        (BY_WAY, {"start": Position((0.9, -0.1))}),
-        (BY_WAY, {"goals": (Position((0.4, 1.4)), HOME)}),
-        (BY_WAY, {"vias": (Position((0.3, 0.9)),)}),
-        (BY_WAY, {"robot": equal_links(3, max_jerk=(500.0,) * 3)}),
-        (BY_WAY, {"obstacles": (Ellipse((0.7, 0.8), (0.2, 0.25)),)}),
-        (MOVING, {"start_velocity": (0.5, 0.1, -1.0)}),
-        (MOVING, {"total_time": (0.6, 4.0)}),
-        (MOVING, {"start": Joints((0.0, 0.1, 0.2))}),
-    ],
-    ids=lambda value: ", ".join(value) if isinstance(value, dict) else "",
-)
+@pytest.mark.parametrize(("task", "changes"), [(BY_WAY, OTHER_WAY), (MOVING, OTHER_STATE)], ids=["by way", "moving"])
 def test_another_scene_of_the_same_structure_has_the_same_source(task: Move, changes: dict[str, Any]) -> None:
+    """Every number is another one at once: whatever was built in would be seen in the source or in a cost."""
     problem, other = (move(stated, samples=60, pieces=2) for stated in (task, replace(task, **changes)))
     assert source(problem) == source(other)
-    x = candidates(problem, 20)
-    if changes.keys() != {"total_time"} and "robot" not in changes:
-        assert (problem.evaluator(VM)(x) != other.evaluator(VM)(x)).any()
+    x = sampled(other, 20)
     np.testing.assert_allclose(other.evaluator(VM)(x), expected_costs(other, x), rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [{"elbow": "up"}, {"goals": (CLEAR,)}, {"vias": ()}, {"obstacles": ()}, {"start_velocity": (1.0, 0.0, 0.0)}],
-    ids=", ".join,
-)
-def test_another_structure_has_another_source(changes: dict[str, Any]) -> None:
-    assert source(move(BY_WAY)) != source(move(replace(BY_WAY, **changes)))
+def test_another_structure_has_another_source() -> None:
+    by_way = source(move(BY_WAY))
+    others: tuple[dict[str, Any], ...] = (
+        {"elbow": "up"}, {"goals": (CLEAR,)}, {"vias": ()}, {"obstacles": ()}, {"start_velocity": (1.0, 0.0, 0.0)},
+    )  # fmt: skip
+    assert by_way not in [source(move(replace(BY_WAY, **changes))) for changes in others]

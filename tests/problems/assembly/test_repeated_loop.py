@@ -9,12 +9,11 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.evaluation import needs_compiler, same_bits
+from helpers.searching import source
 from helpers.space import small_arm
 
 from problems import Ball, Box, Cylinder, HalfSpace, Joints, Move, MoveProblem, Obstacle, move
 from problems.evaluation import EvaluationOptions
-from problems.evaluation.codegen import cpp
-from problems.evaluation.kernel import kernels
 from problems.limits import SAMPLING_MARGIN, Clearance
 from problems.limits.proximity import MOST_BALLS, clusters_of
 from problems.limits.self_clearance import SelfClearance
@@ -59,11 +58,6 @@ def excess(problem: MoveProblem, x: np.ndarray) -> float:
     values = [(np.array(c.expression), c.bounds[0], c.scales) for c in constraints if c.name.endswith("clearance")]
     assert len(values) == 2
     return sum(float((np.maximum(0.0, lower - value) / scale).sum()) for value, lower, scale in values)
-
-
-def source(problem: MoveProblem) -> str:
-    program = problem.cost_program()
-    return cpp(kernels(program), program.sizes)
 
 
 @pytest.mark.slow

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.cases import following, moving
+from helpers.searching import VM, sampled
 
 from problems import Ellipse, Path, PlanarArm, Problem, pentagram
-from problems.evaluation import EvaluationOptions
 from solvers import BSO, IPOPT, Box, Budget, Descent, minimize
 
-VM = EvaluationOptions("vm")
 STAR = pentagram((0.0, 0.0), 0.9, count=21)
 
 
@@ -39,17 +38,17 @@ CASES = [(move, "length", "paper"), (move, "length", "reduced"), (trace, "rotati
 def test_a_power_of_two_changes_no_bit_of_a_search(make: Any, objective: str, formulation: str, exponent: int) -> None:
     scale = 2.0**exponent
     found = [
-        minimize(p.evaluator(VM), Box(*p.bounds), BSO(), Budget(900), 1)
+        minimize(p.evaluator(VM), Box(*p.bounds), BSO(), Budget(400), 1)
         for p in (make(1.0, objective, formulation), make(scale, objective, formulation))
     ]
     assert (found[0].x == found[1].x).all()
 
 
-@pytest.mark.parametrize("scale", [1e-9, 1e-3, 1e3, 1e7])
+@pytest.mark.parametrize("scale", [1e-9, 1e7])
 @pytest.mark.parametrize("make", [move, trace])
 def test_verdicts_do_not_depend_on_the_size(make: Any, scale: float) -> None:
     one, other = make(1.0, "length", "reduced"), make(scale, "length", "reduced")
-    for x in Box(*one.bounds).sample(np.random.default_rng(2), 6):
+    for x in sampled(one, 6, 2):
         verdicts, again = (problem.verify(problem.trajectory(x)) for problem in (one, other))
         assert [(v.name, v.status) for v in verdicts] == [(v.name, v.status) for v in again]
         values = [problem.objective_value(problem.trajectory(x), np.array([0.0])) for problem in (one, other)]

@@ -1,27 +1,24 @@
-"""Torque limits in every encoding: what time cannot cure never looks feasible; costs, bits, and what is compiled."""
+"""Torque limits in every encoding: what time cannot cure never looks feasible; costs, bits, what is compiled."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import following, moving
-from helpers.evaluation import has_compiler, same_bits
+from helpers.searching import VM, source
 
-from problems import CertificateStatus, Joints, Move, Path, PlanarArm, Problem, closed_curve, move
+from problems import CertificateStatus, Joints, Move, Path, PlanarArm, Problem, Robot, closed_curve, move
 from problems.base import FloatArray, as_array
-from problems.evaluation import EvaluationOptions
-from problems.evaluation.codegen import cpp
-from problems.evaluation.kernel import kernels
 from problems.families.traced import tracing
-from problems.robots import planar_payload
+from problems.robots import planar_payload, read_urdf
 from problems.tasks import PathTracing
-from solvers import SOLVERS, Box, Budget, minimize
+from solvers import LSHADE, Box, Budget, minimize
 
-VM = EvaluationOptions("vm")
 LIMITS: dict[str, Any] = {"max_speed": (4.0,) * 3, "max_acceleration": (40.0,) * 3, "link_masses": (2.0, 2.0, 1.0)}
 FRICTION = {"viscous_friction": (0.5, 0.5, 0.1), "coulomb_friction": (0.5, 0.5, 0.1)}
 ARM = PlanarArm((0.5, 0.5, 0.4), **LIMITS, **FRICTION, max_torque=(28.0, 12.0, 3.0))  # too weak when stretched out
@@ -30,20 +27,21 @@ CURVE = closed_curve((0.45, -0.3), 0.2, 0.0, 4, -0.35, 12)
 LINE = Path(((0.3, -0.6), (0.6, -0.3), (0.6, 0.1)))
 
 
-def problems(robot: PlanarArm = ARM, objective: str = "time") -> dict[str, Problem[Any]]:
-    task = Move(robot, Joints((-1.2, 0.4, 0.3)), (Joints((0.9, -0.9, 0.4)),))
-    return {
-        "two segments, paper": moving(robot, (0.3, -0.6), (0.3, 0.6), objective, "free", "paper", samples=15),
-        "two segments, reduced": moving(robot, (0.3, -0.6), (0.3, 0.6), objective, "free", "reduced", samples=15),
-        "path, paper": following(robot, CURVE, 0.1, objective, "free", "paper", samples=24),
-        "path, reduced": following(robot, CURVE, 0.1, objective, "free", "reduced", samples=24),
-        "move": move(task, objective, samples=24),
-        "tracing": tracing(PathTracing(robot, LINE, 0.02), objective, samples=24, redundancy_values=3),
-    }
+KINDS = ("two segments, paper", "two segments, reduced", "path, paper", "path, reduced", "move", "tracing")
+each_kind = pytest.mark.parametrize("kind", KINDS)
 
 
-EVERY = problems()
-RESTORED = {"speed", "acceleration", "torque"}
+@cache
+def problem_of(kind: str, robot: PlanarArm = ARM, objective: str = "time") -> Problem[Any]:
+    if kind == "move":
+        task = Move(robot, Joints((-1.2, 0.4, 0.3)), (Joints((0.9, -0.9, 0.4)),))
+        return move(task, objective, samples=24)
+    if kind == "tracing":
+        return tracing(PathTracing(robot, LINE, 0.02), objective, samples=24, redundancy_values=3)
+    shape, formulation = kind.split(", ")
+    if shape == "path":
+        return following(robot, CURVE, 0.1, objective, "free", formulation, samples=24)
+    return moving(robot, (0.3, -0.6), (0.3, 0.6), objective, "free", formulation, samples=15)
 
 
 def candidates(problem: Problem[Any], count: int = 300) -> FloatArray:
@@ -63,10 +61,12 @@ def rows(problem: Problem[Any], name: str, x: FloatArray) -> FloatArray:
     return np.array([max(float(part.max()) for part in share) for share in shares])
 
 
-@pytest.mark.parametrize("name", EVERY)
-@pytest.mark.parametrize(("robot", "objective"), [(ARM, "time"), (ARM, "rotation"), (SMOOTH, "time")])
-def test_feasible_candidates_keep_the_torques_at_the_samples(name: str, robot: PlanarArm, objective: str) -> None:
-    problem = problems(robot, objective)[name]
+@pytest.mark.parametrize(
+    ("kind", "robot", "objective"),
+    [*((kind, ARM, "time") for kind in KINDS if kind != "move"), ("move", SMOOTH, "rotation")],
+)
+def test_feasible_candidates_keep_the_torques_at_the_samples(kind: str, robot: PlanarArm, objective: str) -> None:
+    problem = problem_of(kind, robot, objective)
     x = candidates(problem)
     costs, used = problem.evaluator(VM)(x), rows(problem, "torque", x)
     feasible = costs <= problem.objective_upper_bound
@@ -76,58 +76,39 @@ def test_feasible_candidates_keep_the_torques_at_the_samples(name: str, robot: P
     assert (used > 1.0 + 1e-9).any()
 
 
-@pytest.mark.parametrize("name", EVERY)
-def test_arms_that_cannot_be_held_are_never_feasible_and_the_weakest_costs_most(name: str) -> None:
+@each_kind
+def test_arms_that_cannot_be_held_are_never_feasible_and_the_weakest_costs_most(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Gravity on so weak motors cannot be overcome: the cost says by how much."""
-    costs = []
+    monkeypatch.setattr("problems.tasks.checks.can_hold", lambda robot, theta: np.ones(len(theta), dtype=bool))
+    costs, x = [], candidates(problem_of(kind), 150)
     for share in (0.05, 0.02):
-        problem = problems(ARM)[name]
-        robot = replace(ARM, max_torque=tuple(share * torque for torque in ARM.max_torque or ()))
-        weak = problems_unchecked(name, robot)
-        costs.append(weak.evaluator(VM)(candidates(problem)))
+        weak = problem_of(kind, replace(ARM, max_torque=tuple(share * torque for torque in ARM.max_torque or ())))
+        costs.append(weak.evaluator(VM)(x))
         assert (costs[-1] > weak.objective_upper_bound).all()
         assert np.isfinite(costs[-1]).all()
     if weak.encoding.scales_time:
         assert (np.diff(costs, axis=0) > 0.0).mean() > 0.99
 
 
-def problems_unchecked(name: str, robot: PlanarArm) -> Problem[Any]:
-    """The problem for a robot with which it would be refused."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("problems.tasks.checks.can_hold", lambda robot, theta: np.ones(len(theta), dtype=bool))
-        return problems(robot)[name]
-
-
 # What is compiled
 
 
-def source(problem: Problem[Any]) -> str:
-    return cpp(kernels(problem.program), problem.program.sizes)
-
-
-@pytest.mark.parametrize("name", EVERY)
-def test_another_payload_and_other_motors_compile_nothing(name: str) -> None:
+@pytest.mark.parametrize("kind", ["two segments, paper", "path, reduced", "move"])
+def test_another_payload_and_other_motors_compile_nothing(kind: str) -> None:
     carrying = replace(SMOOTH, payload=planar_payload(0.2, (0.01, 0.0), 0.001), max_torque=(28.0, 14.0, 4.0))
     other = replace(carrying, payload=planar_payload(0.1, (0.02, 0.0), 0.002), max_torque=(30.0, 15.0, 4.5))
-    one, two = problems(carrying)[name], problems(other)[name]
+    one, two = problem_of(kind, carrying), problem_of(kind, other)
     assert source(one) == source(two)
-    assert source(one) != source(EVERY[name])
+    assert source(one) != source(problem_of(kind))
     x = candidates(one, 60)
     assert (one.evaluator(VM)(x) != two.evaluator(VM)(x)).any()
 
 
-@pytest.mark.parametrize("name", ["path, reduced", "move"])
-def test_backends_agree_to_the_bit(name: str) -> None:
-    if not has_compiler():
-        pytest.skip("no C++ compiler")
-    x = candidates(EVERY[name], 60)
-    assert same_bits(EVERY[name].evaluator(VM)(x), EVERY[name].evaluator(EvaluationOptions("native"))(x))
-
-
-@pytest.mark.parametrize("name", SOLVERS)
-def test_every_solver_finds_motions_that_the_motors_can_do(name: str) -> None:
-    problem = problems(SMOOTH)["two segments, reduced"]
-    found = minimize(problem.evaluator(VM), Box(*problem.bounds), SOLVERS[name](), Budget(400), 1)
+def test_a_search_finds_motions_that_the_motors_can_do() -> None:
+    problem = problem_of("two segments, reduced", SMOOTH)
+    found = minimize(problem.evaluator(VM), Box(*problem.bounds), LSHADE(), Budget(400), 1)
     assert found.cost <= problem.objective_upper_bound
     assert rows(problem, "torque", found.x[None])[0] <= 1.0 + 1e-9
     motion = problem.trajectory(found.x)
@@ -135,3 +116,37 @@ def test_every_solver_finds_motions_that_the_motors_can_do(name: str) -> None:
     torque = next(verdict for verdict in problem.verify(slowed) if verdict.name == "torque")
     assert torque.satisfied
     assert torque.status is CertificateStatus.CERTIFIED
+
+
+# Torques that need not depend on angles: without gravity only friction is held, and sliding joints turn nothing
+
+
+AFLOAT = PlanarArm(
+    (0.5, 0.4), (4.0,) * 2, (40.0,) * 2, link_masses=(2.0, 1.0), max_torque=(20.0, 6.0), gravity=(0.0, 0.0)
+)
+RUBBING = replace(AFLOAT, viscous_friction=(0.2, 0.1), coulomb_friction=(0.5, 0.3))
+INERTIA = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+GANTRY = f"""<robot name="gantry"><link name="base"/>
+<link name="bridge"><inertial><mass value="5"/>{INERTIA}</inertial></link>
+<link name="tool"><inertial><mass value="3"/>{INERTIA}</inertial></link>
+<joint name="along" type="prismatic"><parent link="base"/><child link="bridge"/><axis xyz="1 0 0"/>
+<limit lower="-1" upper="1" velocity="2" effort="60"/></joint>
+<joint name="up" type="prismatic"><parent link="bridge"/><child link="tool"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" velocity="2" effort="60"/></joint></robot>"""
+SLIDING = read_urdf(GANTRY, None, None).arm(max_acceleration=40.0)
+
+
+@pytest.mark.parametrize(
+    ("robot", "objective"),
+    [(AFLOAT, "work"), (RUBBING, "time"), (SLIDING, "energy")],
+    ids=["afloat", "rubbing", "sliding"],
+)
+def test_candidates_can_be_evaluated_and_are_feasible_by_construction(robot: Robot, objective: str) -> None:
+    problem = move(Move(robot, Joints((-0.4, 0.3)), (Joints((0.7, -0.2)),)), objective, samples=12)
+    straight = np.mean(problem.bounds, axis=0)
+    costs = problem.evaluator(VM)(straight[None, :])
+    assert (costs <= problem.objective_upper_bound).all()
+    [torque] = [constraint for constraint in problem.constraints if constraint.name == "torque"]
+    used = as_array(ca.Function("used", [problem.model.x], [torque.expression])(straight))
+    assert (np.abs(used) <= torque.bounds[1] * (1.0 + 1e-9)).all()
+    assert np.abs(used).max() > 0.0

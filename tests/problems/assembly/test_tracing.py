@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from helpers.searching import VM
 
 from problems import Ellipse, InvalidProblem, Path, PlanarArm, Trajectory
 from problems.base import FloatArray
-from problems.evaluation import EvaluationOptions
 from problems.families.traced import tracing
 from problems.families.traced.problem import TracingProblem
 from problems.families.traced.proofs import distance_from_segments
@@ -26,31 +27,33 @@ TASKS = {
     "jerk": PathTracing(replace(ARM, max_jerk=(300.0,) * 3), Path.through(SQUARE), 0.01, elbow="up"),
     "obstacle": PathTracing(ARM, Path.through(SQUARE), 0.01, obstacles=(Ellipse((0.3, 0.3), (0.08, 0.05)),)),
 }
-each_task = pytest.mark.parametrize("name", TASKS)
+each_task = pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "three links")) for name in TASKS]
+)
 
 
-def candidates(problem: TracingProblem, count: int) -> FloatArray:
-    rng = np.random.default_rng(4)
-    return rng.uniform(*problem.bounds, (count, len(problem.variables)))
+@cache
+def problem_of(name: str) -> TracingProblem:
+    return tracing(TASKS[name])
 
 
 def best(problem: TracingProblem, count: int = 200) -> FloatArray:
-    x = candidates(problem, count)
+    x = np.random.default_rng(4).uniform(*problem.bounds, (count, len(problem.variables)))
     return np.asarray(x[int(np.argmin(problem.cost(x)))])
 
 
-@each_task
+@pytest.mark.parametrize("name", ["jerk", "obstacle"])
 def test_the_steps_are_the_inlined_cost(name: str) -> None:
-    problem = tracing(TASKS[name])
-    x = candidates(problem, 8)
-    stepped = problem.evaluator(EvaluationOptions("vm"))(x)
+    problem = problem_of(name)
+    x = np.random.default_rng(4).uniform(*problem.bounds, (8, len(problem.variables)))
+    stepped = problem.evaluator(VM)(x)
     assert stepped == pytest.approx([float(problem.cost_function(candidate)) for candidate in x], rel=1e-6)
 
 
-@each_task
+@pytest.mark.parametrize("name", ["two links", "jerk"])
 def test_the_cost_of_a_feasible_candidate_is_about_its_duration(name: str) -> None:
     problem = tracing(TASKS[name], samples=400)
-    x = best(problem)
+    x = best(problem, 100)
     cost = float(problem.cost(x[None])[0])
     assert cost <= problem.objective_upper_bound
     without_jerk = replace(problem, task=replace(problem.task, robot=replace(problem.robot, max_jerk=None)))
@@ -58,18 +61,13 @@ def test_the_cost_of_a_feasible_candidate_is_about_its_duration(name: str) -> No
 
 
 @each_task
-def test_a_candidate_is_certified_and_dense_samples_agree(name: str) -> None:
-    problem = tracing(TASKS[name])
-    check(problem, problem.trajectory(best(problem)))
-
-
-@each_task
-def test_the_program_is_faster_and_certified(name: str) -> None:
-    problem = tracing(TASKS[name])
+def test_a_candidate_and_the_program_from_it_are_certified_and_dense_samples_agree(name: str) -> None:
+    problem = problem_of(name)
     x, refinement = best(problem), Refinement(problem, IPOPT())
-    motion = refinement.motion(refinement(refinement.program.from_search(x)).x)
-    assert motion.trajectory.duration < problem.trajectory(x).duration
-    check(problem, motion.trajectory)
+    searched, refined = problem.trajectory(x), refinement.motion(refinement(refinement.program.from_search(x)).x)
+    assert refined.trajectory.duration < searched.duration
+    for trajectory in (searched, refined.trajectory):
+        check(problem, trajectory)
 
 
 def check(problem: TracingProblem, trajectory: Trajectory) -> None:
@@ -87,7 +85,7 @@ def check(problem: TracingProblem, trajectory: Trajectory) -> None:
 
 
 def test_the_motion_stops_at_corners() -> None:
-    problem = tracing(TASKS["three links"])
+    problem = problem_of("three links")
     assert len(problem.knots.corners) == 3
     x = best(problem)
     squared = np.asarray(problem.parameters_of(x).squared).ravel()

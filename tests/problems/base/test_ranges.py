@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import product
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import following, moving
+from hypothesis import given
+from hypothesis import strategies as st
 
 from problems import Ellipse, InvalidProblem, Path, PathFollowing, PlanarArm, closed_curve, pentagram
-from problems.base import ANGLES, COORDINATES, LENGTHS, RATES, TIMES, check_within
+from problems.base import ANGLES, COORDINATES, LENGTHS, RATES, TIMES, check_within, largest
 from problems.evaluation import EvaluationOptions
 from solvers import Box
 
 EXTREME: list[Any] = [1e308, 5e-324, -1e308, float("inf"), float("nan"), 10**400, 10**5000, -(10**5000), 0.0]
 ARM = PlanarArm((0.7, 0.6, 0.7), (4.0,) * 3, (20.0,) * 3)
+STAR = pentagram((0.0, 0.0), 0.9)
 pytestmark = pytest.mark.filterwarnings("error")
 
 
@@ -40,20 +46,24 @@ def test_an_arm_has_so_many_links_and_none_that_is_nothing_beside_another() -> N
         PlanarArm((1e3, 1e-4), (1.0, 1.0), (1.0, 1.0))
 
 
-@pytest.mark.parametrize("value", EXTREME, ids=range(len(EXTREME)))
-def test_what_no_obstacle_or_task_has(value: Any) -> None:
-    attempts: dict[str, Any] = {"semi_axes": lambda: Ellipse((1.0, 1.0), (1.0, value))}
-    if value not in {5e-324, 0.0}:
-        attempts["center"] = lambda: Ellipse((1.0, value), (1.0, 1.0))
-        attempts["angle"] = lambda: Ellipse((1.0, 1.0), (1.0, 1.0), value)
-        attempts["start"] = lambda: moving(ARM, (value, 0.0), (0.5, 1.5))
-        attempts["points"] = lambda: Path(((0.0, 1.0), (1.0, value)))
-    attempts["segment_time"] = lambda: moving(ARM, (1.0, 0.0), (0.5, 1.5), segment_time=(value, 1.0))
-    attempts["total_time"] = lambda: following(ARM, pentagram((0.0, 0.0), 0.9), 0.1, total_time=(0.1, value))
-    attempts["accuracy"] = lambda: PathFollowing(ARM, pentagram((0.0, 0.0), 0.9), value)
-    for field, attempt in attempts.items():
+ATTEMPTS: dict[str, Callable[[Any], object]] = {
+    "center": lambda value: Ellipse((1.0, value), (1.0, 1.0)),
+    "angle": lambda value: Ellipse((1.0, 1.0), (1.0, 1.0), value),
+    "start": lambda value: moving(ARM, (value, 0.0), (0.5, 1.5)),
+    "points": lambda value: Path(((0.0, 1.0), (1.0, value))),
+    "semi_axes": lambda value: Ellipse((1.0, 1.0), (1.0, value)),
+    "segment_time": lambda value: moving(ARM, (1.0, 0.0), (0.5, 1.5), segment_time=(value, 1.0)),
+    "total_time": lambda value: following(ARM, STAR, 0.1, total_time=(0.1, value)),
+    "accuracy": lambda value: PathFollowing(ARM, STAR, value),
+}
+
+
+def test_what_no_obstacle_or_task_has() -> None:
+    for value, (field, attempt) in product(EXTREME, ATTEMPTS.items()):
+        if value in {5e-324, 0.0} and field in {"center", "angle", "start", "points"}:
+            continue
         with pytest.raises(InvalidProblem) as error:
-            attempt()
+            attempt(value)
         assert error.value.field == field
         assert len(str(error.value)) < 200
 
@@ -69,9 +79,15 @@ def test_a_path_has_so_many_points() -> None:
     assert len(many.resampled(50).points) == 50
 
 
-@pytest.mark.parametrize("formulation", ["paper", "reduced"])
-@pytest.mark.parametrize("rate", RATES)
-@pytest.mark.parametrize("length", [3.0 * LENGTHS[0], LENGTHS[1] / 3.0])
+@pytest.mark.parametrize(
+    ("length", "rate", "formulation"),
+    [
+        (3.0 * LENGTHS[0], RATES[0], "paper"),
+        (3.0 * LENGTHS[0], RATES[1], "reduced"),
+        (LENGTHS[1] / 3.0, RATES[0], "reduced"),
+        (LENGTHS[1] / 3.0, RATES[1], "paper"),
+    ],
+)
 def test_at_the_ends_of_the_ranges_costs_are_numbers(length: float, rate: float, formulation: str) -> None:
     arm = PlanarArm((length,) * 3, (rate,) * 3, (rate,) * 3, ((ANGLES[0], ANGLES[1]),) * 3)
     oval = Ellipse((length, length), (LENGTHS[0], max(LENGTHS[0], 0.1 * length)))
@@ -87,3 +103,9 @@ def test_at_the_ends_of_the_ranges_costs_are_numbers(length: float, rate: float,
 def test_a_number_just_outside_is_told_from_its_bound() -> None:
     with pytest.raises(InvalidProblem, match=r"3\.0000001 is not within -3 and 3 m"):
         check_within("size", (3.0000001,), (-3.0, 3.0), "m")
+
+
+@given(st.lists(st.floats(-1e9, 1e9), min_size=1, max_size=40), st.integers(1, 3))
+def test_largest(values: list[float], columns: int) -> None:
+    matrix = np.array(values * columns).reshape(-1, columns)
+    assert float(largest(ca.DM(matrix))) == matrix.max()

@@ -1,28 +1,32 @@
-"""How fast a path is run: the shares of the speed limits, what timing makes of them, and who has such variables."""
+"""How fast a path is run: shares of the speed limits where obstacles move, the duration where sooner may be worse."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.cases import equal_links, following, moving
 from helpers.moving_scenes import CROSSED, CROSSING, HERE, THERE, WAITING, WAITING_BOUND
+from helpers.searching import VM, sampled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems import Move, PlanarArm, move
+from problems import OBJECTIVES, Joints, Move, PlanarArm, Problem, move
 from problems.assembly import Pace
-from problems.assembly.path_timing import KNOTS, LEAST, pace_rows
+from problems.assembly.path_timing import KNOTS, LEAST, MOST
 from problems.base import as_array
 from problems.certify import CertificateStatus
-from problems.evaluation import EvaluationOptions
 from problems.families.traced import tracing
 from problems.motions import PathSpline
 from problems.tasks import Path, PathTracing
 from solvers import LSHADE, Box, Budget, minimize
 
-VM = EvaluationOptions("vm")
+MASSIVE = equal_links(3, link_masses=(1.0, 2.0, 3.0))
+LINE = Path(((1.0, 0.5), (1.1, 0.6), (1.2, 0.6)))
 AT_REST = (ca.DM(0.0), None)
 STILL = replace(CROSSED, obstacles=(CROSSING.still,))
 CROSSED_PROBLEM = move(CROSSED, samples=30)
@@ -32,23 +36,6 @@ MOTION = PathSpline(PlanarArm((1.0, 1.0), (1.0, 9.0), (2.5, 9.0)), (0.0, 0.5, 1.
 def test_a_variable_from_0_on_makes_use_of_all_and_minus_1_crawls() -> None:
     shares = np.exp(as_array(Pace().logarithms(ca.DM([1.0, 0.0, -0.5, -1.0, 0.3]))).ravel())
     assert shares == pytest.approx([1.0, 1.0, np.sqrt(LEAST), LEAST, 1.0], rel=1e-12)
-
-
-@pytest.mark.parametrize("ends", [(False, False), (True, False), (False, True), (True, True)])
-def test_ends_that_move_are_passed_at_all_of_the_limits(ends: tuple[bool, bool]) -> None:
-    pace = Pace(ends)
-    assert len(pace.variables) == KNOTS - sum(ends)
-    found = as_array(pace.logarithms(-ca.DM.ones(len(pace.variables)))).ravel()
-    assert (found[[0, -1]] == 0.0).tolist() == list(ends)
-    assert (found[1:-1] == np.log(LEAST)).all()
-
-
-def test_logarithms_are_linear_between_the_knots() -> None:
-    u = np.array([0.0, 0.125, 0.25, 0.9, 1.0])
-    rows = pace_rows(u)
-    assert rows.sum(axis=1) == pytest.approx(1.0, abs=1e-15)
-    assert rows @ np.arange(KNOTS) == pytest.approx((KNOTS - 1) * u, abs=1e-15)
-    assert (rows >= 0.0).all()
 
 
 def test_a_line_at_half_of_the_speed_limits() -> None:
@@ -69,7 +56,7 @@ def test_a_graded_grid_is_passed_at_equal_times() -> None:
     assert as_array(times).ravel() == pytest.approx(np.linspace(0.0, 1.0, 21), abs=1e-7)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.integers(0, 10_000), st.lists(st.floats(LEAST, 1.0), min_size=21, max_size=21))
 def test_whatever_the_shares_limits_hold_and_less_is_slower(seed: int, shares: list[float]) -> None:
     points = ca.DM(np.random.default_rng(seed).uniform(-1.5, 1.5, (MOTION.spline.size, 2)))
@@ -111,10 +98,10 @@ def test_with_all_of_the_limits_an_obstacle_out_of_reach_changes_nothing_but_the
 
 def test_steps_over_samples_cost_what_the_model_costs_of_a_traced_path() -> None:
     arm = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3)
-    task = PathTracing(arm, Path(((1.0, 0.5), (1.1, 0.6), (1.2, 0.6))), 0.1, "up", obstacles=(CROSSING,))
+    task = PathTracing(arm, LINE, 0.1, "up", obstacles=(CROSSING,))
     problem = tracing(task, "time", 20, 3)
     assert len(problem.variables) == 3 + KNOTS
-    x = Box(*problem.bounds).sample(np.random.default_rng(0), 20)
+    x = sampled(problem, 20)
     function = problem.cost_function
     np.testing.assert_allclose(problem.evaluator(VM)(x), as_array(function.map(20)(x.T)).ravel(), rtol=1e-9)
     paces = (np.full(KNOTS, -0.5), np.ones(KNOTS))
@@ -138,7 +125,7 @@ def test_the_motion_of_a_candidate_has_the_times_of_its_search_and_keeps_its_lim
 
 def test_it_waits_for_the_way_to_be_free() -> None:
     problem = move(WAITING)
-    best = minimize(problem.evaluator(VM), Box(*problem.bounds), LSHADE(), Budget(6000), 0)
+    best = minimize(problem.evaluator(VM), Box(*problem.bounds), LSHADE(), Budget(4000), 0)
     trajectory = problem.trajectory(best.x)
     assert {verdict.status for verdict in problem.verify(trajectory)} == {CertificateStatus.CERTIFIED}
     assert WAITING_BOUND <= trajectory.duration <= 1.04 * WAITING_BOUND
@@ -148,3 +135,66 @@ def test_it_waits_for_the_way_to_be_free() -> None:
     start, goal = trajectory.at(trajectory.breakpoints[[0, -1]])
     assert start == pytest.approx(np.array(HERE.values), abs=1e-12)
     assert goal == pytest.approx(np.array(THERE.values), abs=1e-9)
+
+
+# The duration as a variable: where it is one, what it does, and that a candidate's motion has it
+
+
+@cache
+def made(kind: str, objective: str, bounds: tuple[float, float] | None = None) -> Problem[Any]:
+    if kind == "segments":
+        return moving(MASSIVE, (1.0, 0.0), (0.5, 1.5), objective, "up", "reduced", samples=8, segment_time=bounds)
+    if kind == "knots":
+        return following(MASSIVE, LINE, 0.1, objective, "up", "reduced", total_time=bounds)
+    if kind == "tracing":
+        return tracing(PathTracing(MASSIVE, LINE, 0.1, "up", total_time=bounds), objective, 20, 3)
+    ends = Joints((0.1, 0.2, 0.3)), (Joints((0.9, -0.4, 0.6)),)
+    return move(Move(MASSIVE, *ends, total_time=bounds), objective, 20)
+
+
+each_kind = pytest.mark.parametrize("kind", ["segments", "knots", "tracing", "move"])
+
+
+@each_kind
+def test_it_is_a_variable_where_sooner_may_be_worse(kind: str) -> None:
+    for name, objective in OBJECTIVES.items():
+        names = [variable.name for variable in made(kind, name).variables]
+        assert names.count("slowness") == int(objective.chooses_duration)
+        assert "slowness" not in names or names[-1] == "slowness"
+
+
+@each_kind
+@pytest.mark.parametrize("bounds", [None, (0.2, 40.0)])
+def test_it_multiplies_the_least_duration(kind: str, bounds: tuple[float, float] | None) -> None:
+    problem, least = made(kind, "energy", bounds), made(kind, "time", bounds)
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        x = rng.uniform(*least.bounds)
+        shortest = least.motion.durations(least.parameters_of(x))
+        longest_part = float(ca.mmax(ca.DM(shortest)))
+        most = MOST if bounds is None else float(problem.encoding.slowness.longest) / longest_part  # type: ignore[attr-defined]
+        for share in (0.0, 0.5, 1.0):
+            candidate = np.append(x, share)
+            found = problem.motion.durations(problem.parameters_of(candidate))
+            expected = np.asarray(ca.DM(shortest)) * (1.0 + (max(most, 1.0) - 1.0) * share**2)
+            assert np.asarray(ca.DM(found)) == pytest.approx(expected, rel=1e-12)
+    if bounds is not None:
+        assert longest_part * most == pytest.approx(40.0, rel=1e-3)
+
+
+@each_kind
+def test_the_cost_is_that_of_the_slower_motion(kind: str) -> None:
+    problem = made(kind, "energy")
+    rng = np.random.default_rng(1)
+    candidates = rng.uniform(*problem.bounds, (6, len(problem.variables)))
+    costs = problem.cost(candidates)
+    for x, cost in zip(candidates, costs, strict=True):
+        if cost <= problem.objective_upper_bound:
+            samples = problem.motion.samples(problem.parameters_of(x))
+            assert cost == pytest.approx(float(problem.objective.value(samples)), rel=1e-9)
+            assert problem.trajectory(x).duration == pytest.approx(float(ca.DM(samples.duration)), rel=0.05)
+
+
+def test_none_between_moving_ends() -> None:
+    task = Move(MASSIVE, Joints((0.1, 0.2, 0.3)), (Joints((0.9, -0.4, 0.6)),), goal_velocity=(0.5, 0.0, 0.0))
+    assert "slowness" not in [variable.name for variable in move(task, "energy", 20).variables]

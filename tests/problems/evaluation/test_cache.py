@@ -1,12 +1,14 @@
-"""Compilers that fail and caches that are damaged: nothing is lost but time."""
+"""Caches that are damaged, full or planted: nothing is lost but time, nothing of others is followed or written."""
 
 from __future__ import annotations
 
 import os
-import re
+import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -15,105 +17,11 @@ from helpers.evaluation import needs_compiler, points, same_bits, small, source_
 
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction, cache, population
-from problems.evaluation.compiler import FLAGS, NativeUnavailable, asked_version, find_compiler
+from problems.evaluation.compiler import find_compiler
 from problems.evaluation.native import compile_library, find_library, key
 
-pytestmark = pytest.mark.usefixtures("cache_folder")
+pytestmark = pytest.mark.usefixtures("cache_folder", "compiled_once")
 BACKGROUND = [sys.executable, "-c", "from problems.evaluation.native import fill_cache; fill_cache()"]
-
-
-# Compilers
-
-
-def program(folder: Path, script: str) -> str:
-    """A compiler that answers --version and then does something else."""
-    path = folder / "compiler"
-    path.write_text(f'#!/bin/sh\n[ "$1" = --version ] && echo 1.0 && exit 0\n{script}\n')
-    path.chmod(0o700)
-    return str(path)
-
-
-@pytest.mark.parametrize(
-    ("script", "says"),
-    [
-        (None, "no C\\+\\+ compiler"),
-        ("exit 1", "failed: status 1"),
-        ("echo no such flag >&2; exit 4", "failed: no such flag"),
-        ("kill -9 $$", "failed: status -9"),
-        ("exit 0", "left no library"),
-    ],
-    ids=["none", "fails", "complains", "killed", "silent"],
-)
-def test_without_a_compiler_that_works_the_virtual_machine_evaluates(
-    script: str | None,
-    says: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    caplog: pytest.LogCaptureFixture,
-    cache_folder: Path,
-) -> None:
-    if script is None:
-        monkeypatch.setenv("PATH", str(tmp_path))
-        monkeypatch.delenv("CXX", raising=False)
-    else:
-        monkeypatch.setenv("CXX", program(tmp_path, script))
-    evaluate = PopulationFunction(small(), EvaluationOptions("native"))
-    assert same_bits(evaluate(points()), PopulationFunction(small(), EvaluationOptions("vm"))(points()))
-    evaluate(points())
-    [line] = caplog.messages
-    assert line.startswith("evaluated by CasADi's virtual machine")
-    assert re.search(says, line)
-    assert not cache_folder.exists()
-
-
-def test_a_compiler_that_lies_makes_nothing_that_is_loaded(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cache_folder: Path
-) -> None:
-    monkeypatch.setenv("CXX", program(tmp_path, 'for last; do :; done; echo "no library" > "$last"'))
-    with pytest.raises(NativeUnavailable, match="cannot be loaded"):
-        compile_library(source_of(small()))
-    assert find_library(source_of(small())) is None
-    assert not list(cache_folder.glob("*.so"))
-
-
-@needs_compiler
-def test_the_environment_names_the_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CXX", "c++ -DNDEBUG")
-    assert find_compiler().command[1:] == ("-DNDEBUG",)
-    monkeypatch.setenv("CXX", "no-such-compiler --fast")
-    with pytest.raises(NativeUnavailable, match="no-such-compiler --fast"):
-        find_compiler()
-
-
-@pytest.mark.parametrize("content", ["c++ 'unfinished", "{folder}/no-program", "{folder}/compiler"])
-def test_a_compiler_that_cannot_be_started(content: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "compiler").write_bytes(b"\x00 neither a script nor a program")
-    (tmp_path / "compiler").chmod(0o700)
-    monkeypatch.setenv("CXX", content.format(folder=tmp_path))
-    with pytest.raises(NativeUnavailable, match=r"CXX|no C\+\+ compiler"):
-        find_compiler()
-
-
-@needs_compiler
-def test_nothing_of_a_function_reaches_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    commands = []
-    start = subprocess.Popen
-
-    def recorded(command: list[str], **options: object) -> object:
-        commands.append(command)
-        assert not options.get("shell")
-        return start(command, **options)  # type: ignore[call-overload]
-
-    monkeypatch.setattr("problems.evaluation.compiler.subprocess.Popen", recorded)
-    asked_version.cache_clear()
-    compile_library(source_of(small()))
-    [asking, compiling] = commands
-    assert asking[1:] == ["--version"]
-    assert compiling[1 : 1 + len(FLAGS)] == list(FLAGS)
-    assert compiling[1 + len(FLAGS) : -1] == ["-x", "c++", "-", "-o"]
-
-
-# The cache
 
 
 def library_in(folder: Path) -> Path:
@@ -154,8 +62,7 @@ def damage(path: Path, how: str) -> None:
 
 @needs_compiler
 @pytest.mark.parametrize(
-    "how",
-    ["truncated", "empty", "one bit", "another library", "others may write", "folder of others", "a folder"],
+    "how", ["truncated", "empty", "one bit", "another library", "others may write", "folder of others", "a folder"]
 )
 def test_a_damaged_library_is_never_loaded(how: str, cache_folder: Path) -> None:
     expected = PopulationFunction(small(), EvaluationOptions("native"))(points())
@@ -177,15 +84,6 @@ def test_a_read_only_cache(cache_folder: Path) -> None:
     assert not list(cache_folder.iterdir())
 
 
-@needs_compiler
-def test_a_cache_that_is_a_file(cache_folder: Path) -> None:
-    cache_folder.write_text("mine")
-    evaluate = PopulationFunction(small(), EvaluationOptions("native"))
-    assert evaluate(points()).size
-    assert evaluate.backend == "native"
-    assert cache_folder.read_text() == "mine"
-
-
 def test_the_least_recently_used_libraries_go(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cache, "MAX_LIBRARIES", 3)
     keys = [cache.key_of(str(k)) for k in range(5)]
@@ -196,13 +94,8 @@ def test_the_least_recently_used_libraries_go(cache_folder: Path, monkeypatch: p
             assert cache.find(keys[0])  # used just now
     (cache_folder / "mine.txt").write_text("kept")
     cache.keep(cache.key_of("last"), b"library")
-    assert [name in {path.stem for path in cache_folder.iterdir()} for name in keys] == [
-        True,
-        False,
-        False,
-        False,
-        True,
-    ]
+    kept = {path.stem for path in cache_folder.iterdir()}
+    assert [name in kept for name in keys] == [True, False, False, False, True]
     assert (cache_folder / "mine.txt").exists()
 
 
@@ -212,6 +105,7 @@ def costs_of(backend: str) -> FloatArray:
 
 
 @needs_compiler
+@pytest.mark.process
 def test_four_processes_compile_the_same(cache_folder: Path) -> None:
     with ProcessPoolExecutor(4, mp_context=get_context("spawn")) as pool:
         results = list(pool.map(costs_of, ["native"] * 4))
@@ -221,6 +115,7 @@ def test_four_processes_compile_the_same(cache_folder: Path) -> None:
 
 
 @needs_compiler
+@pytest.mark.process
 def test_a_killed_compile_leaves_nothing(cache_folder: Path) -> None:
     code = "import sys; from problems.evaluation.native import native, cache; import os, signal\n"
     code += "cache._seal = lambda library, key: os.kill(os.getpid(), signal.SIGKILL)\n"
@@ -233,6 +128,7 @@ def test_a_killed_compile_leaves_nothing(cache_folder: Path) -> None:
 
 
 @needs_compiler
+@pytest.mark.process
 def test_of_several_background_processes_one_compiles(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     name = key(source_of(small()), find_compiler())
     assert cache.claim(name)
@@ -246,6 +142,7 @@ def test_of_several_background_processes_one_compiles(cache_folder: Path, monkey
 
 
 @needs_compiler
+@pytest.mark.process
 def test_one_background_process_compiles_at_a_time(cache_folder: Path) -> None:
     with cache.compile_lock() as ours:
         assert ours
@@ -258,6 +155,7 @@ def test_one_background_process_compiles_at_a_time(cache_folder: Path) -> None:
 
 
 @needs_compiler
+@pytest.mark.process
 def test_a_background_process_prints_nothing_and_fails_quietly(
     cache_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -267,3 +165,101 @@ def test_a_background_process_prints_nothing_and_fails_quietly(
     monkeypatch.delenv("CXX")
     subprocess.run(BACKGROUND, input=source_of(small()), text=True, check=True)
     assert find_library(source_of(small())) is not None
+
+
+# What others may have planted in the cache: nothing is followed, emptied, or written
+
+
+KEY = cache.key_of("library")
+
+
+def lock_it(key: str) -> None:
+    with cache.compile_lock():
+        pass
+
+
+USES: dict[str, Callable[[str], object]] = {
+    "find": cache.find,
+    "keep": lambda key: cache.keep(key, b"library"),
+    "claim": cache.claim,
+    "lock": lock_it,
+}
+
+
+@pytest.fixture
+def victim(tmp_path: Path) -> Path:
+    path = tmp_path / "victim"
+    path.write_text("precious")
+    os.utime(path, (1e9, 1e9))
+    return path
+
+
+@pytest.mark.parametrize("name", [".turn", f".{KEY}", f"{KEY}.so"])
+@pytest.mark.parametrize("kind", ["link", "dangling link", "fifo", "folder"])
+def test_nothing_planted_is_touched(kind: str, name: str, victim: Path, cache_folder: Path) -> None:
+    for use in USES.values():
+        shutil.rmtree(cache_folder, ignore_errors=True)
+        cache_folder.mkdir(mode=0o700)
+        planted = cache_folder / name
+        if kind == "fifo":
+            os.mkfifo(planted)
+        elif kind == "folder":
+            planted.mkdir()
+        else:
+            planted.symlink_to(victim if kind == "link" else victim.parent / "created")
+        with suppress(OSError):
+            use(KEY)
+        assert (victim.read_text(), victim.stat().st_mtime) == ("precious", 1e9)
+        assert sorted(path.name for path in victim.parent.iterdir()) == sorted({"victim", cache_folder.name})
+
+
+def check_nothing_is_used() -> None:
+    for name, use in USES.items():
+        with suppress(PermissionError):
+            assert use(KEY) is None
+            assert name != "lock"
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o770])
+def test_nothing_is_made_where_others_may_write(mode: int, victim: Path, cache_folder: Path) -> None:
+    cache_folder.mkdir()
+    cache_folder.chmod(mode)
+    (cache_folder / ".turn").symlink_to(victim)
+    check_nothing_is_used()
+    assert victim.read_text() == "precious"
+    assert [path.name for path in cache_folder.iterdir()] == [".turn"]
+    assert cache.scratch() is None
+    assert not cache.writable()
+
+
+def test_nothing_is_made_in_a_folder_of_somebody_else(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cache_folder.mkdir(mode=0o700)
+    monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
+    check_nothing_is_used()
+    assert not list(cache_folder.iterdir())
+
+
+def test_the_folder_itself_is_no_link(tmp_path: Path, cache_folder: Path) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir(mode=0o700)
+    cache_folder.symlink_to(elsewhere)
+    with pytest.raises(OSError, match="cache"):
+        cache.keep(KEY, b"library")
+    assert cache.find(KEY) is None
+    assert not list(elsewhere.iterdir())
+
+
+def test_a_mark_of_the_future_holds_nobody_up(cache_folder: Path) -> None:
+    assert cache.claim(KEY)
+    assert not cache.claim(KEY)
+    os.utime(cache_folder / f".{KEY}", (4e9, 4e9))
+    assert cache.claim(KEY)
+    assert not cache.claim(KEY)
+
+
+def test_a_lock_keeps_what_its_file_holds(cache_folder: Path) -> None:
+    cache_folder.mkdir(mode=0o700)
+    (cache_folder / ".turn").write_text("kept")
+    with cache.compile_lock() as ours:
+        assert ours
+    assert (cache_folder / ".turn").read_text() == "kept"

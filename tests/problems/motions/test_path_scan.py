@@ -7,14 +7,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from scipy.interpolate import BSpline
 from scipy.optimize import linprog
 
 from problems import PlanarArm
 from problems.base import FloatArray, as_array
 from problems.motions import PathSpline, TimedPath
 
-SEEDS = range(6)
+SEEDS = range(3)
 AT_REST = (ca.DM(0.0), None)
 
 
@@ -113,7 +112,7 @@ def test_limits_hold_at_both_ends_of_each_interval(seed: int) -> None:
         assert reached.max() <= 1.0 + 1e-6
 
 
-@pytest.mark.parametrize("seed", SEEDS[:3])
+@pytest.mark.parametrize("seed", SEEDS)
 def test_the_scan_solves_the_linear_program_of_each_grid_point(seed: int) -> None:
     motion, points = random_path(seed)
     first, second = slopes(motion, points)
@@ -138,38 +137,6 @@ def test_the_scan_solves_the_linear_program_of_each_grid_point(seed: int) -> Non
         squared[i + 1] = squared[i] + step * largest.x[0]
     expected = (steps / (np.sqrt(squared[:-1]) + np.sqrt(np.maximum(squared[1:], 0.0)))).sum()
     assert float(motion.timed(ca.DM(points), AT_REST).duration) == pytest.approx(expected, rel=1e-6)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_the_scan_is_that_of_toppra(seed: int) -> None:
-    expected = duration_by(pytest.importorskip("toppra"), *random_path(seed))
-    motion, points = random_path(seed)
-    assert float(motion.timed(ca.DM(points), AT_REST).duration) == pytest.approx(expected, rel=2e-6)
-
-
-def duration_by(ta: Any, motion: PathSpline, points: FloatArray) -> float:
-    """The duration that TOPP-RA finds on the same grid, both ends of each interval constrained."""
-    curve, k = BSpline(motion.spline.basis.t, points, 3), points.shape[1]
-
-    class Path(ta.interpolator.AbstractGeometricPath):
-        dof = k
-        path_interval = np.array([0.0, 1.0])
-        waypoints = None, None
-
-        def __call__(self, s: FloatArray, order: int = 0) -> FloatArray:
-            return np.asarray(curve(s, order))
-
-    speed, acceleration = (np.array(bound) for bound in (motion.robot.limits.speed, motion.robot.limits.acceleration))
-    constraints = [
-        ta.constraint.JointVelocityConstraint(np.column_stack([-speed, speed])),
-        ta.constraint.JointAccelerationConstraint(
-            np.column_stack([-acceleration, acceleration]),
-            discretization_scheme=ta.constraint.DiscretizationType.Interpolation,
-        ),
-    ]
-    instance = ta.algorithm.TOPPRA(constraints, Path(), gridpoints=motion.parameters_u, solver_wrapper="seidel")
-    _, rates, _ = instance.compute_parameterization(0.0, 0.0)
-    return float((2.0 * np.diff(motion.parameters_u) / (rates[1:] + rates[:-1])).sum())
 
 
 def test_slower_motions_take_longer_and_no_less_than_asked() -> None:
@@ -197,34 +164,16 @@ WEIGHTY = PlanarArm(
 )
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_torques_are_kept_at_the_grid_points_and_used_up_somewhere(seed: int) -> None:
-    """At the samples, with the acceleration of the interval after; and at its end, with the torques there."""
-    motion = PathSpline(WEIGHTY, (0.0, 0.3, 0.6, 1.0), 8)
-    rng = np.random.default_rng(seed)
-    points = np.linspace(0, 1, motion.spline.size)[:, None] * [2.0, -1.0, 0.5] + rng.uniform(
-        -0.3, 0.3, (motion.spline.size, 3)
-    )
-    timed = motion.timed(ca.DM(points), AT_REST)
-    b, c = as_array(timed.squared), as_array(motion.slopes(timed))
-    theta, first, second = (as_array(motion.spline.sampling_matrix(motion.parameters_u, n)) @ points for n in range(3))
-    used = []
-    for at, slope in ((slice(None), c), (slice(1, None), c[:-1])):
-        speed = first[at] * np.sqrt(b[at])
-        given = (ca.DM(theta[at]), ca.DM(speed), ca.DM(second[at] * b[at] + first[at] * slope))
-        moving = b[at].ravel() > 0.0
-        used.append(np.abs(as_array(WEIGHTY.inverse_dynamics(*given)))[moving] / np.array(WEIGHTY.limits.torque))
-    assert max(share.max() for share in used) == pytest.approx(1.0, abs=1e-6)
+def weighty_path(nodes: tuple[float, ...], steps: int, seed: int) -> tuple[PathSpline, FloatArray]:
+    motion = PathSpline(WEIGHTY, nodes, steps)
+    noise = np.random.default_rng(seed).uniform(-0.3, 0.3, (motion.spline.size, 3))
+    return motion, np.linspace(0, 1, motion.spline.size)[:, None] * [2.0, -1.0, 0.5] + noise
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_with_torques_the_scan_is_that_of_linear_programs(seed: int) -> None:
     """Backward the largest b, forward the largest c, each found by HiGHS from joint torques computed one by one."""
-    motion = PathSpline(WEIGHTY, (0.0, 0.5, 1.0), 6)
-    rng = np.random.default_rng(seed)
-    points = np.linspace(0, 1, motion.spline.size)[:, None] * [2.0, -1.0, 0.5] + rng.uniform(
-        -0.3, 0.3, (motion.spline.size, 3)
-    )
+    motion, points = weighty_path((0.0, 0.5, 1.0), 6, seed)
     timed = motion.timed(ca.DM(points), AT_REST)
     theta, first, second = (as_array(motion.spline.sampling_matrix(motion.parameters_u, n)) @ points for n in range(3))
     torque, acceleration, speed = (

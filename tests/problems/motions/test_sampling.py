@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain, combinations
 from typing import Any
 
 import casadi as ca
@@ -56,7 +55,6 @@ MOTIONS: dict[str, tuple[Motion[Any], Any]] = {
     "spline in time": time_spline(4, 13, 1.9),
     "spline in time of two pieces": time_spline(2, 5, 0.4),
 }
-ORDERS = list(chain.from_iterable(combinations(range(3), n) for n in (1, 2, 3)))
 each_motion = pytest.mark.parametrize(("motion", "parameters"), MOTIONS.values(), ids=MOTIONS)
 
 
@@ -72,7 +70,7 @@ def row_by_row(motion: Motion[Any], parameters: Any, orders: tuple[int, ...]) ->
 
 
 @each_motion
-@pytest.mark.parametrize("orders", ORDERS, ids=str)
+@pytest.mark.parametrize("orders", [(0,), (1, 2), (0, 1, 2)], ids=str)
 def test_rows_have_the_bits_of_all_samples(motion: Motion[Any], parameters: Any, orders: tuple[int, ...]) -> None:
     every, rows = motion.samples(parameters), row_by_row(motion, parameters, orders)
     assert len(rows) == every.count
@@ -116,16 +114,6 @@ def test_weights_are_those_of_the_trapezoidal_rule(motion: Motion[Any], paramete
     assert weights @ times == pytest.approx(end**2 / 2.0)
     assert weights @ (3.0 - 2.0 * times) == pytest.approx(3.0 * end - end**2)
     assert weights @ times**2 == pytest.approx(end**3 / 3.0 + (steps**3).sum() / 6.0)
-
-
-@each_motion
-def test_parameters_travel_as_matrices(motion: Motion[Any], parameters: Any) -> None:
-    matrices = motion.as_matrices(parameters)
-    again = motion.as_matrices(motion.from_matrices(matrices))
-    assert all((as_array(a) == as_array(b)).all() for a, b in zip(matrices, again, strict=True))
-    if isinstance(parameters, Quantities):
-        vector = parameters.vector()
-        assert (as_array(Quantities.from_vector(vector).vector()) == as_array(vector)).all()
 
 
 @each_motion

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import islice
 from math import sqrt
 from typing import Any
@@ -10,23 +11,20 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.moving_scenes import HERE, THERE, WAITING, WAITING_BOUND
+from helpers.moving_scenes import WAITING, WAITING_BOUND
 from scipy.optimize import lsq_linear
 
-from benchmarks.peers.moving_ends import random_move
 from problems import OBJECTIVES, Ellipse, PlanarArm, Trajectory
 from problems.certify import limit_verdicts, verdict
 from problems.families.splines import MoveNlp
-from problems.families.splines.program import Waypoints, through
 from problems.families.splines.starts import WaypointPostures
 from problems.limits import limits_of
 from problems.nlp import optimality
 from problems.nlp.optimality import least_squares_multipliers
 from problems.nlp.starts import LONGEST
-from problems.robots import JointLimits
 from problems.scene.moving import ConstantVelocity, MovingObstacle
 from problems.tasks import Joints, Move, Position
-from problems.timing.free_space import AccelerationPieces, least_durations, least_time_move, rest_to_rest
+from problems.timing.free_space import least_durations, least_time_move, rest_to_rest
 from solvers import IPOPT, Descent, StopReason
 
 ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3)
@@ -100,10 +98,17 @@ CASES: dict[str, Move] = {
 }
 
 
-@pytest.fixture(params=CASES.values(), ids=CASES)
-def task(request: pytest.FixtureRequest) -> Move:
-    assert isinstance(request.param, Move)
-    return request.param
+SLOW = {"points", "via points", "moving"}  # much like the others
+each_task = pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in CASES]
+)
+
+
+@cache
+def planned(name: str) -> tuple[MoveNlp, Trajectory]:
+    """The program of a case and the motion that a descent finds."""
+    program = nlp(CASES[name], 5 if CASES[name].vias else 8)
+    return program, solved(program)
 
 
 def kept(task: Move, motion: Trajectory) -> None:
@@ -124,8 +129,9 @@ def kept(task: Move, motion: Trajectory) -> None:
         assert task.total_time[0] <= motion.duration <= task.total_time[1]
 
 
-def test_everything_is_kept(task: Move) -> None:
-    kept(task, solved(nlp(task, 5 if task.vias else 8)))
+@each_task
+def test_everything_is_kept(name: str) -> None:
+    kept(CASES[name], planned(name)[1])
 
 
 def links_clear(motion: Trajectory, arm: PlanarArm, oval: Ellipse) -> bool:
@@ -138,8 +144,15 @@ def links_clear(motion: Trajectory, arm: PlanarArm, oval: Ellipse) -> bool:
     return bool((np.square(points).sum(axis=-1) > 1.0).all())
 
 
-@pytest.mark.parametrize("objective", ["time", "length", "rotation"])
-@pytest.mark.parametrize("robot", [ARM, SMOOTH], ids=["jumps", "jerk"])
+@pytest.mark.parametrize(
+    ("robot", "objective"),
+    [
+        (ARM, "time"),
+        (SMOOTH, "length"),
+        *(pytest.param(SMOOTH, name, marks=pytest.mark.slow) for name in ("time", "rotation")),
+        *(pytest.param(ARM, name, marks=pytest.mark.slow) for name in ("length", "rotation")),
+    ],
+)
 def test_around_an_obstacle(robot: PlanarArm, objective: str) -> None:
     task = Move(robot, Position((1.0, 0.0)), (GOAL,), elbow="up", obstacles=(OVAL,))
     motion = solved(nlp(task, 12, objective), starts=2)
@@ -157,25 +170,15 @@ def test_it_waits_for_an_obstacle_that_moves_away() -> None:
     assert WAITING_BOUND <= motion.duration <= 1.05 * WAITING_BOUND
 
 
-def test_a_limit_far_from_a_motion_is_forgotten_but_for_what_may_come_near() -> None:
-    motion = rest_to_rest(np.array(HERE.values), np.array(THERE.values), WAITING.robot.limits)
-    behind = Ellipse((-0.9, 0.3), (0.1, 0.1))
-    far = replace(WAITING, obstacles=(MovingObstacle(OVAL, ConstantVelocity((9.0, 9.0))), behind))
-    (clearance,) = [limit for limit in nlp(far).near(motion).limits if limit.name == "clearance"]
-    assert all(pair.timed for pair in clearance.pairs)  # type: ignore[attr-defined]
-    (standing,) = [kept for limit in nlp(far).limits if limit.name == "clearance" and (kept := limit.untimed)]
-    assert not any(pair.timed for pair in standing.pairs)  # type: ignore[attr-defined]
-
-
 def test_shapes_alone_are_as_short_as_they_can_be() -> None:
     straight = solved(nlp(Move(ARM, Position((1.0, 0.0)), (GOAL,), elbow="up"), 8, "length"))
     length = OBJECTIVES["length"].of_motion(straight, ARM, straight.times(100))
     assert length == pytest.approx(np.hypot(0.5, 1.5), rel=1e-3)
 
 
-def test_a_motion_of_the_same_form_comes_back(task: Move) -> None:
-    program = nlp(task, 5 if task.vias else 8)
-    motion = solved(program)
+@each_task
+def test_a_motion_of_the_same_form_comes_back(name: str) -> None:
+    program, motion = planned(name)
     x = program.from_trajectory(motion)
     lower, upper = program.row_bounds()
     g = np.asarray(ca.Function("g", [program.x], [program.g])(x)).ravel()
@@ -186,9 +189,13 @@ def test_a_motion_of_the_same_form_comes_back(task: Move) -> None:
     assert again.at(shares * again.duration) == pytest.approx(motion.at(shares * motion.duration), abs=1e-5)
 
 
-def test_names_and_bounds_are_of_the_variables(task: Move) -> None:
+@each_task
+def test_names_and_bounds_are_of_the_variables_and_the_same_seed_starts_alike(name: str) -> None:
+    task = CASES[name]
     program = nlp(task, 3)
-    for x in islice(program.starts(np.random.default_rng(1)), 4):
+    first, second = (list(islice(each.starts(np.random.default_rng(1)), 3)) for each in (program, nlp(task, 3)))
+    np.testing.assert_array_equal(first, second)
+    for x in first:
         assert len(program.names) == len(set(program.names)) == x.size == program.x.shape[0]
         lower, upper = program.bounds_near(x)
         assert (lower <= upper).all()
@@ -196,12 +203,6 @@ def test_names_and_bounds_are_of_the_variables(task: Move) -> None:
     quantities = program.quantities(x)
     assert quantities["t_stops"][[0, -1]] == pytest.approx([0.0, program.trajectory(x).duration])
     assert quantities["t_stops"].size == len(task.vias) + 2 == len(quantities) - 1
-
-
-def test_the_same_seed_starts_alike(task: Move) -> None:
-    first, second = (list(islice(nlp(task, 3).starts(np.random.default_rng(7)), 3)) for _ in range(2))
-    for a, b in zip(first, second, strict=True):
-        np.testing.assert_array_equal(a, b)
 
 
 def test_a_descent_keeps_to_the_goal_that_its_start_misses_least() -> None:
@@ -217,7 +218,7 @@ def test_a_descent_keeps_to_the_goal_that_its_start_misses_least() -> None:
 @pytest.mark.parametrize("velocity", [None, (-0.3, 0.1)])
 def test_derivatives_around_obstacles_are_those_of_casadi(velocity: tuple[float, float] | None) -> None:
     obstacle = OVAL if velocity is None else MovingObstacle(OVAL, ConstantVelocity(velocity))
-    program = nlp(Move(ARM, HOME, (GOAL,), obstacles=(obstacle,)), 3)
+    program = nlp(Move(ARM, HOME, (GOAL,), obstacles=(obstacle,)), 2)
     x = next(program.starts(np.random.default_rng(3)))
     assert program.hessian is not None
     weights = np.random.default_rng(4).normal(size=program.g.shape[0])
@@ -244,27 +245,6 @@ def test_shadow_prices_are_those_of_the_closed_form() -> None:
     assert prices == pytest.approx(expected, rel=1e-3)
 
 
-def test_solutions_become_exact() -> None:
-    """Pieces that are off by a millionth meet waypoints, velocity and acceleration to rounding, and stay near."""
-    rng = np.random.default_rng(5)
-    start, goal, velocity = np.array([0.1, 0.4]), np.array([1.0, -0.5]), np.array([0.5, -0.3])
-    limits = JointLimits(speed=(2.0, 2.0), acceleration=(8.0, 8.0), jerk=(60.0, 60.0))
-    exact = least_time_move(start, goal, velocity, 0.0 * velocity, limits)
-    h = np.append(np.diff(exact.breakpoints), 1e-9)  # and a piece that has all but vanished
-    for smooth in (True, False):
-        accelerations = np.vstack([exact.coefficients[1] * 2.0, np.zeros((1, 2))])
-        jerks = np.vstack([exact.coefficients[0] * 6.0, np.zeros((1, 2))]) * (1.0 + 1e-6 * rng.normal(size=(h.size, 2)))
-        nodes = np.array([0, 3, h.size])
-        theta = np.array([start, exact.at(exact.breakpoints[3:4])[0], goal])
-        ends = np.array([velocity, 0.0 * velocity])
-        motion = through(AccelerationPieces(h, accelerations, jerks), Waypoints(nodes, theta, ends), smooth)
-        assert motion.at(motion.breakpoints[nodes]) == pytest.approx(theta, abs=1e-13)
-        assert motion.at(motion.breakpoints[[0, -1]], 1) == pytest.approx(ends, abs=1e-13)
-        assert motion.largest_jump(ends, 3 if smooth else 2) < 1e-9
-        times = exact.times(500)
-        assert motion.at(times, 2) == pytest.approx(exact.at(times, 2), abs=1e-3)
-
-
 def test_postures_turn_least() -> None:
     """Two links have two postures at a point; the program finds the one that is sooner reached."""
     arm, start = joints(2, 4.0, 20.0, None), np.array([0.2, -0.4])
@@ -287,20 +267,3 @@ def test_multipliers_are_those_of_bounded_least_squares() -> None:
     multipliers = least_squares_multipliers(rows, gradient, equal, at_upper)
     assert (multipliers[20:] == 0.0).any()
     np.testing.assert_allclose(multipliers, expected, atol=1e-9)
-
-
-@pytest.mark.slow
-def test_free_moves_are_polished_to_the_optimum() -> None:
-    rng, ratios = np.random.default_rng(3), []
-    for _ in range(60):
-        move = random_move(rng)
-        robot = PlanarArm(
-            (1.0,) * move.start.size, move.limits.speed, move.limits.acceleration, max_jerk=move.limits.jerk
-        )
-        places = Joints(tuple(move.start)), (Joints(tuple(move.goal)),)
-        velocities = {"start_velocity": tuple(move.start_velocity), "goal_velocity": tuple(move.goal_velocity)}
-        motion = solved(nlp(Move(robot, *places, **velocities), 12))
-        ratios.append(motion.duration / move.planned().duration)
-    assert min(ratios) > 1.0 - 1e-9
-    assert max(ratios) < 1.01
-    assert np.median(ratios) < 1.0 + 1e-5

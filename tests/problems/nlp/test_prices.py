@@ -37,9 +37,13 @@ def arm(**changes: Any) -> PlanarArm:
     return PlanarArm(**(settings | changes))
 
 
+def turning(robot: Robot, objective: Any, limits: Sequence[type[Limit]] = (), **more: Any) -> Problem[Any]:
+    task = Move(robot, Joints((0.4, -1.6)), (Joints((1.9, -1.6)),), **more)
+    return move(task, objective, samples=40, pieces=6, limits=limits)
+
+
 def spline(robot: Robot) -> Problem[Any]:
-    task = Move(robot, Joints((0.4, -1.6)), (Joints((1.9, -1.6)),))
-    return move(task, "time", samples=40, pieces=6)
+    return turning(robot, "time")
 
 
 def paper(robot: Robot) -> Problem[Any]:
@@ -105,10 +109,10 @@ def price_of(form: str, constraint: str, column: str) -> Sensitivity:
     [
         ("spline", "speed", 0, 0.02),
         ("spline", "torque", 0, 0.02),
-        ("spline", "torque", 1, 0.02),
-        ("paper", "speed", 0, 0.05),  # between two samples the largest torque is seen by neither
-        ("paper", "torque", 0, 0.05),
-        ("paper", "torque", 1, 0.05),
+        pytest.param("spline", "torque", 1, 0.02, marks=pytest.mark.slow),
+        pytest.param("paper", "speed", 0, 0.05, marks=pytest.mark.slow),
+        pytest.param("paper", "torque", 0, 0.05, marks=pytest.mark.slow),
+        ("paper", "torque", 1, 0.05),  # between two samples the largest torque is seen by neither
     ],
 )
 def test_what_a_looser_limit_buys(form: str, limit: str, joint: int, tolerance: float) -> None:
@@ -120,7 +124,7 @@ def test_what_a_looser_limit_buys(form: str, limit: str, joint: int, tolerance: 
     assert price.limit_unit == {"speed": "rad/s", "torque": "N m"}[limit] and price.unit == f"s / ({price.limit_unit})"
 
 
-@pytest.mark.parametrize(("form", "tolerance"), [("spline", 0.01), ("paper", 0.03)])
+@pytest.mark.parametrize(("form", "tolerance"), [("spline", 0.01), pytest.param("paper", 0.03, marks=pytest.mark.slow)])
 def test_what_a_lighter_payload_buys(form: str, tolerance: float) -> None:
     heavier = slope(form, lambda factor: arm(payload=Payload(mass=factor)))
     price = price_of(form, "payload", "mass")
@@ -128,6 +132,7 @@ def test_what_a_lighter_payload_buys(form: str, tolerance: float) -> None:
     assert price.unit == "s / (kg)" and price.size == 1.0
 
 
+@pytest.mark.slow
 def test_masses_of_links_have_slopes_too() -> None:
     found, _ = base("spline")
     robot = found.problem.robot
@@ -175,7 +180,7 @@ class Slow(Limit):
 
 
 def test_a_limit_of_a_plug_in_is_ranked_by_existing() -> None:
-    found = solved(move(spline(arm()).task, "time", samples=40, pieces=6, limits=[Slow]))
+    found = solved(turning(arm(), "time", [Slow]))
     ranked = ranking(prices_of(found.problem.nlp(), found.solution, found.problem))
     assert "slow elbow" in [price.constraint for price in ranked]
     assert [price.per_cent for price in ranked] == sorted(price.per_cent for price in ranked)
@@ -186,8 +191,7 @@ def test_a_margin_around_an_obstacle() -> None:
     ball = Ellipse(center=(0.57, 0.28), semi_axes=(0.05, 0.05))
 
     def planned(margin: float, start: FloatArray | None = None) -> Solved:
-        task = Move(arm(margin=margin), Joints((0.4, -1.6)), (Joints((1.9, -1.6)),), obstacles=(ball,))
-        return solved(move(task, "time", samples=40, pieces=6), start)
+        return solved(turning(arm(margin=margin), "time", obstacles=(ball,)), start)
 
     found = planned(0.02)
     prices = prices_of(found.problem.nlp(), found.solution, found.problem)
@@ -205,8 +209,7 @@ def test_a_longer_time_saves_effort() -> None:
             return ca.sum2(samples.acceleration**2) * samples.weights
 
     def planned(longest: float, start: FloatArray | None = None) -> Solved:
-        task = Move(arm(), Joints((0.4, -1.6)), (Joints((1.9, -1.6)),), total_time=(0.3, longest))
-        return solved(move(task, Effort(), samples=40, pieces=6), start)
+        return solved(turning(arm(), Effort(), total_time=(0.3, longest)), start)
 
     found = planned(0.8)
     price = only("total time", found)
@@ -220,11 +223,10 @@ def test_multipliers_of_an_interior_point_are_settled() -> None:
     assert kept.tolist() == [0.0, 0.5, 1e-3, 0.0]
 
 
+@pytest.mark.slow
 def test_what_a_lighter_payload_saves_of_energy() -> None:
     def planned(mass: float, start: FloatArray | None = None) -> Solved:
-        places = Joints((0.4, -1.6)), (Joints((1.9, -1.6)),)
-        task = Move(arm(payload=Payload(mass=mass)), *places, total_time=(0.3, 0.8))
-        return solved(move(task, "energy", samples=40, pieces=6), start)
+        return solved(turning(arm(payload=Payload(mass=mass)), "energy", total_time=(0.3, 0.8)), start)
 
     found = planned(1.0)
     price = only("payload", found)

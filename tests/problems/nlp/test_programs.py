@@ -1,22 +1,39 @@
-"""The nonlinear programs: the same motions and limits as the search, derivatives that are right, no NaN anywhere."""
+"""The nonlinear programs: motions and limits of the search, own limits too; right derivatives, no NaN anywhere."""
 
 from __future__ import annotations
 
-from itertools import islice
+from dataclasses import replace
+from functools import cache
+from itertools import islice, product
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.cases import BUILTIN, builtin, changed, following, moving
+from helpers.cases import builtin, changed, equal_links, following, moving
+from helpers.own_limits import FASTEST, NotTooSoon, TipSpeed
 from scipy.optimize import NonlinearConstraint
 from scipy.optimize import minimize as scipy_minimize
 
-from problems import Ellipse, PlanarArm, Problem, closed_curve, pentagram
-from problems.base import as_array
+from problems import (
+    CertificateStatus,
+    Ellipse,
+    InvalidProblem,
+    Limit,
+    PathFollowing,
+    PlanarArm,
+    PointToPoint,
+    Problem,
+    closed_curve,
+    path_following,
+    pentagram,
+    point_to_point,
+)
+from problems.base import FloatArray, as_array
 from problems.certify import exact_time_scale
-from problems.families.knots.motion import NodeForm, RestSpline
-from problems.limits import SAMPLING_MARGIN
+from problems.limits import SAMPLING_MARGIN, holds_time, limits_of
+from problems.limits.joint_limits import SpeedLimit
+from problems.nlp import NonlinearProgram, composed_hessian
 from solvers import IPOPT, Box, Descent, StopReason
 
 ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, ((-3.0, 3.0), (-2.9, 2.9), (-2.9, 2.9)))
@@ -33,33 +50,39 @@ CASES: dict[str, Problem[Any]] = {
 }
 
 
-@pytest.fixture(params=CASES.values(), ids=CASES)
-def problem(request: pytest.FixtureRequest) -> Problem[Any]:
-    case = request.param
-    assert isinstance(case, Problem)
-    return case
+SLOW = {"time", "path, rotation"}  # much like the others
+each_case = pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in CASES]
+)
 
 
-def candidate(problem: Problem[Any], seed: int = 0) -> np.ndarray:
+@cache
+def reduced_form(name: str) -> tuple[Problem[Any], NonlinearProgram]:
+    problem = changed(CASES[name], formulation="reduced")
+    return problem, problem.nlp()
+
+
+def candidate(problem: Problem[Any]) -> FloatArray:
     """A search vector that the arm can reach."""
-    reduced = changed(problem, formulation="reduced")
-    x = Box(*reduced.bounds).sample(np.random.default_rng(seed), 1)[0]
-    return np.clip(x, reduced.bounds[0] + 1e-3, reduced.bounds[1] - 1e-3)
+    x = Box(*problem.bounds).sample(np.random.default_rng(0), 1)[0]
+    return np.clip(x, problem.bounds[0] + 1e-3, problem.bounds[1] - 1e-3)
 
 
-def test_a_search_vector_keeps_its_motion(problem: Problem[Any]) -> None:
-    reduced = changed(problem, formulation="reduced")
-    x, program = candidate(problem), reduced.nlp()
+@each_case
+def test_a_search_vector_keeps_its_motion(name: str) -> None:
+    reduced, program = reduced_form(name)
+    x = candidate(reduced)
     program_motion, expected = program.trajectory(program.from_search(x)), reduced.trajectory(x)
     share = np.linspace(0.0, 1.0, 50)
     theta, again = (as_array(motion.samples(share * motion.duration).theta) for motion in (expected, program_motion))
     assert again == pytest.approx(theta, abs=1e-6)
-    assert exact_time_scale(problem.limits, program_motion) <= 1.0
+    assert exact_time_scale(reduced.limits, program_motion) <= 1.0
     assert set(program.quantities(program.from_search(x))) == set(reduced.quantities(x))
 
 
-def test_a_start_meets_the_equalities(problem: Problem[Any]) -> None:
-    program = changed(problem, formulation="reduced").nlp()
+@each_case
+def test_a_start_meets_the_equalities(name: str) -> None:
+    problem, program = reduced_form(name)
     rows = ca.Function("g", [program.x], [program.g])
     starts = islice(program.starts(np.random.default_rng(0)), 5)
     for x in (program.from_search(candidate(problem)), *starts):
@@ -73,8 +96,9 @@ def test_a_start_meets_the_equalities(problem: Problem[Any]) -> None:
         assert (low < high).all()
 
 
-def test_derivatives_agree_with_finite_differences(problem: Problem[Any]) -> None:
-    program = problem.nlp()
+@each_case
+def test_derivatives_agree_with_finite_differences(name: str) -> None:
+    _, program = reduced_form(name)
     both = ca.vertcat(program.f, program.g)
     values = ca.Function("v", [program.x], [both])
     jacobian = ca.Function("j", [program.x], [ca.jacobian(both, program.x)])
@@ -88,8 +112,9 @@ def test_derivatives_agree_with_finite_differences(problem: Problem[Any]) -> Non
         assert smooth.mean() > 0.98  # a row may stand at a kink of its closest point
 
 
-def test_no_derivative_is_nan_at_awkward_postures(problem: Problem[Any]) -> None:
-    program = problem.nlp()
+@each_case
+def test_no_derivative_is_nan_at_awkward_postures(name: str) -> None:
+    problem, program = reduced_form(name)
     lagrangian = program.f + ca.sum1(program.g)
     every = ca.Function("d", [program.x], [program.g, ca.gradient(lagrangian, program.x)])
     x = next(program.starts(np.random.default_rng(3)))
@@ -100,17 +125,7 @@ def test_no_derivative_is_nan_at_awkward_postures(problem: Problem[Any]) -> None
         assert all(np.isfinite(np.asarray(part)).all() for part in every(z))
 
 
-def test_values_of_redundancy_that_stay_inside_are_met() -> None:
-    problem = changed(CASES["path, length, values"], formulation="reduced")
-    program = problem.nlp()
-    rows = {c.name: c for c in program.constraints(SAMPLING_MARGIN)}
-    both = ca.Function("r", [program.x], [rows["redundancy"].expression, rows["x_phi"].expression])
-    miss, share = both(program.from_search(np.array([0.4, 0.5, 0.45, 0.5, 0.55])))
-    assert np.asarray(miss) == pytest.approx(0.0, abs=1e-9)
-    assert 0.35 < float(ca.mmin(share)) < float(ca.mmax(share)) < 0.6
-
-
-@pytest.mark.parametrize("name", BUILTIN)
+@pytest.mark.parametrize("name", ["time-3", "rotation-2", "obstacle-3", "pentagram-rotation"])
 def test_limits_have_the_names_that_the_search_has(name: str) -> None:
     problem = builtin(name)
     ours = {c.name for c in problem.nlp().constraints(SAMPLING_MARGIN)}
@@ -118,8 +133,9 @@ def test_limits_have_the_names_that_the_search_has(name: str) -> None:
     assert {c.name for c in problem.constraints} - {"reach"} - time_alone <= ours
 
 
-def test_a_margin_moves_bounds_alone_and_may_be_zero(problem: Problem[Any]) -> None:
-    program = problem.nlp()
+@each_case
+def test_a_margin_moves_bounds_alone_and_may_be_zero(name: str) -> None:
+    _, program = reduced_form(name)
     none, usual, wide = (np.array(program.row_bounds(margin)) for margin in (0.0, None, 10.0 * SAMPLING_MARGIN))
     assert (usual == np.array(program.row_bounds(SAMPLING_MARGIN))).all()
     assert (none[0] <= usual[0]).all()
@@ -161,31 +177,16 @@ def test_scipy_stays_at_the_same_optimum() -> None:
     assert ours.objective == pytest.approx(theirs.fun, rel=1e-6)
 
 
-def test_node_form_is_the_spline_of_its_angles() -> None:
-    spline = RestSpline(np.array([0.0, 0.02, 0.06, 0.1, 0.5, 0.52, 0.9, 0.98, 1.0]))
-    form, angles = NodeForm(spline), np.random.default_rng(0).normal(size=(9, 3))
-    shape = spline.coefficients(ca.DM(angles))
-    at_nodes = ca.mtimes(spline.sampling_matrix(spline.nodes), shape)
-    bends = spline.accelerations(shape) * form.unit
-    assert np.asarray(form.joins(at_nodes, bends)) == pytest.approx(0.0, abs=1e-9)
-    assert np.asarray(at_nodes[form.knots, :]) == pytest.approx(angles)
-    u = np.linspace(0.0, 1.0, 77)
-    for derivative, node_samples in enumerate(form.samples(at_nodes, bends, u)):
-        expected = np.asarray(ca.mtimes(spline.sampling_matrix(u, derivative), shape))
-        assert np.asarray(node_samples) == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
-
-
 @pytest.mark.parametrize(
-    ("start", "goal", "links"),
+    ("start", "goal", "links", "objective"),
     [
-        ((2.0, 0.0), (0.0, 2.0), 3),
-        ((1.0, 0.0), (1.0, 0.0), 3),
-        ((0.0, 0.0), (1.0, 0.5), 2),
-        ((2.0, 0.0), (0.0, 0.0), 2),
+        ((2.0, 0.0), (0.0, 2.0), 3, "length"),
+        ((1.0, 0.0), (1.0, 0.0), 3, "rotation"),
+        ((0.0, 0.0), (1.0, 0.5), 2, "length"),
+        ((2.0, 0.0), (0.0, 0.0), 2, "time"),
     ],
-    ids=["time_scaled", "nowhere to go", "from the base", "to the base"],
+    ids=["stretched", "nowhere to go", "from the base", "to the base"],
 )
-@pytest.mark.parametrize("objective", ["time", "rotation", "length"])
 def test_moves_at_the_edge_do_not_break_anything(
     start: tuple[float, float], goal: tuple[float, float], links: int, objective: str
 ) -> None:
@@ -209,3 +210,87 @@ def test_pentagram_may_be_followed_with_a_value_at_every_knot_or_with_few() -> N
         feasible = [m for m in motions if all(v.satisfied for v in problem.verify(m))]
         costs.append(min(problem.objective_value(m, problem.row_times(m, 201)) for m in feasible))
     assert costs[0] < costs[1]
+
+
+# The Hessian in two steps is the one that CasADi derives in one
+
+
+@pytest.mark.parametrize("objective", ["time", "length"])
+def test_hessian_of_a_program(objective: str) -> None:
+    program = moving(ARM, (1.0, 0.0), (0.5, 1.5), objective, "up", samples=8, obstacles=(OVAL,)).nlp()
+    rng = np.random.default_rng(0)
+    forces, x = rng.normal(size=program.g.shape[0]), next(program.starts(rng))
+    lagrangian = 1.3 * program.f + ca.dot(ca.DM(forces), program.g)
+    expected = ca.Function("h", [program.x], [ca.triu(ca.hessian(lagrangian, program.x)[0])])(x)
+    assert program.hessian is not None
+    composed = program.hessian(x, [], 1.3, forces)
+    assert np.asarray(composed.full()) == pytest.approx(np.asarray(expected.full()), rel=1e-9, abs=1e-8)
+
+
+def test_a_composed_hessian_by_hand() -> None:
+    """f = y^2 with y = x^3: (x^6)'' = 30 x^4; g = x^2 + y: 2 + 6 x."""
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    composed = composed_hessian(x, y, x**3, y**2, x**2 + y)(2.0, [], 1.0, 10.0)
+    assert float(composed) == pytest.approx(30.0 * 16.0 + 10.0 * (2.0 + 12.0))
+
+
+def test_a_term_of_both_is_refused() -> None:
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    with pytest.raises(ValueError, match="mixes"):
+        composed_hessian(x, y, x**3, x * y, y)
+
+
+# Limits beyond the paper's: on jerk, on the speed of the tip, on speeds that do not scale; kept by both programs
+
+PLAIN = equal_links(3)
+BETWEEN = 0.03  # may be broken between samples in a single descent
+
+
+@cache
+def with_limits(kind: str, robot: PlanarArm, *limits: type[Limit], objective: str = "time") -> Problem[Any]:
+    if kind == "point to point":
+        return point_to_point(PointToPoint(robot, (1.0, 0.0), (0.5, 1.5), elbow="up"), objective, limits=limits)
+    path = CURVE
+    return path_following(PathFollowing(robot, path, 0.05, elbow="up"), objective, limits=limits)
+
+
+@pytest.mark.parametrize(
+    ("kind", "limits", "objective"),
+    [
+        pytest.param(kind, limits, objective, marks=[pytest.mark.slow] * ((place + other) % 2))
+        for other, kind in enumerate(("point to point", "path"))
+        for place, (limits, objective) in enumerate(product(((), (TipSpeed,), (NotTooSoon,)), ("time", "rotation")))
+    ],
+)
+def test_ipopt_keeps_them(kind: str, limits: tuple[type[Limit], ...], objective: str) -> None:
+    stated = with_limits(kind, PLAIN if limits else replace(PLAIN, max_jerk=(150.0,) * 3), *limits, objective=objective)
+    program = stated.nlp()
+    solution = Descent(program, IPOPT())(next(program.starts(np.random.default_rng(1))))
+    verdicts = stated.verify(program.trajectory(solution.x))
+    names = [verdict.name for verdict in verdicts]
+    assert ("jerk" if not limits else limits[0].name) in names
+    broken = [v for v in verdicts if v.status is CertificateStatus.VIOLATED and v.worst > v.bound * (1.0 + BETWEEN)]
+    assert not broken
+
+
+def test_the_time_scale_of_a_limit_without_closed_form() -> None:
+    stated = with_limits("point to point", PLAIN)
+    motion = stated.trajectory(np.mean(stated.bounds, axis=0))
+    limit = TipSpeed(stated.robot)
+    scaled = motion.time_scaled(exact_time_scale([limit], motion))
+    fastest = float(ca.mmax(limit.magnitudes(scaled.samples(scaled.times(5001), stated.robot))))
+    assert fastest <= FASTEST
+    assert fastest > FASTEST * 0.99
+
+
+def test_which_limits_hold_time() -> None:
+    kinds: list[tuple[type[Limit], bool]] = [(NotTooSoon, True), (TipSpeed, False), (SpeedLimit, False)]
+    for limit, expected in kinds:
+        built = limit.for_robot(PLAIN, ())
+        assert built is not None
+        assert holds_time([built]) is expected
+
+
+def test_no_limit_is_there_twice() -> None:
+    with pytest.raises(InvalidProblem, match="'tip speed' is there twice"):
+        limits_of(PLAIN, (), (TipSpeed, TipSpeed))

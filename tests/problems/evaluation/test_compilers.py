@@ -1,9 +1,10 @@
-"""Programs that do not answer, answer with rubbish, or have no room: nothing waits for them, one line says why."""
+"""Compilers that fail, hang, lie or have no room: nothing waits for them, one line says why, other code evaluates."""
 
 from __future__ import annotations
 
 import logging
 import os
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -13,10 +14,18 @@ import pytest
 from helpers.evaluation import needs_compiler, points, same_bits, small, source_of
 
 from problems.evaluation import EvaluationOptions, PopulationFunction, cache, compiler, native
-from problems.evaluation.compiler import MAX_OUTPUT, NativeUnavailable, NoAnswer, find_compiler, run
-from problems.evaluation.native import compile_library
+from problems.evaluation.compiler import (
+    FLAGS,
+    MAX_OUTPUT,
+    NativeUnavailable,
+    NoAnswer,
+    asked_version,
+    find_compiler,
+    run,
+)
+from problems.evaluation.native import compile_library, find_library
 
-pytestmark = pytest.mark.usefixtures("cache_folder")
+pytestmark = pytest.mark.usefixtures("cache_folder", "compiled_once")
 LONG = 1000.0  # s; a test that waits for so long fails by the run's own deadline
 
 
@@ -35,6 +44,7 @@ def test_a_program_is_asked_with_its_input_and_answers() -> None:
     assert run(["sh", "-c", "kill -9 $$"], LONG).status == -9
 
 
+@pytest.mark.process
 def test_what_a_program_started_ends_with_it(tmp_path: Path) -> None:
     pids = tmp_path / "pids"
     with pytest.raises(NoAnswer, match=r"^sh did not end within 0\.5 s$"):
@@ -77,37 +87,45 @@ def test_the_first_line_is_short_and_plain() -> None:
     assert len(run(["printf", "y" * 999], LONG).first_line) == 200
 
 
-@pytest.mark.parametrize("backend", ["auto", "native"])
-@pytest.mark.parametrize(
-    ("script", "says"),
-    [
-        (f"sleep {LONG:g}", "no C++ compiler"),
-        (f'[ "$1" = --version ] && echo 1.0 && exit 0\nsleep {LONG:g}', "did not end within 0.3 s"),
-        (r'[ "$1" = --version ] && echo 1.0 && exit 0' + "\nprintf '\\377\\376\\033[2J'; exit 1", "failed: "),
-        (r"printf '\377\376\000'; exit 1", "no C++ compiler"),
-    ],
-    ids=["no version", "no library", "prints rubbish", "no compiler at all"],
-)
-def test_the_virtual_machine_evaluates_instead(
-    script: str,
-    says: str,
-    backend: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    caplog: pytest.LogCaptureFixture,
+VERSION = '[ "$1" = --version ] && echo 1.0 && exit 0\n'
+SCRIPTS: dict[str, tuple[str, str]] = {
+    "fails": (VERSION + "exit 1", "failed: status 1"),
+    "complains": (VERSION + "echo no such flag >&2; exit 4", "failed: no such flag"),
+    "killed": (VERSION + "kill -9 $$", "failed: status -9"),
+    "silent": (VERSION + "exit 0", "left no library"),
+    "no version": (f"sleep {LONG:g}", "no C++ compiler"),
+    "no library": (f"{VERSION}sleep {LONG:g}", "did not end within 0.3 s"),
+    "prints rubbish": (VERSION + r"printf '\377\376\033[2J'; exit 1", "failed: "),
+    "no compiler at all": (r"printf '\377\376\000'; exit 1", "no C++ compiler"),
+    "none on the path": ("", "no C++ compiler"),
+}
+
+
+@pytest.mark.parametrize(("script", "says"), SCRIPTS.values(), ids=SCRIPTS)
+def test_without_a_compiler_that_works_the_virtual_machine_evaluates(
+    script: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.WARNING)
     monkeypatch.setattr(compiler, "VERSION_SECONDS", 0.3 if script.startswith("sleep") else LONG)
     monkeypatch.setattr(compiler, "COMPILE_SECONDS", 0.3 if "sleep" in script else LONG)
-    monkeypatch.setenv("CXX", shell(tmp_path, script))
-    evaluate = PopulationFunction(small(), EvaluationOptions(backend))
-    assert same_bits(evaluate(points()), PopulationFunction(small(), EvaluationOptions("vm"))(points()))
-    assert evaluate.backend == "vm"
-    assert len(caplog.messages) == (backend == "native")
-    for line in caplog.messages:
-        assert says in line
-        assert line.isprintable()
-        assert len(line) < 300
+    if script:
+        monkeypatch.setenv("CXX", shell(tmp_path, script))
+    else:
+        monkeypatch.setenv("PATH", str(tmp_path))
+        monkeypatch.delenv("CXX", raising=False)
+    expected = PopulationFunction(small(), EvaluationOptions("vm"))(points())
+    for backend in ("auto", "native"):
+        evaluate = PopulationFunction(small(), EvaluationOptions(backend))
+        for _ in range(2):
+            assert same_bits(evaluate(points()), expected)
+        assert evaluate.backend == "vm"
+        assert len(caplog.messages) == (backend == "native")
+    [line] = caplog.messages
+    assert line.startswith("evaluated by CasADi's virtual machine")
+    assert says in line
+    assert line.isprintable()
+    assert len(line) < 300
+    assert not list(cache.folder().glob("*"))
 
 
 @needs_compiler
@@ -117,6 +135,50 @@ def test_the_version_of_a_compiler_need_not_be_text(tmp_path: Path, monkeypatch:
     monkeypatch.setenv("CXX", shell(tmp_path, f'{rubbish}\nexec {real} "$@"'))
     assert PopulationFunction(small(), EvaluationOptions("native"))(points()).size
     assert cache.find(native.key(source_of(small()), find_compiler())) is not None
+
+
+def test_a_compiler_that_lies_makes_nothing_that_is_loaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cache_folder: Path
+) -> None:
+    monkeypatch.setenv("CXX", shell(tmp_path, VERSION + 'for last; do :; done; echo "no library" > "$last"'))
+    with pytest.raises(NativeUnavailable, match="cannot be loaded"):
+        compile_library(source_of(small()))
+    assert find_library(source_of(small())) is None
+    assert not list(cache_folder.glob("*.so"))
+
+
+@needs_compiler
+def test_the_environment_names_the_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CXX", "c++ -DNDEBUG")
+    assert find_compiler().command[1:] == ("-DNDEBUG",)
+
+
+def test_a_compiler_that_cannot_be_started(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "compiler").write_bytes(b"\x00 neither a script nor a program")
+    (tmp_path / "compiler").chmod(0o700)
+    for content in ("c++ 'unfinished", f"{tmp_path}/no-program", f"{tmp_path}/compiler", "no-such-compiler --fast"):
+        monkeypatch.setenv("CXX", content)
+        with pytest.raises(NativeUnavailable, match=r"CXX|no C\+\+ compiler"):
+            find_compiler()
+
+
+@needs_compiler
+def test_nothing_of_a_function_reaches_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    commands = []
+    start = subprocess.Popen
+
+    def recorded(command: list[str], **options: object) -> object:
+        commands.append(command)
+        assert not options.get("shell")
+        return start(command, **options)  # type: ignore[call-overload]
+
+    monkeypatch.setattr("problems.evaluation.compiler.subprocess.Popen", recorded)
+    asked_version.cache_clear()
+    compile_library(source_of(small(7.0)))  # which no other test compiles
+    [asking, compiling] = commands
+    assert asking[1:] == ["--version"]
+    assert compiling[1 : 1 + len(FLAGS)] == list(FLAGS)
+    assert compiling[1 + len(FLAGS) : -1] == ["-x", "c++", "-", "-o"]
 
 
 AUTO = """
@@ -129,6 +191,7 @@ assert evaluate(points()).size and evaluate(points()).size
 """
 
 
+@pytest.mark.process
 def test_no_process_waits_for_a_background_compiler_that_hangs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pids = tmp_path / "pids"
     script = f'[ "$1" = --version ] && echo 1.0 && exit 0\necho $$ > {pids}.new; mv {pids}.new {pids}; sleep {LONG:g}'
@@ -170,7 +233,7 @@ def test_no_temporary_folder_at_all(monkeypatch: pytest.MonkeyPatch, tmp_path: P
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "nowhere"))
     assert gettempdir() == str(tmp_path / "nowhere")
     with pytest.raises(NativeUnavailable):
-        compile_library(source_of(small()))
+        compile_library(source_of(small(8.0)))  # which no other test compiles
 
 
 @pytest.mark.parametrize("name", ["x" * 5000, "a/" * 3000, "file/below"])

@@ -5,19 +5,19 @@ from functools import cache
 
 import numpy as np
 import pytest
+from helpers.searching import VM, sampled
+from helpers.space import TOOL, small_arm
+from oracles.space import away_from_path, tool_poses
 from scipy.spatial.transform import Rotation
 
 from problems import InvalidProblem, Path, Trajectory
 from problems.base import FloatArray
-from problems.evaluation import EvaluationOptions
 from problems.families.traced import space_tracing
-from problems.families.traced.postures import clear_postures, spread, wandering_joints
+from problems.families.traced.postures import clear_postures, wandering_joints
 from problems.families.traced.problem import SpaceTracingProblem
 from problems.robots import Sphere
 from problems.scene.solids import Ball
 from problems.tasks import SpaceTracing
-from tests.helpers.space import TOOL, small_arm
-from tests.oracles.space import away_from_path, tool_poses
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 17)
 CIRCLE = np.column_stack([0.5 + 0.1 * np.cos(TURN), 0.1 * np.sin(TURN), np.full(17, 0.45)])
@@ -32,7 +32,7 @@ TASKS = {
     "corners and jerk": SpaceTracing(small_arm(max_jerk=(300.0,) * 7), Path.through(CIRCLE[::4]), 0.002),
     "obstacle": SpaceTracing(ELBOW, Path.through(POSES), 0.002, 0.02, (Ball(center=(0.0, 0.35, 0.55), radius=0.05),)),
 }
-each_task = pytest.mark.parametrize("name", TASKS)
+QUICK = {"poses, six joints", "corners and jerk", "obstacle"}
 
 
 @cache
@@ -40,25 +40,22 @@ def problem_of(name: str) -> SpaceTracingProblem:
     return space_tracing(TASKS[name])
 
 
-def candidates(problem: SpaceTracingProblem, count: int) -> FloatArray:
-    return np.random.default_rng(4).uniform(*problem.bounds, (count, len(problem.variables)))
-
-
 def best(problem: SpaceTracingProblem) -> FloatArray:
-    x = 0.3 * candidates(problem, 24)
-    x[:, -1] = candidates(problem, 24)[:, -1]
+    x = 0.3 * sampled(problem, 24, 4)
+    x[:, -1] = sampled(problem, 24, 4)[:, -1]
     return np.asarray(x[int(np.argmin(problem.cost(x)))])
 
 
-@pytest.mark.parametrize("name", ["poses", "obstacle"])
-def test_the_steps_are_the_inlined_cost(name: str) -> None:
-    problem = space_tracing(replace(TASKS[name], path=Path.through(POSES[:4])))
-    x = candidates(problem, 4)
-    stepped = problem.evaluator(EvaluationOptions("vm"))(x)
+def test_the_steps_are_the_inlined_cost() -> None:
+    problem = space_tracing(replace(TASKS["obstacle"], path=Path.through(POSES[:3])))
+    x = sampled(problem, 4, 4)
+    stepped = problem.evaluator(VM)(x)
     assert stepped == pytest.approx([float(problem.cost_function(candidate)) for candidate in x], rel=1e-6)
 
 
-@each_task
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in TASKS]
+)
 def test_a_candidate_is_certified_and_dense_samples_agree(name: str) -> None:
     problem = problem_of(name)
     x = best(problem)
@@ -67,10 +64,10 @@ def test_a_candidate_is_certified_and_dense_samples_agree(name: str) -> None:
 
 
 def check(problem: SpaceTracingProblem, trajectory: Trajectory) -> None:
-    """All verdicts hold; limits, ends, distances and angles at 20,000 times, by NumPy and SciPy alone."""
+    """All verdicts hold; limits, ends, distances and angles at 4,000 times, by NumPy and SciPy alone."""
     verdicts = problem.verify(trajectory)
     assert all(verdict.satisfied for verdict in verdicts), verdicts
-    times, robot, task = np.linspace(0.0, trajectory.duration, 20_000), problem.robot, problem.task
+    times, robot, task = np.linspace(0.0, trajectory.duration, 4_000), problem.robot, problem.task
     for order, bounds in ((1, robot.limits.speed), (2, robot.limits.acceleration), (3, robot.limits.jerk)):
         if bounds is not None:
             assert (np.abs(trajectory.at(times, order)) <= np.array(bounds) * (1.0 + 1e-9)).all()
@@ -135,12 +132,6 @@ def test_what_cannot_be_begun_is_named() -> None:
         space_tracing(TASKS["poses"], redundancy_values=1)
     with pytest.raises(InvalidProblem, match="no nonlinear program"):
         problem_of("poses").nlp()
-
-
-def test_postures_are_spread_out() -> None:
-    theta = np.array([[0.0, 0.0], [0.01, 0.0], [1.0, 0.0], [0.0, 0.5]])
-    assert spread(theta, 3).tolist() == [[0.0, 0.0], [1.0, 0.0], [0.0, 0.5]]
-    assert len(spread(theta, 10)) == 4
 
 
 def test_the_same_task_begins_alike() -> None:
