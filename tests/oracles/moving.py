@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
+
+from problems import InvalidProblem
+from problems.scene import Tabulated
+from problems.scene.moving import ConstantVelocity, ObstacleMotion
+
+KINDS = ("velocity", "table", "turning table")
+Frames = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -55,3 +63,22 @@ def random_table(rng: np.random.Generator, dim: int, turning: bool) -> Table:
         turns.append(step * turns[-1])
     signs = rng.choice([-1.0, 1.0], count)  # either sign is the same turn
     return Table(times, places, np.array([turn.as_quat() for turn in turns]) * signs[:, None])
+
+
+def random_motion(
+    rng: np.random.Generator, kind: str, around: tuple[float, ...], speed: float = 2.0
+) -> tuple[ObstacleMotion, Frames]:
+    """A motion near a point, and a function from times to origins and axes that was written without it."""
+    dim = len(around)
+    if kind == "velocity":
+        velocity, origin = rng.uniform(-speed, speed, dim), around + rng.uniform(-1.0, 1.0, dim)
+        motion = ConstantVelocity(tuple(velocity.tolist()), tuple(origin.tolist()))
+        axes = np.broadcast_to(np.eye(dim), (1, dim, dim))
+        return motion, lambda t: (origin + np.outer(t, velocity), np.repeat(axes, len(t), axis=0))
+    while True:
+        table = random_table(rng, dim, kind == "turning table")
+        table = replace(table, places=table.places + around)
+        try:
+            return Tabulated.through(table.times.tolist(), table.places, table.turns), table.frames
+        except InvalidProblem:  # rows that are turned too far for a spline between them
+            continue

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from oracles.planar import MARGIN, clearance, wrap_to
+from oracles.planar import MARGIN, clearance, joints_of, objective_of, wrap_to
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 from problems import PathFollowingProblem
@@ -34,11 +34,7 @@ class PathOracle:
         p = self.problem
         spline, time = self._motion(candidates)
         theta = spline(self.u_grid)
-        objective = {
-            "time": time,
-            "rotation": np.abs(np.diff(theta, axis=0)).sum(axis=(0, 2)),
-            "length": np.abs(np.diff(self._joints(theta)[..., -1], axis=0)).sum(axis=0),
-        }[p.objective.name]
+        objective = objective_of(p.objective.name, time, theta, self.lengths)
         violations = self._violations(spline, time)
         if self.formulation == "reduced":
             miss = violations.pop("accuracy")
@@ -106,17 +102,12 @@ class PathOracle:
         psi[:, 1] = psi[:, 0] + theta_2
         return np.diff(psi, axis=1, prepend=0.0)
 
-    def _joints(self, theta: np.ndarray) -> np.ndarray:
-        """Complex positions of base, joints and tip, (times, m, k + 1)."""
-        steps = self.lengths * np.exp(1j * np.cumsum(theta, axis=2))
-        return np.concatenate([np.zeros((*theta.shape[:2], 1)), np.cumsum(steps, axis=2)], axis=2)
-
     def _violations(self, spline: Any, time: np.ndarray) -> dict[str, np.ndarray]:
         """By limit (rows, m): the value or excess wherever it is broken, 0 elsewhere; speeds in the paper form only."""
         p, arm = self.task, self.arm
         theta = spline(self.u_grid)
-        joints = self._joints(theta)
-        miss = np.abs(self._joints(spline(self.u_points))[..., -1] - (p.path.array @ [1.0, 1j])[:, None])
+        joints = joints_of(self.lengths, theta)
+        miss = np.abs(joints_of(self.lengths, spline(self.u_points))[..., -1] - (p.path.array @ [1.0, 1j])[:, None])
         broken_by = {"accuracy": np.where(miss > p.accuracy, miss, 0.0)}
         if self.formulation == "paper":
             for name, order, bound in (("speed", 1, arm.max_speed), ("acceleration", 2, arm.max_acceleration)):

@@ -23,12 +23,7 @@ class PointToPointOracle:
         p = self.problem
         weights = p.weights
         k_s, k_f, theta, speed, acceleration, duration = self._motion(candidates)
-        tip = self._joints(theta)[..., -1]
-        objective = {
-            "time": duration,
-            "rotation": np.abs(np.diff(theta, axis=0)).sum(axis=(0, 2)),
-            "length": np.abs(np.diff(tip, axis=0)).sum(axis=0),
-        }[p.objective.name]
+        objective = objective_of(p.objective.name, duration, theta, self.lengths)
         penalty = self._penalty(theta, speed, acceleration)
         unreachable = weights.reach * (np.abs(k_s) + np.abs(k_f))
         reachable = (np.abs(k_s) <= 1.0) & (np.abs(k_f) <= 1.0)
@@ -77,10 +72,6 @@ class PointToPointOracle:
         psi = np.column_stack([theta_1, theta_1 + theta_2, phi])
         return np.diff(psi, axis=1, prepend=0.0), cosine
 
-    def _joints(self, theta: np.ndarray) -> np.ndarray:
-        steps = self.lengths * np.exp(1j * np.cumsum(theta, axis=2))
-        return np.concatenate([np.zeros((*theta.shape[:2], 1)), np.cumsum(steps, axis=2)], axis=2)
-
     def _penalty(self, theta: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         """h_1 g_1 + h_2 g_2 + h_3 g_3 of (16)-(18), and the joint limits counted likewise."""
         total = np.zeros(theta.shape[1])
@@ -90,11 +81,26 @@ class PointToPointOracle:
             low, high = np.array(self.arm.joint_limits).T
             spare = MARGIN * (high - low)
             total += ((theta < low + spare) | (theta > high - spare)).sum(axis=(0, 2))
-        joints, margin = self._joints(theta), MARGIN * self.lengths.sum()
+        joints, margin = joints_of(self.lengths, theta), MARGIN * self.lengths.sum()
         for obstacle in self.task.obstacles:
             total += (clearance(obstacle, joints[..., :-1], joints[..., 1:]) < margin).sum(axis=(0, 2))
             total += (clearance(obstacle, joints[:-1, :, 1:], joints[1:, :, 1:]) < margin).sum(axis=(0, 2))
         return total
+
+
+def joints_of(lengths: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """Complex positions of base, joints and tip, (times, m, k + 1)."""
+    steps = lengths * np.exp(1j * np.cumsum(theta, axis=2))
+    return np.concatenate([np.zeros((*theta.shape[:2], 1)), np.cumsum(steps, axis=2)], axis=2)
+
+
+def objective_of(name: str, duration: np.ndarray, theta: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """What is to be least, of each candidate: (m,)."""
+    if name == "time":
+        return duration
+    if name == "rotation":
+        return np.abs(np.diff(theta, axis=0)).sum(axis=(0, 2))
+    return np.abs(np.diff(joints_of(lengths, theta)[..., -1], axis=0)).sum(axis=0)
 
 
 def solve_polynomial(conditions: list[tuple[int, int, np.ndarray | int]]) -> list[np.ndarray]:

@@ -12,14 +12,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems import CertificateStatus, Ellipse, InvalidProblem, PlanarArm, Rectangle, Trajectory
+from problems import CertificateStatus, ConstantVelocity, InvalidProblem, MoveProblem, MovingObstacle, Trajectory
 from problems.base import FloatArray, as_array
 from problems.certify import AtGoal, at_goal, stay_verdicts, verification
 from problems.certify.verification import LOOKED_AHEAD
-from problems.families.splines import MoveProblem, move
+from problems.families.splines import move
 from problems.limits import clearances, limits_of, looks
-from problems.scene import Obstacle, Tabulated
-from problems.scene.moving import ConstantVelocity, MovingObstacle
+from problems.robots import PlanarArm
+from problems.scene import Ellipse, Obstacle, Rectangle, Tabulated
 from problems.tasks import Joints, Move
 
 ARM = PlanarArm((1.0, 1.0), (4.0,) * 2, (20.0,) * 2)
@@ -46,42 +46,26 @@ def test_nothing_moves() -> None:
     assert after(replace(DISC, center=(0.0, 1.0))) is None
 
 
-def test_a_disc_comes_down_on_the_arm() -> None:
-    """From 3 m above at 0.5 m/s: it touches at (3 - 0.1) / 0.5 = 5.8 s."""
-    result = found(moving((1.0, 3.0), (0.0, -0.5)))
-    assert result.touched
-    assert 5.8 - 2e-3 <= result.clear_until <= 5.8
+HAND: dict[str, tuple[list[MovingObstacle], float, float, bool]] = {  # obstacles, margin; clear until, touched
+    "comes down from 3 m at 0.5 m/s: (3 - 0.1) / 0.5": ([moving((1.0, 3.0), (0.0, -0.5))], 0.0, 5.8, True),
+    "a margin is kept: 3 - 0.1 - 0.5 t = 0.2": ([moving((1.0, 3.0), (0.0, -0.5))], 0.2, 5.4, True),
+    "it grows: 3 - 0.1 - 0.5 t = 0.2 + 0.1 t": ([moving((1.0, 3.0), (0.0, -0.5), 0.1)], 0.2, 4.5, True),
+    "has passed and never comes back": ([moving((1.0, -0.3), (0.0, -0.5))], 0.0, math.inf, False),
+    "flies past beside the arm": ([moving((-5.0, 0.2), (1.0, 0.0))], 0.0, math.inf, False),
+    "creeps and is followed for a minute": ([moving((1.0, 0.5), (0.0, 1e-3))], 0.0, 2.0 + LOOKED_AHEAD, False),
+    "may be anywhere: (0.5 - 0.1) / 0.01": ([moving((1.0, 0.5), (0.0, 0.0), 0.01)], 0.0, 40.0, True),
+    "at 80 s, which is not looked at": ([moving((1.0, 0.9), (0.0, 0.0), 0.01)], 0.0, 2.0 + LOOKED_AHEAD, False),
+    "touches already": ([moving((1.0, 0.0), (0.0, 0.0))], 0.0, 2.0, True),
+    "the first counts": ([moving((1.0, 3.0), (0.0, -0.2)), moving((1.5, -3.0), (0.0, 1.0))], 0.0, 2.9, True),
+}
 
 
-def test_a_margin_is_kept_and_grows() -> None:
-    """3 - 0.1 - 0.5 t = 0.2 at 5.4 s; = 0.2 + 0.1 t at 4.5 s."""
-    kept = replace(ARM, margin=0.2)
-    assert found(moving((1.0, 3.0), (0.0, -0.5)), robot=kept).clear_until == pytest.approx(5.4, abs=2e-3)
-    assert found(moving((1.0, 3.0), (0.0, -0.5), 0.1), robot=kept).clear_until == pytest.approx(4.5, abs=2e-3)
-
-
-def test_what_has_passed_never_comes_back() -> None:
-    assert found(moving((1.0, -0.3), (0.0, -0.5))) == AtGoal(math.inf, touched=False)
-
-
-def test_what_flies_past_beside_the_arm() -> None:
-    assert found(moving((-5.0, 0.2), (1.0, 0.0))) == AtGoal(math.inf, touched=False)
-
-
-def test_what_creeps_is_followed_for_a_minute() -> None:
-    result = found(moving((1.0, 0.5), (0.0, 1e-3)))
-    assert result == AtGoal(2.0 + LOOKED_AHEAD, touched=False)
-
-
-def test_what_may_be_anywhere_is_never_clear_for_ever() -> None:
-    """It stands 0.5 m above, but 1 cm more is kept with every second: (0.5 - 0.1) / 0.01 = 40 s."""
-    assert found(moving((1.0, 0.5), (0.0, 0.0), 0.01)).clear_until == pytest.approx(40.0, abs=2e-3)
-    assert not found(moving((1.0, 0.9), (0.0, 0.0), 0.01)).touched  # at 80 s, which is not looked at
-
-
-def test_it_touches_already() -> None:
-    result = found(moving((1.0, 0.0), (0.0, 0.0)))
-    assert result == AtGoal(2.0, touched=True)
+@pytest.mark.parametrize(("obstacles", "margin", "until", "touched"), HAND.values(), ids=HAND)
+def test_by_hand(obstacles: list[MovingObstacle], margin: float, until: float, touched: bool) -> None:
+    result = found(*obstacles, robot=replace(ARM, margin=margin))
+    assert result.touched is touched
+    assert result.clear_until == pytest.approx(until, abs=2e-3)
+    assert result.clear_until <= until or until == math.inf or margin
 
 
 def test_a_table_ends_and_what_it_moves_stands() -> None:
@@ -91,8 +75,7 @@ def test_a_table_ends_and_what_it_moves_stands() -> None:
     assert found(MovingObstacle(DISC, ended)) == AtGoal(math.inf, touched=False)
     down = Tabulated.through([0.0, 1.0, 5.0], np.array([[1.0, 3.0], [1.0, 2.4], [1.0, 0.0]]))
     result = found(MovingObstacle(DISC, down))
-    heights = Tabulated.through([0.0, 1.0, 5.0], np.array([[1.0, 3.0], [1.0, 2.4], [1.0, 0.0]]))
-    assert heights.placed(np.zeros((1, 2)), result.clear_until)[0, 1] == pytest.approx(0.1, abs=2e-3)
+    assert down.placed(np.zeros((1, 2)), result.clear_until)[0, 1] == pytest.approx(0.1, abs=2e-3)
 
 
 def test_the_first_of_several_counts() -> None:
@@ -111,12 +94,12 @@ def test_a_goal_that_is_passed() -> None:
 numbers = st.floats(-3.0, 3.0)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(numbers, numbers, numbers, numbers, st.floats(0.0, 0.3), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 def test_against_dense_samples(
     x: float, y: float, u: float, v: float, rate: float, first: float, second: float
 ) -> None:
-    """What is said to be clear is, at 5,000 times; what is said to touch does so a moment later."""
+    """What is said to be clear is, at 2,000 times; what is said to touch does so a moment later."""
     box = MovingObstacle(Rectangle((0.0, 0.0), (0.3, 0.2), 0.4), ConstantVelocity((u, v), (x, y)), rate)
     posture = np.array([[[first, second]]])
     result = after(box, trajectory=Trajectory(np.array([0.0, 1.0]), posture))
@@ -129,7 +112,7 @@ def test_against_dense_samples(
         return as_array(clearances(limit.pairs, positions, ca.DM(times))).min(axis=1)  # type: ignore[attr-defined]
 
     if last > 1.0:
-        assert (nearest(np.linspace(1.0, last, 5_000, endpoint=False)) >= 0.0).all()
+        assert (nearest(np.linspace(1.0, last, 2_000, endpoint=False)) >= 0.0).all()
     if result.touched:
         speed = float(np.hypot(u, v)) + rate
         assert nearest(np.array([result.clear_until]))[0] <= 3e-3 * speed + 1e-9
@@ -195,7 +178,7 @@ def test_a_stay_costs_where_the_goal_is_reached_later(problems: tuple[MoveProble
     without, staying = problems
     lower, upper = staying.bounds
     of_path = [variable.name.startswith(("bend", "offset")) for variable in staying.variables]
-    x = rng.uniform(lower, upper, (60, lower.size)) * np.where(of_path, 0.3, 1.0)
+    x = rng.uniform(lower, upper, (40, lower.size)) * np.where(of_path, 0.3, 1.0)
     feasible, kept = without.cost(x) <= without.objective_upper_bound, staying.cost(x) <= staying.objective_upper_bound
     assert not (kept & ~feasible).any()
     decided = 0
@@ -205,7 +188,7 @@ def test_a_stay_costs_where_the_goal_is_reached_later(problems: tuple[MoveProble
         if abs(verdict.worst) > 0.02:  # else the margin of samples decides
             decided += 1
             assert (cost <= staying.objective_upper_bound) == verdict.satisfied
-    assert decided > 20
+    assert decided > 10
     assert 0 < kept.sum() < feasible.sum()
 
 

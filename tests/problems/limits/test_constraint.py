@@ -1,15 +1,24 @@
-"""Named constraints by hand: penalties of the paper, graded penalties, rows of a program, verdicts."""
+"""Constraints by hand: penalties, rows of a program, verdicts, margins that vanish at the ends, angles from a line."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.cases import equal_links
+from scipy.spatial.transform import Rotation, Slerp
 
+from problems import Constraint, Ellipse, Limit, PenaltyKind
+from problems.base import Arguments, as_array
 from problems.certify import verdict
-from problems.limits import Constraint, PenaltyKind
+from problems.limits import AngularAccuracy, Clearance, TaperedMargin, limits_of, shares_along
+from problems.limits.joint_limits import JointRange, SpeedLimit
+from problems.limits.staying import PLACE_EASING, PLACE_SHARE, RATE_EASING, RATE_SHARE
+from problems.motions import Samples
+from problems.robots import Orientations
 
 
 def limit(values: list[list[float]], penalty: PenaltyKind = PenaltyKind.COUNT, **more: Any) -> Constraint:
@@ -77,3 +86,82 @@ def test_verdict_names_the_worst_entry() -> None:
     assert broken.where == "b, t = 0.5 s"
     inside = verdict(limit([[1.0, -3.0], [1.9, 3.0]], for_all_t=False), np.array([0.5, 1.5]))
     assert (inside.worst, inside.bound, inside.satisfied, inside.excess, inside.where) == (1.9, 2.0, True, 0.0, "a")
+
+
+ARM = replace(equal_links(2), joint_limits=((-1.0, 1.0), (-2.0, 2.0)))
+OBSTACLE = Ellipse((1.5, 1.5), (0.1, 0.2))
+DURATION = 4.0
+
+
+def at(limit: Limit, share: float) -> tuple[np.ndarray, np.ndarray]:
+    """The bounds of the first constraint at a share of the duration."""
+    still = (ca.DM.zeros(1, 2),) * 4
+    now = Samples(robot=ARM, derivatives=still, duration=ca.DM(DURATION), times=ca.DM(share * DURATION))
+    constraint = TaperedMargin(limit).constraints_at(now)[0]
+    lower, upper = (np.empty(0) if b is None else as_array(b).ravel() for b in (constraint.lower, constraint.upper))
+    return lower, upper
+
+
+@pytest.mark.parametrize(("share", "part"), [(0.0, 0.0), (RATE_EASING / 2.0, 0.5), (RATE_EASING, 1.0), (1.0, 1.0)])
+def test_rates_keep_a_margin_soon_after_the_start(share: float, part: float) -> None:
+    lower, upper = at(SpeedLimit(ARM), share)
+    assert upper == pytest.approx([4.0 * (1.0 - part * RATE_SHARE)] * 2)
+    assert lower == pytest.approx(-upper)
+
+
+@pytest.mark.parametrize(
+    ("share", "part"),
+    [(0.0, 0.0), (PLACE_EASING / 3.0, 1.0 / 3.0), (0.5, 1.0), (1.0 - PLACE_EASING / 4.0, 0.25), (1.0, 0.0)],
+)
+def test_postures_keep_a_margin_in_the_middle(share: float, part: float) -> None:
+    lower, upper = at(JointRange(ARM), share)
+    assert upper == pytest.approx(np.array([1.0, 2.0]) - part * PLACE_SHARE * np.array([2.0, 4.0]))
+    assert lower == pytest.approx(-upper)
+    clearance = Clearance.for_robot(ARM, (OBSTACLE,))
+    assert clearance is not None
+    lower, upper = at(clearance, share)
+    assert lower == pytest.approx([part * PLACE_SHARE * ARM.radius] * len(clearance.pairs))
+    assert not upper.size
+
+
+def test_steps_keep_it_too() -> None:
+    clearance = Clearance.for_robot(ARM, (OBSTACLE,))
+    assert clearance is not None
+    before, after = (
+        Samples(robot=ARM, derivatives=(ca.DM.zeros(1, 2),), duration=ca.DM(2.0), times=ca.DM(t)) for t in (0.9, 1.0)
+    )
+    [swept] = TaperedMargin(clearance).between(before, after)
+    assert swept.lower is not None
+    assert as_array(swept.lower) == pytest.approx(np.full((1, len(clearance.pairs)), PLACE_SHARE * ARM.radius))
+
+
+def test_the_twin_has_the_numbers_of_the_limit() -> None:
+    for limit in limits_of(ARM, (OBSTACLE,)):
+        own, eased = Arguments(), Arguments()
+        own.symbolic_copy(limit)
+        eased.symbolic_copy(TaperedMargin(limit))
+        assert own.values.tolist() == eased.values.tolist()
+        assert TaperedMargin(limit).robot_or_none is limit.robot_or_none
+
+
+def test_angles_are_those_of_spherical_interpolation() -> None:
+    rng = np.random.default_rng(5)
+    ends = Rotation.from_rotvec([[0.2, -0.3, 0.1], [0.9, 0.8, -0.4]])
+    line = Orientations(ends.as_quat())
+    row = np.concatenate([line.matrices[0].ravel(), line.axes[0], line.angles])
+    shares = rng.uniform(0.0, 1.0, 12)
+    wanted = Slerp([0.0, 1.0], ends)(shares)
+    angles = np.array([0.0, 1e-6, *rng.uniform(0.0, 3.1, 10)])
+    axes = rng.normal(size=(12, 3))
+    tool = wanted * Rotation.from_rotvec(angles[:, None] * axes / np.linalg.norm(axes, axis=1)[:, None])
+    constraint = AngularAccuracy(0.01).along(
+        ca.DM(tool.as_matrix().reshape(-1, 9)), ca.DM(shares), ca.DM(np.tile(row, (12, 1))), margin=0.1
+    )
+    assert constraint.expression.full().ravel() == pytest.approx(angles, rel=1e-9, abs=1e-12)
+    assert constraint.bounds[1] == pytest.approx([0.009])
+
+
+def test_nearest_points_of_lines_by_hand() -> None:
+    tool = ca.DM([[0.5, 1.0, 0.0], [-1.0, 0.0, 2.0], [3.0, 0.0, 0.0]])
+    starts, ends = ca.DM.zeros(3, 3), ca.repmat(ca.DM([[2.0, 0.0, 0.0]]), 3, 1)
+    assert shares_along(tool, starts, ends).full().ravel().tolist() == [0.25, 0.0, 1.0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import casadi as ca
@@ -9,7 +11,7 @@ import numpy as np
 import pytest
 from helpers.cases import OVAL, THREE_METRES, changed, equal_links, following, moving
 
-from problems import CertificateStatus, Problem, Verdict, pentagram
+from problems import CertificateStatus, Problem, Trajectory, Verdict, pentagram
 from problems.base import as_array
 from problems.certify import verdict
 from problems.evaluation import EvaluationOptions
@@ -49,23 +51,34 @@ def about_time(problem: Problem[Any], trajectory: Any) -> Verdict:
     return outcome
 
 
-CASES = {
-    "segments": moving(equal_links(3), START, GOAL, "rotation", "up", segment_time=(0.5, 0.6)),
-    "segments around an obstacle": moving(
-        equal_links(3), START, GOAL, "length", "up", segment_time=(0.6, 0.8), obstacles=(OVAL,)
+CASES: dict[str, Callable[[str], Problem[Any]]] = {
+    "segments": lambda form: moving(equal_links(3), START, GOAL, "rotation", "up", form, segment_time=(0.5, 0.6)),
+    "segments around an obstacle": lambda form: moving(
+        equal_links(3), START, GOAL, "length", "up", form, segment_time=(0.6, 0.8), obstacles=(OVAL,)
     ),
-    "path": following(THREE_METRES, STAR, 0.1, "rotation", "up", total_time=(0.9, 1.0)),
-    "path in least time": following(THREE_METRES, STAR, 0.1, "time", "up", total_time=(0.9, 1.0)),
+    "path": lambda form: following(THREE_METRES, STAR, 0.1, "rotation", "up", form, total_time=(0.9, 1.0)),
+    "path in least time": lambda form: following(THREE_METRES, STAR, 0.1, "time", "up", form, total_time=(0.9, 1.0)),
 }
 
 
-@pytest.mark.parametrize("formulation", ["paper", "reduced"])
-@pytest.mark.parametrize("problem", CASES.values(), ids=CASES)
-def test_a_search_keeps_them(problem: Problem[Any], formulation: str) -> None:
-    problem = changed(problem, formulation=formulation)
-    found = minimize(problem.evaluator(VM), Box(*problem.bounds), BSO(), Budget(3000), 1)
-    motion = problem.trajectory(found.x)
-    motion = motion.time_scaled(max(1.0, problem.safe_time_scale(motion)))
+@cache
+def case(name: str, formulation: str = "paper") -> Problem[Any]:
+    return CASES[name](formulation)
+
+
+def kept(problem: Problem[Any], x: np.ndarray) -> Trajectory:
+    """A candidate's motion, slowed down as far as is needed."""
+    motion = problem.trajectory(x)
+    return motion.time_scaled(max(1.0, problem.safe_time_scale(motion)))
+
+
+@pytest.mark.parametrize(
+    ("name", "formulation"), list(zip(CASES, ("paper", "reduced", "paper", "reduced"), strict=True))
+)
+def test_a_search_keeps_them(name: str, formulation: str) -> None:
+    problem = case(name, formulation)
+    found = minimize(problem.evaluator(VM), Box(*problem.bounds), BSO(), Budget(2000), 1)
+    motion = kept(problem, found.x)
     assert about_time(problem, motion).satisfied
     bounds = problem.task.duration_bounds
     assert bounds is not None
@@ -74,33 +87,32 @@ def test_a_search_keeps_them(problem: Problem[Any], formulation: str) -> None:
     assert (durations <= bounds.longest).all()
 
 
-@pytest.mark.parametrize("problem", CASES.values(), ids=CASES)
-def test_ipopt_keeps_them(problem: Problem[Any]) -> None:
+@pytest.mark.parametrize("name", ["segments", "path"])
+def test_ipopt_keeps_them(name: str) -> None:
+    problem = case(name)
     program = problem.nlp()
     starts = program.starts(np.random.default_rng(1))
-    motions = [program.trajectory(Descent(program, IPOPT())(next(starts)).x) for _ in range(3)]
-    outcomes = [about_time(problem, motion) for motion in motions]
-    assert any(outcome.satisfied for outcome in outcomes)
+    motions = (program.trajectory(Descent(program, IPOPT())(next(starts)).x) for _ in range(3))
+    assert any(about_time(problem, motion).satisfied for motion in motions)
 
 
-@pytest.mark.parametrize("formulation", ["paper", "reduced"])
-@pytest.mark.parametrize("kind", ["segments", "path"])
-def test_a_search_that_cannot_keep_them_says_so(kind: str, formulation: str) -> None:
-    impossible = {"segments": {"segment_time": (0.01, 0.05)}, "path": {"total_time": (0.1, 0.2)}}[kind]
-    problem = changed(CASES[kind], formulation=formulation, **impossible)
+@pytest.mark.parametrize(
+    ("name", "formulation", "impossible"),
+    [("segments", "paper", {"segment_time": (0.01, 0.05)}), ("path", "reduced", {"total_time": (0.1, 0.2)})],
+)
+def test_a_search_that_cannot_keep_them_says_so(name: str, formulation: str, impossible: dict[str, Any]) -> None:
+    problem = changed(case(name, formulation), **impossible)
     candidates = Box(*problem.bounds).sample(np.random.default_rng(0), 50)
     assert (problem.evaluator(VM)(candidates) > problem.objective_upper_bound).all()
-    motion = problem.trajectory(candidates[0])
-    motion = motion.time_scaled(max(1.0, problem.safe_time_scale(motion)))
+    motion = kept(problem, candidates[0])
     outcome = about_time(problem, motion)
     assert outcome.status is CertificateStatus.VIOLATED
     assert outcome.worst == pytest.approx(problem.task.durations(motion).max())
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_search_and_program_list_them(name: str) -> None:
-    problem = CASES[name]
-    expected = "segment time" if name.startswith("segments") else "total time"
+@pytest.mark.parametrize(("name", "expected"), [("segments", "segment time"), ("path", "total time")])
+def test_search_and_program_list_them(name: str, expected: str) -> None:
+    problem = case(name)
     [ours] = [c for c in problem.constraints if c.name == expected]
     [row] = [c for c in problem.nlp().constraints(SAMPLING_MARGIN) if c.name == expected]
     assert (row.lower, row.columns) == (None, ours.columns)
@@ -114,15 +126,14 @@ def test_what_is_not_stated_is_not_promised() -> None:
     for formulation in ("paper", "reduced"):
         problem = moving(arm, START, GOAL, "time", "up", formulation)
         assert problem.task.duration_bounds is None
-        motion = problem.trajectory(np.mean(problem.bounds, axis=0))
-        motion = motion.time_scaled(max(1.0, problem.safe_time_scale(motion)))
+        motion = kept(problem, np.mean(problem.bounds, axis=0))
         assert motion.duration > 8.0
         assert {v.name for v in problem.verify(motion)} == {"speed", "acceleration", "start", "goal"}
 
 
 @pytest.mark.parametrize("formulation", ["paper", "reduced"])
 def test_a_motion_that_is_too_short_is_slowed(formulation: str) -> None:
-    problem = changed(CASES["segments"], formulation=formulation)
+    problem = case("segments", formulation)
     motion = problem.trajectory(np.mean(problem.bounds, axis=0)).time_scaled(0.1)
     assert not about_time(problem, motion).satisfied
     slowed = motion.time_scaled(problem.safe_time_scale(motion))

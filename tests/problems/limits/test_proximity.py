@@ -151,7 +151,7 @@ def random_motion(seed: int) -> Trajectory:
     return Trajectory.from_pieces(np.array([0.4, 0.4, 0.4]), pieces)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", [*range(3), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 20))])
 def test_proofs_against_very_many_samples(seed: int) -> None:
     trajectory = random_motion(seed)  # with jumps of the acceleration
     times = np.linspace(0.0, trajectory.duration, 5_000)
@@ -168,18 +168,6 @@ def test_proofs_against_very_many_samples(seed: int) -> None:
         if proof.status is CertificateStatus.VIOLATED:
             row = trajectory.at(np.array([proof.time]))
             assert true_clearances(limit, row).min() < ARM.margin + 1e-3
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(100, 115))
-def test_no_false_proof_in_100_000_samples(seed: int) -> None:
-    trajectory = random_motion(seed)
-    times = np.linspace(0.0, trajectory.duration, 100_000)
-    for limit in proximity_limits(ARM, OBSTACLES):
-        proof = prove_clearance(limit, trajectory)
-        assert proof is not None
-        dense_values = as_array(limit.constraints_at(trajectory.samples(times, ARM))[0].expression)
-        assert proof.status is not CertificateStatus.CERTIFIED or dense_values.min() >= proof.proven
 
 
 def test_near_an_oval_undecided_is_not_violated() -> None:

@@ -51,7 +51,7 @@ def random_segments(shape: Obstacle, count: int, seed: int) -> tuple[np.ndarray,
 def test_sign_and_distance_against_dense_points(shape: Obstacle) -> None:
     corners = shape.outline()
     boundary = dense(corners, 150)
-    for start, end, clearance in zip(*(s := random_segments(shape, 150, 1)), clearances(shape, *s), strict=True):
+    for start, end, clearance in zip(*(s := random_segments(shape, 40, 1)), clearances(shape, *s), strict=True):
         points = along(start, end, 120)
         enters = inside(corners, points).any()
         assert clearance < 0.0 if enters else clearance > -0.03
@@ -75,8 +75,8 @@ def test_every_inner_point_is_inside_a_part(shape: Obstacle) -> None:
     points = np.random.default_rng(4).uniform(low - 0.2, high + 0.2, (3000, 2))
     within = inside(shape.outline(), points)
     assert ((clearances(shape, points, points) < 0.0) == within).all()
-    assert [shape.contains(tuple(p)) for p in points[:300]] == within[:300].tolist()
-    assert [shape.distance_to(tuple(p)) == 0.0 for p in points[:100]] == within[:100].tolist()
+    assert [shape.contains(tuple(p)) for p in points[:60]] == within[:60].tolist()
+    assert [shape.distance_to(tuple(p)) == 0.0 for p in points[:30]] == within[:30].tolist()
 
 
 @pytest.mark.parametrize("shape", [ELL, COMB, STAR])
@@ -156,7 +156,7 @@ def test_numbers_are_arguments(shape: Obstacle) -> None:
     assert arguments.values.size == (2 * len(shape.points) if isinstance(shape, Polygon) else 5 - (shape.angle == 0.0))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.integers(4, 14), st.integers(0, 10_000))
 def test_any_star_shaped_polygon_is_covered(count: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -168,6 +168,10 @@ def test_any_star_shaped_polygon_is_covered(count: int, seed: int) -> None:
 @pytest.mark.parametrize(
     ("make", "reason"),
     [
+        (lambda: Ellipse((0.0, 0.0), (0.0, 1.0)), "semi_axes: 0 is not within"),
+        (lambda: Ellipse((0.0, 0.0), (1.0, -1.0)), "semi_axes: -1 is not within"),
+        (lambda: Ellipse((float("nan"), 0.0), (1.0, 1.0)), "center: nan"),
+        (lambda: Ellipse((0.0, 0.0), (1.0, 1.0), float("inf")), "angle: inf"),
         (lambda: Rectangle((0.0, 0.0), (0.0, 1.0)), "size: 0 is not within"),
         (lambda: Rectangle((float("nan"), 0.0), (1.0, 1.0)), "center: nan"),
         (lambda: Rectangle((0.0, 0.0), (1.0, 1.0), float("inf")), "angle: inf"),

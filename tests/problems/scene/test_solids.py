@@ -110,12 +110,12 @@ def points_around(solid: Solid, count: int, seed: int) -> np.ndarray:
 
 @each_solid
 def test_distances_against_a_solver_that_looks_for_the_nearest_point(solid: Solid) -> None:
-    points = points_around(solid, 40, 1)
+    points = points_around(solid, 20, 1)
     found, local = clearances(solid, points), in_own_axes(solid, points)
     assert (np.array([room(solid, x).min() for x in local]) < 0.0).tolist() == (found > 0.0).tolist()
     outside = found > 0.0
     expected = np.array([nearest_distance(solid, x) for x in local[outside]])
-    assert len(expected) > 5
+    assert len(expected) > 3
     assert (found[outside] <= expected + 1e-6).all()
     assert found[outside] == pytest.approx(expected, rel=1e-3, abs=1e-6)
 
@@ -123,7 +123,7 @@ def test_distances_against_a_solver_that_looks_for_the_nearest_point(solid: Soli
 @each_solid
 def test_inside_it_is_the_shortest_way_out(solid: Solid) -> None:
     low, high = solid.bounding_box()
-    points = np.random.default_rng(8).uniform(low, high, (200, 3))
+    points = np.random.default_rng(8).uniform(low, high, (60, 3))
     points = points[clearances(solid, points) < 0.0]
     shortest = depths(solid, in_own_axes(solid, points))
     assert (shortest > 0.0).all()
@@ -142,7 +142,7 @@ def test_it_changes_by_no_more_than_the_points_move(solid: Solid) -> None:
     assert (change[outside] <= np.linalg.norm(steps, axis=1)[outside] + spare).all()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.tuples(*[st.floats(-3.0, 0.0)] * 3), st.integers(0, 10_000))
 def test_an_ellipsoids_clearance_is_never_more_than_the_distance(exponents: tuple[float, ...], seed: int) -> None:
     a = np.power(10.0, exponents)
@@ -188,10 +188,10 @@ def test_surfaces_lie_on_the_boundary_and_look_outwards(solid: Solid) -> None:
     assert clearances(solid, vertices) == pytest.approx(0.0, abs=1e-9)
     low, high = solid.bounding_box()
     assert ((vertices >= low - 1e-12) & (vertices <= high + 1e-12)).all()
-    for polygon in polygons:
-        corners = vertices[polygon]
-        normal = np.cross(corners[1] - corners[0], corners[2] - corners[1])
-        assert clearances(solid, corners.mean(axis=0)[None] + 0.3 * normal / np.linalg.norm(normal))[0] > 0.0
+    middles = np.array([vertices[polygon].mean(axis=0) for polygon in polygons])
+    a, b, c = (vertices[[polygon[corner] for polygon in polygons]] for corner in range(3))
+    normals = np.cross(b - a, c - b)
+    assert (clearances(solid, middles + 0.3 * normals / np.linalg.norm(normals, axis=1, keepdims=True)) > 0.0).all()
     if not isinstance(solid, HalfSpace):
         edges = Counter(edge for face in polygons for edge in zip(face, [*face[1:], face[0]], strict=True))
         assert set(edges.values()) == {1}

@@ -5,13 +5,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from problems import Box, ConstantVelocity, Ellipse, MovingObstacle, Obstacle, PlanarArm, Robot, Tabulated
 from problems.base import FloatArray, as_array
 from problems.limits import Clearance, clearances
 from problems.limits.self_clearance import SelfClearance
-from problems.robots import PlanarArm, Robot, Sphere
-from problems.scene import Ellipse, Obstacle, Tabulated
-from problems.scene.moving import ConstantVelocity, MovingObstacle
-from problems.scene.solids import Box
+from problems.robots import Sphere
 from problems.sequential.nearness import Nearness, NearPairs
 from tests.helpers.space import small_arm
 
@@ -23,39 +21,36 @@ ROOM: tuple[Obstacle, ...] = (
 TIMES = np.linspace(0.0, 1.0, 101)
 
 
-def space() -> tuple[Robot, Nearness]:
-    robot = small_arm(spheres=SPHERES, kept_pairs=((0, 4), (1, 5)), self_collision=True)
-    limits = [Clearance.for_robot(robot, ROOM), SelfClearance.for_robot(robot, ROOM)]
+ARM = small_arm(spheres=SPHERES, kept_pairs=((0, 4), (1, 5)), self_collision=True)
+PLANAR = PlanarArm((0.6, 0.5, 0.4), (4.0,) * 3, (20.0,) * 3, link_radius=(0.02,) * 3)
+OVAL = Ellipse(center=(0.9, 0.8), semi_axes=(0.2, 0.1))
+
+
+def made(robot: Robot, *room: Obstacle) -> tuple[Robot, Nearness]:
+    limits = [Clearance.for_robot(robot, room), SelfClearance.for_robot(robot, room)]
     return robot, Nearness(robot, tuple(limit for limit in limits if limit is not None))
 
 
+def space() -> tuple[Robot, Nearness]:
+    return made(ARM, *ROOM)
+
+
 def plane() -> tuple[Robot, Nearness]:
-    robot = PlanarArm(
-        link_lengths=(0.6, 0.5, 0.4), max_speed=(4.0,) * 3, max_acceleration=(20.0,) * 3, link_radius=(0.02,) * 3
-    )
-    limit = Clearance.for_robot(robot, (Ellipse(center=(0.9, 0.8), semi_axes=(0.2, 0.1)),))
-    assert limit is not None
-    return robot, Nearness(robot, (limit,))
+    return made(PLANAR, OVAL)
 
 
 def moving_space() -> tuple[Robot, Nearness]:
-    robot = small_arm(spheres=SPHERES, kept_pairs=((0, 4), (1, 5)), self_collision=True)
     rises = Tabulated.through(
         (0.0, 0.4, 1.0),
         np.array([[-0.2, 0.3, 0.0], [0.1, 0.3, 0.2], [0.3, -0.2, 0.4]]),
         Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.0, 0.3, 0.5], [0.2, 0.9, 0.0]]).as_quat(),
     )
-    room = (ROOM[0], MovingObstacle(Box(center=(0.0, 0.0, 0.3), size=(0.1, 0.2, 0.3)), rises, margin_rate=0.05))
-    limits = [Clearance.for_robot(robot, room), SelfClearance.for_robot(robot, room)]
-    return robot, Nearness(robot, tuple(limit for limit in limits if limit is not None))
+    rising = MovingObstacle(Box(center=(0.0, 0.0, 0.3), size=(0.1, 0.2, 0.3)), rises, margin_rate=0.05)
+    return made(ARM, ROOM[0], rising)
 
 
 def moving_plane() -> tuple[Robot, Nearness]:
-    robot, _ = plane()
-    still = Ellipse(center=(0.9, 0.8), semi_axes=(0.2, 0.1))
-    limit = Clearance.for_robot(robot, (MovingObstacle(still, ConstantVelocity((-0.4, 0.1))),))
-    assert limit is not None
-    return robot, Nearness(robot, (limit,))
+    return made(PLANAR, MovingObstacle(OVAL, ConstantVelocity((-0.4, 0.1))))
 
 
 CASES = (space, plane, moving_space, moving_plane)

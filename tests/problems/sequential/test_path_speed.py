@@ -1,33 +1,48 @@
-"""A path and the speed along it: quantities in time against finite differences, and the motion exact in time."""
+"""A path and the speed along it: times, quantities in time and torques, against quadrature and finite differences."""
 
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from problems.base import FloatArray
+from problems.limits import TorqueLimit
 from problems.robots import JointLimits
-from problems.sequential.kept_limits import limit_rows
-from problems.sequential.path_speed import RESTING, MotionSpace, PathSpeed
-from problems.sequential.polish import fitted, timed
+from problems.robots.planar import MassiveLinks
+from problems.sequential.descent import paced
+from problems.sequential.kept_limits import JointTorques, KeptLimits, limit_rows, torque_rows
+from problems.sequential.path_speed import RESTING, Clock, MotionSpace, PathSpeed, TimeShift
+from problems.sequential.polish import delayed, fitted, timed
 from problems.timing.free_space import rest_to_rest
 
 SPACE = MotionSpace(path_pieces=4, speed_pieces=8)
 LIMITS = JointLimits(speed=(2.0, 1.5), acceleration=(10.0, 8.0), jerk=(200.0, 150.0))
 
 
+def some_motion(seed: int, spread: float = 1.0, delay: float = 0.0) -> PathSpeed:
+    rng = np.random.default_rng(seed)
+    controls = rng.normal(0.0, spread, (SPACE.path.size, 2))
+    controls[:RESTING], controls[-RESTING:] = controls[0], controls[-1]
+    return PathSpeed(SPACE, controls, rng.uniform(0.5, 1.5, SPACE.speed.size), delay=delay)
+
+
 @pytest.fixture
 def motion() -> PathSpeed:
-    rng = np.random.default_rng(3)
-    controls = rng.normal(0.0, 1.0, (SPACE.path.size, 2))
-    controls[:RESTING], controls[-RESTING:] = controls[0], controls[-1]
-    return PathSpeed(SPACE, controls, rng.uniform(0.5, 1.5, SPACE.speed.size))
+    return some_motion(3)
 
 
-def test_the_duration_is_the_integral_of_the_slowness(motion: PathSpeed) -> None:
-    def slowness(u: float) -> float:
-        return 1.0 / float((SPACE.speed.matrix(np.array([u])) @ motion.speeds)[0])
+@pytest.fixture
+def waiting() -> PathSpeed:
+    return some_motion(8, delay=0.7)
 
-    exact = quad(slowness, 0.0, 1.0, points=np.linspace(0.0, 1.0, 9)[1:-1], epsabs=1e-12)[0]
-    assert motion.duration == pytest.approx(exact, rel=1e-6)
+
+@pytest.fixture
+def gentle() -> PathSpeed:
+    return some_motion(3, spread=0.6)
 
 
 def test_slopes_of_the_duration_are_finite_differences(motion: PathSpeed) -> None:
@@ -74,23 +89,19 @@ def test_stretch_is_what_brings_the_worst_limit_to_its_bound(motion: PathSpeed) 
     assert slowed.duration == pytest.approx(motion.duration * motion.stretch(grid, LIMITS))
 
 
-def test_slopes_of_the_rows_are_finite_differences(motion: PathSpeed) -> None:
-    grid = SPACE.grid(SPACE.even(4))
-    rows = limit_rows(motion, grid, 1, LIMITS)
-    moves = np.eye(motion.controls.size)
-    slopes = rows.slopes(moves)
-    rng = np.random.default_rng(5)
+def moved(motion: PathSpeed, make: Callable[[PathSpeed], Any]) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """The change of a motion's rows in random directions: by their slopes, by finite differences."""
+    slopes, rng, h = make(motion).slopes(np.eye(motion.controls.size)), np.random.default_rng(5), 1e-6
     for _ in range(5):
         d, e = rng.normal(size=motion.controls.shape), rng.normal(size=motion.speeds.size)
-        h = 1e-6
-        values = [
-            limit_rows(PathSpeed(SPACE, motion.controls + s * h * d, motion.speeds + s * h * e), grid, 1, LIMITS).values
-            for s in (1.0, -1.0)
-        ]
-        expected = (values[0] - values[1]) / (2.0 * h)
-        assert slopes @ np.concatenate([d.ravel(), e]) == pytest.approx(
-            expected, rel=1e-5, abs=1e-5 * np.abs(expected).max()
-        )
+        both = (make(PathSpeed(SPACE, motion.controls + s * d, motion.speeds + s * e)).values for s in (h, -h))
+        yield slopes @ np.concatenate([d.ravel(), e]), np.subtract(*both) / (2.0 * h)
+
+
+def test_slopes_of_the_rows_are_finite_differences(motion: PathSpeed) -> None:
+    grid = SPACE.grid(SPACE.even(4))
+    for found, expected in moved(motion, lambda each: limit_rows(each, grid, 1, LIMITS)):
+        assert found == pytest.approx(expected, rel=1e-5, abs=1e-5 * np.abs(expected).max())
 
 
 def test_a_peak_between_the_samples_of_rows_is_a_row(motion: PathSpeed) -> None:
@@ -107,3 +118,139 @@ def test_a_motion_that_the_splines_hold_is_fitted_closely() -> None:
     assert space.path.matrix(u) @ start.controls == pytest.approx(line.at(u * line.duration), abs=5e-3)
     assert start.duration == pytest.approx(line.duration)
     assert (start.controls[:RESTING] == line.at(np.zeros(1))).all()
+
+
+WAITS = 5
+CLOCK = Clock(SPACE, np.concatenate([np.zeros(WAITS), SPACE.even(3)]), WAITS)
+
+
+def test_times_are_the_delay_and_the_integral_of_the_slowness(waiting: PathSpeed) -> None:
+    def slowness(u: float) -> float:
+        return 1.0 / float((SPACE.speed.matrix(np.array([u])) @ waiting.speeds)[0])
+
+    times = CLOCK.times(waiting)
+    assert times[: WAITS + 1] == pytest.approx(0.7 * np.arange(WAITS + 1) / WAITS)
+    for sample in (WAITS + 1, WAITS + 10, times.size - 1):
+        breaks = np.arange(1, 8) / 8.0
+        exact = quad(slowness, 0.0, CLOCK.u[sample], points=breaks[breaks < CLOCK.u[sample]], epsabs=1e-12)[0]
+        assert times[sample] == pytest.approx(0.7 + exact, rel=1e-9)
+    assert waiting.duration == pytest.approx(times[-1], rel=1e-6)
+
+
+def test_slopes_of_times_are_finite_differences(waiting: PathSpeed) -> None:
+    h, slopes = 1e-6, CLOCK.slopes(waiting)
+    for number, step in enumerate(np.eye(SPACE.speed.size) * h):
+        moved = [CLOCK.times(replace(waiting, speeds=waiting.speeds + s * step)) for s in (1.0, -1.0)]
+        assert slopes[:, number] == pytest.approx((moved[0] - moved[1]) / (2.0 * h), abs=1e-8)
+    moved = [CLOCK.times(replace(waiting, delay=0.7 + s * h)) for s in (1.0, -1.0)]
+    assert slopes[:, -1] == pytest.approx((moved[0] - moved[1]) / (2.0 * h), abs=1e-8)
+
+
+def test_a_motion_with_a_delay_stands_still_and_then_is_the_same(waiting: PathSpeed) -> None:
+    whole, moving = timed(waiting), timed(replace(waiting, delay=0.0))
+    assert whole.duration == pytest.approx(waiting.duration, rel=1e-6)
+    assert whole.at(np.array([0.0, 0.3, 0.7])) == pytest.approx(np.tile(waiting.controls[0], (3, 1)))
+    assert not whole.at(np.linspace(0.0, 0.69, 5), 1).any()
+    times = np.linspace(0.0, moving.duration, 50)
+    for order in range(3):
+        assert whole.at(times + 0.7, order) == pytest.approx(moving.at(times, order), rel=1e-9, abs=1e-9)
+    assert (delayed(moving, 0.7).coefficients == whole.coefficients).all()
+
+
+def test_standing_still_costs_a_little_less_than_moving(waiting: PathSpeed) -> None:
+    quicker = waiting.slowed(0.9)
+    waits = replace(quicker, delay=waiting.duration - quicker.duration + quicker.delay)
+    assert waits.duration == pytest.approx(waiting.duration)
+    assert waits.cost < waiting.cost < waiting.duration
+    assert replace(waiting, delay=0.0).cost == replace(waiting, delay=0.0).duration
+
+
+def test_rows_of_a_time_shift_bound_it_on_both_sides() -> None:
+    rows, bounds = TimeShift(np.array([[-0.5, -0.25, 1.0]]), most=0.1).rows(free=2)
+    assert rows.tolist() == [[0.0, 0.0, -5.0, -2.5, 10.0], [0.0, 0.0, 5.0, 2.5, -10.0]]
+    assert bounds.tolist() == [1.0, 1.0]
+
+
+def test_a_motion_of_more_parts_that_all_but_stands_still_takes_as_long_as_its_samples_say(
+    waiting: PathSpeed,
+) -> None:
+    speeds = waiting.speeds.copy()
+    speeds[4:7] = 0.005
+    slow = replace(waiting, space=replace(SPACE, parts=8), speeds=speeds)
+    exact = timed(slow, in_piece=64).duration
+    assert slow.duration == pytest.approx(exact, rel=1e-4)
+    assert CLOCK.times(slow)[-1] == pytest.approx(exact, rel=1e-2)
+    h = 1e-7
+    for number, step in enumerate(np.eye(SPACE.speed.size) * h):
+        moved = [replace(slow, speeds=speeds + s * step).duration for s in (1.0, -1.0)]
+        assert slow.duration_slopes[number] == pytest.approx((moved[0] - moved[1]) / (2.0 * h), rel=1e-4, abs=1e-4)
+
+
+BOUNDS = (60.0, 25.0)
+
+
+def arm(**changes: object) -> MassiveLinks:
+    settings = {
+        "link_lengths": (0.6, 0.5),
+        "max_speed": (4.0, 4.0),
+        "max_acceleration": (40.0, 40.0),
+        "max_torque": BOUNDS,
+        "link_masses": (4.0, 2.0),
+        "viscous_friction": (1.5, 0.5),
+        "coulomb_friction": (0.7, 0.2),
+    }
+    return MassiveLinks(**(settings | changes))  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def torques() -> JointTorques:
+    return JointTorques(TorqueLimit(arm()))
+
+
+def shares(gentle: PathSpeed, u: np.ndarray) -> np.ndarray:
+    """Torques over their limits at parameters, from the robot itself: (n, 2)."""
+    grid = SPACE.grid(u)
+    velocity, acceleration, _ = gentle.derivatives(grid)
+    torque = arm().inverse_dynamics(ca.DM(gentle.theta(grid)), ca.DM(velocity), ca.DM(acceleration))
+    return np.asarray(ca.DM(torque).full()) / BOUNDS
+
+
+def test_shares_are_torques_over_their_limits(gentle: PathSpeed, torques: JointTorques) -> None:
+    grid = SPACE.grid(SPACE.even(4))
+    assert torques.shares(gentle.state(grid)) == pytest.approx(shares(gentle, grid.u), rel=1e-12, abs=1e-12)
+
+
+def test_slopes_of_the_rows_of_torques_are_finite_differences(gentle: PathSpeed, torques: JointTorques) -> None:
+    grid = SPACE.grid(SPACE.even(4))
+    for found, expected in moved(gentle, lambda each: torque_rows(each, grid, 1, torques)):
+        keeps_sign = np.abs(expected) < 1e3  # Coulomb friction jumps where a joint turns back
+        assert keeps_sign.sum() > 0.9 * expected.size
+        scale = np.abs(expected[keeps_sign]).max()
+        assert found[keeps_sign] == pytest.approx(expected[keeps_sign], rel=1e-5, abs=1e-5 * scale)
+
+
+def test_a_peak_of_a_torque_between_the_samples_of_rows_is_a_row(gentle: PathSpeed, torques: JointTorques) -> None:
+    grid = SPACE.grid(SPACE.even(16))
+    fast = gentle.slowed(torques.time_scale(gentle.state(grid)))
+    rows = torque_rows(fast, grid, 10_000, torques)
+    assert rows.values.size < 50
+    assert np.abs(rows.values).max() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("pace", [0.2, 1.0, 5.0])
+def test_stretch_brings_the_largest_torque_to_its_limit(gentle: PathSpeed, torques: JointTorques, pace: float) -> None:
+    grid = SPACE.grid(SPACE.even(16))
+    given = gentle.slowed(pace)
+    slowed = given.slowed(torques.time_scale(given.state(grid)))
+    assert np.abs(shares(slowed, grid.u)).max() == pytest.approx(1.0)
+    assert np.abs(shares(slowed.slowed(1.3), grid.u)).max() < 1.0
+
+
+def test_the_pace_of_a_path_keeps_torques_and_is_not_even(gentle: PathSpeed, torques: JointTorques) -> None:
+    grid = SPACE.grid(SPACE.even(16))
+    kept = KeptLimits(arm().limits, torques)
+    even = gentle.slowed(kept.stretch(gentle, grid))
+    fast = paced(even, kept, kept.linear(even, grid, 4), grid)
+    assert fast.duration < 0.98 * even.duration
+    assert (fast.controls == even.controls).all()
+    assert np.abs(shares(fast, grid.u)).max() <= 1.0 + 1e-9

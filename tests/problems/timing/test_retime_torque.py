@@ -1,4 +1,4 @@
-"""Least time under torque limits: by hand for one joint, against TOPP-RA for arms, and kept at 100,000 times."""
+"""Least time under torque limits: by hand for one joint, against TOPP-RA for arms, and kept at 20,000 times."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from problems import InvalidProblem, PlanarArm, Robot
+from problems import InvalidProblem, PlanarArm, Robot, Trajectory
 from problems.base import FloatArray, as_array
-from problems.motions import JointPath, Trajectory
-from problems.robots import JointLimits, RigidChain, Transform
+from problems.motions import JointPath
+from problems.robots import JointLimits, Payload, RigidChain, Transform, built_in
 from problems.robots.dynamics import RigidJoint
 from problems.robots.inertia import Inertia
 from problems.timing import retime
 from problems.timing.path_torques import MARGIN, PathTorques
 from problems.timing.prepared import prepared
-from tpbso_casadi.scenario import parse_scenario
 
 MASS, CENTER, G = 1.5, 0.4, 9.81
 HOLD = MASS * CENTER * G  # N m, with the rod level
@@ -50,9 +49,7 @@ def turned(angle: float) -> JointPath:
 
 
 def panda(mass: float) -> Robot:
-    table = {"model": "panda"} | ({"payload": {"mass": mass}} if mass else {})
-    task = {"kind": "joint-path", "joints": [[0.0] * 7, [0.1] * 7]}
-    return parse_scenario({"robot": table, "task": task}).criteria().robot
+    return built_in("panda").arm(payload=Payload(mass=mass))
 
 
 def random_path(robot: Robot, seed: int) -> JointPath:
@@ -63,9 +60,9 @@ def random_path(robot: Robot, seed: int) -> JointPath:
     return JointPath.through((low + high) / 2.0 + rng.uniform(-0.4, 0.4, (5, robot.dof)) * (high - low))
 
 
-def peak(trajectory: Trajectory, chain: RigidChain, limits: JointLimits, count: int = TIMES) -> float:
+def peak(trajectory: Trajectory, chain: RigidChain, limits: JointLimits) -> float:
     """The largest torque at many times, as a share of its limit."""
-    times = np.linspace(0.0, trajectory.duration, count)
+    times = np.linspace(0.0, trajectory.duration, TIMES)
     torques = as_array(chain.torques(*(ca.DM(trajectory.at(times, order)) for order in range(3))))
     return float((np.abs(torques) / np.array(limits.torque)).max())
 
@@ -132,23 +129,18 @@ def test_viscous_friction_grows_with_speed() -> None:
     assert peak(trajectory, chain, limits) <= 1.0
 
 
-@pytest.mark.parametrize("robot", [panda(3.0), ARM], ids=["panda", "planar"])
-@pytest.mark.parametrize("jerk", [False, True])
-def test_torques_are_kept_between_samples(robot: Robot, jerk: bool) -> None:
+@pytest.mark.parametrize(("name", "jerk"), [("planar", True), ("panda", False)])
+def test_torques_are_kept_between_samples(name: str, jerk: bool) -> None:
+    robot = ARM if name == "planar" else panda(3.0)
     limits = replace(robot.limits, jerk=tuple(20.0 * a for a in robot.limits.acceleration) if jerk else None)
     path, chain = random_path(robot, 2), robot.massive
     trajectory = retime(path, limits, chain=chain)
-    assert 0.98 < peak(trajectory, chain, limits, 100_000) <= 1.0
+    assert 0.98 < peak(trajectory, chain, limits) <= 1.0
     free = retime(path, limits)
     assert peak(free, chain, limits) > 1.05
     assert free.duration < trajectory.duration
-
-
-def test_a_jerk_limit_costs_a_little() -> None:
-    path, limits = random_path(ARM, 4), ARM.limits
-    fastest = retime(path, limits, chain=ARM.massive).duration
-    smooth = replace(limits, jerk=tuple(50.0 * a for a in limits.acceleration))
-    assert 1.0 < retime(path, smooth, chain=ARM.massive).duration / fastest < 1.05
+    if jerk:
+        assert trajectory.duration < 1.1 * retime(path, robot.limits, chain=chain).duration
 
 
 def test_a_line_keeps_its_closed_form_where_motors_allow_it() -> None:
@@ -194,7 +186,7 @@ def peak_at(chain: RigidChain, theta: FloatArray, speed: FloatArray, acceleratio
     return float((np.abs(as_array(chain.torques(*map(ca.DM, states)))) / np.array(ARM.limits.torque)).max())
 
 
-@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 5))])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_path_is_as_fast_as_toppras_under_torque_limits(seed: int) -> None:
     pytest.importorskip("toppra")
     from benchmarks.peers.torque_limited import by_toppra  # noqa: PLC0415 - an extra
@@ -205,14 +197,3 @@ def test_a_path_is_as_fast_as_toppras_under_torque_limits(seed: int) -> None:
     peer = by_toppra(path, robot, 800)
     assert peer is not None
     assert ours.duration == pytest.approx(peer.duration, rel=3e-3)
-
-
-def test_coulomb_friction_costs_as_much_as_with_toppra() -> None:
-    pytest.importorskip("toppra")
-    from benchmarks.peers.torque_limited import by_toppra  # noqa: PLC0415 - an extra
-
-    robot = replace(ARM, viscous_friction=None)
-    path = random_path(robot, 4)
-    ours, peer = retime(path, robot.limits, chain=robot.massive), by_toppra(path, robot, 1000)
-    assert peer is not None
-    assert ours.duration == pytest.approx(peer.duration, rel=5e-3)

@@ -1,19 +1,25 @@
-"""Torques of planar arms: Lagrange's equations, derived by CasADi from energies, and figures computed by hand."""
+"""Torques of rigid links: by hand, against Lagrange's equations, by energy that is kept, and of regrouped masses."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from itertools import product
 from math import pi
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
-from problems import PlanarArm
-from problems.base import Arguments
-from problems.robots import planar_payload
+from problems import PlanarArm, Robot
+from problems.base import Arguments, as_array
+from problems.robots import BUILT_IN, Payload, RigidChain, SpatialArm, Transform, built_in, planar_payload
+from problems.robots.dynamics import RigidJoint, regrouped
+from problems.robots.inertia import Inertia
+from problems.robots.transform import about
 
 LENGTHS, MASSES = (0.5, 0.4, 0.3, 0.2), (3.0, 2.0, 1.5, 0.8)
 OFFSET: dict[str, Any] = {
@@ -59,9 +65,11 @@ def by_lagrange(arm: PlanarArm) -> ca.Function:
     return ca.Function("lagrange", [q, v, a], [torques])
 
 
-CASES = list(
-    product((2, 3, 4), ({}, OFFSET, OFFSET | {"link_centers": (0.1, -0.2, 0.3, 0.05)}), ((0.0, -9.81), (4.0, 1.0)))
-)
+CASES: list[tuple[int, dict[str, Any], tuple[float, float]]] = [
+    (2, {}, (0.0, -9.81)),
+    (3, OFFSET, (4.0, 1.0)),
+    (4, OFFSET | {"link_centers": (0.1, -0.2, 0.3, 0.05)}, (0.0, -9.81)),
+]
 
 
 @pytest.mark.parametrize(("links", "changes", "gravity"), CASES)
@@ -93,17 +101,6 @@ def test_rods_held_straight_out() -> None:
     assert torques(replace(RODS, base_angle=pi / 2.0), (0.0, 0.0)) == pytest.approx([0.0, 0.0], abs=1e-13)
 
 
-def test_a_rod_speeds_up() -> None:
-    """A uniform rod has m l^2 / 3 about its end: 2 / 3 alone, 4 kg over 2 m as one 16 / 3."""
-    assert torques(FLAT, (0.4, 0.0), acceleration=(3.0, 0.0))[0] == pytest.approx(16.0)
-    assert torques(FLAT, (0.4, 0.3), acceleration=(0.0, 3.0))[1] == pytest.approx(2.0)
-
-
-def test_a_turning_shoulder_pulls_at_the_elbow() -> None:
-    """At right angles the outer rod's centre, 0.5 m out, is drawn to the shoulder with m w^2 times 1 m."""
-    assert torques(FLAT, (0.0, pi / 2.0), speed=(2.0, 0.0)) == pytest.approx([0.0, 2.0 * 4.0 * 0.5 * 1.0])
-
-
 def test_friction_is_against_the_motion() -> None:
     rough = replace(FLAT, viscous_friction=(0.5, 0.0), coulomb_friction=(0.2, 0.1))
     free = torques(FLAT, (0.0, 0.0), speed=(2.0, -1.0))
@@ -126,3 +123,95 @@ def test_code_for_any_masses() -> None:
     values.symbolic_copy(other)
     found = np.array(code(*state, values.values)).ravel()
     assert found == pytest.approx(np.array(by_lagrange(other)(*state)).ravel() + state[1] * [0.1, 0.2, 0.3])
+
+
+SECONDS = 0.4
+TOLERANCE = 1e-7  # of the energy that moves to and fro
+Heights = Callable[[ca.SX], ca.SX]
+
+
+def drift(robot: Robot, potential: Heights, theta: np.ndarray, speed: np.ndarray) -> float:
+    """By how much kinetic and potential energy change in free motion, as a part of the largest kinetic one."""
+    k, chain = robot.dof, robot.massive
+    q, v = ca.SX.sym("q", 1, k), ca.SX.sym("v", 1, k)
+    still = ca.SX(1, k)
+    mass = ca.vertcat(*(chain.inertial(q, still, ca.SX(ca.DM.eye(k)[joint, :])) for joint in range(k)))
+    fall = ca.Function("fall", [q, v], [ca.solve(mass, -chain.torques(q, v, still).T)])
+    energies = ca.Function("energies", [q, v], [ca.bilin(mass, v.T, v.T) / 2.0, potential(q)])
+
+    def rates(_: float, state: np.ndarray) -> np.ndarray:
+        return np.concatenate([state[k:], np.array(fall(state[:k], state[k:])).ravel()])
+
+    motion = solve_ivp(rates, (0.0, SECONDS), np.concatenate([theta, speed]), "DOP853", rtol=1e-10, atol=1e-10)
+    assert motion.success
+    kinetic, height = np.array([[float(part) for part in energies(row[:k], row[k:])] for row in motion.y.T]).T
+    assert np.ptp(kinetic) > 1e-3  # it does move
+    return float(np.ptp(kinetic + height) / kinetic.max())
+
+
+def spatial_potential(arm: SpatialArm) -> Heights:
+    def energy(q: ca.SX) -> ca.SX:
+        frames = arm.chain.frames(q, arm.base_frame)
+        bodies = [(joint.inertia, frame) for joint, frame in zip(arm.chain.joints, frames[1:], strict=True)]
+        bodies.append((arm.payload, frames[-1] @ arm.tool_frame))
+        return -sum(
+            body.mass * sum(g * part for g, part in zip(arm.gravity, frame.apply(body.center), strict=True))
+            for body, frame in bodies
+            if body is not None
+        )
+
+    return energy
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_robot_in_space_falls(name: str) -> None:
+    payload = Payload(mass=2.0, center=(0.0, 0.02, 0.1), matrix=((0.01, 0.0, 0.0), (0.0, 0.02, 0.0), (0.0, 0.0, 0.02)))
+    arm = built_in(name).arm(payload=payload)
+    random = np.random.default_rng(1)
+    theta, speed = random.uniform(-1.0, 1.0, arm.dof), random.uniform(-1.0, 1.0, arm.dof)
+    assert drift(arm, spatial_potential(arm), theta, speed) < TOLERANCE
+
+
+UP = (0.0, 0.0, 1.0)
+GRAVITY = (1.0, 2.0, -9.81)
+STATES = 20
+
+
+def chain_of(seed: int, turns: tuple[bool, ...]) -> list[RigidJoint]:
+    """Bodies of three balls each, on joints with any axes."""
+    random = np.random.default_rng(seed)
+    joints = []
+    for each in turns:
+        axis, offset, center = random.normal(size=(3, 3))
+        x, y, z = (axis / np.linalg.norm(axis)).tolist()
+        spread = random.normal(size=(3, 3))
+        second = spread @ spread.T
+        matrix = tuple(map(tuple, (np.trace(second) * np.eye(3) - second).tolist()))
+        body = Inertia(mass=random.uniform(0.5, 3.0), center=tuple(center.tolist()), matrix=matrix)  # type: ignore[arg-type]
+        pose = Transform(about((y, z, x), float(random.uniform(-3.0, 3.0))), tuple(offset.tolist()))
+        joints.append(RigidJoint(pose=_numbers(pose), axis=(x, y, z), turns=each, moments=body.moments()))
+    return joints
+
+
+def _numbers(pose: Transform) -> Transform:
+    rows = tuple(tuple(float(entry) for entry in row) for row in pose.rotation)
+    return Transform(rows, pose.translation)  # type: ignore[arg-type]
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), turns=st.lists(st.booleans(), min_size=1, max_size=5).map(tuple))
+def test_the_same_torques(seed: int, turns: tuple[bool, ...]) -> None:
+    joints = chain_of(seed, turns)
+    state = [ca.DM(part) for part in np.random.default_rng(seed).normal(size=(3, STATES, len(joints)))]
+    plain, other = (RigidChain(joints=tuple(each), gravity=GRAVITY) for each in (joints, regrouped(joints)))
+    expected = as_array(plain.torques(*state))
+    np.testing.assert_allclose(as_array(other.torques(*state)), expected, atol=1e-11 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_what_is_left_of_bodies_that_turn_about_z(name: str) -> None:
+    for joint in built_in(name).chain.rigid:
+        assert joint.axis == UP
+        assert joint.moments.mass == 0.0
+        assert joint.moments.first[2] == 0.0
+        assert joint.moments.second[2][2] == 0.0

@@ -198,22 +198,6 @@ def test_units_of_torques() -> None:
     assert crane(HEAVY).arm(max_acceleration=1.0).torque_units == ("N m", "N")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ('damping="0.7"', 'damping="-0.7"', "joint 'turn': damping of <dynamics> is -0.7, below 0"),
-        ('friction="0.2"', 'friction="-1"', "joint 'turn': friction of <dynamics> is -1, below 0"),
-        ('friction="0.2"', 'friction="nan"', "joint 'turn': friction of <dynamics> is nan, out of range"),
-        ('effort="300"', 'effort="-3"', "joint 'slide': effort of <limit> is -3, below 0"),
-        ('<mass value="2"/>', '<mass value="-2"/>', "link 'mast': a mass of -2 kg"),
-    ],
-)
-def test_what_a_urdf_cannot_say(old: str, new: str, message: str) -> None:
-    with pytest.raises(InvalidProblem) as error:
-        crane(ARM.replace(old, new))
-    assert str(error.value) == f"urdf: {message}"
-
-
 def test_an_inertia_that_no_body_has_is_noted() -> None:
     notes = crane(ARM.replace('izz="0.3"', 'izz="0.9"')).notes
     assert "link 'mast': no body has its inertia, principal moments 0.1, 0.2 and 0.9 kg m^2: the largest is" in notes[0]

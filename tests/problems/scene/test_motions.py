@@ -9,40 +9,22 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracles.moving import Table, random_table
+from oracles.moving import KINDS, random_motion
 
-from problems import InvalidProblem
+from problems import ConstantVelocity, Ellipse, InvalidProblem, MovingObstacle, Tabulated
 from problems.base import Arguments, as_array
-from problems.scene import Tabulated
-from problems.scene.moving import ConstantVelocity, ObstacleMotion
 
-KINDS = [(dim, kind) for dim in (2, 3) for kind in ("velocity", "table", "turning table")]
-each_kind = pytest.mark.parametrize(("dim", "kind"), KINDS)
+each_kind = pytest.mark.parametrize(("dim", "kind"), [(dim, kind) for dim in (2, 3) for kind in KINDS])
 seeds = st.integers(0, 2**32 - 1)
 TIMES = np.linspace(-3.0, 8.0, 57)
 
 
-def made(rng: np.random.Generator, dim: int, kind: str) -> tuple[ObstacleMotion, Any]:
-    """A motion, and a function from times to origins and axes that was written without it."""
-    if kind == "velocity":
-        velocity, origin = rng.uniform(-2.0, 2.0, (2, dim))
-        motion = ConstantVelocity(tuple(velocity.tolist()), tuple(origin.tolist()))
-        axes = np.broadcast_to(np.eye(dim), (1, dim, dim))
-        return motion, lambda t: (origin + np.outer(t, velocity), np.repeat(axes, len(t), axis=0))
-    while True:
-        table = random_table(rng, dim, kind == "turning table")
-        try:
-            return Tabulated.through(table.times.tolist(), table.places, table.turns), table.frames
-        except InvalidProblem:  # rows that are turned too far for a spline between them
-            continue
-
-
 @each_kind
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(seed=seeds)
 def test_what_is_seen_and_placed_is_what_splines_and_rotations_say(dim: int, kind: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    motion, oracle = made(rng, dim, kind)
+    motion, oracle = random_motion(rng, kind, (0.0,) * dim)
     origins, axes = oracle(TIMES)
     points = rng.uniform(-2.0, 2.0, (len(TIMES), dim))
     seen = np.einsum("nij,ni->nj", axes, points - origins)
@@ -56,18 +38,18 @@ def test_what_is_seen_and_placed_is_what_splines_and_rotations_say(dim: int, kin
 
 
 @each_kind
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(seed=seeds)
 def test_no_point_moves_farther_than_its_travel(dim: int, kind: str, seed: int) -> None:
     """Cells before the table, after it, within a piece, across many, and of no length."""
     rng = np.random.default_rng(seed)
-    motion, oracle = made(rng, dim, kind)
+    motion, oracle = random_motion(rng, kind, (0.0,) * dim)
     extent = float(rng.uniform(0.1, 2.0))
-    starts = rng.uniform(-3.0, 7.0, 40)
-    lengths = rng.choice([0.0, 0.01, 0.1, 1.0, 6.0], 40)
+    starts = rng.uniform(-3.0, 7.0, 15)
+    lengths = rng.choice([0.0, 0.01, 0.1, 1.0, 6.0], 15)
     cells = np.column_stack([starts, starts + lengths])
     travel = motion.travel(cells, extent)
-    assert travel.shape == (40,)
+    assert travel.shape == (15,)
     ways = rng.normal(size=(30, dim))
     points = extent * ways / np.linalg.norm(ways, axis=1, keepdims=True)
     for (start, end), bound in zip(cells, travel, strict=True):
@@ -78,22 +60,22 @@ def test_no_point_moves_farther_than_its_travel(dim: int, kind: str, seed: int) 
 
 
 @each_kind
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(seed=seeds)
 def test_the_frame_is_never_farther_away_than_its_offset(dim: int, kind: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    motion, oracle = made(rng, dim, kind)
+    motion, oracle = random_motion(rng, kind, (0.0,) * dim)
     first, last = sorted(rng.uniform(-3.0, 8.0, 2))
     farthest = np.linalg.norm(oracle(np.linspace(first, last, 300))[0], axis=1).max()
     assert motion.offset(first, last) >= farthest - 1e-9
 
 
 @each_kind
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(seed=seeds)
 def test_a_later_clock_tells_the_same_places(dim: int, kind: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    motion, oracle = made(rng, dim, kind)
+    motion, oracle = random_motion(rng, kind, (0.0,) * dim)
     seconds = float(rng.uniform(0.0, 3.0))
     origins, axes = oracle(TIMES + seconds)
     frames = motion.later(seconds).frames(TIMES)
@@ -120,7 +102,7 @@ def test_it_stands_still_before_the_first_row_and_after_the_last() -> None:
 
 @each_kind
 def test_numbers_become_symbols_of_the_same_formula(dim: int, kind: str) -> None:
-    motion, _ = made(np.random.default_rng(5), dim, kind)
+    motion, _ = random_motion(np.random.default_rng(5), kind, (0.0,) * dim)
     arguments = Arguments()
     symbolic_copy = arguments.symbolic_copy(motion)
     points, time = ca.SX.sym("points", 1, dim), ca.SX.sym("time")
@@ -152,8 +134,48 @@ def test_velocity_and_origin_are_of_one_dimension() -> None:
         ConstantVelocity((1.0, 0.0), (0.0, 0.0, 0.0))
 
 
-def test_the_tables_of_these_tests_turn() -> None:
-    table = random_table(np.random.default_rng(1), 3, turning=True)
-    assert isinstance(table, Table)
-    axes = table.frames(table.times)[1]
-    assert np.abs(axes[0] - axes[-1]).max() > 0.01
+ROWS = [0.0, 1.0, 1.5, 4.0]
+LINE_PLACES = np.array([[0.0, 0.0], [2.0, -1.0], [2.0, 1.0], [-3.0, 1.0]])
+LINES = Tabulated.along_lines(ROWS, LINE_PLACES)
+
+
+def place_at(motion: Tabulated, time: float) -> np.ndarray:
+    return motion.placed(np.zeros((1, motion.dim)), time)[0]
+
+
+@pytest.mark.parametrize("time", [-1.0, 0.0, 0.3, 1.0, 1.2, 1.5, 3.9, 4.0, 7.0])
+def test_between_rows_it_goes_straight(time: float) -> None:
+    expected = [np.interp(time, ROWS, LINE_PLACES[:, axis]) for axis in (0, 1)]
+    assert place_at(LINES, time) == pytest.approx(expected)
+
+
+def test_travel_is_bounded_by_the_fastest_line_that_is_met() -> None:
+    speeds = np.linalg.norm(np.diff(LINE_PLACES, axis=0), axis=1) / np.diff(ROWS)
+    cells = np.array([[0.2, 0.4], [1.1, 1.3], [2.0, 3.0], [0.9, 1.1]])
+    expected = np.array([0.1 * speeds[0], 0.1 * speeds[1], 0.5 * speeds[2], 0.1 * speeds[1]])
+    assert LINES.travel(cells, 1.0) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("first", "last", "kept"), [
+    (0.2, 0.8, (0.0, 1.0)), (0.2, 1.2, (0.0, 1.0, 1.5)), (1.0, 1.5, (1.0, 1.5)), (5.0, 6.0, (1.5, 4.0)),
+    (-2.0, -1.0, (0.0, 1.0)), (1.5, 1.5, (1.5, 4.0)), (-1.0, 9.0, (0.0, 1.0, 1.5, 4.0)),
+])  # fmt: skip
+def test_during_a_time_it_is_the_same_with_the_pieces_that_meet_it(
+    first: float, last: float, kept: tuple[float, ...]
+) -> None:
+    fewer = LINES.during(first, last)
+    assert fewer.breaks == kept
+    for time in np.linspace(first, last, 7):
+        assert place_at(fewer, time) == pytest.approx(place_at(LINES, time))
+
+
+def test_a_moving_obstacle_is_the_same_during_a_time() -> None:
+    still = Ellipse((1.0, 0.5), (0.3, 0.2), 0.4)
+    obstacle = MovingObstacle(still, LINES)
+    fewer = obstacle.during(1.1, 1.4)
+    points, times = ca.DM([[0.3, 0.4]]), ca.DM([1.2])
+    assert np.array(fewer.seen(points, times)) == pytest.approx(np.array(obstacle.seen(points, times)))
+    assert len(fewer.motion.breaks) == 2  # type: ignore[attr-defined]
+    motion = ConstantVelocity((1.0, 0.0))
+    assert motion.during(0.0, 1.0) is motion
+    assert still.during(0.0, 1.0) is still

@@ -26,13 +26,11 @@ def changed(old: str, new: str) -> str:
 
 def test_joints_have_the_limits_of_the_file() -> None:
     turn, slide = crane().chain.joints
+    assert turn.axis == (0.0, 0.0, 1.0)  # of length 1
+    assert crane().notes == ("joint 'grip' is off the chain: locked at 0, its masses kept",)
     assert (turn.name, turn.link, turn.kind) == ("turn", "mast", JointKind.REVOLUTE)
     assert (turn.position, turn.speed, turn.effort, turn.damping, turn.friction) == ((-2.0, 2.5), 1.5, 40.0, 0.7, 0.2)
     assert (slide.kind, slide.position, slide.speed, slide.effort) == (JointKind.PRISMATIC, (0.1, 0.8), 0.5, 300.0)
-
-
-def test_axes_have_length_1() -> None:
-    assert crane().chain.joints[0].axis == (0.0, 0.0, 1.0)
 
 
 def test_fixed_joints_are_folded() -> None:
@@ -61,10 +59,6 @@ def test_masses_of_what_is_fixed_or_locked_are_kept() -> None:
     assert mast.matrix[1][1] == pytest.approx(0.2 + far)
     assert mast.matrix[0][2] == pytest.approx(-(2.0 * (1 / 15) * (1 / 6) + (2 / 15) * (1 / 3)))
     assert (jib.mass, jib.center) == (0.5, (0.0, 0.0, pytest.approx(0.3)))  # the finger
-
-
-def test_what_is_left_out_is_said() -> None:
-    assert crane().notes == ("joint 'grip' is off the chain: locked at 0, its masses kept",)
 
 
 def test_spheres_hold_the_collision_shapes() -> None:
@@ -144,9 +138,6 @@ def test_limits_may_be_overridden() -> None:
 def test_what_is_not_known_has_to_be_stated(old: str, new: str, message: str) -> None:
     with pytest.raises(InvalidProblem, match=message):
         crane(changed(old, new)).arm(max_acceleration=1.0)
-
-
-def test_no_urdf_states_accelerations() -> None:
     with pytest.raises(InvalidProblem, match="max_acceleration: missing: none is known for joint 'turn'"):
         crane().arm()
 
@@ -182,6 +173,9 @@ NUMBERS = [
     ('velocity="1.5"', 'velocity="nan"', "joint 'turn': velocity of <limit> is nan, out of range"),
     ('velocity="1.5"', 'velocity="-1.5"', "joint 'turn': velocity of <limit> is -1.5, below 0"),
     ('effort="40"', 'effort="-40"', "joint 'turn': effort of <limit> is -40, below 0"),
+    ('damping="0.7"', 'damping="-0.7"', "joint 'turn': damping of <dynamics> is -0.7, below 0"),
+    ('friction="0.2"', 'friction="-1"', "joint 'turn': friction of <dynamics> is -1, below 0"),
+    ('friction="0.2"', 'friction="nan"', "joint 'turn': friction of <dynamics> is nan, out of range"),
     (
         '<geometry><sphere radius="0.06"/></geometry>',
         '<geometry><sphere radius="1"/>' + '<sphere radius="1"/>' * 1_000 + "</geometry>",

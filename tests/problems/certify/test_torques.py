@@ -1,0 +1,321 @@
+"""Torques for all t: by hand, against dense samples of random motions, and how slowly a motion has to be run.
+
+By hand: two uniform rods of 2 kg and 0.5 m, stretched out, turned by the first joint. Together they are a rod of 4 kg
+and 1 m: 4/3 kg m^2 about the first joint, and held against gravity by 19.62 N m.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmarks.torque_certificates import check, planar_arm, random_motion, sampled_torques
+from problems import CertificateStatus, PlanarArm, Trajectory, Verdict
+from problems.base import FloatArray, as_array
+from problems.certify import limit_verdicts
+from problems.certify.taylor import DEGREE, ENTRIES, Moments, TimeCells, modelled
+from problems.certify.torque import PROOF_GAP, extremes, prove_torques, torque_time_scale
+from problems.limits import TorqueLimit
+from problems.robots import BUILT_IN, Payload, built_in, read_urdf
+
+CERTIFIED, VIOLATED, UNDECIDED = CertificateStatus
+INERTIA, HELD = 4.0 / 3.0, 19.62
+TINY = 1e-7
+
+
+def rods(limit: float, **more: Any) -> PlanarArm:
+    """The arm, without gravity if nothing else is said."""
+    stated: dict[str, Any] = {"gravity": (0.0, 0.0), "link_masses": (2.0, 2.0), **more}
+    return PlanarArm((0.5, 0.5), (9.0, 9.0), (99.0, 99.0), max_torque=(limit, 50.0), **stated)
+
+
+def turning(*pieces: Sequence[float], start: float = 0.0, speed: float = 0.0, length: float = 0.5) -> Trajectory:
+    """The first joint's motion from its accelerations, lowest power of each piece's own time first."""
+    coefficients = np.zeros((8, len(pieces), 2))
+    for number, powers in enumerate(pieces):
+        bend = np.polynomial.Polynomial(powers).integ(1, speed).integ(1, start)
+        coefficients[7 - np.arange(len(bend.coef)), number, 0] = bend.coef
+        start, speed = float(bend(length)), float(bend.deriv()(length))
+    return Trajectory(length * np.arange(len(pieces) + 1), coefficients)
+
+
+def judged(robot: PlanarArm, motion: Trajectory) -> Verdict:
+    [verdict] = limit_verdicts([TorqueLimit(robot)], motion)
+    return verdict
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_constant_torque_exactly_at_its_limit_is_certified(direction: float) -> None:
+    verdict = judged(rods(8.0), turning([6.0 * direction]))
+    assert (verdict.status, verdict.bound, verdict.unit) == (CERTIFIED, 8.0 * direction, "N m")
+    assert verdict.worst == pytest.approx(8.0 * direction, rel=1e-12)
+    assert verdict.where.startswith("joint 1, t = ")
+
+
+RUBS = {"coulomb_friction": (1.0, 0.0)}
+LARGEST: dict[str, tuple[Trajectory, dict[str, Any], float]] = {  # the largest torque, N m
+    "constant": (turning([6.0]), {}, 8.0),
+    "before a jump": (turning([6.0], [3.0]), {}, 8.0),
+    "after a jump": (turning([3.0], [6.0]), {}, 8.0),
+    "at the end before a jump": (turning([0.0, 12.0], [0.0]), {}, 8.0),
+    "at the start after a jump": (turning([0.0], [6.0, -12.0]), {}, 8.0),
+    "Coulomb friction where a joint turns back: -8 + 1, then -8 - 1": (turning([-6.0], speed=1.234567), RUBS, 9.0),
+    "Coulomb friction of a joint that only brakes": (turning([-6.0], speed=9.0), RUBS, 7.0),
+    "turning back where the torque is small, at 0.1 s": (turning([0.0, 12.0], speed=-0.06), RUBS, 9.0),
+    "friction of a joint that stands still may act either way": (turning([0.0]), RUBS, 1.0),
+    "viscous friction, at 3 rad/s": (turning([6.0]), {"viscous_friction": (1.0, 0.0)}, 11.0),
+}
+
+
+@pytest.mark.parametrize(("motion", "friction", "largest"), LARGEST.values(), ids=LARGEST)
+def test_the_largest_torque_decides(motion: Trajectory, friction: dict[str, Any], largest: float) -> None:
+    kept = judged(rods(largest, **friction), motion)
+    assert (kept.status, abs(kept.worst)) == (CERTIFIED, pytest.approx(largest, rel=1e-9))
+    assert judged(rods(largest * (1.0 - TINY), **friction), motion).status is VIOLATED
+
+
+def peak_at(when: float, height: float = 6.0) -> list[float]:
+    """An acceleration that is largest at one time."""
+    return [height * (1.0 - 3.0 * when**2), height * 6.0 * when, -3.0 * height]
+
+
+@pytest.mark.parametrize("when", [0.1234567, 0.31830988, 0.4999, 0.0001])
+def test_a_torque_above_its_limit_at_a_single_time_is_found(when: float) -> None:
+    verdict = judged(rods(8.0 * (1.0 - TINY)), turning(peak_at(when)))
+    assert verdict.status is VIOLATED
+    assert verdict.worst == pytest.approx(8.0, rel=1e-9)
+    assert verdict.where == f"joint 1, t = {when:.4g} s"
+    assert judged(rods(8.0), turning(peak_at(when))).status is CERTIFIED
+
+
+def test_what_motors_cannot_hold_breaks_however_slowly_it_is_run() -> None:
+    heavy = rods(HELD - 1.0, gravity=(0.0, -9.81))
+    verdict = judged(heavy, turning([0.1]))
+    assert verdict.status is VIOLATED
+    assert verdict.where == "joint 1, t = 0 s, however slowly"
+    assert "slowly" not in judged(rods(HELD + 0.1, gravity=(0.0, -9.81)), turning([6.0])).where
+
+
+def test_a_motion_that_takes_no_torque_is_certified_and_one_that_is_no_number_undecided() -> None:
+    verdict = judged(rods(8.0), turning([0.0]))
+    assert (verdict.status, verdict.worst) == (CERTIFIED, 0.0)
+    assert judged(rods(8.0), turning([np.nan])).status is UNDECIDED
+    for motion in (turning([0.0]), turning([np.nan])):
+        assert torque_time_scale(TorqueLimit(rods(8.0)), motion) == 0.0
+
+
+LIFT = """<robot name="lift"><link name="floor"/>
+<link name="cabin"><inertial><mass value="3"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+<joint name="rope" type="prismatic"><parent link="floor"/><child link="cabin"/><axis xyz="0 0 1"/>
+<limit lower="-5" upper="5" velocity="9" effort="50"/></joint></robot>"""
+
+
+def test_a_slide_is_lifted_by_a_force() -> None:
+    robot = read_urdf(LIFT, tip_link="cabin").arm(max_acceleration=9.0)
+    motion = turning([2.0])
+    verdict = judged(robot, Trajectory(motion.breakpoints, motion.coefficients[:, :, :1]))
+    assert (verdict.status, verdict.unit, verdict.bound) == (CERTIFIED, "N", 50.0)
+    assert verdict.worst == pytest.approx(3.0 * (9.81 + 2.0), rel=1e-9)
+
+
+# Slowing down
+
+
+def slowed(robot: PlanarArm, motion: Trajectory) -> tuple[float, Verdict]:
+    """The time scale, and the verdict on the motion that is run so."""
+    scale = torque_time_scale(TorqueLimit(robot), motion)
+    return scale, judged(robot, motion.time_scaled(scale) if scale > 0.0 else motion)
+
+
+SCALES: dict[str, tuple[Sequence[float], float, dict[str, Any], float]] = {  # acceleration, limit; time scale
+    "the largest of 24": (peak_at(0.1234567, 24.0), 8.0, {}, 2.0),
+    "the largest of 6": (peak_at(0.1234567, 6.0), 8.0, {}, 1.0),
+    "the largest of 1.5": (peak_at(0.1234567, 1.5), 8.0, {}, 0.5),
+    "gravity: 19.62 cos(q) + 8 / s^2, largest at the start": ([6.0], HELD + 2.0, {"gravity": (0.0, -9.81)}, 2.0),
+    "viscous friction: 8 / s^2 + 3 / s = 4 at the end": (
+        [6.0], 4.0, {"viscous_friction": (1.0, 0.0)}, (3.0 + np.sqrt(9.0 + 4.0 * 8.0 * 4.0)) / 8.0
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("powers", "limit", "more", "scale"), SCALES.values(), ids=SCALES)
+def test_a_time_scale_is_that_of_the_largest_torque(
+    powers: Sequence[float], limit: float, more: dict[str, Any], scale: float
+) -> None:
+    found, verdict = slowed(rods(limit, **more), turning(powers))
+    assert found == pytest.approx(scale, rel=1e-6)
+    assert verdict.status is CERTIFIED
+
+
+def test_no_time_scale_helps_what_cannot_be_held() -> None:
+    found, verdict = slowed(rods(HELD - 1.0, gravity=(0.0, -9.81)), turning([6.0]))
+    assert (found, verdict.status) == (0.0, VIOLATED)
+    assert verdict.where.endswith("however slowly")
+
+
+def test_the_largest_torque_seen_is_near_what_is_proven() -> None:
+    def torque(times: FloatArray) -> FloatArray:
+        q, a = motion.at(times)[:, 0], motion.at(times, 2)[:, 0]
+        return np.asarray(np.abs(INERTIA * a + HELD * np.cos(q)))
+
+    motion = turning([3.0, 20.0, -90.0, 40.0], start=0.3, length=1.0)
+    largest = torque(np.linspace(0.0, 1.0, 100_001)).max()
+    verdict = judged(rods(99.0, gravity=(0.0, -9.81)), motion)
+    assert largest * (1.0 - PROOF_GAP) <= abs(verdict.worst) <= largest * (1.0 + 1e-9)
+
+
+MOTIONS = 100
+SAMPLES = 1_000
+MUCH = 1e-6  # relative: what is slowed by this much more is never in doubt
+
+
+@cache
+def robots() -> list[Any]:
+    """Planar arms that gravity leaves something to, and the built-in robots with something in the hand."""
+    rng, payload = np.random.default_rng(1), Payload(mass=2.0, center=(0.0, 0.05, 0.1))
+    planar = [planar_arm(rng) for _ in range(4)]
+    limited = [type(arm)(**{**vars(arm), "max_torque": (200.0,) * arm.dof}) for arm in planar]
+    return [*limited, *(built_in(name).arm(max_acceleration=15.0, payload=payload) for name in BUILT_IN)]
+
+
+@pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.slow) for part in (1, 2, 3))])
+def test_slowed_motions_are_certified_and_faster_ones_are_not(part: int) -> None:
+    for seed in range(part, MOTIONS, 4):
+        rng = np.random.default_rng(seed)
+        robot = robots()[seed % len(robots())]
+        limit, motion = TorqueLimit(robot), random_motion(rng, robot.dof)
+        scale = torque_time_scale(limit, motion)
+        if scale == 0.0:  # what gravity takes alone
+            assert (sampled_torques(robot, motion.time_scaled(1e6), SAMPLES) > 0.999 * np.array(limit.bounds)).any()
+            continue
+        slowed, faster = motion.time_scaled(scale), motion.time_scaled(scale / (1.0 + MUCH))
+        assert prove_torques(limit, slowed).status is CERTIFIED
+        assert prove_torques(limit, faster).status is VIOLATED
+        assert (sampled_torques(robot, slowed, SAMPLES) <= np.array(limit.bounds) * (1.0 + 1e-9)).all()
+
+
+def test_certificates_are_right_where_torques_are_close_to_their_limits() -> None:
+    found = [check(seed, count=SAMPLES) for seed in range(8)]
+    assert not any(case.is_false for case in found)
+    assert {case.status for case in found} == {CERTIFIED, VIOLATED}
+    assert all(case.seen >= case.sampled * (1.0 - 1e-3) for case in found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("excess", [None, 1e-6, 1e-8])
+def test_no_certificate_is_false(excess: float | None) -> None:
+    found = [check(seed, excess, 20_000) for seed in range(300)]
+    assert not any(case.is_false for case in found)
+    assert sum(case.status is UNDECIDED for case in found) <= 3
+    assert excess is None or all(case.status is VIOLATED for case in found)
+
+
+FORMULAS: dict[str, Callable[[Any], Any]] = {
+    "sum": lambda x: x[0] + x[1] - 2.5,
+    "product": lambda x: x[0] * x[1] * x[2],
+    "square": lambda x: x[0] ** 2 - x[1] * 3.0,
+    "sine": lambda x: ca.sin(x[0]) * x[1],
+    "cosine": lambda x: -ca.cos(x[0] + x[1]) + 2.0 * x[2],
+    "like a torque": lambda x: (2.0 + ca.cos(x[1])) * x[2] - ca.sin(x[1]) * (2.0 * x[0] * x[2] + x[2] ** 2),
+    "a copy": lambda x: x[0],
+    "a number": lambda x: ca.SX(3.0),
+}
+number = st.floats(-3.0, 3.0)
+SHARES = np.linspace(-1.0, 1.0, 41)
+
+
+def compiled(formula: Callable[[Any], Any]) -> ca.Function:
+    x = ca.SX.sym("x", 3)
+    return ca.Function("f", [x], [ca.densify(formula(x))])
+
+
+def polynomial(model: FloatArray, shares: FloatArray) -> FloatArray:
+    return np.asarray(np.polynomial.Polynomial(model[: DEGREE + 1])(shares))
+
+
+@pytest.mark.parametrize("formula", FORMULAS.values(), ids=FORMULAS)
+@settings(max_examples=30, deadline=None)
+@given(
+    st.lists(number, min_size=3 * (DEGREE + 1), max_size=3 * (DEGREE + 1)),
+    st.lists(st.floats(0.0, 0.5), min_size=3, max_size=3),
+    st.integers(0, 2**32 - 1),
+)
+def test_a_model_holds_every_function_that_it_stands_for(
+    formula: Callable[[Any], Any], numbers: list[float], rests: list[float], seed: int
+) -> None:
+    function, models = compiled(formula), np.column_stack([np.reshape(numbers, (3, DEGREE + 1)), rests])
+    found = as_array(modelled(function)(models.ravel())).ravel()
+    away = np.random.default_rng(seed).uniform(-1.0, 1.0, (3, SHARES.size)) * np.array(rests)[:, None]
+    inputs = np.array([polynomial(model, SHARES) for model in models]) + away
+    values = as_array(function(inputs)).ravel()
+    assert (np.abs(values - polynomial(found, SHARES)) <= found[-1] * (1.0 + 1e-12)).all()
+
+
+def test_the_rest_shrinks_with_the_fourth_power_of_a_cell() -> None:
+    function, rests = modelled(compiled(FORMULAS["like a torque"])), []
+    for half in (0.1, 0.05, 0.025):
+        models = np.zeros((3, ENTRIES))
+        models[:, : DEGREE + 1] = np.array([[0.3, 1.0, 2.0, -1.0], [1.0, -0.5, 1.0, 0.2], [0.7, 2.0, 0.1, 1.0]])
+        models[:, : DEGREE + 1] *= half ** np.arange(DEGREE + 1)
+        rests.append(float(function(models.ravel())[ENTRIES - 1]))
+    assert np.array(rests[:-1]) / np.array(rests[1:]) == pytest.approx(16.0, rel=0.15)
+
+
+@given(st.lists(st.sampled_from([0.0, 1.0, -2.0, 0.3, 1e-9, 5.0]), min_size=4, max_size=4), st.floats(0.0, 1.0))
+def test_extremes_of_a_model_are_those_of_its_polynomial_and_its_rest(coefficients: list[float], rest: float) -> None:
+    model = np.array([*coefficients, rest])[:, None]
+    (low, when_low), (high, when_high) = extremes(model)
+    dense = polynomial(model[:, 0], np.linspace(-1.0, 1.0, 2001))
+    for bound, when, value, sign in ((low, when_low, dense.min(), -1.0), (high, when_high, dense.max(), 1.0)):
+        assert -1e-12 <= bound[0] * sign - rest - value * sign <= 1e-4
+        assert polynomial(model[:, 0], when)[0] == pytest.approx(bound[0] - sign * rest, abs=1e-12)
+
+
+# Motions as Taylor models
+
+
+def motion(degree: int, seed: int = 3) -> Trajectory:
+    """Two joints, three pieces that need not join."""
+    return Trajectory(np.array([0.0, 0.3, 0.5, 2.0]), np.random.default_rng(seed).normal(size=(degree + 1, 3, 2)))
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 5, 9])
+def test_cells_hold_angles_speeds_and_accelerations(degree: int) -> None:
+    moving = motion(degree)
+    cells = TimeCells.over(moving, 7).halved(np.arange(9) % 2 == 0)
+    models = cells.models().reshape(3, 2, ENTRIES, len(cells))
+    for share in (-1.0, -0.3, 0.0, 0.8, 1.0):
+        values = cells.moments(np.full(len(cells), share)).derivatives().reshape(3, 2, len(cells))
+        powers = share ** np.arange(DEGREE + 1)
+        away = np.abs(values - np.einsum("ojpn,p->ojn", models[:, :, : DEGREE + 1], powers))
+        assert (away <= models[:, :, -1]).all()
+
+
+def test_cells_cross_no_breakpoint_and_leave_no_gap() -> None:
+    moving = motion(2)
+    cells = TimeCells.over(moving, 7)
+    cells = cells.halved(np.full(len(cells), True))
+    starts, ends = (cells.moments(np.full(len(cells), side)).times for side in (-1.0, 1.0))
+    order = np.argsort(starts)
+    assert ends[order][:-1] == pytest.approx(starts[order][1:], abs=1e-15)
+    assert (starts.min(), ends.max()) == (0.0, pytest.approx(moving.duration))
+    for time in moving.breakpoints:
+        assert not ((starts < time - 1e-12) & (ends > time + 1e-12)).any()
+
+
+def test_moments_are_what_a_motion_is_then_on_both_sides_of_breakpoints() -> None:
+    moving = motion(5)
+    found = Moments.at(moving, np.array([0.1, 0.5, 1.7]))
+    assert found.times == pytest.approx([0.1, 0.5, 1.7, 0.0, 0.3, 0.5, 0.3, 0.5, 2.0])
+    before = np.nextafter(moving.breakpoints[1:], 0.0)
+    seen_from = np.concatenate([[0.1, 0.5, 1.7], moving.breakpoints[:-1], before])
+    expected = np.concatenate([moving.at(seen_from, order).T for order in range(3)])
+    assert found.derivatives() == pytest.approx(expected, rel=1e-9, abs=1e-9)

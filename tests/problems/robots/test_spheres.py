@@ -1,0 +1,230 @@
+"""Spheres that hold a robot's bodies: covering shapes, read from files, and which of them have to keep apart."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from helpers.urdf import ARM
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from problems import InvalidProblem
+from problems.robots import BUILT_IN, ChainJoint, SpatialArm, Sphere, Transform, built_in, read_spheres, read_urdf
+from problems.robots.chain import Chain
+from problems.robots.self_pairs import self_collision_pairs
+from problems.robots.spheres import MOST_BALLS, Ball, cover_box, cover_cylinder, covered_capsule
+
+SIZES = st.floats(0.001, 2.0)
+POINTS = 2_000
+
+
+def depth(balls: tuple[Ball, ...], points: np.ndarray) -> float:
+    """How far the point that is held worst is from the nearest ball's surface, m; positive outside of all."""
+    centers, radii = np.array([ball.center for ball in balls]), np.array([ball.radius for ball in balls])
+    gaps = np.linalg.norm(points[:, None] - centers, axis=2) - radii
+    return float(gaps.min(axis=1).max())
+
+
+def directions(count: int) -> np.ndarray:
+    vectors = np.random.default_rng(0).normal(size=(count, 3))
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
+
+
+@settings(deadline=None, max_examples=25)
+@given(sizes=st.tuples(SIZES, SIZES, SIZES))
+def test_boxes(sizes: tuple[float, float, float]) -> None:
+    points = np.random.default_rng(0).uniform(-0.5, 0.5, (POINTS, 3))
+    points[: POINTS // 2] = np.sign(points[: POINTS // 2]) * 0.5  # the corners too
+    balls = cover_box(sizes)
+    assert depth(balls, points * sizes) <= 1e-12
+    assert len(balls) <= MOST_BALLS
+
+
+@settings(deadline=None, max_examples=25)
+@given(radius=SIZES, length=SIZES)
+def test_cylinders(radius: float, length: float) -> None:
+    rng = np.random.default_rng(0)
+    turn, height = rng.uniform(0.0, 2.0 * np.pi, POINTS), rng.choice([-0.5, 0.5, 0.1], POINTS)
+    points = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), height * length])
+    assert depth(cover_cylinder(radius, length), points) <= 1e-12
+
+
+@settings(deadline=None, max_examples=25)
+@given(radius=SIZES, end=st.tuples(SIZES, SIZES, SIZES))
+def test_capsules(radius: float, end: tuple[float, float, float]) -> None:
+    along = np.random.default_rng(1).uniform(0.0, 1.0, (POINTS, 1))
+    points = along * np.array(end) + radius * directions(POINTS)
+    assert depth(covered_capsule((0.0, 0.0, 0.0), end, radius), points) <= 1e-12
+
+
+def test_usual_shapes_are_held_tightly() -> None:
+    assert all(ball.radius < 1.11 * 0.05 for ball in cover_cylinder(0.05, 0.4))
+    assert all(ball.radius < 1.11 * 0.05 for ball in covered_capsule((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), 0.05))
+    assert len(covered_capsule((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.05)) == 1
+    box = cover_box((0.1, 0.1, 0.2))
+    reach = max(np.abs(np.array(ball.center)[2]) + ball.radius for ball in box)
+    assert reach - 0.1 == pytest.approx(0.015, abs=0.01)
+
+
+def test_balls_are_seen_from_another_frame() -> None:
+    quarter = Transform(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), (1.0, 0.0, 0.0))
+    assert Ball((0.5, 0.0, 0.2), 0.1).seen_from(quarter) == Ball((1.0, 0.5, 0.2), 0.1)
+
+
+LINKS = read_urdf(ARM, tip_link="tool0").links
+SPHERE = '[[spheres]]\nlink = "mast"\ncenter = [0.1, 0, 0.2]\nradius = 0.05\n'
+
+
+def test_spheres_are_moved_to_the_bodies_that_carry_their_links() -> None:
+    text = "".join(SPHERE.replace("mast", link) for link in ("world", "base", "mast", "bolted", "tool0"))
+    world, base, mast, bolted, tool = read_spheres(text, LINKS)
+    assert [sphere.link for sphere in (world, base, mast, bolted, tool)] == [0, 0, 1, 1, 2]
+    assert world.center == (0.1, 0.0, 0.2)
+    assert base.center == (0.1, 0.0, 1.2)  # the stand is 1 m high
+    assert bolted.center == (0.4, 0.0, 0.2)
+    assert tool.center == pytest.approx((0.1, 0.0, 0.0))  # upside down, 0.2 m from the jib
+    assert (tool.radius, tool.name) == (0.05, "tool0")
+
+
+def test_capsules_are_held_by_spheres() -> None:
+    text = '[[capsules]]\nlink = "mast"\nstart = [0, 0, 0]\nend = [0, 0, 0.3]\nradius = 0.05\n'
+    spheres = read_spheres(SPHERE + text, LINKS)
+    assert spheres[0].center == (0.1, 0.0, 0.2)
+    assert spheres[1].center == (0.0, 0.0, 0.0)
+    assert spheres[-1].center == pytest.approx((0.0, 0.0, 0.3))
+    assert all(0.05 <= sphere.radius < 0.0556 for sphere in spheres[1:])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("spheres = [", "not TOML: "),
+        ("", r"neither \[\[spheres\]\] nor \[\[capsules\]\]"),
+        ("spheres = []", r"neither \[\[spheres\]\] nor \[\[capsules\]\]"),
+        ("spheres = 3", r"\[\[spheres\]\] is a list of tables"),
+        ("spheres = [3]", "sphere 1: needs center, link, radius and nothing else"),
+        ("[[balls]]\nradius = 1", "unknown key 'balls'; there are spheres, capsules"),
+        (SPHERE + "colour = 1", "sphere 1: needs center, link, radius and nothing else"),
+        (SPHERE.replace("mast", "sail"), "sphere 1: no link 'sail' in the chain; there are world, base, mast"),
+        (SPHERE.replace('"mast"', "7"), "sphere 1: no link 7 in the chain"),
+        (SPHERE.replace("0.05", "0"), "sphere 1: radius: 0 m is not above 0"),
+        (SPHERE.replace("0.05", "true"), "sphere 1: radius: a number is needed, not 'True'"),
+        (SPHERE.replace("0.05", "nan"), "sphere 1: radius: nan is not within 10000 m"),
+        (SPHERE.replace("0.05", "1" + "0" * 400), "a number of more than 300 digits is not within 10000 m"),
+        (SPHERE.replace("0.05", "1" * 5000), "a whole number of thousands of digits"),
+        (SPHERE.replace("[0.1, 0, 0.2]", "[0.1, 0]"), "sphere 1: center: three coordinates are needed"),
+        (SPHERE.replace("[0.1, 0, 0.2]", '"here"'), "sphere 1: center: three coordinates are needed"),
+        (SPHERE.replace("[0.1, 0, 0.2]", '[0.1, 0, "up"]'), "sphere 1: center: a number is needed, not 'up'"),
+        (SPHERE * 1_001, "more than 1000"),
+        ("#" * 1_000_001, "1000001 characters, of at most 1000000"),
+        ("a." * 60 + "b = 1", "a key of more than 50 parts"),
+    ],
+)
+def test_what_is_wrong_is_named(text: str, message: str) -> None:
+    with pytest.raises(InvalidProblem, match="^spheres: .*" + message):
+        read_spheres(text, LINKS)
+
+
+def arm(*spheres: Sphere, bend: float = 3.0) -> SpatialArm:
+    """Three links of 1 m in a plane, whose joints bend by so much."""
+    places = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    joints = tuple(ChainJoint(name=f"j{i}", link=f"l{i}", translation=place) for i, place in enumerate(places))
+    return SpatialArm(
+        chain=Chain(name="arm", joints=joints),
+        max_speed=(1.0,) * 3,
+        max_acceleration=(1.0,) * 3,
+        position_limits=((-bend, bend),) * 3,
+        spheres=spheres,
+    )
+
+
+def ball(link: int, x: float, radius: float = 0.1) -> Sphere:
+    return Sphere(link, (x, 0.0, 0.0), radius, f"l{link}")
+
+
+def test_what_can_touch_has_to_keep_apart() -> None:
+    assert self_collision_pairs(arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9))) == ((0, 2), (1, 2))
+
+
+def test_bodies_that_a_joint_connects_may_touch() -> None:
+    assert self_collision_pairs(arm(ball(1, 0.5), ball(2, 0.5))) == ()
+
+
+def test_what_never_touches_needs_no_watching() -> None:
+    assert self_collision_pairs(arm(ball(1, 0.5), ball(3, 0.9), bend=0.5)) == ()
+
+
+def test_what_always_touches_is_one_thing() -> None:
+    assert self_collision_pairs(arm(ball(0, 0.0, 1.2), ball(2, 0.0, 0.3))) == ()
+
+
+def test_the_margin_counts() -> None:
+    near = arm(ball(1, 0.0), ball(3, 0.0), bend=1.0)  # at least 1.75 m apart
+    assert self_collision_pairs(near) == ()
+    wide = replace(near, margin=1.7)
+    assert self_collision_pairs(wide) == ((0, 1),)
+
+
+def test_links_are_named_to_override() -> None:
+    robot = arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9))
+    assert self_collision_pairs(robot, disabled=[("l3", "l0")]) == ((1, 2),)
+    stiff = arm(ball(1, 0.5), ball(3, 0.9), bend=0.5)
+    assert self_collision_pairs(stiff, kept=[("l1", "l3")]) == ((0, 1),)
+    assert self_collision_pairs(robot, disabled=[("l0", "l3"), ("l1", "l3")]) == ()
+
+
+def test_what_cannot_be_overridden_or_would_take_minutes_is_refused() -> None:
+    robot = arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9))
+    with pytest.raises(InvalidProblem, match="kept_pairs: 'l1' and 'l0' are one body, or a joint connects them"):
+        self_collision_pairs(robot, kept=[("l0", "l3"), ("l1", "l0")])
+    with pytest.raises(InvalidProblem, match="disabled_pairs: no spheres on link 'l7'; there are l0, l1, l3"):
+        self_collision_pairs(robot, disabled=[("l0", "l7")])
+    row = [ball(link, 0.001 * place) for link in (0, 3) for place in range(150)]
+    with pytest.raises(InvalidProblem, match="spheres: 300 make 22500 pairs, of at most 20000"):
+        self_collision_pairs(arm(*row))
+    assert self_collision_pairs(arm(*row), disabled=[("l0", "l3")]) == ()
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_no_pair_of_a_real_robot_is_missed(name: str) -> None:
+    """At 10,000 other random postures no sphere that may touch does."""
+    description = built_in(name)
+    robot = description.arm()
+    kept = set(description.self_pairs(robot))
+    assert kept == set(description.self_pairs(robot))
+    low, high = np.clip(np.array(robot.position_limits).T, -np.pi, np.pi)
+    theta = np.random.default_rng(99).uniform(low, high, (10_000, robot.dof))
+    frames = robot.positions(ca.DM(theta))
+    centers = [np.array(frames[body.start]) for body in robot.bodies]
+    links = [sphere.name for sphere in robot.spheres]
+    disabled = {frozenset(pair) for pair in description.disabled}
+    for one, two in robot.link_pairs:
+        if (one, two) in kept or frozenset((links[one], links[two])) in disabled:
+            continue
+        gaps = np.linalg.norm(centers[one] - centers[two], axis=1)
+        assert gaps.min() > robot.spheres[one].radius + robot.spheres[two].radius
+
+
+def test_links_that_are_known_to_be_near_may_touch_if_they_have_spheres() -> None:
+    description = built_in("panda")
+    spheres = [sphere for sphere in description.spheres if sphere.name != "panda_hand"]
+    robot = description.arm(spheres=spheres)
+    links = {frozenset((spheres[one].name, spheres[two].name)) for one, two in description.self_pairs(robot)}
+    assert frozenset(("panda_link5", "panda_link7")) not in links
+    assert frozenset(("panda_link2", "panda_link7")) in links
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_most_postures_of_a_real_robot_are_free(name: str) -> None:
+    description = built_in(name)
+    robot = description.arm()
+    pairs = np.array(description.self_pairs(robot))
+    low, high = np.clip(np.array(robot.position_limits).T, -np.pi, np.pi)
+    frames = robot.positions(ca.DM(np.random.default_rng(5).uniform(low, high, (500, robot.dof))))
+    centers = np.stack([np.array(frames[body.start]) for body in robot.bodies])
+    radii = np.array([sphere.radius for sphere in robot.spheres])
+    gaps = np.linalg.norm(centers[pairs[:, 0]] - centers[pairs[:, 1]], axis=2) - radii[pairs].sum(axis=1)[:, None]
+    assert np.mean(gaps.min(axis=0) > 0.0) > 0.7
