@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -28,32 +27,49 @@ USES: dict[str, Callable[[str], object]] = {
 }
 
 
+OWN = {"find": f"{KEY}.so", "keep": f"{KEY}.so", "claim": f".{KEY}", "lock": ".turn"}  # what each opens
+
+
 @pytest.fixture
-def victim(tmp_path: Path) -> Path:
-    path = tmp_path / "victim"
-    path.write_text("precious")
+def victim(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A whole library of that key, which would be found where a link to it were followed."""
+    with monkeypatch.context() as patch:
+        patch.setenv(cache.VARIABLE, str(tmp_path / "elsewhere"))
+        path = cache.keep(KEY, b"precious").rename(tmp_path / "victim")
+        (tmp_path / "elsewhere").rmdir()
     os.utime(path, (1e9, 1e9))
     return path
 
 
-@pytest.mark.parametrize("use", USES.values(), ids=USES)
-@pytest.mark.parametrize("name", [".turn", f".{KEY}", f"{KEY}.so"])
+@pytest.mark.parametrize("use", USES)
 @pytest.mark.parametrize("kind", ["link", "dangling link", "fifo", "folder"])
-def test_nothing_planted_is_touched(
-    kind: str, name: str, use: Callable[[str], object], victim: Path, cache_folder: Path
-) -> None:
+def test_nothing_planted_is_touched(kind: str, use: str, victim: Path, cache_folder: Path) -> None:
     cache_folder.mkdir(mode=0o700)
-    planted = cache_folder / name
+    precious, planted = victim.read_bytes(), cache_folder / OWN[use]
     if kind == "fifo":
         os.mkfifo(planted)
     elif kind == "folder":
         planted.mkdir()
     else:
         planted.symlink_to(victim if kind == "link" else victim.parent / "created")
-    with suppress(OSError):
-        use(KEY)
-    assert (victim.read_text(), victim.stat().st_mtime) == ("precious", 1e9)
+    if use == "lock" or (use, kind) == ("keep", "folder"):
+        with pytest.raises(OSError, match=rf"{OWN[use]}|Too many levels|[Ii]s a directory"):
+            USES[use](KEY)
+    elif use == "keep":  # takes the place of what was planted
+        assert USES[use](KEY) == planted == cache.find(KEY)
+        assert planted.is_file() and not planted.is_symlink()
+    else:
+        assert not USES[use](KEY)
+    assert (victim.read_bytes(), victim.stat().st_mtime) == (precious, 1e9)
     assert sorted(path.name for path in victim.parent.iterdir()) == sorted({"victim", cache_folder.name})
+    assert [path.name for path in cache_folder.iterdir()] == [OWN[use]]
+
+
+def test_the_victim_is_found_where_no_link_is_needed(victim: Path, cache_folder: Path) -> None:
+    cache_folder.mkdir(mode=0o700)
+    assert cache.find(KEY) is None
+    victim.rename(cache_folder / f"{KEY}.so")
+    assert cache.find(KEY) == cache_folder / f"{KEY}.so"
 
 
 @pytest.mark.parametrize("use", USES.values(), ids=USES)
@@ -64,10 +80,13 @@ def test_nothing_is_made_where_others_may_write(
     cache_folder.mkdir()
     cache_folder.chmod(mode)
     (cache_folder / ".turn").symlink_to(victim)
-    with suppress(PermissionError):
+    precious = victim.read_bytes()
+    if use is cache.find:
         assert use(KEY) is None
-        assert use is not lock
-    assert victim.read_text() == "precious"
+    else:
+        with pytest.raises(PermissionError, match="can be written by others"):
+            use(KEY)
+    assert victim.read_bytes() == precious
     assert [path.name for path in cache_folder.iterdir()] == [".turn"]
     assert cache.scratch() is None
     assert not cache.writable()
@@ -79,9 +98,11 @@ def test_nothing_is_made_in_a_folder_of_somebody_else(
 ) -> None:
     cache_folder.mkdir(mode=0o700)
     monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
-    with suppress(PermissionError):
+    if use is cache.find:
         assert use(KEY) is None
-        assert use is not lock
+    else:
+        with pytest.raises(PermissionError, match="can be written by others"):
+            use(KEY)
     assert not list(cache_folder.iterdir())
 
 
