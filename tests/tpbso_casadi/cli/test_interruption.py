@@ -122,14 +122,29 @@ def test_what_comes_into_the_folder_meanwhile_is_not_lost(
     assert [path.name for path in Path().iterdir()] == ["out"]
 
 
+INTERRUPTED_WHILE_MODELLING = """
+import os, signal
+from tpbso_casadi.cli import entry
+from tpbso_casadi.cli.display import planning_progress
+
+class Console(planning_progress.OutputConsole):
+    def print(self, *texts, **options):
+        if texts == ("modelling",):
+            os.kill(os.getpid(), signal.SIGINT)
+
+planning_progress.INTERVAL, planning_progress.OutputConsole = -1.0, Console
+entry.run("tpbso_casadi.cli.commands.solve")
+"""
+
+
+@pytest.mark.process
 def test_before_there_is_a_candidate_the_old_run_stays(old: dict[str, bytes]) -> None:
-    with started("modelling") as process:
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=120.0)
-    if process.returncode == 130 and "nothing was written" in errors:
-        assert contents(FOLDER) == old
-    else:  # the search had begun
-        assert read_run(FOLDER).result.interrupted
+    command = [sys.executable, "-c", INTERRUPTED_WHILE_MODELLING, *COMMAND, "--out", str(FOLDER)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120.0)
+    said = "error: interrupted before there was a plan; nothing was written\n"
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", said)
+    assert contents(FOLDER) == old
+    assert [path.name for path in Path().iterdir()] == ["out"]
 
 
 def test_nothing_but_a_line_while_modules_are_loaded() -> None:

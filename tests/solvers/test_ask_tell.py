@@ -37,10 +37,15 @@ def finish(search: AskTell, f: Callable[[np.ndarray], np.ndarray] = cost) -> lis
     return asked
 
 
-@pytest.mark.parametrize("budget", [Budget(217), Budget(iterations=3), Budget(400, stagnation=2)], ids=str)
 @pytest.mark.parametrize("name", PARAMETERS)
-def test_the_candidates_are_those_of_minimize(name: str, budget: Budget) -> None:
+def test_the_candidates_are_those_of_minimize(name: str) -> None:
     named_solver(name)
+    budgets = [Budget(120), *([Budget(iterations=3), Budget(400, stagnation=2)] if name in ("bso", "scipy-de") else [])]
+    for budget in budgets:
+        same_candidates(name, budget)
+
+
+def same_candidates(name: str, budget: Budget) -> None:
     evaluated: list[np.ndarray] = []
     expected = tp.minimize(
         lambda x: (evaluated.append(x.copy()), holes(x))[1], BOUNDS, name, budget, seed=5, vectorized=True
@@ -185,40 +190,37 @@ def test_what_cannot_be_saved(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("content", [b"", b"no archive", b"PK\x03\x04 cut"])
-def test_files_that_are_none(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "x.npz").write_bytes(content)
-    with pytest.raises(ValueError, match=r"x.npz: not a saved search"):
-        AskTell.load(tmp_path / "x.npz")
-
-
-def test_an_archive_of_something_else(tmp_path: Path) -> None:
-    np.savez(tmp_path / "x.npz", stated=np.array("{}"), sizes=np.ones(1), costs=np.ones(1), known=np.ones(1))
+def test_files_that_are_none(tmp_path: Path) -> None:
+    file = tmp_path / "x.npz"
+    for content in (b"", b"no archive", b"PK\x03\x04 cut"):
+        file.write_bytes(content)
+        with pytest.raises(ValueError, match=r"x.npz: not a saved search"):
+            AskTell.load(file)
+    np.savez(file, stated=np.array("{}"), sizes=np.ones(1), costs=np.ones(1), known=np.ones(1))
     with pytest.raises(ValueError, match=r"x.npz: not a saved search: 'format'"):
-        AskTell.load(tmp_path / "x.npz")
+        AskTell.load(file)
 
 
-@pytest.mark.parametrize(
-    ("name", "change"),
-    [
-        ("stated", lambda stated: stated | {"seed": -3}),
-        ("stated", lambda stated: stated | {"solver": "os:system"}),
-        ("stated", lambda stated: stated | {"settings": [1]}),
-        ("stated", lambda stated: stated | {"settings": {"population": "many"}}),
-        ("stated", lambda stated: stated | {"budget": {"evaluations": 1.5}}),
-        ("costs", lambda costs: costs * 1j),
-        ("costs", lambda costs: costs[:, None]),
-        ("costs", lambda costs: costs.astype(str)),
-    ],
-)
-def test_an_archive_that_was_changed(tmp_path: Path, name: str, change: Callable[[Any], Any]) -> None:
+CHANGES: list[tuple[str, Callable[[Any], Any]]] = [
+    ("stated", lambda stated: stated | {"seed": -3}),
+    ("stated", lambda stated: stated | {"solver": "os:system"}),
+    ("stated", lambda stated: stated | {"settings": [1]}),
+    ("stated", lambda stated: stated | {"settings": {"population": "many"}}),
+    ("stated", lambda stated: stated | {"budget": {"evaluations": 1.5}}),
+    ("costs", lambda costs: costs * 1j),
+    ("costs", lambda costs: costs[:, None]),
+    ("costs", lambda costs: costs.astype(str)),
+]
+
+
+def test_an_archive_that_was_changed(tmp_path: Path) -> None:
     search = AskTell("pso", BOUNDS, budget=60, population=30)
     search.tell(search.ask(), cost(search.ask()))
     file = search.save(tmp_path / "x.npz")
     with np.load(file) as archive:
-        parts = dict(archive)
-    kept = json.loads(str(parts["stated"])) if name == "stated" else parts[name]
-    parts[name] = np.array(json.dumps(change(kept))) if name == "stated" else change(kept)
-    np.savez(file, **parts)
-    with pytest.raises(ValueError, match=r"x.npz: not a saved search: [^\n]+$"):
-        AskTell.load(file)
+        kept = dict(archive)
+    for name, change in CHANGES:
+        part = change(json.loads(str(kept["stated"]))) if name == "stated" else change(kept[name])
+        np.savez(file, **(kept | {name: np.array(json.dumps(part)) if name == "stated" else part}))
+        with pytest.raises(ValueError, match=r"x.npz: not a saved search: [^\n]+$"):
+            AskTell.load(file)

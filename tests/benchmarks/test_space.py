@@ -49,6 +49,7 @@ def test_lines_are_divided_ever_more_and_doubled_waypoints_left_out() -> None:
     assert second.tolist() == [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 2.0]]
 
 
+@pytest.mark.process
 @pytest.mark.slow
 @pytest.mark.parametrize(("planner", "package"), [("ompl", "ompl"), ("drake", "pydrake")])
 def test_a_planner_answers_with_a_motion_that_is_judged(
@@ -68,6 +69,7 @@ def test_a_planner_answers_with_a_motion_that_is_judged(
     assert 0.9 * answer.bound < answer.duration < 2.0 * answer.bound
 
 
+@pytest.mark.process
 @pytest.mark.slow
 def test_a_start_outside_the_ranges_of_the_joints_has_no_path(setting: Setting, folder: Path) -> None:
     pytest.importorskip("ruckig")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -84,35 +85,41 @@ def test_torques_of_a_motion_are_those_of_the_arm_and_its_payload(folder: Path) 
     assert setting.excess(still, 1.0)[-1] == pytest.approx(torque / 10.0 - 1.0, rel=1e-3)
 
 
-@pytest.mark.parametrize("text", ["", "x", "0", "-1", "1,2", "1,2,3,nan", "inf"])
-def test_a_payload_that_is_none_is_one_line(
-    text: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arguments = ["x.jsonl", "--robot-urdf", str(folder / "small.urdf"), "--spheres", str(folder / "small.toml")]
-    monkeypatch.setattr(sys, "argv", ["motion_bench_maker", *arguments, f"--payload={text}"])
-    assert main() == 2
-    assert capsys.readouterr().err.startswith(f"benchmarks.motion_bench_maker: --payload: {text!r} is not")
+Said = Callable[..., tuple[int, str, str]]
 
 
-@pytest.mark.parametrize(
-    ("options", "reason"),
-    [
+@pytest.fixture
+def said(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Said:
+    """The status of the command line for the small robot, and what it prints on both streams."""
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        robot = ["--robot-urdf", str(folder / "small.urdf"), "--spheres", str(folder / "small.toml")]
+        monkeypatch.setattr(sys, "argv", ["motion_bench_maker", *arguments, *robot])
+        return main(), *capsys.readouterr()
+
+    return run
+
+
+def test_what_is_wrong_with_a_command_line_is_one_line(said: Said) -> None:
+    wrong = {
+        f"--payload={text}": f"--payload: {text!r} is not" for text in ("", "x", "0", "-1", "1,2", "1,2,3,nan", "inf")
+    }
+    for option, reason in wrong.items():
+        status, _, errors = said("x.jsonl", option)
+        assert (status, errors.count("\n")) == (2, 1)
+        assert errors.startswith(f"benchmarks.motion_bench_maker: {reason}"), option
+    assert said("x.jsonl")[2].startswith("benchmarks.motion_bench_maker: x.jsonl: cannot be read: ")
+
+
+def test_options_that_contradict_the_robot_or_each_other_are_one_line(said: Said) -> None:
+    pytest.importorskip("pinocchio")
+    for options, reason in (
         (["--payload", "3", "--no-torque"], "--payload: means nothing where torques are not kept"),
         (["--payload", "3", "--tip", "thumb"], "--tip: 'thumb' is no link"),
-    ],
-)
-def test_options_that_contradict_the_robot_or_each_other_are_one_line(
-    options: list[str],
-    reason: str,
-    folder: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    pytest.importorskip("pinocchio")
-    arguments = ["x.jsonl", "--robot-urdf", str(folder / "small.urdf"), "--spheres", str(folder / "small.toml")]
-    monkeypatch.setattr(sys, "argv", ["motion_bench_maker", *arguments, *options])
-    assert main() == 2
-    assert capsys.readouterr().err.startswith(f"benchmarks.motion_bench_maker: {reason}")
+    ):
+        status, _, errors = said("x.jsonl", *options)
+        assert status == 2
+        assert errors.startswith(f"benchmarks.motion_bench_maker: {reason}")
 
 
 def test_a_run_that_failed_is_a_record(setting: Setting, folder: Path) -> None:
@@ -128,30 +135,16 @@ def test_a_run_that_failed_is_a_record(setting: Setting, folder: Path) -> None:
     assert len(Records(folder / "records.jsonl").every) == 1
 
 
+@pytest.mark.process
 @pytest.mark.slow
-def test_a_file_is_planned_proven_and_not_planned_again(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_is_planned_proven_and_not_planned_again(folder: Path, said: Said) -> None:
     pytest.importorskip("ruckig")
-    arguments = [str(folder / "small.jsonl"), "--robot-urdf", str(folder / "small.urdf"), "--spheres"]
-    arguments += [str(folder / "small.toml"), "--max-acceleration", "5", "--max-jerk", "50", "--tip", "tool0"]
+    arguments = [str(folder / "small.jsonl"), "--max-acceleration", "5", "--max-jerk", "50", "--tip", "tool0"]
     arguments += ["--evaluations", "3000", "--out", str(folder / "out")]
-    monkeypatch.setattr(sys, "argv", ["motion_bench_maker", *arguments])
-    assert main() == 0
-    first = capsys.readouterr()
-    assert "| lshade | 1 of 1 | 1 | 1 | 1 of 1 |" in first.out
-    assert main() == 0
-    again = capsys.readouterr()
-    assert (again.out, again.err) == (first.out, "")
-
-
-def test_a_file_that_is_missing_is_one_line(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arguments = ["x.jsonl", "--robot-urdf", str(folder / "small.urdf"), "--spheres", str(folder / "small.toml")]
-    monkeypatch.setattr(sys, "argv", ["motion_bench_maker", *arguments])
-    assert main() == 2
-    assert capsys.readouterr().err.startswith("benchmarks.motion_bench_maker: x.jsonl: cannot be read: ")
+    status, first, _ = said(*arguments)
+    assert status == 0
+    assert "| lshade | 1 of 1 | 1 | 1 | 1 of 1 |" in first
+    assert said(*arguments) == (0, first, "")
 
 
 def test_what_is_needed_or_unknown_is_said(

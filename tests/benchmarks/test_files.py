@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -34,34 +33,34 @@ def test_obstacles_are_turned_as_their_quaternion_says(folder: Path) -> None:
     assert turned.obstacles[0].rotation @ [1.0, 0.0, 0.0] == pytest.approx([0.0, 1.0, 0.0])
 
 
-@pytest.mark.parametrize(
-    ("change", "reason"),
-    [
-        ({"name": ...}, "name: is missing"),
-        ({"name": 3}, "name: is not a name"),
-        ({"start": [0.0, "a"]}, "start: is not a list of numbers"),
-        ({"goal": [0.0]}, "goal: 1 angles where start has 3"),
-        ({"obstacles": {}}, "obstacles: is not a list"),
-        ({"obstacles": [3]}, "obstacle 1: shape: is missing"),
-        ({"shape": "cone"}, "obstacle 1: shape: 'cone' is neither box nor cylinder"),
-        ({"quaternion": [0, 0, 0, 2]}, "obstacle 1: quaternion: is not of length 1"),
-        ({"position": [0, 0]}, "obstacle 1: position: is not 3 numbers"),
-        ({"size": [1, 1, 0]}, "obstacle 1: its sizes are not all positive"),
-        ({"size": ...}, "obstacle 1: size: is missing"),
-    ],
-)
-def test_what_is_wrong_with_a_problem_is_said(folder: Path, change: dict[str, Any], reason: str) -> None:
-    problem = deepcopy(json.loads((folder / "small.jsonl").read_text()))
-    for key, value in change.items():
-        table = problem if key in problem else problem["obstacles"][0]
-        table[key] = value
-        if value is ...:
-            del table[key]
+WRONG: list[tuple[dict[str, Any], str]] = [
+    ({"name": ...}, "name: is missing"),
+    ({"name": 3}, "name: is not a name"),
+    ({"start": [0.0, "a"]}, "start: is not a list of numbers"),
+    ({"goal": [0.0]}, "goal: 1 angles where start has 3"),
+    ({"obstacles": {}}, "obstacles: is not a list"),
+    ({"obstacles": [3]}, "obstacle 1: shape: is missing"),
+    ({"shape": "cone"}, "obstacle 1: shape: 'cone' is neither box nor cylinder"),
+    ({"quaternion": [0, 0, 0, 2]}, "obstacle 1: quaternion: is not of length 1"),
+    ({"position": [0, 0]}, "obstacle 1: position: is not 3 numbers"),
+    ({"size": [1, 1, 0]}, "obstacle 1: its sizes are not all positive"),
+    ({"size": ...}, "obstacle 1: size: is missing"),
+]
+
+
+def test_what_is_wrong_with_a_problem_is_said(folder: Path) -> None:
     path = folder / "wrong.jsonl"
-    path.write_text("\n" + json.dumps(problem))
-    with pytest.raises(InvalidFile) as error:
-        read_problems(path)
-    assert str(error.value) == f"{path}: line 2: {reason}"
+    for change, reason in WRONG:
+        problem = json.loads((folder / "small.jsonl").read_text())
+        for key, value in change.items():
+            table = problem if key in problem else problem["obstacles"][0]
+            table[key] = value
+            if value is ...:
+                del table[key]
+        path.write_text("\n" + json.dumps(problem))
+        with pytest.raises(InvalidFile) as error:
+            read_problems(path)
+        assert str(error.value) == f"{path}: line 2: {reason}"
 
 
 def test_no_json_no_problems_and_two_of_a_name_are_errors(folder: Path) -> None:
