@@ -21,7 +21,7 @@ FLOORS = {  # of the folders of a package; a package that is not here has none
     "problems": {
         **{"base": 1, "evaluation": 2, "robots": 2, "scene": 2, "motions": 3},
         **{"limits": 4, "objectives": 4, "timing": 4, "tasks": 5, "certify": 5},
-        **{"encodings": 6, "nlp": 7, "sequential": 7, "assembly": 8},
+        **{"nlp": 6, "sequential": 6, "assembly": 7, "families": 8},
     }
 }
 KNOWS_ONLY = {("problems", "evaluation"): {"base"}}  # folders that may know less than their floor lets them
