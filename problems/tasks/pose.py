@@ -165,6 +165,11 @@ class Pose(Place):
         """The same pose, with postures near this one."""
         return replace(self, branch=tuple(theta.tolist()))
 
+    @property
+    def branch_angles(self) -> tuple[float, ...]:
+        """The posture that the branch is near, rad."""
+        return self.branch
+
     def posture(
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:

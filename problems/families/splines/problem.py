@@ -475,12 +475,19 @@ class MoveProblem(SplineProblem):
 
     @property
     def branch(self) -> dict[str, FloatArray]:
-        """The postures of the stops that have several, where one has been chosen at each."""
+        """The postures of the stops that have several, where one has been chosen at each.
+
+        :meth:`on_branch` makes the same problem of them, to the bit.
+        """
         if self.branches:
             return {}
         raced = self.same_structure_as is not None
         listed = [stop for stop in stops(self.task) if stop.may_be_missed or (raced and stop.name == "goal")]
-        return {stop.name: branch_posture(self.robot, stop.places[0]) for stop in listed}
+        places = {stop.name: stop.places[0] for stop in listed}
+        return {
+            name: np.array(place.branch_angles) if place.branch_angles else branch_posture(self.robot, place)
+            for name, place in places.items()
+        }
 
     def on_branch(self, branch: Mapping[str, FloatArray]) -> MoveProblem:
         """The same problem on the branches of given postures."""
