@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tpbso_casadi.storage import files
+from tpbso_casadi.storage import files as staging
 from tpbso_casadi.storage.files import replacing
 
 
@@ -24,7 +24,7 @@ def write(folder: Path, *files: str) -> None:
 @pytest.mark.parametrize("exchangeable", [True, False], ids=["exchanged", "renamed twice"])
 def test_a_folder_is_replaced(exchangeable: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if not exchangeable:
-        monkeypatch.setattr(files, "_exchange", lambda one, other: False)
+        monkeypatch.setattr(staging, "_exchange", lambda one, other: False)
     folder = tmp_path / "deep" / "run"
     write(folder, "a", "b")
     write(folder, "b", "c")
