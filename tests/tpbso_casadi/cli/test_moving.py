@@ -1,4 +1,4 @@
-"""Commands where obstacles move: plans, runs, audits and timings, judged by distances written out here."""
+"""Commands where obstacles move, or the robot itself when it is asked: judged by distances written out here."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.running import refusal, result_of
 from scipy.interpolate import PPoly
 
 from tpbso_casadi.cli.commands import audit, compare, retime, solve
@@ -53,25 +54,18 @@ motion = "cart.csv"
 margin_rate = 0.01
 """
 TABLE = "t,x,y,angle\n0,2.0,0.2,0\n1,1.9,0.5,0.8\n3,1.8,0.9,1.6\n"
-QUICK = ["--evaluations", "1500", "--no-plots", "--quiet"]
+QUICK = ["--evaluations", "500", "--no-plots", "--quiet"]
 LINKS = np.array([0.7, 0.7, 0.6])
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def folder(in_an_empty_folder: None) -> None:
     Path("cart.csv").write_text(TABLE)
-    return tmp_path
 
 
 def scene(*parts: str, solver: str = "pso", model: str = "") -> str:
     Path("scene.toml").write_text("\n".join([*parts, model, f'[solver]\nname = "{solver}"\n']))
     return "scene.toml"
-
-
-def content(name: str) -> dict[str, Any]:
-    result: dict[str, Any] = json.loads(Path(name, "result.json").read_text())
-    return result
 
 
 def nearest_to_disc(result: dict[str, Any], times: np.ndarray) -> float:
@@ -101,22 +95,22 @@ CASES = [pytest.param(form, solver, marks=[pytest.mark.slow] * ((form, solver) !
 @pytest.mark.parametrize(("form", "solver"), CASES)
 def test_every_form_of_a_plane_motion_knows_the_time(form: str, solver: str) -> None:
     task, model = FORMS[form]
-    limit = ["--iterations", "3"] if solver == "ipopt" else ["--evaluations", "3000"]
+    limit = ["--iterations", "3"] if solver == "ipopt" else ["--evaluations", "1000"]
     assert solve.main([scene(ARM, task, DISC, solver=solver, model=model), *limit, *QUICK[2:], "--out", "run"]) == 0
-    result = content("run")
+    result = result_of("run")
     last = result["solution"]["breakpoints"][-1]
     nearest = nearest_to_disc(result, np.linspace(0.0, last, 2001))
     assert nearest > 0.0
     assert result["closest_approach"]["distance"] == pytest.approx(nearest, abs=2e-3)
     assert result["at_goal"]["clear_until"] is None or result["at_goal"]["clear_until"] > last
-    assert audit.main(["run", "--json"]) == 0
+    assert read_run(Path("run")).motion.feasible  # all is computed again
 
 
 def test_a_given_path_is_judged_at_the_times_of_its_run(capfd: pytest.CaptureFixture[str]) -> None:
     """The same path with the same disc; nothing waits, so that where they meet it is said."""
     Path("scene.toml").write_text(ARM + GIVEN + DISC.replace("1.9, 1.2", "2.3, 1.4"))
     assert solve.main(["scene.toml", "--no-plots", "--quiet", "--out", "run"]) == 0
-    result = content("run")
+    result = result_of("run")
     last = result["solution"]["breakpoints"][-1]
     nearest = nearest_to_disc(result, np.linspace(0.0, last, 2001))
     assert result["closest_approach"]["distance"] == pytest.approx(nearest, abs=1e-3)
@@ -127,7 +121,7 @@ def test_a_given_path_is_judged_at_the_times_of_its_run(capfd: pytest.CaptureFix
     Path("scene.toml").write_text(ARM + GIVEN + meeting)
     assert solve.main(["scene.toml", "--no-plots", "--quiet", "--out", "other"]) == 1
     assert "the path as it is cannot be run: its clearance is" in capfd.readouterr().err
-    assert content("other")["at_goal"]["touched"]
+    assert result_of("other")["at_goal"]["touched"]
 
 
 @pytest.mark.slow
@@ -138,11 +132,11 @@ def test_retime_among_the_obstacles_of_a_robot_file() -> None:
     Path("cart.csv").write_text("t,x,y,angle\n0,2.5,0.2,0\n1,2.4,0.5,0.8\n3,2.3,0.9,1.6\n")
     options = ["--robot", "robot.toml", "--no-plots", "--quiet"]
     assert retime.main(["path.csv", *options, "--out", "run"]) == 0
-    result = content("run")
+    result = result_of("run")
     assert [len(obstacle.get("motion_rows", [])) for obstacle in result["scenario"]["obstacles"]] == [0, 3]
     assert audit.main(["run"]) == 0
     assert retime.main(["run", "--no-plots", "--quiet", "--out", "again"]) == 0
-    assert content("again")["scenario"]["obstacles"] == result["scenario"]["obstacles"]
+    assert result_of("again")["scenario"]["obstacles"] == result["scenario"]["obstacles"]
     Path("cart.csv").write_text("t,x\n")
     assert retime.main(["path.csv", *options, "--out", "other"]) == 2
 
@@ -153,14 +147,17 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("stored")
     (place / "cart.csv").write_text(TABLE)
     (place / "scene.toml").write_text(f'{ARM}{MOVE}stay = 0.3\n{DISC}{CART}[solver]\nname = "pso"\n')
-    assert solve.main([str(place / "scene.toml"), *QUICK, "--out", str(place / "run")]) == 0
+    assert (
+        solve.main([str(place / "scene.toml"), "--evaluations", "1500", *QUICK[2:], "--out", str(place / "run")]) == 0
+    )
     return place / "run"
 
 
 def edited(stored: Path, edit: Callable[[dict[str, Any]], object]) -> str:
     """A copy of the run as somebody would change it who computes its seal anew."""
+    shutil.rmtree("edited", ignore_errors=True)
     shutil.copytree(stored, "edited")
-    result = content("edited")
+    result = result_of("edited")
     edit(result)
     text = json.dumps(sealed({key: value for key, value in result.items() if key != "seal"}))
     Path("edited", "result.json").write_text(text)
@@ -192,13 +189,11 @@ EDITS: dict[str, Callable[[dict[str, Any]], object]] = {
 }
 
 
-@pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
-def test_an_edited_run_is_refused(
-    edit: Callable[[dict[str, Any]], object], stored: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    assert audit.main([edited(stored, edit)]) == 2
-    [line] = capfd.readouterr().err.splitlines()
-    assert line.startswith(f"error: {Path('edited', 'result.json')}: ")
+def test_an_edited_run_is_refused(stored: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    for name, edit in EDITS.items():
+        assert audit.main([edited(stored, edit)]) == 2, name
+        [line] = capfd.readouterr().err.splitlines()
+        assert line.startswith(f"error: {Path('edited', 'result.json')}: "), name
 
 
 def test_runs_from_before_say_nothing_of_this(stored: Path) -> None:
@@ -209,16 +204,16 @@ def test_runs_from_before_say_nothing_of_this(stored: Path) -> None:
 
 
 def test_nothing_is_invented_where_nothing_moves(stored: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    kept = content(str(stored))
+    kept = result_of(str(stored))
     still = ARM + MOVE + DISC.replace("velocity = [-0.6, -0.2]", "")
     Path("scene.toml").write_text(f'{still}[solver]\nname = "pso"\n')
     assert solve.main(["scene.toml", *QUICK, "--out", "still"]) == 0
-    assert "at_goal" not in content("still")
+    assert "at_goal" not in result_of("still")
     assert audit.main([edited(Path("still"), lambda r: r.update(at_goal=kept["at_goal"]))]) == 2
     assert "at_goal: nothing moves that could come near" in capfd.readouterr().err
     Path("scene.toml").write_text(f'{ARM}{MOVE}[solver]\nname = "pso"\n')
     assert solve.main(["scene.toml", *QUICK, "--out", "empty"]) == 0
-    assert "closest_approach" not in content("empty")
+    assert "closest_approach" not in result_of("empty")
 
 
 def test_what_the_terminal_says(capsys: pytest.CaptureFixture[str]) -> None:
@@ -237,15 +232,13 @@ def test_what_the_terminal_says(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_stay_belongs_to_moves_along_splines(capsys: pytest.CaptureFixture[str]) -> None:
-    file = scene(ARM, MOVE, "stay = 0.5", DISC, model='[model]\nmotion = "paper"\n')
-    assert solve.main([file, *QUICK]) == 2
-    assert "task.stay: needs motion = 'spline' in [model]" in capsys.readouterr().err
-    Path("scene.toml").write_text(f"{ARM}{MOVE}stay = -0.5\n{DISC}")
-    assert solve.main(["scene.toml", *QUICK]) == 2
-    assert "task.stay: " in capsys.readouterr().err
-    Path("scene.toml").write_text(f"{ARM}{MOVE}stay = 0.5\ngoal_velocity = [0.1, 0.0, 0.0]\n{DISC}")
-    assert solve.main(["scene.toml", *QUICK]) == 2
-    assert "task.stay: the robot does not stop at its goal" in capsys.readouterr().err
+    for lines, model, reason in (
+        ("stay = 0.5", '[model]\nmotion = "paper"', "task.stay: needs motion = 'spline' in [model]"),
+        ("stay = -0.5", "", "task.stay: "),
+        ("stay = 0.5\ngoal_velocity = [0.1, 0.0, 0.0]", "", "task.stay: the robot does not stop at its goal"),
+    ):
+        file = scene(ARM, MOVE, lines, DISC, model=model)
+        assert reason in refusal(capsys, solve.main, file, *QUICK)
 
 
 @pytest.mark.slow
@@ -253,3 +246,85 @@ def test_solvers_are_compared_among_obstacles_that_move() -> None:
     file = scene(ARM, MOVE, DISC)
     options = ["--solvers", "pso,bso", "--seeds", "2", "--evaluations", "800", "--out", "campaign"]
     assert compare.main([file, *options]) == 0
+
+
+VELOCITY, ACCELERATION = [1.5, 0.0, -0.8], [4.0, -2.0, 3.0]
+LEAVING = f"""
+[arm]
+link_lengths = [0.7, 0.7, 0.6]
+max_speed = 4.0
+max_acceleration = 20.0
+max_jerk = 400.0
+[task]
+kind = "point-to-point"
+start = {{ joints = [-0.8, 0.6, 0.5] }}
+goal = {{ joints = [0.8, 0.5, 0.6] }}
+start_velocity = {VELOCITY}
+start_acceleration = {ACCELERATION}
+[[obstacles]]
+center = [2.3, 1.2]
+semi_axes = [0.15, 0.25]
+velocity = [-0.3, 0.0]
+[solver]
+name = "pso"
+evaluations = 1000
+"""
+
+
+@pytest.fixture(scope="module")
+def leaving(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("moving")
+    (path / "moving.toml").write_text(LEAVING)
+    assert solve.main([str(path / "moving.toml"), "--out", str(path / "run"), "--quiet", "--no-plots"]) == 0
+    return path
+
+
+def test_the_motion_leaves_as_the_robot_moves(leaving: Path) -> None:
+    result = result_of(leaving / "run")
+    solution = result["solution"]
+    theta = PPoly(np.array(solution["coefficients"]), np.array(solution["breakpoints"]))
+    assert [theta(0.0, order) for order in range(3)] == [
+        pytest.approx(values, abs=1e-9) for values in ([-0.8, 0.6, 0.5], VELOCITY, ACCELERATION)
+    ]
+    assert theta(theta.x[-1]) == pytest.approx([0.8, 0.5, 0.6], abs=1e-9)
+    times = np.linspace(0.0, theta.x[-1], 5000)
+    for order, most in enumerate((4.0, 20.0, 400.0), start=1):
+        assert np.abs(theta(times, order)).max() <= most
+    assert result["feasible"]
+    assert result.get("retiming") is None
+    assert result["scenario"]["model"]["motion"] == "time-spline"
+    assert "start acceleration" in [constraint["name"] for constraint in result["constraints"]]
+
+
+def test_the_run_is_read_back_and_certified(leaving: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert audit.main([str(leaving / "run")]) == 0
+    said = capsys.readouterr().out
+    assert "certified" in said
+    assert "fastest of its path" not in said
+
+
+def test_a_changed_acceleration_is_found_out(leaving: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = leaving / "other"
+    path.mkdir()
+    result = result_of(leaving / "run")
+    result["scenario"]["task"]["start_acceleration"] = [4.0, -2.0, 2.9]
+    (path / "result.json").write_text(json.dumps(result))
+    assert audit.main([str(path)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_scenario_is_audited_too(leaving: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert audit.main([str(leaving / "moving.toml")]) == 0
+    assert "no nonlinear program" in capsys.readouterr().out
+
+
+def test_what_does_not_go_with_leaving_in_motion(leaving: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for options, expected in (
+        (["--retime"], "model.retime: motion = 'time-spline' keeps the timing that is searched"),
+        (["--within", "1"], "solver.within: this task has no nonlinear program to descend"),
+        (["--solver", "ipopt"], "solver.name: this task has no nonlinear program to descend"),
+        (["--motion", "spline"], "task.start_acceleration: needs motion = 'time-spline' in [model]"),
+    ):
+        assert expected in refusal(capsys, solve.main, str(leaving / "moving.toml"), "--no-plots", *options)
+    assert retime.main([str(leaving / "run"), "--out", str(leaving / "timed")]) == 2
+    assert "leaves with an acceleration" in capsys.readouterr().err

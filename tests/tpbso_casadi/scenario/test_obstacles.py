@@ -1,4 +1,4 @@
-"""[[obstacles]] that move: keys, tables in CSV files, and one line for what is wrong with them."""
+"""[[obstacles]] that move and solids in space: what they become, and one line for what is wrong with them."""
 
 from __future__ import annotations
 
@@ -9,17 +9,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.running import line_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from problems import Rectangle
+from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Rectangle
 from problems.base import InvalidProblem
 from problems.scene import Tabulated
 from problems.scene.moving import MovingObstacle
-from problems.scene.solids import Box
 from problems.scene.tabulated import as_numbers
 from tpbso_casadi import ScenarioError, parse_scenario
 from tpbso_casadi.cli.commands import solve
-from tpbso_casadi.scenario import ObstacleSection, read_scenario
+from tpbso_casadi.scenario import NestedError, ObstacleSection, read_scenario
 from tpbso_casadi.scenario.input_files import MOST_MOTION_ROWS
+from tpbso_casadi.scenario.obstacles import build_obstacles, read_obstacle
 
 PLANE = """
 {unit}
@@ -69,10 +72,7 @@ def moving(file: Path, number: int = -1) -> MovingObstacle:
 
 
 def refusal(file: Path) -> str:
-    with pytest.raises(ScenarioError) as caught:
-        read_scenario(file).problem()
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
+    return line_of(lambda: read_scenario(file).problem())
 
 
 def test_a_velocity(tmp_path: Path) -> None:
@@ -146,12 +146,12 @@ STATED = {
 }
 
 
-@pytest.mark.parametrize(("motion", "expected"), STATED.items(), ids=range(len(STATED)))
-def test_what_is_wrong_with_a_key(tmp_path: Path, motion: str, expected: str) -> None:
+def test_what_is_wrong_with_a_key(tmp_path: Path) -> None:
     (tmp_path / "cart.csv").write_text(TABLE)
-    message = refusal(plane(tmp_path, motion))
-    assert message.startswith(f"{tmp_path / 'scene.toml'}: ") or "obstacles.1" in message.split(": ")[0]
-    assert expected in message
+    for motion, expected in STATED.items():
+        message = refusal(plane(tmp_path, motion))
+        assert message.startswith(f"{tmp_path / 'scene.toml'}: ") or "obstacles.1" in message.split(": ")[0]
+        assert expected in message, motion
 
 
 TABLES = {
@@ -174,11 +174,11 @@ TABLES = {
 }
 
 
-@pytest.mark.parametrize(("table", "expected"), TABLES.items(), ids=range(len(TABLES)))
-def test_what_is_wrong_with_a_table(tmp_path: Path, table: str, expected: str) -> None:
-    (tmp_path / "cart.csv").write_text(table)
-    message = refusal(plane(tmp_path, 'motion = "cart.csv"'))
-    assert f"scene.toml: obstacles.1.motion: {tmp_path / 'cart.csv'}{expected}" in message
+def test_what_is_wrong_with_a_table(tmp_path: Path) -> None:
+    for table, expected in TABLES.items():
+        (tmp_path / "cart.csv").write_text(table)
+        message = refusal(plane(tmp_path, 'motion = "cart.csv"'))
+        assert f"scene.toml: obstacles.1.motion: {tmp_path / 'cart.csv'}{expected}" in message, table
 
 
 QUATERNIONS = {
@@ -188,13 +188,13 @@ QUATERNIONS = {
 }
 
 
-@pytest.mark.parametrize(("turns", "expected"), QUATERNIONS.items())
-def test_what_is_wrong_with_a_quaternion(tmp_path: Path, turns: str, expected: str) -> None:
-    rows = [f"{t},0.5,0.5,0.5,{turn}" for t, turn in enumerate(turns.splitlines())]
-    (tmp_path / "box.csv").write_text("\n".join(["t,x,y,z,qx,qy,qz,qw", *rows]))
+def test_what_is_wrong_with_a_quaternion(tmp_path: Path) -> None:
     file = tmp_path / "scene.toml"
     file.write_text(SPACE.format(motion='motion = "box.csv"'))
-    assert f"obstacles.0.motion: {tmp_path / 'box.csv'}{expected}" in refusal(file)
+    for turns, expected in QUATERNIONS.items():
+        rows = [f"{t},0.5,0.5,0.5,{turn}" for t, turn in enumerate(turns.splitlines())]
+        (tmp_path / "box.csv").write_text("\n".join(["t,x,y,z,qx,qy,qz,qw", *rows]))
+        assert f"obstacles.0.motion: {tmp_path / 'box.csv'}{expected}" in refusal(file)
 
 
 def test_turns_that_a_spline_cannot_follow() -> None:
@@ -266,3 +266,95 @@ def test_the_command_line_says_it_in_one_line(tmp_path: Path, capfd: pytest.Capt
     reason = "times have to increase, by 1e-06 s at least"
     assert capfd.readouterr().err == f"error: {file}: obstacles.1.motion: {table} line 3: {reason}\n"
     assert not (tmp_path / "out").exists()
+
+
+CENTER, TURN = (0.3, 0.1, 0.5), (0.0, 0.0, 0.6, 0.8)
+SHAPES: list[tuple[dict[str, Any], object]] = [
+    ({"shape": "box", "center": [0.3, 0.1], "size": [0.2, 0.1]}, Rectangle((0.3, 0.1), (0.2, 0.1))),
+    (
+        {"shape": "box", "center": CENTER, "size": [0.2, 0.1, 0.3], "quaternion": TURN},
+        Box(center=CENTER, quaternion=TURN, size=(0.2, 0.1, 0.3)),
+    ),
+    ({"shape": "sphere", "center": CENTER, "radius": 0.2}, Ball(center=CENTER, radius=0.2)),
+    (
+        {"shape": "capsule", "center": CENTER, "radius": 0.2, "length": 1.0, "quaternion": TURN},
+        Capsule(center=CENTER, quaternion=TURN, radius=0.2, length=1.0),
+    ),
+    (
+        {"shape": "cylinder", "center": CENTER, "radius": 0.2, "length": 1.0},
+        Cylinder(center=CENTER, radius=0.2, length=1.0),
+    ),
+    ({"shape": "half-space", "center": CENTER}, HalfSpace(center=CENTER)),
+    ({"shape": "half-space", "center": CENTER, "quaternion": TURN}, HalfSpace(center=CENTER, quaternion=TURN)),
+    ({"shape": "half-space", "center": CENTER, "normal": [0.0, 0.0, 5.0]}, HalfSpace(center=CENTER)),
+    (
+        {"shape": "ellipsoid", "center": CENTER, "semi_axes": [0.2, 0.1, 0.3]},
+        Ellipsoid(center=CENTER, semi_axes=(0.2, 0.1, 0.3)),
+    ),
+]
+
+
+def test_a_table_becomes_the_obstacle_that_it_states() -> None:
+    for table, expected in SHAPES:
+        section = read_obstacle(table)
+        again = read_obstacle(section.model_dump(mode="json", exclude_none=True))
+        assert build_obstacles([section], 7) == build_obstacles([again], 7) == (expected,)
+
+
+@settings(max_examples=50)
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda n: np.linalg.norm(n) > 1e-150))
+def test_a_half_space_is_below_its_normal(normal: tuple[float, float, float]) -> None:
+    [solid] = build_obstacles([read_obstacle({"shape": "half-space", "center": CENTER, "normal": normal})], 7)
+    away = np.array(normal) / np.linalg.norm(normal)
+    assert solid.distance_of(tuple(CENTER + 0.7 * away), CENTER) == pytest.approx(0.7, abs=1e-9)
+    across = np.cross(away, np.roll(away, 1) + 0.1)
+    assert solid.distance_of(tuple(CENTER + across - 0.7 * away), CENTER) == pytest.approx(-0.7, abs=1e-9)
+
+
+NO_SHAPES: list[tuple[dict[str, Any], str]] = [
+    ({"shape": "box", "center": CENTER, "size": [0.2, 0.1]}, "size.2: missing key"),
+    ({"shape": "box", "center": [0.1, 0.2], "size": [0.2, 0.1, 0.1]}, "center.2: missing key"),
+    ({"shape": "box", "center": CENTER, "size": [0.2, 0.1, 0.0]}, "size.2: input should be greater than 0, not 0"),
+    ({"shape": "box", "center": CENTER, "size": [1, 1, 1], "angle": 0.1}, "angle: unknown key"),
+    ({"shape": "box", "center": CENTER, "size": [1, 1, 1], "quaternion": [0, 1]}, "quaternion.2: missing key"),
+    ({"shape": "sphere", "center": CENTER}, "radius: missing key"),
+    ({"shape": "sphere", "center": CENTER, "radius": 1.0, "quaternion": TURN}, "quaternion: unknown key"),
+    ({"shape": "capsule", "center": [0.1, 0.2], "radius": 1.0, "length": 1.0}, "center.2: missing key"),
+    ({"shape": "cylinder", "center": CENTER, "radius": 1.0, "height": 1.0}, "length: missing key"),
+    ({"shape": "half-space", "center": CENTER, "normal": "up"}, "normal: a list is needed, not 'up'"),
+    ({"shape": "ellipsoid", "center": CENTER, "semi_axes": [1.0, 1.0]}, "semi_axes.2: missing key"),
+    ({"shape": "spere", "center": CENTER}, "shape: input should be .*'spere'; did you mean sphere?"),
+]
+
+
+def test_a_table_that_fits_no_shape_is_named() -> None:
+    for table, reason in NO_SHAPES:
+        with pytest.raises(NestedError, match=reason):
+            read_obstacle(table)
+
+
+NO_HALF_SPACES: list[tuple[dict[str, Any], str]] = [
+    ({"quaternion": [0.0, 0.0, 0.0, 2.0]}, r"obstacles.0.quaternion: \(0.0, 0.0, 0.0, 2.0\) is not of length 1"),
+    ({"normal": [0.0, 0.0, 0.0]}, "obstacles.0.normal: a vector of no length has no direction"),
+    ({"normal": [0.0, 0.0, 1.0], "quaternion": TURN}, "obstacles.0.normal: the quaternion says already how"),
+    ({"center": [0.0, 0.0, 1e9]}, "obstacles.0.center: 1e\\+09 is not within"),
+]
+
+
+def test_an_impossible_half_space_is_named() -> None:
+    for table, reason in NO_HALF_SPACES:
+        section = read_obstacle({"shape": "half-space", "center": CENTER, **table})
+        with pytest.raises(ScenarioError, match=reason):
+            build_obstacles([section], 7)
+
+
+def test_a_solid_is_nothing_for_a_robot_in_the_plane() -> None:
+    scenario = parse_scenario(
+        {
+            "arm": {"link_lengths": [1.0, 1.0], "max_speed": 1.0, "max_acceleration": 1.0},
+            "task": {"kind": "point-to-point", "start": [1.0, 0.0], "goal": [0.5, 1.5]},
+            "obstacles": [{"shape": "sphere", "center": CENTER, "radius": 0.1}],
+        }
+    )
+    with pytest.raises(ScenarioError, match=r"^obstacles: obstacle 1, Ball at .* it has 3 dimensions, the robot 2"):
+        scenario.problem()

@@ -134,6 +134,7 @@ def test_ioh_has_the_structure_of_its_own_logger(tmp_path: Path) -> None:
     assert data[0].read_text().splitlines()[0] == data[1].read_text().splitlines()[0]
 
 
+@pytest.mark.process
 @pytest.mark.slow
 def test_cocopp_reads_the_logs(tmp_path: Path) -> None:
     pytest.importorskip("six")  # which cocopp needs
