@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from problems import CertificateStatus, Trajectory
 from problems.certify import limit_verdicts
 from problems.certify.expressions import BINARY, UNARY, Ranges, prove_expression
+from problems.evaluation import interpreter as tape
 from problems.limits import ExpressionLimit, StatedExpression
 from problems.motions import traced
 
@@ -155,9 +156,7 @@ def test_ranges_hold_what_is_in_them(name: str) -> None:
     sides = [(each[:, 0], each[:, 1]) for each in corners]
     low, high = interpreter.unary(name, sides[0]) if unary else interpreter.binary(name, sides[0], sides[1])
     x = ca.SX.sym("x", 2)
-    operation = (
-        ca.SX.unary(interpreter.UNARY[name], x[0]) if unary else ca.SX.binary(interpreter.BINARY[name], x[0], x[1])
-    )
+    operation = ca.SX.unary(tape.UNARY[name], x[0]) if unary else ca.SX.binary(tape.BINARY[name], x[0], x[1])
     function = ca.Function("f", [x], [operation])
     for share in np.linspace(0.0, 1.0, points):
         other = rng.choice([0.0, 1.0, rng.uniform()], size=count)
