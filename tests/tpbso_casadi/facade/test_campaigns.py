@@ -1,4 +1,4 @@
-"""``tp.compare``: the campaign of the command line, as an object."""
+"""``tp.compare``: the campaign of the command line, as an object; ``tp.pareto``: a front of certified plans."""
 
 from __future__ import annotations
 
@@ -59,36 +59,27 @@ def test_it_shows_itself(tmp_path: Path) -> None:
     assert comparison.plot()._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
     folder = comparison.save(tmp_path / "saved", plots=False)
     with (folder / "runs.csv").open() as file:
-        assert len(list(csv.DictReader(file))) == 12
+        assert len(list(csv.DictReader(file))) == len(comparison.runs_to_dataframe()) == 12
     with (folder / "summary.csv").open() as file:
         assert [row["solver"] for row in csv.DictReader(file)] == [row["solver"] for row in comparison.table]
-
-
-def test_as_data_frames() -> None:
-    pytest.importorskip("pandas")
-    assert len(compared().to_dataframe()) == 3
-    assert len(compared().runs_to_dataframe()) == 12
+    assert len(comparison.to_dataframe()) == 3
 
 
 def test_it_is_the_comparison_of_the_command_line_and_resumes_there(tmp_path: Path) -> None:
-    options = ["--solvers", "pso,pso(c1=1.5)", "--runs", "2", "--evaluations", "40", "--workers", "1"]
     done: list[tuple[int, int]] = []
-
-    def count(number: int, of: int) -> None:
-        done.append((number, of))
-
-    keys: dict[str, Any] = {"runs": 2, "evaluations": 40, "folder": tmp_path, "progress": count}
-    comparison = tp.compare("time-2", "pso,pso(c1=1.5)", **keys)
+    keys: dict[str, Any] = {"runs": 2, "evaluations": 40, "folder": tmp_path}
+    comparison, again = (
+        tp.compare("time-2", "pso,pso(c1=1.5)", **keys, progress=lambda *number: done.append(number)) for _ in range(2)
+    )
     assert done == [(1, 4), (2, 4), (3, 4), (4, 4)]
-    again = tp.compare("time-2", "pso,pso(c1=1.5)", **keys)
-    assert len(done) == 4
     assert again.table == comparison.table
     before = (tmp_path / "summary.csv").read_bytes()
+    options = ["--solvers", "pso,pso(c1=1.5)", "--runs", "2", "--evaluations", "40", "--workers", "1"]
     assert command.main(["time-2", *options, "--out", str(tmp_path), "--quiet", "--no-plots"]) == 0
     assert (tmp_path / "summary.csv").read_bytes() == before
 
 
-@pytest.mark.slow
+@pytest.mark.process
 def test_processes_change_nothing() -> None:
     keys: dict[str, Any] = {"runs": 2, "evaluations": 40}
     alone, together = (tp.compare("time-2", ["pso", "ga"], **keys, workers=workers) for workers in (1, 2))
@@ -114,19 +105,59 @@ def test_labels() -> None:
     assert [spec.label for spec in specs_of([tp.BSO(), tp.GA])] == ["bso", "ga"]
 
 
-@pytest.mark.parametrize(
-    ("call", "expected"),
-    [
-        (lambda: tp.compare(["time-2", "time-2"], "pso"), "scenarios: time-2 is there twice; say a table"),
-        (lambda: tp.compare("time-2", ["pso", tp.PSO]), "solvers: pso is there twice; say a table"),
-        (lambda: tp.compare("time-2", []), "solvers: one at least is needed"),
-        (lambda: tp.compare("time-2", [3]), "solver: 3 is none"),
-        (lambda: tp.compare("time-2", "psoo"), "time-2: psoo: solver.name: no solver 'psoo'; did you mean pso"),
-        (lambda: tp.compare("time-2", "pso", runs=10**6), "runs: a campaign has at most"),
-        (lambda: tp.compare("time-2", "pso", runs=1, workers=10**6), "workers: more than"),
-        (lambda: tp.compare("time-2", ["pso"], runs=0), "runs: 0 are none"),
-    ],
-)
-def test_mistakes_take_one_line(call: Any, expected: str) -> None:
-    with pytest.raises(ValueError, match=f"^{expected}"):
-        call()
+FRONT: dict[str, Any] = TASK | {"solver": "pso", "pieces": 3, "samples": 15}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("pareto") / "front"
+
+
+@pytest.fixture(scope="module")
+def front(folder: Path) -> tp.Front:
+    return tp.pareto(ARM, ("time", "rotation"), points=2, **FRONT, evaluations=100, folder=folder)
+
+
+def test_every_point_is_a_certified_plan_that_no_other_dominates(front: tp.Front) -> None:
+    values = front.values
+    assert len(front) == len(values) >= 2
+    assert (np.diff(values[:, 0]) > 0.0).all()
+    assert (np.diff(values[:, 1]) < 0.0).all()
+    for plan, (time, rotation), point in zip(front.plans, values, front.points, strict=True):
+        assert plan.certified
+        assert plan.duration == pytest.approx(time, rel=1e-9)
+        assert point.duration == plan.duration
+        turned = np.abs(np.diff(plan.trajectory.at(np.linspace(0.0, plan.duration, 20_001)), axis=0)).sum()
+        assert turned == pytest.approx(rotation, rel=1e-6)
+
+
+def test_a_front_shows_itself(front: tp.Front, tmp_path: Path) -> None:
+    assert repr(front).startswith(f"<front: {len(front)} certified plans, time [s] ")
+    page = front._repr_html_()
+    assert page.count("<tr>") == 1 + len(front)
+    assert "data:image/png" in page
+    assert front.plot()._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+    assert list(front.to_dataframe().columns) == ["point", "time [s]", "rotation [rad]", "duration [s]"]
+    with pytest.raises(ValueError, match="figures: there is no kind 'jpg'; there are png, pdf, svg"):
+        front.save(tmp_path, figures="jpg")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_folder_keeps_it_and_resumes(front: tp.Front, folder: Path) -> None:
+    assert {path.name for path in folder.iterdir()} >= {"front.csv", "front.png", "points", "front.json"}
+    made: list[Any] = []
+    keys: dict[str, Any] = {"points": 2, **FRONT, "evaluations": 100, "folder": folder, "told": made.append}
+    again = tp.pareto(ARM, ("time", "rotation"), figures=["pdf", "svg"], **keys)
+    assert {path.name for path in folder.glob("front.*")} >= {"front.pdf", "front.svg"}
+    assert front.save(folder / "svg", figures=["svg"]).joinpath("front.svg").exists()
+    assert not list((folder / "svg").glob("*.png"))
+    assert made == []
+    np.testing.assert_array_equal(again.values, front.values)
+    with pytest.raises(tp.OutputError, match="was made with"):
+        tp.pareto(ARM, ("time", "length"), **keys)
+
+
+def test_a_front_in_which_nothing_is_certified_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    blocked = [tp.Rectangle((0.9, 0.9), (0.2, 0.2))]
+    with pytest.raises(tp.ScenarioError, match="no plan is certified, not even at an end of the front"):
+        tp.pareto("time-3", ("time", "rotation"), 2, obstacles=blocked, solver="pso", evaluations=8, population=4)

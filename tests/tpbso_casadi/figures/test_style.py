@@ -1,4 +1,4 @@
-"""What all figures share: letters, files, labels that do not overlap."""
+"""What all figures share: letters, files, labels that do not overlap, colours that anybody can tell apart."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from oracles.colour_vision import VISIONS, differences, lab, seen
 from scipy.optimize import minimize
 
 from tpbso_casadi.figures.labels import EndLabel, label_ends, spread
-from tpbso_casadi.figures.palette import FORMATS
+from tpbso_casadi.figures.palette import DASHES, FORMATS, MARKERS, SERIES, colour_of, line_of, marker_of, shade_of
 from tpbso_casadi.figures.style import ONE_COLUMN, SMALL, in_print, write_figure
 
 PLACES = st.lists(st.floats(0.0, 1.0), max_size=8).map(np.array)
@@ -66,7 +68,7 @@ def test_labels_are_apart_in_order_and_within(places: np.ndarray, gap: float) ->
         np.testing.assert_allclose(moved, places, atol=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_labels_move_as_little_as_can_be(seed: int) -> None:
     rng = np.random.default_rng(seed)
     places, gap = np.sort(rng.uniform(0.0, 1.0, 6)), 0.12
@@ -86,3 +88,46 @@ def test_labels_at_the_ends_of_lines_do_not_overlap() -> None:
     assert all(below.y1 <= above.y0 + 0.5 for below, above in pairwise(boxes))
     assert [text.get_text() for text in axes.texts] == ["joint 0", "joint 1", "joint 2", "joint 3"]
     assert boxes[-1].y0 < axes.bbox.y1  # what ends outside is named at the edge
+
+
+LEAST, LEAST_OF_FOUR = 22.0, 30.0  # CIELAB differences of any two series, and of any two of the first four
+LEAST_FROM_WHITE = 35.0
+COLOURS = np.array([to_rgb(colour) for colour in SERIES])
+WHITE = np.ones((1, 3))
+
+
+def test_the_oracle_of_colours_by_hand() -> None:
+    # the corners of sRGB in CIELAB under D65, as tables have them
+    corners = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    expected = [[100.0, 0.0, 0.0], [53.24, 80.09, 67.20], [32.30, 79.19, -107.86]]
+    np.testing.assert_allclose(lab(corners), expected, atol=0.02)
+    for vision in VISIONS:  # greys stay greys
+        np.testing.assert_allclose(seen(np.full(3, 0.4), vision), 0.4, atol=1e-3)
+    # red and green of one lightness are one colour without the cones for green, far apart with them
+    pair = np.array([to_rgb("#b06a00"), to_rgb("#7f8000")])
+    assert differences(pair, "deuteranopia")[0, 1] < 10.0 < LEAST
+    assert differences(pair, "normal")[0, 1] > 30.0
+
+
+@pytest.mark.parametrize("vision", VISIONS)
+def test_no_two_series_look_alike(vision: str) -> None:
+    between = differences(COLOURS, vision) + np.diag(np.full(len(SERIES), np.inf))
+    assert between.min() > LEAST
+    assert between[:4, :4].min() > LEAST_OF_FOUR
+    assert differences(np.vstack([COLOURS, WHITE]), vision)[-1, :-1].min() > LEAST_FROM_WHITE
+
+
+def test_colour_is_never_all() -> None:
+    for first, second in pairwise(range(12)):
+        assert line_of(first)["linestyle"] != line_of(second)["linestyle"]
+        assert marker_of(first) != marker_of(second)
+    looks = {(line_of(number)["color"], line_of(number)["linestyle"]) for number in range(len(SERIES) * len(DASHES))}
+    assert len(looks) == len(SERIES) * len(DASHES)
+    assert len(set(SERIES)) == len(SERIES) == len(set(DASHES)) == len(set(MARKERS))
+    assert colour_of(len(SERIES)) == colour_of(0)
+
+
+def test_postures_get_darker_with_time() -> None:
+    shades = np.array([shade_of(share) for share in np.linspace(0.0, 1.0, 9)])
+    for vision in VISIONS:
+        assert (np.diff(lab(seen(shades, vision))[:, 0]) < -5.0).all()
