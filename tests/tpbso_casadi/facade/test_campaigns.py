@@ -65,8 +65,12 @@ def test_it_shows_itself(tmp_path: Path) -> None:
     assert len(comparison.to_dataframe()) == 3
 
 
-def test_it_is_the_comparison_of_the_command_line_and_resumes_there(tmp_path: Path) -> None:
+def test_it_is_the_comparison_of_the_command_line_and_resumes_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     done: list[tuple[int, int]] = []
+    save = tp.Comparison.save
+    monkeypatch.setattr(tp.Comparison, "save", lambda comparison, folder: save(comparison, folder, plots=False))
     keys: dict[str, Any] = {"runs": 2, "evaluations": 40, "folder": tmp_path}
     comparison, again = (
         tp.compare("time-2", "pso,pso(c1=1.5)", **keys, progress=lambda *number: done.append(number)) for _ in range(2)
@@ -115,7 +119,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def front(folder: Path) -> tp.Front:
-    return tp.pareto(ARM, ("time", "rotation"), points=2, **FRONT, evaluations=100, folder=folder)
+    return tp.pareto(ARM, ("time", "rotation"), points=2, **FRONT, evaluations=60, folder=folder)
 
 
 def test_every_point_is_a_certified_plan_that_no_other_dominates(front: tp.Front) -> None:
@@ -146,7 +150,7 @@ def test_a_front_shows_itself(front: tp.Front, tmp_path: Path) -> None:
 def test_the_folder_keeps_it_and_resumes(front: tp.Front, folder: Path) -> None:
     assert {path.name for path in folder.iterdir()} >= {"front.csv", "front.png", "points", "front.json"}
     made: list[Any] = []
-    keys: dict[str, Any] = {"points": 2, **FRONT, "evaluations": 100, "folder": folder, "told": made.append}
+    keys: dict[str, Any] = {"points": 2, **FRONT, "evaluations": 60, "folder": folder, "told": made.append}
     again = tp.pareto(ARM, ("time", "rotation"), figures=["pdf", "svg"], **keys)
     assert {path.name for path in folder.glob("front.*")} >= {"front.pdf", "front.svg"}
     assert front.save(folder / "svg", figures=["svg"]).joinpath("front.svg").exists()
