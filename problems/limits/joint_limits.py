@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
@@ -20,6 +19,8 @@ from problems.scene import Obstacle
 @dataclass(frozen=True)
 class DerivativeLimit(Limit):
     """``|d^n theta_i / dt^n| <= bound_i`` for every joint i.
+
+    A kind states its order; its name is that of the bounds in the robot's record. All else is derived.
 
     Args:
         robot: whose joints.
@@ -42,9 +43,10 @@ class DerivativeLimit(Limit):
         return None if cls(robot).bounds is None else cls(robot)
 
     @property
-    @abstractmethod
     def bounds(self) -> tuple[float, ...] | None:
         """The robot's bound of each joint, in ``unit``; None where it has none."""
+        bounds: tuple[float, ...] | None = getattr(self.robot.limits, self.name)
+        return bounds
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The limit at each sample; no margin, as time scaling makes up for what lies between."""
@@ -92,11 +94,6 @@ class SpeedLimit(DerivativeLimit):
     unit: ClassVar[str] = "rad/s"
     equation: ClassVar[str] = "(11), (16)"
 
-    @property
-    def bounds(self) -> tuple[float, ...] | None:
-        """The robot's largest joint speeds, rad/s."""
-        return self.robot.limits.speed
-
 
 @dataclass(frozen=True)
 class AccelerationLimit(DerivativeLimit):
@@ -107,11 +104,6 @@ class AccelerationLimit(DerivativeLimit):
     unit: ClassVar[str] = "rad/s^2"
     equation: ClassVar[str] = "(12), (17)"
 
-    @property
-    def bounds(self) -> tuple[float, ...] | None:
-        """The robot's largest joint accelerations, rad/s^2."""
-        return self.robot.limits.acceleration
-
 
 @dataclass(frozen=True)
 class JerkLimit(DerivativeLimit):
@@ -121,11 +113,6 @@ class JerkLimit(DerivativeLimit):
     order: ClassVar[int] = 3
     unit: ClassVar[str] = "rad/s^3"
     equation: ClassVar[str] = "-"
-
-    @property
-    def bounds(self) -> tuple[float, ...] | None:
-        """The robot's largest jerks, rad/s^3."""
-        return self.robot.limits.jerk
 
 
 @dataclass(frozen=True)

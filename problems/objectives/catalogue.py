@@ -10,7 +10,7 @@ import numpy as np
 
 from problems.base import FloatArray, Matrix, as_array, total
 from problems.motions import Samples, Trajectory
-from problems.objectives.objective import MotionBounds, Objective, integral
+from problems.objectives.objective import MotionBounds, Objective, integral, usual_state
 from problems.robots import Robot
 
 
@@ -136,7 +136,6 @@ class TipTravel(Objective):
 
 
 FLOOR = 1e-15  # in the unit of the integral: no motor notices less
-USUAL_SHARE = 0.1  # of the acceleration limits, in a motion of the usual size
 
 
 class TorqueIntegral(Objective):
@@ -185,9 +184,7 @@ class TorqueIntegral(Objective):
 
     def size(self, robot: Robot) -> float:
         """That of a second at a tenth of speed and acceleration limits, in the middle of the joint ranges."""
-        limits, ranges = robot.limits, robot.limits.position or ((0.0, 0.0),) * robot.dof
-        theta = ca.DM([sum(bounds) / 2.0 for bounds in ranges]).T
-        speed, acceleration = (USUAL_SHARE * ca.horzcat(*values) for values in (limits.speed, limits.acceleration))
+        theta, speed, acceleration = (ca.DM(values).T for values in usual_state(robot))
         torque = robot.inverse_dynamics(theta, ca.DM.zeros(1, robot.dof), acceleration)
         return float(ca.sum2(self.rate(torque, speed)))
 

@@ -171,6 +171,16 @@ class Objective(ABC):
         return []
 
 
+USUAL_SHARE = 0.1  # of the limits of each derivative, in a motion of the usual size
+
+
+def usual_state(robot: Robot) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The middle of the joint ranges, and a tenth of speed and acceleration limits: (dof,) each."""
+    speed, acceleration, *_ = robot.limits.by_order
+    middle = [sum(bounds) / 2.0 for bounds in robot.limits.position or ((0.0, 0.0),) * robot.dof]
+    return np.array(middle), USUAL_SHARE * speed, USUAL_SHARE * acceleration
+
+
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 RELATIVE_TOLERANCE = 1e-11  # of the integral of |f|, shared among the cells by their lengths
 MAX_HALVINGS = 48

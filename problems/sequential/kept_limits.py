@@ -128,13 +128,10 @@ def limit_rows(motion: PathSpeed, grid: Grid, every: int, limits: JointLimits) -
         (3.0 * q3 * w**2 + 6.0 * q2 * w * w1 + q1 * (w1**2 + 2.0 * w * w2), 3.0 * q2 * w**2 + 2.0 * q1 * w * w1,
          q1 * w**2),
     ]  # fmt: skip
-    bounds = (limits.speed, limits.acceleration, limits.jerk)
-    for derivative, bound, path, speed in zip(motion.derivatives(grid), bounds, along, across, strict=True):
-        if bound is None:
-            continue
-        shares = derivative / np.array(bound)
+    for derivative, bound, path, speed in zip(motion.derivatives(grid), limits.by_order, along, across, strict=False):
+        shares = derivative / bound
         samples, joints = looked_at(shares, every)
-        scale = np.array(bound)[joints, None]
+        scale = bound[joints, None]
         by_controls = sum(f[samples] * m[samples] for f, m in zip(path, grid.path[1:], strict=False)) / scale
         by_speeds = (
             sum(f[samples, joints][:, None] * m[samples] for f, m in zip(speed, grid.speed, strict=False)) / scale

@@ -154,10 +154,8 @@ class PathSpeed:
 
     def stretch(self, grid: Grid, limits: JointLimits) -> float:
         """The factor by which it has to be slowed to keep its limits on a grid; below 1 where time can be saved."""
-        bounds = (limits.speed, limits.acceleration, limits.jerk)
-        peaks = zip(self.derivatives(grid), bounds, strict=True)
-        ratios = [0.0 if bound is None else float((np.abs(d) / np.array(bound)).max()) for d, bound in peaks]
-        return max(float(ratio ** (1.0 / order)) for order, ratio in enumerate(ratios, start=1))
+        limited = zip(self.derivatives(grid), limits.by_order, strict=False)
+        return limits.time_scale(float((np.abs(derivative) / bound).max()) for derivative, bound in limited)
 
     def slowed(self, factor: float) -> PathSpeed:
         """The same, so many times slower."""

@@ -248,8 +248,7 @@ def parametrisation_rows(
         [q2 * a + q3 * v**2, 2.0 * q2 * v, q1],
         [q2 * j + 3.0 * q3 * v * a + q4 * v**3, 3.0 * q2 * a + 3.0 * q3 * v**2, 3.0 * q2 * v, q1],
     ]
-    every_limit = (limits.speed, limits.acceleration, limits.jerk)
-    scales = [np.array(bound) * duration ** (n + 1) for n, bound in enumerate(every_limit)]
+    scales = [bound * duration**order for order, bound in enumerate(limits.by_order, start=1)]
     slopes = [
         combined([part[:, joint] / scale[joint] for part in parts], basis)
         for parts, scale in zip(partial, scales, strict=True)

@@ -142,17 +142,16 @@ RESOLUTION = 1e-11  # relative, to which a peak is found; it is never found too 
 
 def minimum_time_scale(trajectory: Trajectory, limits: JointLimits) -> float:
     """The least factor, 1e-11 too large at most; below 1 where time can be saved."""
-    return max(float(ratio ** (1.0 / order)) for order, ratio in enumerate(peak_ratios(trajectory, limits), start=1))
+    return limits.time_scale(peak_ratios(trajectory, limits))
 
 
 def peak_ratios(trajectory: Trajectory, limits: JointLimits) -> list[float]:
-    """Bounds of the largest speed, acceleration and, where limited, jerk over all t, as shares of their limits."""
-    bounds = [limits.speed, limits.acceleration, *([] if limits.jerk is None else [limits.jerk])]
+    """Bounds of the peak of each limited derivative over all t, as shares of its limits."""
     durations = np.diff(trajectory.breakpoints)
     ratios = []
-    for order, bound in enumerate(bounds, start=1):
+    for order, bound in enumerate(limits.by_order, start=1):
         curves = bernstein(np.asarray(trajectory.derivative(order).c), durations)
-        ratios.append(_peak((curves / np.array(bound)).reshape(len(curves), -1)))
+        ratios.append(_peak((curves / bound).reshape(len(curves), -1)))
     return ratios
 
 

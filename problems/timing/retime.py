@@ -72,9 +72,7 @@ def _along_line(path: JointPath, limits: JointLimits) -> Trajectory:
     """A line from rest to rest is the move of one joint, under what is left of each limit along it."""
     slope, length = np.abs(path.coefficients[-2, 0]), float(path.breakpoints[-1])
     with np.errstate(divide="ignore"):
-        speed, acceleration, jerk = (
-            (float((np.array(limit) / slope).min()),) for limit in (limits.speed, limits.acceleration, limits.jerk)
-        )
+        speed, acceleration, jerk = ((float((bound / slope).min()),) for bound in limits.by_order)
     one = JointLimits(speed=speed, acceleration=acceleration, jerk=jerk)
     move = _broken(rest_to_rest(np.zeros(1), np.array([length]), one), path.breakpoints[1:-1])
     coefficients = move.coefficients * path.coefficients[-2, 0]
@@ -157,8 +155,8 @@ def retime(
 
 def _check_ends(path: JointPath, limits: JointLimits, rates: tuple[float, float]) -> None:
     joints = path.coefficients.shape[2]
-    if len(limits.speed) != joints:
-        raise InvalidProblem("path", f"{joints} joints for limits of {len(limits.speed)}")
+    if limits.dof != joints:
+        raise InvalidProblem("path", f"{joints} joints for limits of {limits.dof}")
     velocities = path.at(path.breakpoints[[0, -1]], 1) * np.array(rates)[:, None]
     for name, velocity in zip(("start", "goal"), velocities, strict=True):
         for joint, (value, most) in enumerate(zip(np.abs(velocity), limits.speed, strict=True), start=1):

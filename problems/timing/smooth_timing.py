@@ -267,7 +267,8 @@ def _smoothed(
     """
     total = float(profile.times[-1])
     before, after = (given[0] if any(given) else 0.0 for given in (ends.start, ends.goal))
-    swing = float((np.array(limits.acceleration) / np.array(limits.jerk)).max())
+    _, acceleration, jerk = limits.by_order
+    swing = float((acceleration / jerk).max())
     for width in sorted({*(min(times * swing, total) for times in swings), total}):
         delay, tail = (0.0 if rate > 0.0 else width / 2.0 for rate in (before, after))
         duration = delay + total + tail
