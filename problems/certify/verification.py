@@ -12,9 +12,8 @@ from functools import singledispatch
 import numpy as np
 
 from problems.base import FloatArray
+from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import prove_clearance
-from problems.certify.expressions import prove_expression
-from problems.certify.interval import prove_by_cells
 from problems.certify.pairs import MovingPairs, halves
 from problems.certify.torque import prove_torques, torque_time_scale
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
@@ -103,8 +102,8 @@ def _(limit: TorqueLimit, trajectory: Trajectory) -> list[Verdict]:
 
 @prove.register
 def _(limit: ExpressionLimit, trajectory: Trajectory) -> list[Verdict]:
-    """The verdict on an expression of a user's own."""
-    return [prove_expression(limit, trajectory)]
+    """The verdict on an expression of a user's own; where accelerations jump, jerk is infinite for a moment."""
+    return prove_by_cells(limit, trajectory, trajectory.jump_time(2) if limit.function.uses("jerk") else None)
 
 
 DENSE_SAMPLES = 401  # of a finished motion, for a limit whose peaks have no closed form

@@ -182,6 +182,10 @@ class Limit(Parametric, ABC):
             margin: to keep at the samples for what lies between them, a share of the limit's own size.
         """
 
+    def exact_constraints_at(self, samples: Samples) -> list[Constraint]:
+        """The same without what may be rounded off for a search or a program; by default there is nothing such."""
+        return self.constraints_at(samples)
+
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """Constraints with one row per step from one sample to the next; none by default."""
         return []
