@@ -13,8 +13,7 @@ import numpy as np
 
 from problems.base import FloatArray
 from problems.certify.cells import prove_by_cells
-from problems.certify.clearance import prove_clearance
-from problems.certify.pairs import MovingPairs, halves
+from problems.certify.clearance import MovingPairs, halves, prove_clearance
 from problems.certify.torque import prove_torques, torque_time_scale
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
 from problems.limits import (

@@ -86,22 +86,24 @@ NEARLY = 0.5  # of a limit: a share that a peak between the samples of rows has 
 
 @dataclass(frozen=True)
 class LimitRows:
-    """Shares of limits at some samples, of some joints, to first order: each depends on the path of its joint alone.
+    """Shares of limits at some samples, of some joints, to first order.
 
     Attributes:
         values: (rows,).
-        by_controls: slopes with respect to the control points of their joint, (rows, N).
+        by_controls: slopes with respect to all control points, (rows, N k), or to those of their joint, (rows, N).
         by_speeds: with respect to the speeds, (rows, M).
-        joints: numbers, (rows,).
+        joints: numbers, (rows,), where each depends on the path of its joint alone; else None.
     """
 
     values: FloatArray
     by_controls: FloatArray
     by_speeds: FloatArray
-    joints: NDArray[np.intp]
+    joints: NDArray[np.intp] | None = None
 
     def slopes(self, moves: FloatArray) -> FloatArray:
         """With respect to moves (N k, free) of all control points, and to the speeds: (rows, free + M)."""
+        if self.joints is None:
+            return np.concatenate([self.by_controls @ moves, self.by_speeds], axis=1)
         count = self.by_controls.shape[1]
         k = moves.shape[0] // count
         of_joint = moves.reshape(count, k, moves.shape[1])
@@ -154,26 +156,7 @@ def _peaks(sizes: FloatArray) -> NDArray[np.bool_]:
     return (sizes >= padded[:-2]) & (sizes >= padded[2:]) & (sizes > NEARLY)
 
 
-@dataclass(frozen=True)
-class TorqueRows:
-    """Shares of torque limits at some samples, of some joints, to first order: each depends on the path of all joints.
-
-    Attributes:
-        values: (rows,).
-        by_controls: slopes with respect to all control points, (rows, N k).
-        by_speeds: with respect to the speeds, (rows, M).
-    """
-
-    values: FloatArray
-    by_controls: FloatArray
-    by_speeds: FloatArray
-
-    def slopes(self, moves: FloatArray) -> FloatArray:
-        """With respect to moves (N k, free) of all control points, and to the speeds: (rows, free + M)."""
-        return np.concatenate([self.by_controls @ moves, self.by_speeds], axis=1)
-
-
-def torque_rows(motion: PathSpeed, grid: Grid, every: int, torques: JointTorques) -> TorqueRows:
+def torque_rows(motion: PathSpeed, grid: Grid, every: int, torques: JointTorques) -> LimitRows:
     """Torques at every so many samples of a grid, and wherever they are extreme."""
     state = motion.state(grid)
     shares = torques.shares(state)
@@ -187,7 +170,7 @@ def torque_rows(motion: PathSpeed, grid: Grid, every: int, torques: JointTorques
     by_w = (of_speed * q1 + of_acceleration * (2.0 * q2 * w + q1 * w1)).sum(axis=1)
     by_w1 = (of_acceleration * q1 * w).sum(axis=1)
     by_speeds = by_w[:, None] * grid.speed[0][samples] + by_w1[:, None] * grid.speed[1][samples]
-    return TorqueRows(shares[samples, joints], np.reshape(by_controls, (samples.size, -1)), by_speeds)
+    return LimitRows(shares[samples, joints], np.reshape(by_controls, (samples.size, -1)), by_speeds)
 
 
 @dataclass(frozen=True)
@@ -198,7 +181,7 @@ class LinearLimits:
         parts: of one kind each.
     """
 
-    parts: tuple[LimitRows | TorqueRows, ...]
+    parts: tuple[LimitRows, ...]
 
     @property
     def values(self) -> FloatArray:
