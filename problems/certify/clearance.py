@@ -263,7 +263,7 @@ class MovingPairs:
         speeds = np.abs(self.turning.at(middles, 1))
         moves = np.asarray((speeds * h / 2.0 + self.sharpest * h**2 / 8.0) @ self.known.rates[1].T)
         for group in self.known.groups:
-            if group.first.timed:
+            if group.first.is_time_dependent:
                 moves[:, group.members] += group.first.own_travel(self.known.robot, cells)[:, None]
         return moves
 

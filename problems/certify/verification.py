@@ -26,7 +26,7 @@ from problems.limits import (
     minimum_time_scale,
     peaks_of,
     scaling,
-    timed,
+    time_dependent_parts,
 )
 from problems.motions import Trajectory
 from problems.robots import Robot
@@ -165,7 +165,7 @@ def stay_verdicts(limits: Iterable[Limit], trajectory: Trajectory, seconds: floa
     standing = _standing(trajectory, seconds)
     return [
         replace(verdict, name=f"{verdict.name}{AT_GOAL}")
-        for limit in timed(list(limits))
+        for limit in time_dependent_parts(list(limits))
         for verdict in prove(limit, standing)
     ]
 
@@ -182,7 +182,7 @@ def at_goal(limits: Iterable[Limit], obstacles: Sequence[Obstacle], trajectory: 
     Proven as in :mod:`problems.certify.clearance`: where the distance in the middle of a time cell is larger than what
     the obstacle moves within it.
     """
-    moving = [limit for limit in timed(list(limits)) if isinstance(limit, Proximity)]
+    moving = [limit for limit in time_dependent_parts(list(limits)) if isinstance(limit, Proximity)]
     if not moving:
         return None
     arrival, around = trajectory.duration, max(_around(limit.robot) for limit in moving)

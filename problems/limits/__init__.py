@@ -25,7 +25,7 @@ from problems.limits.limit import (
 )
 from problems.limits.proximity import Pair, Proximity, clearances
 from problems.limits.self_clearance import SelfClearance
-from problems.limits.staying import AT_GOAL, TaperedMargin, looks, stay_constraints, stay_matters, timed
+from problems.limits.staying import AT_GOAL, TaperedMargin, looks, stay_constraints, stay_matters, time_dependent_parts
 from problems.limits.torque import TorqueLimit, can_hold, holding_torques
 from problems.robots import Robot
 from problems.scene import Obstacle
@@ -103,5 +103,5 @@ __all__ = [
     "shares_along",
     "stay_constraints",
     "stay_matters",
-    "timed",
+    "time_dependent_parts",
 ]

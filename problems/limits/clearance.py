@@ -90,7 +90,7 @@ class CollisionPair(Pair):
         return self.body.frames
 
     @property
-    def timed(self) -> bool:
+    def is_time_dependent(self) -> bool:
         """Whether the obstacle moves."""
         return self.obstacle.moves
 
@@ -195,7 +195,7 @@ def _repetition(robot: Robot, clusters: Sequence[Cluster], pairs: Sequence[Colli
         symbols=arguments[0].symbols,
         numbers=np.array([own.values for own in arguments]),
         frames=tuple(body.start for cluster in clusters for body in cluster.bodies),
-        timed=pairs[0].timed,
+        is_time_dependent=pairs[0].is_time_dependent,
     )
 
 

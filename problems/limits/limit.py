@@ -218,12 +218,12 @@ class Limit(Parametric, ABC):
         return self if any(constraint.room < FAR for constraint in self.constraints(samples)) else None
 
     @property
-    def timed(self) -> Limit | None:
+    def time_dependent_part(self) -> Limit | None:
         """The limit as far as it matters at which time a posture is reached: nothing of it by default."""
         return None
 
     @property
-    def untimed(self) -> Limit | None:
+    def time_independent_part(self) -> Limit | None:
         """The limit as far as it does not matter at which time a posture is reached: all of it by default."""
         return self
 
@@ -272,14 +272,14 @@ class Repetition:
         symbols: the numbers of that one, (r, 1).
         numbers: of all of them, (things, r).
         frames: of which positions it needs.
-        timed: whether it also needs the time.
+        is_time_dependent: whether it also needs the time.
     """
 
     limits: tuple[Limit, ...]
     symbols: ca.SX
     numbers: FloatArray
     frames: tuple[int, ...]
-    timed: bool = False
+    is_time_dependent: bool = False
 
 
 UNREACHED_TIME_SCALE = 1e12  # a factor that no motion needs
@@ -340,8 +340,8 @@ def _depends_on_time(limit: Limit) -> bool:
     expressions = [ca.vec(constraint.expression) for constraint in limit.constraints_at(now)]
     if not expressions:
         return False
-    timed = (*now.derivatives[1:], now.duration, now.times, now.weights)
-    symbols = ca.vertcat(*(ca.vec(matrix) for matrix in timed if matrix is not None))
+    timing = (*now.derivatives[1:], now.duration, now.times, now.weights)
+    symbols = ca.vertcat(*(ca.vec(matrix) for matrix in timing if matrix is not None))
     return any(ca.which_depends(ca.vertcat(*expressions), symbols, 1, False))
 
 

@@ -112,7 +112,7 @@ class Pair(Parametric, ABC):
         return tuple(positions[frame] for frame in self.frames)
 
     @property
-    def timed(self) -> bool:
+    def is_time_dependent(self) -> bool:
         """Whether it matters at which times; not by default."""
         return False
 
@@ -210,7 +210,7 @@ def clearances(pairs: Sequence[Pair], positions: Sequence[Matrix], times: Matrix
     found: list[Matrix] = [ca.DM()] * len(pairs)
     for members in groups.values():
         stacked = [ca.vertcat(*ends) for ends in zip(*(pairs[i].ends(positions) for i in members), strict=True)]
-        clock = ca.repmat(times, len(members), 1) if times is not None and pairs[members[0]].timed else None
+        clock = ca.repmat(times, len(members), 1) if times is not None and pairs[members[0]].is_time_dependent else None
         distances = ca.vertsplit(pairs[members[0]].between(*stacked, times=clock), positions[0].shape[0])
         for i, distance in zip(members, distances, strict=True):
             found[i] = pairs[i].narrowed(distance)
@@ -275,17 +275,17 @@ class Proximity(Limit):
         """The pairs within a share of the reach of what they have to keep, and those that time may bring near."""
         room = as_array(self.clearances(samples)).min(axis=0) - float(self.kept(0.0))
         near, pairs = NEAR * float(self.robot.radius), zip(self.pairs, room, strict=True)
-        return self._of(tuple(pair for pair, left in pairs if pair.timed or left < near))
+        return self._of(tuple(pair for pair, left in pairs if pair.is_time_dependent or left < near))
 
     @property
-    def timed(self) -> Self | None:
+    def time_dependent_part(self) -> Self | None:
         """The pairs with an obstacle that moves."""
-        return self._of(tuple(pair for pair in self.pairs if pair.timed))
+        return self._of(tuple(pair for pair in self.pairs if pair.is_time_dependent))
 
     @property
-    def untimed(self) -> Self | None:
+    def time_independent_part(self) -> Self | None:
         """The other pairs."""
-        return self._of(tuple(pair for pair in self.pairs if not pair.timed))
+        return self._of(tuple(pair for pair in self.pairs if not pair.is_time_dependent))
 
     def _of(self, pairs: tuple[Pair, ...]) -> Self | None:
         """The limit of some of its pairs, if there are any."""

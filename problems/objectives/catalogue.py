@@ -43,7 +43,7 @@ class JointRotation(Objective):
     symbol: ClassVar[str] = "F_q"
     equation: ClassVar[str] = "(9)"
     unit: ClassVar[str] = "rad"
-    timed: ClassVar[bool] = False
+    is_time_dependent: ClassVar[bool] = False
     sooner_is_better: ClassVar[bool] = True
     norm: ClassVar[float] = 1.0
     program_steps: ClassVar[int | None] = 12  # the sum of increments is exact up to a turn between two samples
@@ -99,7 +99,7 @@ class TipTravel(Objective):
     symbol: ClassVar[str] = "F_d"
     equation: ClassVar[str] = "(10)"
     unit: ClassVar[str] = "m"
-    timed: ClassVar[bool] = False
+    is_time_dependent: ClassVar[bool] = False
     sooner_is_better: ClassVar[bool] = True
     norm: ClassVar[float] = 1.0
     program_steps: ClassVar[int | None] = 12
@@ -141,7 +141,7 @@ FLOOR = 1e-15  # in the unit of the integral: no motor notices less
 class TorqueIntegral(Objective):
     """The integral of a function of each joint's torque and speed, summed over the joints; masses have to be known."""
 
-    timed: ClassVar[bool] = True
+    is_time_dependent: ClassVar[bool] = True
     sooner_is_better: ClassVar[bool] = False
     needs_masses: ClassVar[bool] = True
     is_integral: ClassVar[bool] = True

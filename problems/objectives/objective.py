@@ -67,7 +67,7 @@ class Objective(ABC):
         """Of its value."""
 
     @property
-    def timed(self) -> bool:
+    def is_time_dependent(self) -> bool:
         """Whether it depends on how long a motion takes; if not, a nonlinear program leaves time out."""
         return True
 
@@ -112,7 +112,7 @@ class Objective(ABC):
     @property
     def chooses_duration(self) -> bool:
         """Whether a motion may have to be run more slowly than it could: its duration is then one more variable."""
-        return self.timed and not self.sooner_is_better
+        return self.is_time_dependent and not self.sooner_is_better
 
     def check(self, robot: Robot) -> None:
         """That it is defined for a robot.
@@ -270,9 +270,9 @@ class WeightedSum(Parametric, Objective):
         return " + ".join(word if weight == 1.0 else f"{weight:g} {word}" for weight, word in each)
 
     @property
-    def timed(self) -> bool:
+    def is_time_dependent(self) -> bool:
         """Whether any of them is."""
-        return any(objective.timed for objective in self.objectives)
+        return any(objective.is_time_dependent for objective in self.objectives)
 
     @property
     def sooner_is_better(self) -> bool:

@@ -73,7 +73,7 @@ class JointTorques:
         return values.reshape(len(state), self.dof, STATE, self.dof)
 
     def time_scale(self, state: FloatArray) -> float:
-        """The factor by which a motion has to be slowed to keep its limits at samples; below 1 where time can be saved.
+        """The time scale at which a motion keeps its limits at samples; below 1 where time can be saved.
 
         That is exact: inertia takes less by the square of it, viscous friction by the factor itself, gravity nothing.
         """
@@ -210,9 +210,9 @@ class KeptLimits:
     joints: JointLimits
     torques: JointTorques | None = None
 
-    def stretch(self, motion: PathSpeed, grid: Grid) -> float:
-        """The factor by which a motion has to be slowed to keep them on a grid; below 1 where time can be saved."""
-        factor = motion.stretch(grid, self.joints)
+    def time_scale(self, motion: PathSpeed, grid: Grid) -> float:
+        """The time scale at which a motion keeps them on a grid; below 1 where time can be saved."""
+        factor = motion.time_scale(grid, self.joints)
         return factor if self.torques is None else max(factor, self.torques.time_scale(motion.state(grid)))
 
     def linear(self, motion: PathSpeed, grid: Grid, every: int) -> LinearLimits:

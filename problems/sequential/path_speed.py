@@ -152,12 +152,12 @@ class PathSpeed:
         """Angles, velocities and accelerations, (n, 3 k)."""
         return np.concatenate([self.theta(grid), *self.derivatives(grid)[:2]], axis=1)
 
-    def stretch(self, grid: Grid, limits: JointLimits) -> float:
-        """The factor by which it has to be slowed to keep its limits on a grid; below 1 where time can be saved."""
+    def time_scale(self, grid: Grid, limits: JointLimits) -> float:
+        """The time scale at which it keeps its limits on a grid; below 1 where time can be saved."""
         limited = zip(self.derivatives(grid), limits.by_order, strict=False)
         return limits.time_scale(float((np.abs(derivative) / bound).max()) for derivative, bound in limited)
 
-    def slowed(self, factor: float) -> PathSpeed:
+    def time_scaled(self, factor: float) -> PathSpeed:
         """The same, so many times slower."""
         return replace(self, speeds=self.speeds / factor)
 

@@ -19,7 +19,7 @@ BISECTIONS = 60
 LINE_SAMPLES = 2_000  # of a move along a line, to judge its torques by
 
 
-def timed_by_section(
+def _by_section(
     prepared: PreparedPath,
     limits: JointLimits,
     refined: bool = True,
@@ -144,7 +144,7 @@ def retime(
     if ceiling is not None and not np.array_equal(ready.path.breakpoints, path.breakpoints):
         raise InvalidProblem("path", "it stands still in places, which a given profile does not allow for")
     if limits.jerk is not None:
-        return timed_by_section(ready, limits, refined and ceiling is None, chain, ceiling)
+        return _by_section(ready, limits, refined and ceiling is None, chain, ceiling)
     profile, intervals = fastest_profile(ready, limits, motors, ceiling)
     trajectory = profile.trajectory(intervals)
     if ready.moves_at_an_end:
