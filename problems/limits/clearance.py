@@ -70,11 +70,6 @@ class CollisionPair(Pair):
         return replace(self, obstacle=self.obstacle.without_growth())
 
     @property
-    def thickness(self) -> Operand:
-        """The body's radius."""
-        return self.body.radius
-
-    @property
     def dim(self) -> int:
         """That of the obstacle."""
         return self.obstacle.dim

@@ -10,8 +10,7 @@ from problems.base import FloatArray, InvalidProblem
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits, RigidChain
 from problems.timing.free_space import SAME_TIME, rest_to_rest
-from problems.timing.path_torques import PathTorques
-from problems.timing.prepared import SAME, PreparedPath, minimum_time_scale, prepared
+from problems.timing.prepared import SAME, PathTorques, PreparedPath, minimum_time_scale, prepared
 from problems.timing.smooth_timing import smooth_timing
 from problems.timing.speed_profile import SpeedProfile, fastest_profile, profile_time_scale
 

@@ -24,15 +24,14 @@ from problems.timing.parametrisation import (
     Parametrisation,
     ParametrisationEnds,
     ParametrisationRows,
+    along_path,
     averaged_knots,
     graded_knots,
     operators,
     parametrisation_rows,
-    parametrisation_time_scale,
     torque_parametrisation_rows,
 )
-from problems.timing.path_torques import PathTorques
-from problems.timing.prepared import PreparedPath, minimum_time_scale
+from problems.timing.prepared import PathTorques, PreparedPath, minimum_time_scale
 from problems.timing.speed_profile import SpeedProfile, fastest_profile, minimizer
 
 SAMPLES = 4  # of each interval between knots
@@ -98,7 +97,7 @@ class ParametrisationSearch:
         law = Parametrisation(self.knots, self.ends.placed(self.knots, controls + EVEN * (even - controls), duration))
         scale = minimum_time_scale(law.trajectory(self.path, duration), self.limits)
         if self.motors is not None:
-            scale = max(scale, parametrisation_time_scale(self.motors, self._judged, law.controls, duration))
+            scale = max(scale, self.motors.time_scale(*along_path(self.path, self._judged, law.controls, duration)))
         return Candidate(law, duration, scale) if self.ends.moving else Candidate(law, duration * scale, 1.0)
 
     @cached_property

@@ -24,8 +24,7 @@ from scipy.sparse import csr_array
 from problems.base import FloatArray, InvalidProblem, composition, derivative, in_bernstein_form, product
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
-from problems.timing.path_torques import LEAST_ROOM, PathTorques
-from problems.timing.prepared import PreparedPath
+from problems.timing.prepared import LEAST_ROOM, PathTorques, PreparedPath
 
 STEADY_JERK = 0.5  # of jerk limits: the share that a path may need where its speed is steady
 

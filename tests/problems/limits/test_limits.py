@@ -38,8 +38,14 @@ from problems.limits import (
     reachable_pairs,
     scaling,
 )
-from problems.limits.joint_limits import AccelerationLimit, DerivativeLimit, JerkLimit, JointRange, SpeedLimit
-from problems.limits.torque import StaticTorque
+from problems.limits.joint_limits import (
+    AccelerationLimit,
+    DerivativeLimit,
+    JerkLimit,
+    JointRange,
+    SpeedLimit,
+    StaticTorque,
+)
 from problems.motions import LEAST_ROOM, Samples
 from problems.scene import Ellipse
 from problems.scene.solids import Ball

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from problems import Box, ConstantVelocity, Ellipse, MovingObstacle, Obstacle, PlanarArm, Robot, Tabulated
 from problems.base import FloatArray, as_array
 from problems.limits import Clearance, clearances
-from problems.limits.self_clearance import SelfClearance
+from problems.limits.proximity import SelfClearance
 from problems.robots import Sphere
 from problems.sequential.nearness import Nearness, NearPairs
 from tests.helpers.space import small_arm
