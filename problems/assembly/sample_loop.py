@@ -53,7 +53,7 @@ class RepeatedLoop:
     @property
     def timed(self) -> bool:
         """Whether times are needed."""
-        return any(repetition.timed for repetition in self.repetitions)
+        return any(repetition.is_time_dependent for repetition in self.repetitions)
 
     def places(self, now: Samples) -> Matrix:
         """Their positions at one sample, one after the other, m, and the time, s, where it is needed: a column."""
@@ -82,14 +82,14 @@ class RepeatedLoop:
         unused = ca.DM.nan(1, dim)
         positions = tuple(places.get(frame, unused) for frame in range(max(self.frames) + 1))
         times = window[size:] if self.timed else None
-        duration = ca.sum1(durations) if repetition.timed else ca.SX(1)
+        duration = ca.sum1(durations) if repetition.is_time_dependent else ca.SX(1)
         now = Samples(robot=self.robot, derivatives=(), duration=duration, times=times, known_positions=positions)
         entries = ca.vertsplit(sums)
         for limit in repetition.limits:
             found = sum((penalty(constraint) for constraint in limit.constraints_at(now, SAMPLING_MARGIN)), ca.DM(0))
             near = limit.may_break(now, SAMPLING_MARGIN)
             entries[number] += found if near is None else ca.if_else(near, found, 0.0)
-        clock = {"durations": durations} if repetition.timed else {}
+        clock = {"durations": durations} if repetition.is_time_dependent else {}
         inputs = {"p": p, **clock, "window": window, "row": repetition.symbols, REPEATED: sums}
         outputs = {REPEATED: ca.vertcat(*entries)}
         things = len(repetition.numbers)

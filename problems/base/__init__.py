@@ -32,7 +32,7 @@ from problems.base.matrix import (
     split,
     total,
 )
-from problems.base.polynomials import bernstein, composition, derivative, in_bernstein_form, product, within
+from problems.base.polynomials import bernstein, composition, derivative, in_bernstein_form, peak, product, within
 
 __all__ = [
     "ACCELERATIONS",
@@ -63,6 +63,7 @@ __all__ = [
     "is_of_length_one",
     "is_zero",
     "largest",
+    "peak",
     "product",
     "repeated",
     "shown",

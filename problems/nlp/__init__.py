@@ -3,8 +3,8 @@
 from problems.nlp.optimality import Optimality, Sensitivity, optimality, payload_price, ranking, sensitivities, settled
 from problems.nlp.program import (
     MAX_ANGLE_CHANGE,
+    MotionProgram,
     NonlinearProgram,
-    TimedProgram,
     composed_hessian,
     equality,
     replace_with_symbols,
@@ -13,10 +13,10 @@ from problems.nlp.program import (
 
 __all__ = [
     "MAX_ANGLE_CHANGE",
+    "MotionProgram",
     "NonlinearProgram",
     "Optimality",
     "Sensitivity",
-    "TimedProgram",
     "composed_hessian",
     "equality",
     "optimality",

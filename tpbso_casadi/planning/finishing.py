@@ -210,7 +210,7 @@ def is_better(motion: Motion, before: Motion) -> bool:
     objective = motion.problem.objective
     if not motion.feasible or not before.feasible:
         return motion.feasible
-    if objective.timed or not objective.sooner_is_better:
+    if objective.is_time_dependent or not objective.sooner_is_better:
         return motion.objective < before.objective
     same = motion.objective <= before.objective + SAME_OBJECTIVE * abs(before.objective)
     return same and motion.trajectory.duration < before.trajectory.duration
@@ -279,7 +279,7 @@ def _same_path(before: Motion) -> Iterator[Trajectory]:
     does a motion that keeps its limits, where sooner may be worse.
     """
     problem = before.problem
-    programmed = problem.free_timing and problem.objective.timed and problem.robot.limits.jerk is not None
+    programmed = problem.free_timing and problem.objective.is_time_dependent and problem.robot.limits.jerk is not None
     slow_enough = before.feasible and problem.objective.chooses_duration
     if before.retimed or programmed or slow_enough:
         return
@@ -292,7 +292,7 @@ def _same_path(before: Motion) -> Iterator[Trajectory]:
 def _free_space(before: Motion) -> Iterator[Trajectory]:
     """The fastest motion between the same ends, where nothing but time counts and nothing is passed on the way."""
     problem = before.problem
-    if not (problem.objective.timed and problem.objective.sooner_is_better and problem.task.passes_nothing):
+    if not (problem.objective.is_time_dependent and problem.objective.sooner_is_better and problem.task.passes_nothing):
         return
     start, goal = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
     velocities, limits = problem.task.end_velocities, problem.robot.limits

@@ -544,7 +544,7 @@ class MoveProblem(SplineProblem):
     @cached_property
     def _has_polish(self) -> bool:
         """Whether sequential linear programs know all that is asked for."""
-        least_time = self.objective.timed and self.objective.sooner_is_better
+        least_time = self.objective.is_time_dependent and self.objective.sooner_is_better
         return least_time and can_be_polished(self.task, self.limits)
 
     @property

@@ -35,7 +35,7 @@ from problems.limits import SAMPLING_MARGIN, Constraint, Limit, StepLimit, looks
 from problems.motions import Samples, Trajectory
 from problems.nlp import (
     MAX_ANGLE_CHANGE,
-    TimedProgram,
+    MotionProgram,
     composed_hessian,
     equality,
     replace_with_symbols,
@@ -293,7 +293,7 @@ def usual_pieces(task: Move) -> int:
 
 
 @dataclass(frozen=True)
-class MoveNlp(TimedProgram):
+class MoveNlp(MotionProgram):
     """Move from the start through the vias to a goal.
 
     Args:
@@ -318,17 +318,17 @@ class MoveNlp(TimedProgram):
         return self.task.robot
 
     @property
-    def timed(self) -> bool:
+    def has_free_durations(self) -> bool:
         """Whether durations are variables: where they matter, and where ends move."""
-        return super().timed or not self.task.at_rest
+        return super().has_free_durations or not self.task.at_rest
 
     @cached_property
     def variables(self) -> PieceVariables:
         """The layout of the motion's variables."""
-        smooth = not self.timed or any(limit.order == 3 for limit in self.limits)
+        smooth = not self.has_free_durations or any(limit.order == 3 for limit in self.limits)
         count = self.pieces * (len(self.task.vias) + 1)
-        unit = _time_unit(self.robot) if self.timed else SHAPE_UNIT
-        return PieceVariables(self.robot, count, smooth, self.timed, unit)
+        unit = _time_unit(self.robot) if self.has_free_durations else SHAPE_UNIT
+        return PieceVariables(self.robot, count, smooth, self.has_free_durations, unit)
 
     @property
     def _is_dynamic(self) -> bool:
@@ -413,7 +413,7 @@ class MoveNlp(TimedProgram):
         for limit in self.sampled_limits:
             if limit.order is None:
                 rows += limit.constraints(samples.both_sides if _is_dynamic(limit) else samples, margin)
-        rows += self.variables.evenness(pieces, self.pieces) if self.timed and self._is_dynamic else []
+        rows += self.variables.evenness(pieces, self.pieces) if self.has_free_durations and self._is_dynamic else []
         bounds, stay = self.task.duration_bounds, self.task.stay
         rows += [] if bounds is None else [bounds.at(samples.duration, margin)]
         if stay_matters(self.limits, stay):

@@ -70,7 +70,7 @@ class WaypointPostures:
     @cached_property
     def _excess(self) -> ca.Function:
         theta = ca.SX.sym("theta", len(self.task.vias) + 2, self.task.robot.dof)
-        always = [kept for limit in self.limits if (kept := limit.untimed) is not None]
+        always = [kept for limit in self.limits if (kept := limit.time_independent_part) is not None]
         return ca.Function("excess", [theta], [excess(self.task.robot, always, theta)])
 
     def draw(self, rng: np.random.Generator, count: int) -> list[FloatArray]:
@@ -166,7 +166,7 @@ def excess(robot: Robot, limits: Iterable[Limit], theta: Matrix, times: Matrix |
         theta: the postures.
         times: when, (m, 1), s; None where that is not known: what moves by itself is then left out.
     """
-    given = limits if times is not None else (limit.untimed for limit in limits)
+    given = limits if times is not None else (limit.time_independent_part for limit in limits)
     of_postures = [limit for limit in given if limit is not None]
     rest = ca.DM.zeros(*theta.shape)
     at_rest = Samples(robot=robot, derivatives=(theta, rest, rest, rest), duration=ca.DM(1.0), times=times)

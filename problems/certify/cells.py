@@ -1,4 +1,4 @@
-"""Expressions of the user's, proven for all t.
+"""Any limit proven for all t, by interval arithmetic over cells of time.
 
 A range is finite, and then the value is defined all over the box; or it is not a number, where the value may be
 undefined or without bounds: an argument may be outside a domain or 0 in a denominator, or the operation is in no table.
@@ -26,7 +26,7 @@ from problems.base import FloatArray, as_array
 from problems.certify.taylor import ROUNDING, TimeCells, shifted
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
 from problems.evaluation.interpreter import interpret
-from problems.limits import ExpressionLimit
+from problems.limits import Constraint, Limit
 from problems.motions import SAMPLED_ORDERS, Samples, Trajectory
 
 Range: TypeAlias = tuple[FloatArray, FloatArray]  # lower and upper bounds in n boxes, both (n,)
@@ -265,81 +265,82 @@ BINARY: dict[str, Callable[[Range, Range], Range]] = {
 
 FIRST_TIMES = 401  # at which a violation is looked for first
 INITIAL_CELLS = 64
-JERK = 3  # order of the derivative
 MOST_NUMBERS = 60_000_000  # intervals that are computed, operations times cells
 FEWEST_CELLS, MOST_CELLS = 4_000, 60_000  # that are looked at, however long or short an expression is
 MOST_AT_ONCE = 4_096  # cells
 
 
-def prove_expression(limit: ExpressionLimit, trajectory: Trajectory) -> Verdict:
-    """Violated where a time is found at which the limit is broken, certified where all cells are settled."""
+def prove_by_cells(limit: Limit, trajectory: Trajectory, jump: float | None = None) -> list[Verdict]:
+    """Verdicts on a limit: violated where a time is found that breaks it, certified where all cells are settled.
+
+    They are about every time, so that constraints on steps from one sample to the next are left out.
+
+    Args:
+        limit: of any kind.
+        trajectory: the motion.
+        jump: when accelerations jump, s, of a limit that this makes infinite for a moment; else None.
+    """
     times = trajectory.times(FIRST_TIMES)
-    outcome = _of_values(limit, as_array(limit.function.at(trajectory.samples(times, limit.robot))), times)
+    constraints = limit.constraints_at(trajectory.samples(times, limit.robot_or_none))
+    return [_proven(limit, index, constraint, trajectory, jump) for index, constraint in enumerate(constraints)]
+
+
+def _proven(limit: Limit, index: int, constraint: Constraint, trajectory: Trajectory, jump: float | None) -> Verdict:
+    """The verdict on one of the constraints of a limit."""
+    times = trajectory.times(FIRST_TIMES)
+    if constraint.rows != times.size:  # it is not about one time after the other
+        outcome = verdict(constraint, times)
+        return replace(outcome, status=CertificateStatus.UNDECIDED) if outcome.satisfied else outcome
+    outcome = _of_values(constraint, as_array(constraint.expression), times)
     if not outcome.satisfied or not trajectory.is_finite:
         return outcome
-    jump = trajectory.jump_time(JERK - 1) if limit.function.uses("jerk") else None
-    if jump is not None:  # where the jerk is infinite for a moment
+    if jump is not None:
         where = f"accelerations jump, t = {jump:.4g} s"
         return replace(outcome, worst=np.inf, status=CertificateStatus.VIOLATED, where=where)
-    motion = _Expression(limit, trajectory)
+    motion = _Expression(limit, index, constraint, trajectory)
     most = int(np.clip(MOST_NUMBERS / motion.operations, FEWEST_CELLS, MOST_CELLS))
     queue, count = [TimeCells.over(trajectory, INITIAL_CELLS)], 0
     while queue and count <= most:
         cells = queue.pop()
         count += len(cells)
         settled, values = motion.settled(cells)
-        middles = cells.moments(np.zeros(len(cells)))
-        seen = _of_values(limit, values, middles.times)
+        seen = _of_values(constraint, values, cells.moments(np.zeros(len(cells))).times)
         if not seen.satisfied:
             return seen
-        queue += _parts(cells.halved(~settled))
+        queue += cells.halved(~settled).divided(MOST_AT_ONCE)
     return replace(outcome, status=CertificateStatus.UNDECIDED) if queue else outcome
 
 
-def _of_values(limit: ExpressionLimit, values: FloatArray, times: FloatArray) -> Verdict:
+def _of_values(constraint: Constraint, values: FloatArray, times: FloatArray) -> Verdict:
     """The verdict on values (n, m) at times (n,); one that is no finite number breaks the limit."""
-    [constraint] = limit.bounding(ca.DM(values))
     undefined = np.argwhere(~np.isfinite(values))
     if not undefined.size:
-        return verdict(constraint, times)
+        return verdict(replace(constraint, expression=ca.DM(values)), times)
     (row, column), (lower, upper) = undefined[0], constraint.bounds
     return Verdict(
-        name=limit.name,
+        name=constraint.name,
         worst=np.inf,
         bound=float(upper[column] if np.isfinite(upper[column]) else lower[column]),
-        unit=limit.unit,
+        unit=constraint.unit,
         status=CertificateStatus.VIOLATED,
-        where=f"{limit.columns[column]} is undefined, t = {times[row]:.4g} s",
+        where=f"{constraint.columns[column]} is undefined, t = {times[row]:.4g} s",
     )
 
 
-def _parts(cells: TimeCells) -> list[TimeCells]:
-    """The same, not too many at once; those that come last are looked at first."""
-    edges = range(0, len(cells), MOST_AT_ONCE)
-    pieces, middles, halves = cells.pieces, cells.middles, cells.halves
-    return [
-        TimeCells(cells.trajectory, pieces[e : e + MOST_AT_ONCE], middles[e : e + MOST_AT_ONCE],
-                  halves[e : e + MOST_AT_ONCE])
-        for e in edges
-    ]  # fmt: skip
-
-
 class _Expression:
-    """The expression of a limit along a motion, and how fast it changes.
+    """What a constraint bounds along a motion, m values, and how fast they change."""
 
-    Args:
-        limit: on m values.
-        trajectory: the motion.
-    """
-
-    def __init__(self, limit: ExpressionLimit, trajectory: Trajectory) -> None:
-        self.limit, self.trajectory = limit, trajectory
-        dof, robot = limit.robot.dof, limit.robot
-        derivatives = [ca.SX.sym(f"derivative_{order}", dof) for order in range(SAMPLED_ORDERS + 1)]
+    def __init__(self, limit: Limit, index: int, constraint: Constraint, trajectory: Trajectory) -> None:
+        self.trajectory = trajectory
+        (lower, upper), slack = constraint.bounds, TOLERANCE * constraint.scales
+        self._bounds = lower - slack, upper + slack
+        derivatives = [
+            ca.SX.sym(f"derivative_{order}", trajectory.coefficients.shape[2]) for order in range(SAMPLED_ORDERS + 1)
+        ]
         time = ca.SX.sym("time")
         rows, duration = tuple(part.T for part in derivatives[:-1]), ca.SX(trajectory.duration)
-        now = Samples(robot=robot, derivatives=rows, duration=duration, times=time)
-        values = ca.densify(limit.function.at(now).T)
+        now = Samples(robot=limit.robot_or_none, derivatives=rows, duration=duration, times=time)
+        values = ca.densify(limit.exact_constraints_at(now)[index].expression.T)
         state, rates = ca.vertcat(*derivatives[:-1], time), ca.vertcat(*derivatives[1:], 1.0)
         changes = ca.densify(ca.jtimes(values, state, rates))
         symbols = ca.vertcat(*derivatives, time)
@@ -350,13 +351,6 @@ class _Expression:
     def operations(self) -> int:
         """In a cell."""
         return int(self.both.n_instructions())
-
-    @cached_property
-    def _bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper bounds with what rounding may take, (m,)."""
-        [constraint] = self.limit.bounding(ca.DM.zeros(1, self.limit.function.width))
-        (lower, upper), slack = constraint.bounds, TOLERANCE * constraint.scales
-        return lower - slack, upper + slack
 
     def settled(self, cells: TimeCells) -> tuple[NDArray[np.bool_], FloatArray]:
         """In which cells the limit is proven, (n,); and the values in their middles, (n, m)."""
