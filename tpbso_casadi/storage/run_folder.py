@@ -11,13 +11,12 @@ from typing import Any, NoReturn, TypeAlias
 
 from solvers.budget import Interruption
 from tpbso_casadi.figures.palette import DEFAULT
-from tpbso_casadi.plain import NotJSON, parsed_json
+from tpbso_casadi.plain import BrokenSeal, NotJSON, check_seal, parsed_json
 from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.scenario import ScenarioError, read_text
-from tpbso_casadi.storage.build_result import result_of
 from tpbso_casadi.storage.exporting import write_motion
 from tpbso_casadi.storage.files import TEMPORARY, OutputError, check_writable, replacing, write_text, writing
-from tpbso_casadi.storage.seal import BrokenSeal, check_seal
+from tpbso_casadi.storage.result import result_of
 
 LOG = logging.getLogger(__name__)
 Writer: TypeAlias = Callable[[Path], object]  # writes files into a folder

@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 
 from tpbso_casadi.storage import EXPORTS, export_motion, write_motion
 from tpbso_casadi.storage.exporting import message_yaml
-from tpbso_casadi.storage.recomputation import Contradiction, check_table
+from tpbso_casadi.storage.recomputation import Contradiction
+from tpbso_casadi.storage.stored_run import check_table
 
 POSE = ["x", "y", "z", "qx", "qy", "qz", "qw"]
 

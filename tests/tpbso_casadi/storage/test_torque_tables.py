@@ -16,7 +16,8 @@ from helpers.space_plans import space_plan
 from tpbso_casadi.planning import Motion
 from tpbso_casadi.scenario import InputFolder, read_joint_rows
 from tpbso_casadi.storage import EXPORTS, export_motion, table_of, write_motion
-from tpbso_casadi.storage.recomputation import Contradiction, check_table
+from tpbso_casadi.storage.recomputation import Contradiction
+from tpbso_casadi.storage.stored_run import check_table
 
 
 def rewritten(path: Path, columns: slice, row: int | None = None, change: float = 0.0) -> None:
