@@ -30,6 +30,24 @@ FLOORS = {
     "sequential": 7,
     "assembly": 8,
 }
+APPLICATION = {
+    "plain": 1,
+    "scenario": 2,
+    "planning": 3,
+    "replanning": 4,
+    "storage": 4,
+    "audit_report": 5,
+    "display": 5,
+    "simulation": 5,
+    "figures": 6,
+    "animation": 7,
+    "campaign": 7,
+    "trade_off": 7,
+    "reproduction": 8,
+    "facade": 9,
+    "api": 10,
+    "cli": 11,
+}  # folders and modules of tpbso_casadi; what else there is starts a command
 MOST_MODULES = 13  # of its own in one folder
 KIND_NAMES = {"paper", "reduced", "time", "rotation", "length", "point-to-point", "path"}
 KIND_CLASSES = {
@@ -145,6 +163,30 @@ def test_imports_run_downwards_only(module: Module) -> None:
         assert parts[0] == module.folder or FLOORS[parts[0]] < FLOORS[module.folder], name
         if module.folder == "evaluation":
             assert parts[0] in {"evaluation", "base"}, name
+
+
+def on_application_floor(module: Module) -> str:
+    """The folder of a module of the application, or its own name; empty for the package and for starts of commands."""
+    name = module.folder or module.path.stem
+    return name if module.package == "tpbso_casadi" and name in APPLICATION else ""
+
+
+def test_what_is_on_no_floor_of_the_application_starts_a_command() -> None:
+    assert {on_application_floor(module) for module in MODULES} == {"", *APPLICATION}
+    for module in MODULES:
+        if module.package == "tpbso_casadi" and not on_application_floor(module) and module.path.stem != "__init__":
+            assert {name for name in module.imports() if name.startswith("tpbso_casadi")} <= {
+                name for name in NAMES if name.startswith("tpbso_casadi.cli")
+            }, module
+
+
+@pytest.mark.parametrize("module", [m for m in MODULES if on_application_floor(m)], ids=str)
+def test_imports_of_the_application_run_downwards_only(module: Module) -> None:
+    own = on_application_floor(module)
+    for name in module.imports_that_run():
+        package, *parts = name.split(".")
+        if package == "tpbso_casadi" and parts and parts[0] != own:
+            assert APPLICATION[parts[0]] < APPLICATION[own], name
 
 
 def circles(graph: dict[str, set[str]]) -> list[set[str]]:

@@ -38,7 +38,7 @@ from tpbso_casadi.storage.run_folder import (
     check_run_folder,
     replace_folder,
     stored_content,
-    write_run,
+    write_plan,
 )
 from tpbso_casadi.storage.stored_run import InvalidRun, StoredRun, checked, path_table, read_run
 
@@ -78,7 +78,7 @@ __all__ = [
     "table_of",
     "write_csv",
     "write_motion",
-    "write_run",
+    "write_plan",
     "write_text",
     "write_with",
     "writing",

@@ -188,7 +188,8 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
             tolerances = TOLERANCES | (TIMED_AGAIN_POLISHED if _is_polished(result) else TIMED_AGAIN_SEARCHED)
     computed = result.model_copy(update=keys)  # what does not follow, such as seconds, is left as it is stored
     trees = (tree.model_dump(mode="json", include=set(keys)) for tree in (result, computed))
-    compare(*({key: tree[key] for key in keys if key in tree} for tree in trees), tolerances)
+    stored, follows = ({key: tree[key] for key in keys if key in tree} for tree in trees)  # in the order of the keys
+    compare(stored, follows, tolerances)
 
 
 def _of_search(

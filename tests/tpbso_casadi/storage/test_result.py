@@ -18,6 +18,7 @@ import pytest
 from problems.base import FloatArray
 from solvers import Box, Search, Solver
 from tpbso_casadi import builtin, parse_scenario
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.plain import as_json, plain, settings_of
 from tpbso_casadi.planning import plan
 from tpbso_casadi.storage import (
@@ -28,7 +29,6 @@ from tpbso_casadi.storage import (
     read_run,
     result_of,
     sealed,
-    write_run,
 )
 from tpbso_casadi.storage.files import TEMPORARY
 
