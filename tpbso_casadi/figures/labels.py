@@ -81,7 +81,7 @@ def spread(places: FloatArray, gap: float) -> FloatArray:
 DIRECTIONS = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)], dtype=np.float64)
 DISTANCES = (6.0, 11.0, 20.0, 32.0)  # points from the place to the label
 MARKER = 4.0  # points: half the size of what marks a place
-FAR = 15.0  # points, from which on a line joins the two
+JOINED = 15.0  # points, from which on a line joins the two
 COVERED, OUTSIDE, FAR = 100.0, 60.0, 0.15  # penalties: of another label, beyond the axes, for each point of distance
 SPACING = 3.0  # points between two looks along a line
 
@@ -117,7 +117,7 @@ def label_places(axes: Axes, labels: Sequence[PlaceLabel], lines: Sequence[Float
     for label, place in zip(labels, places, strict=True):
         middle, box = _best(place, size_of(label.text), ink, frame, taken)
         taken.append(box)
-        far = float(np.linalg.norm(middle - place)) > FAR
+        far = float(np.linalg.norm(middle - place)) > JOINED
         leader = {"arrowstyle": "-", "color": label.colour, "linewidth": 0.6, "shrinkA": 1.0, "shrinkB": 2.0}
         axes.annotate(
             label.text, tuple(label.place), tuple(middle - place), textcoords="offset points",
