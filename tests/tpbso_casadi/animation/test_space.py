@@ -18,9 +18,9 @@ from PIL import Image, ImageSequence
 
 from problems.limits import Clearance
 from tpbso_casadi.animation import write as writing
-from tpbso_casadi.animation.closest import closest_of
 from tpbso_casadi.animation.frames import frames_of
 from tpbso_casadi.animation.player import page
+from tpbso_casadi.animation.player_data import closest_of
 from tpbso_casadi.animation.write import animate
 
 MINUS = "\N{MINUS SIGN}"

@@ -10,8 +10,8 @@ from helpers.space_plans import space_plan
 from matplotlib.figure import Figure
 
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.figures.binding import STYLES, limits_figure, runs, structure_figure
 from tpbso_casadi.figures.curves import Row, convergence_figure, draw_limits, joints_figure, limit_labels, numbers
+from tpbso_casadi.figures.limits import STYLES, limits_figure, runs, structure_figure
 from tpbso_casadi.figures.palette import line_of
 from tpbso_casadi.planning import SearchedMotion, convergence, plan
 

@@ -8,8 +8,8 @@ from helpers.massive import lifted_motion
 from helpers.space_plans import space_plan
 
 from problems import PlanarArm, Trajectory
-from tpbso_casadi.figures.binding import STYLES, spans
 from tpbso_casadi.figures.curves import joints_figure
+from tpbso_casadi.figures.limits import STYLES, spans
 from tpbso_casadi.planning import PlannedMotion, alternatives, shares_of_limits
 from tpbso_casadi.planning.motion import QUANTITIES
 

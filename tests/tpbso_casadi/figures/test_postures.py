@@ -16,9 +16,9 @@ from oracles.outlines import along, dense, to_segment
 from problems.tasks import Marker, MarkerKind
 from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.figures.curves import STATUSES, headline
-from tpbso_casadi.figures.labels import PlaceLabel, label_places
-from tpbso_casadi.figures.path import path_figure
-from tpbso_casadi.figures.postures import COUNT, Nearest, draw_band, fan_of, nearest_of, outlines, projected
+from tpbso_casadi.figures.path import COUNT, Nearest, fan_of, nearest_of, path_figure, projected
+from tpbso_casadi.figures.scene import draw_band, outlines
+from tpbso_casadi.figures.style import PlaceLabel, label_places
 from tpbso_casadi.planning import PlannedMotion, plan
 
 ZIGZAG = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0], [0.3, 0.2]])
