@@ -22,7 +22,12 @@ FLOORS = {  # of the folders of a package; a package that is not here has none
         **{"base": 1, "evaluation": 2, "robots": 2, "scene": 2, "motions": 3},
         **{"limits": 4, "objectives": 4, "timing": 4, "tasks": 5, "certify": 5},
         **{"nlp": 6, "sequential": 6, "assembly": 7, "families": 8},
-    }
+    },
+    "tpbso_casadi": {
+        **{"plain": 1, "scenario": 2, "planning": 3, "replanning": 4, "storage": 4},
+        **{"audit_report": 5, "display": 5, "simulation": 5, "figures": 6},
+        **{"animation": 7, "campaign": 7, "trade_off": 7, "reproduction": 8, "facade": 9, "api": 10, "cli": 11},
+    },
 }
 KNOWS_ONLY = {("problems", "evaluation"): {"base"}}  # folders that may know less than their floor lets them
 KIND_NAMES = {"paper", "reduced", "time", "rotation", "length", "point-to-point", "path"}
@@ -57,8 +62,10 @@ class Module:
 
     @property
     def folder(self) -> str:
-        """Of its package; empty for a module directly in it."""
-        return folder if (folder := self.path.relative_to(ROOT).parts[1]) != self.path.name else ""
+        """Of its package; of a module directly in it its name where that has a floor, else nothing."""
+        if (folder := self.path.relative_to(ROOT).parts[1]) != self.path.name:
+            return folder
+        return self.path.stem if self.path.stem in FLOORS.get(self.package, {}) else ""
 
     @cached_property
     def tree(self) -> ast.Module:
@@ -157,7 +164,8 @@ def above(module: Module, floors: dict[str, int]) -> set[str]:
     """What a module in a folder imports of its package though it may not."""
     known = KNOWS_ONLY.get((module.package, module.folder))
     allowed = {folder for folder, floor in floors.items() if floor < floors[module.folder]} if known is None else known
-    inner = {name: name.split(".")[1:] for name in module.imports if name.split(".")[0] == module.package}
+    imports = module.imports_that_run if module.package == "tpbso_casadi" else module.imports
+    inner = {name: name.split(".")[1:] for name in imports if name.split(".")[0] == module.package}
     return {name for name, parts in inner.items() if not parts or parts[0] not in {*allowed, module.folder}}
 
 
@@ -175,6 +183,38 @@ def test_imports_upwards_are_found() -> None:
     floors = FLOORS["problems"]
     assert not above(module, floors)
     assert above(module, floors | {"limits": 1})
+
+
+def test_what_has_no_floor_starts_a_command() -> None:
+    def others(module: Module) -> set[str]:
+        own = {name for name in module.imports if packages_in([name]) == {"tpbso_casadi"}}
+        return {name for name in own if not name.startswith("tpbso_casadi.cli")}
+
+    starts = ("tpbso_casadi", "tpbso_casadi.__init__")
+    nobody(lambda m: m.package == "tpbso_casadi" and not m.folder and m.name not in starts and others(m))
+
+
+# Faces
+
+
+LOADED_LATER = ("figures", "animation", "page", "export", "logs")  # draw, write pages or load other libraries
+
+
+def faces() -> set[str]:
+    """Folders whose ``__init__`` says what others may use of them."""
+    folders = [module for module in MODULES if module.path.stem == "__init__" and module.name != "problems"]
+    return {module.name for module in folders if "__all__ =" in module.path.read_text()}
+
+
+def test_a_folder_is_used_by_what_its_face_names() -> None:
+    known = faces()
+
+    def is_behind(name: str, user: Module) -> bool:
+        over = [face for face in known if name.startswith(f"{face}.") and not f"{user.name}.".startswith(f"{face}.")]
+        return bool(over) and not any(word in part for part in name.split(".") for word in LOADED_LATER)
+
+    assert known
+    nobody(lambda user: {each for each in user.imports_when_loaded & BY_NAME.keys() - known if is_behind(each, user)})
 
 
 # Circles

@@ -69,10 +69,11 @@ from tpbso_casadi.facade.retiming import retime
 from tpbso_casadi.facade.robots import StatedRobot, robot
 from tpbso_casadi.facade.statement import scenario_of
 from tpbso_casadi.facade.trading_off import Front, pareto
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.replanning import Replanner, Step
 from tpbso_casadi.scenario import Scenario, ScenarioError, find_solver, parse_scenario, read_scenario
 from tpbso_casadi.scenario.cases import builtin
-from tpbso_casadi.storage import InvalidRun, OutputError, RunResult, result_of, write_run
+from tpbso_casadi.storage import InvalidRun, OutputError, RunResult, result_of
 
 Sphere = Ball
 

@@ -16,8 +16,8 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
 from tpbso_casadi.cli.commands import audit, solve
+from tpbso_casadi.plain import SEAL
 from tpbso_casadi.storage import sealed
-from tpbso_casadi.storage.seal import KEY
 
 QUICK = ["--evaluations", "40", "--no-plots", "--quiet"]
 EXAMPLES = [6, pytest.param(1500, marks=pytest.mark.slow)]
@@ -171,7 +171,7 @@ def edits(draw: st.DrawFn, text: str) -> bytes:
         if not isinstance(content, dict | list) or not content:
             break
     if isinstance(content, dict) and draw(st.booleans()):  # as a forger would
-        content = sealed({key: value for key, value in content.items() if key != KEY})
+        content = sealed({key: value for key, value in content.items() if key != SEAL})
     return json.dumps(content).encode()
 
 

@@ -24,6 +24,7 @@ from tpbso_casadi.cli.options import (
     listed,
     output_group,
 )
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import PlannedMotion, Progress
 from tpbso_casadi.storage import (
     DEFAULT_RATE,
@@ -33,7 +34,6 @@ from tpbso_casadi.storage import (
     OutputError,
     check_run_folder,
     export_motion,
-    write_run,
 )
 
 

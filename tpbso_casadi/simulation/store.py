@@ -42,7 +42,7 @@ def write_simulation(
         The names of the files.
 
     Raises:
-        OutputError: as :func:`tpbso_casadi.storage.run_folder.write_run`.
+        OutputError: as :func:`tpbso_casadi.storage.run_folder.write_plan`.
     """
 
     def tables(staged: Path) -> None:

@@ -18,10 +18,10 @@ from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import Box
 from solvers.budget import Interruption
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.planning import PlannedMotion, Progress, motion_of, plan
 from tpbso_casadi.scenario import ScenarioError
-from tpbso_casadi.storage import write_run
 from tpbso_casadi.trade_off.placement import ENDS, EpsilonConstraint, Objectives, Placement, WeightedSum
 from tpbso_casadi.trade_off.point import Point, Request
 from tpbso_casadi.trade_off.store import POINTS, Store

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from problems.limits import Clearance, Proximity
 from problems.scene.moving import MovingObstacle
-from tpbso_casadi.animation.closest import closest_of, nearest
+from tpbso_casadi.animation.player_data import closest_of, nearest
 
 PLACE = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
 SHARES = np.linspace(0.0, 1.0, 201)[:, None]

@@ -17,10 +17,9 @@ from helpers.massive import lifted_motion
 from helpers.moving_plans import IN_PLANE, IN_SPACE, moving_space_plan, plane_plan
 from helpers.space_plans import SOLIDS, SPHERES, space_plan
 
-from tpbso_casadi.animation.closest import closest_of
 from tpbso_casadi.animation.frames import Frames, frames_of
 from tpbso_casadi.animation.player import COLOURS, FOLDER, PARTS, SCRIPT, STYLE, page, player
-from tpbso_casadi.animation.player_data import shared_data
+from tpbso_casadi.animation.player_data import closest_of, shared_data
 from tpbso_casadi.figures.palette import colour_of
 from tpbso_casadi.planning import PlannedMotion
 

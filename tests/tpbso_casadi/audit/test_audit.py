@@ -22,9 +22,10 @@ from problems.nlp import optimality
 from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.audit_report import audit_scenario
 from tpbso_casadi.cli.commands.audit import main
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import PlannedMotion, SearchedMotion, plan
 from tpbso_casadi.scenario.cases import TITLES
-from tpbso_casadi.storage import sealed, write_run
+from tpbso_casadi.storage import sealed
 
 ARM = {"link_lengths": [0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
 MOVE = {

@@ -19,7 +19,7 @@ from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.audit_report import audit_run
 from tpbso_casadi.cli.command import LOGGERS, logged
 from tpbso_casadi.cli.commands import audit, compare, solve
-from tpbso_casadi.figures.binding import limits_figure
+from tpbso_casadi.figures.limits import limits_figure
 from tpbso_casadi.figures.path import path_figure
 from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.scenario.cases import BEST_KNOWN, TITLES, best_known

@@ -18,9 +18,8 @@ from helpers.running import refusal, status
 from problems.evaluation import population
 from tpbso_casadi.cli.commands.pareto import main
 from tpbso_casadi.figures.path import path_figure
-from tpbso_casadi.plain import as_json
+from tpbso_casadi.plain import SEAL, as_json
 from tpbso_casadi.storage import read_run, sealed
-from tpbso_casadi.storage.seal import KEY
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
@@ -123,7 +122,7 @@ def cut(points: int) -> None:
     """Leave as many points in the manifest as there were when it was cut."""
     path = Path("front/front.json")
     content = json.loads(path.read_text())
-    del content[KEY]
+    del content[SEAL]
     del content["methods"]["epsilon-constraint"]["points"][points:]
     path.write_text(as_json(sealed(content)))
 

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 from problems import PlanarArm, Trajectory
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.figures.binding import STYLES, limits_figure, runs, spans, structure_figure
 from tpbso_casadi.figures.curves import Row, convergence_figure, draw_limits, joints_figure, limit_labels, numbers
+from tpbso_casadi.figures.limits import STYLES, limits_figure, runs, spans, structure_figure
 from tpbso_casadi.figures.palette import line_of
 from tpbso_casadi.planning import PlannedMotion, SearchedMotion, alternatives, convergence, plan, shares_of_limits
 from tpbso_casadi.planning.motion import QUANTITIES

@@ -15,9 +15,8 @@ from PIL import Image
 from problems import Ellipse, PlanarArm, Trajectory
 from problems.scene.moving import ConstantVelocity, MovingObstacle
 from tpbso_casadi.figures import style
-from tpbso_casadi.figures.distances import clearance_drawings, closest_to_moving, distance_curves
-from tpbso_casadi.figures.path import path_figure
-from tpbso_casadi.figures.postures import snapshots
+from tpbso_casadi.figures.limits import clearance_drawings, closest_to_moving, distance_curves
+from tpbso_casadi.figures.path import path_figure, snapshots
 from tpbso_casadi.figures.run import draw_figures
 from tpbso_casadi.figures.scene import Course, courses_of, labelled_times, placed
 from tpbso_casadi.figures.space_scene import Scene, polyhedron_of

@@ -24,10 +24,9 @@ from tpbso_casadi.figures.curves import (
     progress_figures,
     progress_history,
 )
-from tpbso_casadi.figures.labels import PlaceLabel, label_places
-from tpbso_casadi.figures.path import path_figure
-from tpbso_casadi.figures.postures import COUNT, Nearest, draw_band, fan_of, nearest_of, outlines, projected
-from tpbso_casadi.figures.scene import capsule, draw_bodies, wide_bodies
+from tpbso_casadi.figures.path import COUNT, Nearest, fan_of, nearest_of, path_figure, projected
+from tpbso_casadi.figures.scene import capsule, draw_band, draw_bodies, outlines, wide_bodies
+from tpbso_casadi.figures.style import PlaceLabel, label_places
 from tpbso_casadi.planning import SearchedMotion, plan
 
 ZIGZAG = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0], [0.3, 0.2]])

@@ -14,10 +14,9 @@ from scipy.spatial.transform import Rotation
 from problems import Box
 from problems.tasks import Marker, MarkerKind
 from tpbso_casadi.figures import style
-from tpbso_casadi.figures.painting import painting_order
 from tpbso_casadi.figures.path import path_figure
 from tpbso_casadi.figures.run import draw_figures
-from tpbso_casadi.figures.space import Posture, space_figure
+from tpbso_casadi.figures.space import Posture, painting_order, space_figure
 from tpbso_casadi.figures.space_scene import (
     FRONT,
     SIDE,

@@ -16,9 +16,8 @@ from matplotlib.text import Text
 from oracles.colour_vision import VISIONS, differences, lab, seen
 from scipy.optimize import minimize
 
-from tpbso_casadi.figures.labels import EndLabel, label_ends, spread
 from tpbso_casadi.figures.palette import DASHES, FORMATS, MARKERS, SERIES, colour_of, line_of, marker_of, shade_of
-from tpbso_casadi.figures.style import ONE_COLUMN, SMALL, in_print, write_figure
+from tpbso_casadi.figures.style import ONE_COLUMN, SMALL, EndLabel, in_print, label_ends, spread, write_figure
 
 PLACES = st.lists(st.floats(0.0, 1.0), max_size=8).map(np.array)
 

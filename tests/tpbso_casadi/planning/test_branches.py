@@ -15,9 +15,10 @@ from helpers.space_scenarios import GOAL, space_scenario
 from problems.families.splines import MoveProblem
 from tpbso_casadi import ScenarioError, parse_scenario
 from tpbso_casadi.cli.commands.audit import main
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import SearchedMotion, plan
 from tpbso_casadi.planning.branches import FINALISTS
-from tpbso_casadi.storage import sealed, write_run
+from tpbso_casadi.storage import sealed
 
 
 @cache

@@ -21,7 +21,8 @@ from tpbso_casadi.planning import Motion
 from tpbso_casadi.scenario import InputFolder, read_joint_rows
 from tpbso_casadi.storage import EXPORTS, export_motion, table_of, write_motion
 from tpbso_casadi.storage.exporting import message_yaml, ros_message
-from tpbso_casadi.storage.recomputation import Contradiction, agree, check_table
+from tpbso_casadi.storage.recomputation import Contradiction
+from tpbso_casadi.storage.stored_run import check_table
 
 POSE = ["x", "y", "z", "qx", "qy", "qz", "qw"]
 MOTIONS: dict[str, tuple[Callable[[], Motion], list[str], float]] = {  # what stands after the accelerations, and a rate
@@ -180,23 +181,3 @@ def test_any_joint_name_survives_yaml(name: str) -> None:
 def test_joints_that_slide_are_in_metres() -> None:
     assert sliding_arm().joint_units == ("m", "rad", "rad", "rad")
     assert small_arm(2).joint_units == ("rad", "rad")
-
-
-# Whether stored numbers are those that a recomputation gives
-
-
-@pytest.mark.parametrize(("stored", "computed"), [(1.0, 1.0 + 1e-10), (0.0, 0.0), (None, np.inf), (None, np.nan)])
-def test_what_agrees(stored: float | None, computed: float) -> None:
-    agree("key", stored, computed)
-
-
-@pytest.mark.parametrize(
-    ("stored", "computed"),
-    [(1.0, 1.0 + 1e-8), (None, 1.0), (99.0, np.inf), (-99.0, np.inf), (1.0, -np.inf), (1.0, np.nan)],
-)
-def test_what_does_not(stored: float | None, computed: float) -> None:
-    """No number is infinite to some tolerance."""
-    with pytest.raises(Contradiction, match=r"^key: .* is stored, .* is computed$"):
-        agree("key", stored, computed)
-    with pytest.raises(Contradiction, match=r"^key: "):
-        agree("key", stored, computed, scale=0.5, tolerance=1e-9)

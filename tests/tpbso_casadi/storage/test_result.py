@@ -19,6 +19,7 @@ import pytest
 from problems.base import FloatArray
 from solvers import Box, Search, Solver
 from tpbso_casadi import builtin, parse_scenario
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.plain import as_json, plain, settings_of
 from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.storage import (
@@ -29,7 +30,6 @@ from tpbso_casadi.storage import (
     read_run,
     result_of,
     sealed,
-    write_run,
 )
 from tpbso_casadi.storage import files as staging
 from tpbso_casadi.storage.files import TEMPORARY, replacing
@@ -203,9 +203,9 @@ def test_a_key_that_is_there_twice_is_refused() -> None:
         ("rounds", 2, "rounds: one is all that the scenario asks for"),
         ("polish", ..., "polish: missing key"),
         ("objective.unit", "h", "objective.unit: 'h' is stored, 's' is computed"),
-        ("solver.settings.c1", 1.0, "solver.settings: "),
+        ("solver.settings.c1", 1.0, "solver.settings.c1: 1.0 is stored"),
         ("history.cost.0", 0.0, "history.cost: the best so far grows"),
-        ("versions", {}, "versions: those of python"),
+        ("versions", {}, "versions.python: missing key"),
         ("polish.before.objective", 9.0, "polish.before.objective: 9.0 is stored"),
         ("files", {"../result.json": ""}, "files."),
         ("seed", 7, "seed: 7 is stored, 1 is computed"),

@@ -109,7 +109,7 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
 
 def draw(scenario: Scenario, folder: Path, formats: Sequence[str]) -> None:
     """Draw the structure of the scenario's constraints."""
-    from tpbso_casadi.figures.binding import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
+    from tpbso_casadi.figures.limits import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
 
     folder.mkdir(parents=True, exist_ok=True)
     draw_structure(folder, scenario, formats)
