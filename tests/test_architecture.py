@@ -200,10 +200,14 @@ def test_what_has_no_floor_starts_a_command() -> None:
 LOADED_LATER = ("figures", "animation", "page", "export", "logs")  # draw, write pages or load other libraries
 
 
-def faces() -> set[str]:
-    """Folders whose ``__init__`` says what others may use of them."""
-    folders = [module for module in MODULES if module.path.stem == "__init__" and module.name != "problems"]
-    return {module.name for module in folders if "__all__ =" in module.path.read_text()}
+def faces() -> dict[str, set[str]]:
+    """Folders whose ``__init__`` says what others may use of them, and what that is."""
+    named: dict[str, set[str]] = {}
+    for module in MODULES:
+        for node in module.tree.body if module.path.stem == "__init__" and module.name != "problems" else ():
+            if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+                named[module.name] = strings(node.value)
+    return named
 
 
 def test_a_folder_is_used_by_what_its_face_names() -> None:
@@ -211,10 +215,17 @@ def test_a_folder_is_used_by_what_its_face_names() -> None:
 
     def is_behind(name: str, user: Module) -> bool:
         over = [face for face in known if name.startswith(f"{face}.") and not f"{user.name}.".startswith(f"{face}.")]
-        return bool(over) and not any(word in part for part in name.split(".") for word in LOADED_LATER)
+        is_named = any(
+            name.removeprefix(f"{face}.") in known[face] for face in over
+        )  # a function that a module is named after
+        return bool(over) and not is_named and not any(word in name for word in LOADED_LATER)
 
     assert known
-    nobody(lambda user: {each for each in user.imports_when_loaded & BY_NAME.keys() - known if is_behind(each, user)})
+    nobody(
+        lambda user: {
+            each for each in user.imports_when_loaded & BY_NAME.keys() - known.keys() if is_behind(each, user)
+        }
+    )
 
 
 # Circles

@@ -25,7 +25,7 @@ from scipy.special import erf
 from problems.base import FloatArray, as_array
 from problems.certify.taylor import ROUNDING, TimeCells, shifted
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
-from problems.evaluation.interpreter import interpret
+from problems.evaluation import interpret
 from problems.limits import Constraint, Limit
 from problems.motions import SAMPLED_ORDERS, Samples, Trajectory
 

@@ -24,7 +24,7 @@ from scipy.optimize import minimize_scalar
 
 from problems.base import Arguments, FloatArray, Reading, bernstein
 from problems.certify.verdict import CertificateStatus
-from problems.evaluation.program import PARAMETERS, RowFunction
+from problems.evaluation import PARAMETERS, RowFunction
 from problems.limits import Pair, Proximity
 from problems.motions import Trajectory
 from problems.robots import Robot

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray, Matrix
 from problems.certify.cells import BINARY, UNARY, Range, Ranges
-from problems.evaluation.interpreter import interpret
+from problems.evaluation import interpret
 from problems.limits import Constraint
 
 KINKS = {

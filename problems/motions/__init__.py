@@ -16,6 +16,14 @@ from problems.motions.path_scan import (
 from problems.motions.path_spline import ALONG, SUPPORT, PathSpline, Rates, TimedPath, in_time
 from problems.motions.quantities import MotionView
 from problems.motions.samples import Samples, increasing_choice
+from problems.motions.splines import (
+    DEGREE,
+    ClampedSpline,
+    InterpolatingSpline,
+    SplineInTime,
+    SplineShape,
+    without_rounding,
+)
 from problems.motions.trajectory import (
     CONTINUOUS_ORDERS,
     SAMPLED_ORDERS,
@@ -29,12 +37,15 @@ from problems.motions.trajectory import (
 __all__ = [
     "ALONG",
     "CONTINUOUS_ORDERS",
+    "DEGREE",
     "LEAST_ROOM",
     "SAMPLED_ORDERS",
     "SLIVER",
     "SMOOTH_ORDERS",
     "SUPPORT",
     "Bounds",
+    "ClampedSpline",
+    "InterpolatingSpline",
     "InvalidText",
     "JointPath",
     "Motion",
@@ -44,6 +55,8 @@ __all__ = [
     "SampleFunction",
     "SampleGrid",
     "Samples",
+    "SplineInTime",
+    "SplineShape",
     "Stated",
     "TimedPath",
     "TorqueSlopes",
@@ -59,4 +72,5 @@ __all__ = [
     "random_states",
     "read",
     "traced",
+    "without_rounding",
 ]

@@ -25,7 +25,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray, InvalidProblem, Matrix
-from problems.evaluation.interpreter import BINARY, UNARY, Symbolic, UnsupportedOperation, interpret, rebuilt
+from problems.evaluation import BINARY, UNARY, Symbolic, UnsupportedOperation, interpret, rebuilt
 from problems.motions.quantities import MISSING, MotionView, quantity_named
 from problems.motions.samples import Samples
 from problems.motions.trajectory import SAMPLED_ORDERS

@@ -10,14 +10,18 @@ from problems.nlp.program import (
     replace_with_symbols,
     slack_constraints,
 )
+from problems.nlp.starts import Displacement, Postures, displacement_of
 
 __all__ = [
     "MAX_ANGLE_CHANGE",
+    "Displacement",
     "MotionProgram",
     "NonlinearProgram",
     "Optimality",
+    "Postures",
     "Sensitivity",
     "composed_hessian",
+    "displacement_of",
     "equality",
     "optimality",
     "payload_price",

@@ -2,7 +2,7 @@
 
 from problems.scene.convex import crossing_clearance
 from problems.scene.ellipse import Ellipse
-from problems.scene.moving import ConstantVelocity, MovingObstacle
+from problems.scene.moving import ConstantVelocity, MovingObstacle, ObstacleMotion
 from problems.scene.obstacle import Frames, Obstacle, standing
 from problems.scene.polygon import MAX_CORNERS, Polygon, Rectangle
 from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
@@ -24,6 +24,7 @@ __all__ = [
     "HalfSpace",
     "MovingObstacle",
     "Obstacle",
+    "ObstacleMotion",
     "Polygon",
     "Rectangle",
     "Tabulated",

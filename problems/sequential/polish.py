@@ -16,7 +16,7 @@ from problems.sequential.kept_limits import JointTorques, KeptLimits
 from problems.sequential.nearness import Nearness
 from problems.sequential.path_speed import RESTING, Clock, Freedom, MotionSpace, PathSpeed
 from problems.tasks import Move
-from problems.timing.free_space import rest_to_rest
+from problems.timing import rest_to_rest
 
 SAMPLES = 400
 

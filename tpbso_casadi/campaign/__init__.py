@@ -10,6 +10,7 @@ from tpbso_casadi.campaign.executors import (
     processes,
 )
 from tpbso_casadi.campaign.export import check_export, export, files_of, write_comparison
+from tpbso_casadi.campaign.functions import PREFIX
 from tpbso_casadi.campaign.grid import (
     FUNCTION_SOLVERS,
     USUAL_RUNS,
@@ -26,7 +27,7 @@ from tpbso_casadi.campaign.grid import (
 )
 from tpbso_casadi.campaign.record import Record
 from tpbso_casadi.campaign.results import Best, Results, best_runs, results_of
-from tpbso_casadi.campaign.run import AnyRun, Outcome, Run, run_one
+from tpbso_casadi.campaign.run import AnyRun, Outcome, Run
 from tpbso_casadi.campaign.runner import campaign_seconds, run_campaign
 from tpbso_casadi.campaign.statistics import (
     SIGNIFICANCE_LEVEL,
@@ -47,6 +48,7 @@ from tpbso_casadi.campaign.tables import HEADER, print_tables, rows
 __all__ = [
     "FUNCTION_SOLVERS",
     "HEADER",
+    "PREFIX",
     "SIGNIFICANCE_LEVEL",
     "STORE",
     "USUAL_RUNS",
@@ -92,7 +94,6 @@ __all__ = [
     "results_of",
     "rows",
     "run_campaign",
-    "run_one",
     "smallest_p",
     "summarise",
     "write_comparison",

@@ -10,8 +10,7 @@ from pydantic import AllowInfNan, Strict, StrictBool, StrictInt, StrictStr, Type
 
 from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.scenario import plugin_failures_named
-from tpbso_casadi.storage import RunResult, checked
-from tpbso_casadi.storage.recomputation import Contradiction
+from tpbso_casadi.storage import Contradiction, RunResult, checked
 
 Number: TypeAlias = Annotated[float, Strict(), AllowInfNan(False)]
 

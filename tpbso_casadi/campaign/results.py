@@ -22,8 +22,7 @@ from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.statistics import Summary, a12, summarise, with_ties
 from tpbso_casadi.campaign.store import Store, StoreError
 from tpbso_casadi.scenario import ScenarioError
-from tpbso_casadi.storage import InvalidResult
-from tpbso_casadi.storage.recomputation import Contradiction
+from tpbso_casadi.storage import Contradiction, InvalidResult
 
 
 def references(summaries: Sequence[Summary]) -> dict[str, float | None]:

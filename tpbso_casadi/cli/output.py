@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Self
 
-from solvers.budget import Interruption
+from solvers import Interruption
 from tpbso_casadi.animation.write import animate, check_animation
 from tpbso_casadi.cli.common import path, positive_number
 from tpbso_casadi.cli.options import (

@@ -17,8 +17,16 @@ from problems.base import FloatArray
 from solvers import GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
 from tpbso_casadi.campaign import ExecutorError
 from tpbso_casadi.plain import settings_of
-from tpbso_casadi.scenario import ModelSection, PointsTask, ScenarioError, Section, SolverSection, TaskSection, shown
-from tpbso_casadi.scenario.tasks import PointToPointTask
+from tpbso_casadi.scenario import (
+    ModelSection,
+    PointsTask,
+    PointToPointTask,
+    ScenarioError,
+    Section,
+    SolverSection,
+    TaskSection,
+    shown,
+)
 from tpbso_casadi.storage import OutputError
 
 KEY = re.compile(r"^(?:task|model|solver|arm|robot)\.(?:settings\.)?(\w+)")

@@ -9,8 +9,7 @@ from tpbso_casadi.facade.arguments import file_path
 from tpbso_casadi.facade.audit import Audit, ScenarioAudit
 from tpbso_casadi.facade.plan import Plan, StoredPlan
 from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, scenario_of
-from tpbso_casadi.scenario import is_folder, plugin_failures_named
-from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.scenario import TITLES, is_folder, plugin_failures_named
 from tpbso_casadi.storage import read_run as read_stored_run
 
 

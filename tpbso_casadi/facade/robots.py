@@ -14,6 +14,7 @@ from problems.robots import BUILT_IN, SpatialArm
 from tpbso_casadi.facade.arguments import as_argument, check_keywords, in_words_of_python, plain
 from tpbso_casadi.facade.tables import OF_THE_MODEL, arm_table, settings_table
 from tpbso_casadi.scenario import (
+    TITLES,
     ArmSection,
     InputFolder,
     RobotSection,
@@ -22,7 +23,6 @@ from tpbso_casadi.scenario import (
     hint,
     read_table,
 )
-from tpbso_casadi.scenario.cases import TITLES
 
 AnyTable: TypeAlias = ArmSection | RobotSection | SpatialRobotSection
 MOST_KNOWN = 64

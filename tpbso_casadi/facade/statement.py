@@ -30,8 +30,7 @@ from tpbso_casadi.facade.tables import (
     places_table,
     tables_of,
 )
-from tpbso_casadi.scenario import InputFolder, Scenario, ScenarioError, load, overridden, parse_scenario, shown
-from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.scenario import TITLES, InputFolder, Scenario, ScenarioError, load, overridden, parse_scenario, shown
 
 What: TypeAlias = Scenario | Task | AnyRobot
 

@@ -34,7 +34,7 @@ from problems import (
 )
 from problems import Path as PathOfPoints
 from problems.base import FloatArray
-from problems.scene.moving import ObstacleMotion
+from problems.scene import ObstacleMotion
 from problems.tasks import JointFollowing, PathTracing, Pose, SpaceTracing, Task
 from tpbso_casadi.facade.arguments import path_of, plain
 from tpbso_casadi.scenario import ARM_KEYS, ScenarioError, motion_through, pieces_table, shown

@@ -14,7 +14,7 @@ import numpy as np
 from problems import Objective
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers.budget import deferred_interrupt
+from solvers import deferred_interrupt
 from tpbso_casadi.facade.arguments import in_words_of_python, plain
 from tpbso_casadi.facade.plan import StoredPlan
 from tpbso_casadi.facade.showing import chosen, data_frame, heading, picture, table

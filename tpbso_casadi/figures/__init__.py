@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from solvers.budget import Interruption
+from solvers import Interruption
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.storage import Writer, write_plan

@@ -20,8 +20,7 @@ import numpy as np
 from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers import IPOPT, Archive, Box, Budget, Result, Solver, minimize
-from solvers.budget import Interruption
+from solvers import IPOPT, Archive, Box, Budget, Interruption, Result, Solver, minimize
 from tpbso_casadi.planning.finishing import Polish, Refinement, SearchedMotion, distinct, is_better, refine, retimed
 from tpbso_casadi.planning.motion import Motion, motion_of
 from tpbso_casadi.planning.progress import Progress, log_search

@@ -14,8 +14,7 @@ import numpy as np
 from problems import InvalidProblem, Problem, Trajectory, Verdict
 from problems.assembly import Criteria
 from problems.base import FloatArray, as_array
-from problems.timing import retime
-from problems.timing.free_space import least_time_move, rest_to_rest
+from problems.timing import least_time_move, rest_to_rest, retime
 from solvers import IPOPT, Archive, Budget, Descent, DescentResult, Result, Solution, Status, StopReason, descend
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.progress import Progress, log_search

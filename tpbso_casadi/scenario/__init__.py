@@ -1,5 +1,6 @@
 """Scenarios: files that are validated key by key, and the built-in ones."""
 
+from tpbso_casadi.scenario.cases import DEFAULT, TITLES, best_known, builtin
 from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE, PluginError, find_objective, find_solver
 from tpbso_casadi.scenario.input_files import (
     LARGEST_ANGLE,
@@ -17,6 +18,7 @@ from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, 
 from tpbso_casadi.scenario.places import SimulationSection, built
 from tpbso_casadi.scenario.robots import ARM_KEYS, ArmSection, RobotSection, SpatialRobotSection
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named, read_scenario
+from tpbso_casadi.scenario.tasks import PointToPointTask
 from tpbso_casadi.scenario.validation import (
     LARGEST,
     LARGEST_SEED,
@@ -40,6 +42,7 @@ from tpbso_casadi.scenario.validation import (
 
 __all__ = [
     "ARM_KEYS",
+    "DEFAULT",
     "FAMILIES",
     "FIELDS",
     "LARGEST",
@@ -53,6 +56,7 @@ __all__ = [
     "MOST_POLISH_STARTS",
     "SMALLEST",
     "SOLVER_CATALOGUE",
+    "TITLES",
     "ArmSection",
     "InputFolder",
     "Interpolation",
@@ -60,6 +64,7 @@ __all__ = [
     "NestedError",
     "ObstacleSection",
     "PluginError",
+    "PointToPointTask",
     "PointsTask",
     "RobotSection",
     "Scenario",
@@ -70,7 +75,9 @@ __all__ = [
     "SpatialRobotSection",
     "StrictModel",
     "TaskSection",
+    "best_known",
     "built",
+    "builtin",
     "describe",
     "find_objective",
     "find_solver",

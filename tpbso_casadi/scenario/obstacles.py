@@ -23,8 +23,7 @@ from problems import (
     Polygon,
     Rectangle,
 )
-from problems.scene import MAX_CORNERS
-from problems.scene.moving import ObstacleMotion
+from problems.scene import MAX_CORNERS, ObstacleMotion
 from tpbso_casadi.scenario.catalogues import Catalogue, PluginError, subclass_of
 from tpbso_casadi.scenario.input_files import (
     MOST_MOTION_ROWS,

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from problems import Joints, Obstacle, Place, Trajectory
-from solvers.budget import Interruption
+from solvers import Interruption
 from tpbso_casadi.replanning import Step
 from tpbso_casadi.simulation.record import Replan, SimulationRecord, Visit, joined, jumps_between, part, rest_time
 from tpbso_casadi.simulation.setting import Setting

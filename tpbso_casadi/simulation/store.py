@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from problems.base import FloatArray
-from solvers.budget import Interruption
+from solvers import Interruption
 from tpbso_casadi.planning import Motion
 from tpbso_casadi.simulation.record import SimulationRecord
 from tpbso_casadi.simulation.result import SimulationResult

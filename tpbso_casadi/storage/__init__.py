@@ -19,6 +19,7 @@ from tpbso_casadi.storage.files import (
     write_with,
     writing,
 )
+from tpbso_casadi.storage.recomputation import Contradiction
 from tpbso_casadi.storage.result import (
     ConstraintResult,
     Count,
@@ -49,6 +50,7 @@ __all__ = [
     "LARGEST_RESULT",
     "BrokenSeal",
     "ConstraintResult",
+    "Contradiction",
     "Count",
     "FileName",
     "HistoryResult",

@@ -9,7 +9,7 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import Any, NoReturn, TypeAlias
 
-from solvers.budget import Interruption
+from solvers import Interruption
 from tpbso_casadi.plain import BrokenSeal, NotJSON, check_seal, parsed_json
 from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.scenario import ScenarioError, read_text

@@ -16,8 +16,7 @@ import numpy as np
 from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers import Box
-from solvers.budget import Interruption
+from solvers import Box, Interruption
 from tpbso_casadi.figures import write_run
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.planning import PlannedMotion, Progress, motion_of, plan

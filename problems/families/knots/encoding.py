@@ -31,7 +31,7 @@ from problems.assembly import (
 from problems.base import FloatArray, Matrix, Operand, constant, split
 from problems.families.knots.motion import KnotSpline
 from problems.limits import Constraint, Limit, longest_time_scale, minimum_time_scale, scaling
-from problems.motions.splines import SplineShape
+from problems.motions import SplineShape
 from problems.objectives import MotionBounds
 from problems.robots import Robot, wrap_to
 from problems.tasks import Elbow, PathFollowing, elbow_signs

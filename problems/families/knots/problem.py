@@ -17,8 +17,7 @@ from problems.families.knots.encoding import DEFAULT_TIME_BOUNDS, KNOT_ENCODINGS
 from problems.families.knots.motion import KnotSpline, turning_speed
 from problems.families.knots.program import PathNlp
 from problems.limits import SAMPLING_MARGIN, Accuracy, Constraint, LimitKind, limits_of, peaks_of
-from problems.motions import Samples, Trajectory
-from problems.motions.splines import SplineShape
+from problems.motions import Samples, SplineShape, Trajectory
 from problems.objectives import Objective
 from problems.tasks import BoundedCurve, PathFollowing, ProgressMeasure, check_at_least, check_choice
 

@@ -12,7 +12,7 @@ from problems.base import FloatArray, InvalidProblem, as_array
 from problems.robots import JointLimits, Robot
 from problems.scene import standing
 from problems.tasks import Move, Place
-from problems.timing.free_space import least_durations
+from problems.timing import least_durations
 
 MOST_BRANCHES = 16
 

@@ -20,8 +20,7 @@ import numpy as np
 from problems.assembly import GRID_ALLOWANCE, Decoded, Pace, PathTiming, Slowness, Variable, step_limits
 from problems.base import Matrix, Operand, as_array, largest, smallest, split
 from problems.limits import Constraint, Limit, StepLimit
-from problems.motions import PathSpline, Rates, TimedPath
-from problems.motions.splines import DEGREE
+from problems.motions import DEGREE, PathSpline, Rates, TimedPath
 from problems.objectives import MotionBounds
 from problems.robots import Robot
 from problems.tasks import ANGLE_TOLERANCE, Choice, Move, Place, elbow_signs

@@ -19,7 +19,7 @@ from problems.limits import Constraint
 from problems.motions import Samples, Trajectory
 from problems.nlp import equality
 from problems.robots import JointLimits, Robot
-from problems.timing.free_space import AccelerationPieces
+from problems.timing import AccelerationPieces
 
 LEAST_SHARE = 1e-6  # of the duration, between two nodes of a start
 CLEAR_JUMP = 0.1  # of a limit: smaller jumps are no reason for a node

@@ -44,7 +44,7 @@ from problems.nlp import (
 from problems.objectives import Objective
 from problems.robots import Robot
 from problems.tasks import ANGLE_TOLERANCE, Move, Place, narrow_elbow
-from problems.timing.free_space import AccelerationPieces
+from problems.timing import AccelerationPieces
 
 ALLOWANCE = 1e-3  # of the margin, left of what holds for all t and only rounding may break
 

@@ -18,7 +18,7 @@ from problems.base import FloatArray, Matrix, as_array, constant, split
 from problems.families.splines import selected
 from problems.families.time_splines.motion import FIXED, TimeSpline
 from problems.limits import Limit, StepLimit
-from problems.motions.splines import SplineShape
+from problems.motions import SplineShape
 from problems.objectives import MotionBounds
 
 OFFSET = 1.5  # rad, the largest; what is decided is its square root, so that small ones are found too

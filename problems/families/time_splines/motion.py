@@ -14,8 +14,7 @@ from math import comb, prod
 import numpy as np
 
 from problems.base import FloatArray, as_array
-from problems.motions import Trajectory
-from problems.motions.splines import ClampedSpline, SplineInTime, SplineShape
+from problems.motions import ClampedSpline, SplineInTime, SplineShape, Trajectory
 from problems.robots import Robot
 
 DEGREE = 5

@@ -29,12 +29,11 @@ from problems.evaluation import EvaluationOptions, PopulationFunction, Program, 
 from problems.families.time_splines.encoding import TimeControlPoints
 from problems.families.time_splines.motion import TimeSpline
 from problems.limits import SAMPLING_MARGIN, Constraint, Limit, LimitKind, TaperedMargin, limits_of
-from problems.motions import Trajectory
-from problems.motions.splines import SplineShape
+from problems.motions import SplineShape, Trajectory
 from problems.nlp import NonlinearProgram
 from problems.objectives import Objective
 from problems.tasks import Move, check_at_least
-from problems.timing.from_motion import MotionState, least_duration
+from problems.timing import MotionState, least_duration
 
 
 def with_numbers_of(program: Program, problem: Problem[Any], parameters: FloatArray) -> Program:

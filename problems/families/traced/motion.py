@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray, Matrix
-from problems.motions import PathSpline
-from problems.motions.splines import DEGREE, InterpolatingSpline, without_rounding
+from problems.motions import DEGREE, InterpolatingSpline, PathSpline, without_rounding
 
 NATURAL_ORDER = 2  # of the derivative that is zero at the ends of a stretch
 

@@ -27,8 +27,7 @@ from tpbso_casadi.display.audit_tables import print_run_audit, print_scenario_au
 from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.plain import as_json
-from tpbso_casadi.scenario import Scenario, ScenarioError, is_folder, load, plugin_failures_named
-from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.scenario import TITLES, Scenario, ScenarioError, is_folder, load, plugin_failures_named
 from tpbso_casadi.storage import OutputError, check_writable, read_run
 
 

@@ -17,8 +17,7 @@ from tpbso_casadi.cli.command import run_command
 from tpbso_casadi.cli.common import Exit
 from tpbso_casadi.cli.options import SCENARIO, OneLineParser, command_parser, listed
 from tpbso_casadi.cli.tpbso import COMMANDS
-from tpbso_casadi.scenario import SOLVER_CATALOGUE
-from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.scenario import SOLVER_CATALOGUE, TITLES
 
 FUNCTIONS = {
     "bash": '{name}() {{\n  compgen -W "{words}" -- "$1"\n{files}}}',

@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.text import Text
 
 from problems import InvalidProblem
-from solvers.budget import Interruption, deferred_interrupt
+from solvers import Interruption, deferred_interrupt
 from tpbso_casadi.animation.player import write_player
 from tpbso_casadi.cli.command import free_folder, run_command
 from tpbso_casadi.cli.common import Exit, positive_float, print_error

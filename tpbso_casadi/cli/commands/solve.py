@@ -18,9 +18,7 @@ from problems import OBJECTIVES, Problem
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import Elbow, KnotRedundancy
-from solvers import Status
-from solvers.budget import Interruption, deferred_interrupt
-from solvers.solver import STARTS
+from solvers import STARTS, Interruption, Status, deferred_interrupt
 from tpbso_casadi.cli.command import run_command, run_folder
 from tpbso_casadi.cli.common import Exit, print_error, printable_name, whole_number
 from tpbso_casadi.cli.options import (
@@ -50,6 +48,7 @@ from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.display.plan_tables import print_plan, print_scenarios, summary_of
 from tpbso_casadi.planning import INFEASIBLE_MERIT, PlannedMotion, Progress, plan
 from tpbso_casadi.scenario import (
+    DEFAULT,
     FAMILIES,
     MOST_ITERATIONS,
     MOST_LINKS,
@@ -62,7 +61,6 @@ from tpbso_casadi.scenario import (
     loading,
     plugin_failures_named,
 )
-from tpbso_casadi.scenario.cases import DEFAULT
 from tpbso_casadi.storage import OutputError, result_of
 
 INTERVAL = 10.0  # s between plain lines
