@@ -2,7 +2,6 @@
 
 from solvers.abso import AdaptiveBeetleSwarm
 from solvers.ask_tell import AskTell
-from solvers.box import Box
 from solvers.bso import BSO
 from solvers.budget import Budget, StopReason, Usage
 from solvers.driver import Archive, History, Result, Status, minimize
@@ -11,7 +10,7 @@ from solvers.ipopt import IPOPT, Descent, DescentResult, Program, Solution, desc
 from solvers.lshade import LSHADE
 from solvers.pso import PSO
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS, AnySolver, External
-from solvers.solver import Iterations, Search, Solver, SolverTraits, Steps
+from solvers.solver import Box, Iterations, Search, Solver, SolverTraits, Steps
 
 __all__ = [
     "BSO",

@@ -13,14 +13,12 @@ import numpy as np
 
 from problems.assembly import (
     CostSteps,
-    CostWeights,
-    Decoded,
+    LocalTimeScale,
     PathTiming,
     Problem,
+    SearchedTimeScale,
     objective_named,
-    pace_of,
     peak_loop,
-    slowness_of,
 )
 from problems.base import FloatArray, InvalidProblem, Matrix, Operand, as_array, split
 from problems.evaluation import EvaluationOptions, Loop, PopulationFunction, Program, Step
@@ -31,12 +29,10 @@ from problems.limits import (
     MAX_STEP_SHARE,
     SAMPLING_MARGIN,
     Constraint,
-    Limit,
     LimitKind,
     StepLimit,
     limits_of,
     looks,
-    peaks_of,
     stay_constraints,
     stay_matters,
 )
@@ -56,7 +52,6 @@ from problems.motions import (
     in_time,
     interval_time,
     limited,
-    paced,
 )
 from problems.objectives import Objective
 from problems.robots import JointLimits
@@ -73,29 +68,6 @@ class SplineProblem(Problem[TimedPath]):
 
     motion: PathSpline
     encoding: PathTiming
-
-    def decoded(self, x: Matrix) -> Decoded[TimedPath]:
-        """The motion of a search vector, in the least time of its path on the grid."""
-        decoded, limits = self.encoding.decode(x), self.encoding.slowing(self.limits)
-        samples = self.motion.samples(decoded.parameters)
-        peaks = [peaks_of(limit, samples) for limit in limits]
-        return replace(decoded, parameters=self.encoding.timed(decoded.parameters, limits, peaks, x))
-
-    def objective_bound(self) -> float:
-        """An upper bound of what the objective counts as: what is above it costs no more."""
-        return self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
-
-    @cached_property
-    def weights(self) -> CostWeights:
-        """The weights in the cost, which need no motion: feasibility is graded."""
-        return self.encoding.weights(self.objective_bound(), ())
-
-    def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
-        """The length of steps, with obstacles."""
-        if not self.encoding.step_limits:
-            return []
-        steps = self.motion.samples(parameters).steps
-        return [constraint for limit in self.encoding.step_limits for constraint in limit.between(*steps)]
 
     @cached_property
     def _path(self) -> ca.Function:
@@ -130,13 +102,13 @@ class SplineProblem(Problem[TimedPath]):
             least = retime(path, limits, (start, goal), refined, chain, self._ceiling(x))
         except InvalidProblem:
             return super().trajectory(x)
-        if self.encoding.slowness is None:
+        if self.encoding.time_scale is None:
             return least
         return least.time_scaled(max(1.0, float(self.parameters_of(x).duration) / least.duration))
 
     def _ceiling(self, x: FloatArray) -> SpeedProfile | None:
         """The timing of the search, where an obstacle moves: a faster motion would come too early."""
-        if self.encoding.pace is None:
+        if self.encoding.local_time_scale is None:
             return None
         return SpeedProfile(self.motion.parameters_u, as_array(self.parameters_of(x).squared).ravel())
 
@@ -173,11 +145,6 @@ class MoveSteps(CostSteps[TimedPath]):
     motion: PathSpline
 
     @property
-    def restored(self) -> list[Limit]:
-        """The limits for which a motion is run more slowly than the scan says."""
-        return self.encoding.slowing(self.limits)
-
-    @property
     def torque(self) -> tuple[Operand, ...]:
         """The torque limits that the timing keeps, N m or N; empty where there are none."""
         return tuple(self.motion.robot.limits.torque or ()) if limited(self.motion.robot) else ()
@@ -212,9 +179,9 @@ class MoveSteps(CostSteps[TimedPath]):
         """The steps from the candidate to the motion's samples."""
         zeros = {name: ca.SX.zeros(size) for name, size in starting_values.items()}
         stacks = {"blocks": orders} if starting_values or orders else {}
-        peaks = peak_loop(self.motion, self.restored, self.p) if self.restored else None
+        peaks = peak_loop(self.motion, self.slowing, self.p) if self.slowing else None
         untouched = self.duration_bounds is None or not self.encoding.at_rest
-        if peaks is None and untouched and self.encoding.slowness is None:
+        if peaks is None and untouched and self.encoding.time_scale is None:
             return self._scan(stacks, "durations", zeros)
         stacks = {f"raw_{name}": held for name, held in stacks.items()}
         if peaks is None:
@@ -250,13 +217,13 @@ class MoveSteps(CostSteps[TimedPath]):
         points, rates, arrival = self.encoding.path_and_arrival(self.x)
         missed = {} if arrival is None else {"missed": self.encoding.penalty(arrival)}
         stays = {"goal": points[-1, :].T, "stay": ca.SX(0)} if self.stays else {}
-        outputs = {**self.path_vectors(points, rates), **self.pace_vector(), **begin, **missed, **stays}
+        outputs = {**self.path_vectors(points, rates), **self.speed_share_vector(), **begin, **missed, **stays}
         return [Step.of("path", {"x": self.x, "p": self.p}, outputs)]
 
-    def pace_vector(self) -> dict[str, Matrix]:
+    def speed_share_vector(self) -> dict[str, Matrix]:
         """How fast the path is run, where that is a variable: logarithms of shares of the speed limits, at knots."""
-        logarithms = self.encoding.pace_logarithms(self.x)
-        return {} if logarithms is None else {"pace": logarithms}
+        logarithms = self.encoding.speed_share_logarithms(self.x)
+        return {} if logarithms is None else {"speed_shares": logarithms}
 
     def path_vectors(self, points: Matrix, rates: Rates) -> dict[str, Matrix]:
         """What the scan reads of a path."""
@@ -272,7 +239,10 @@ class MoveSteps(CostSteps[TimedPath]):
         """What b may be at each grid point, from the last to the first; kept with what the scan forward needs."""
         motion, k, grid = self.motion, self.motion.robot.dof, self.motion.path_grid
         stops = np.isin(np.arange(len(grid.rows)), motion.stops)
-        further = [*([self.encoding.pace_rows] if self.encoding.pace else []), *([stops] if motion.stops else [])]
+        further = [
+            *([self.encoding.share_rows] if self.encoding.local_time_scale else []),
+            *([stops] if motion.stops else []),
+        ]
         rows = np.column_stack([grid.rows, *further, np.append(motion.double_steps, 0.0)])
         window, row = ca.SX.sym("window", SUPPORT * k), ca.SX.sym("row", rows.shape[1])
         given = {"p": self.p, "window": window, "row": row}
@@ -286,11 +256,11 @@ class MoveSteps(CostSteps[TimedPath]):
         needed = {*along, 1, 2, *([0] if self.torque else [])}
         path, step = motion.along(window, row[:-1], needed), row[-1]
         speed: Sequence[Operand] = motion.robot.limits.speed
-        if self.encoding.pace is not None:
-            given["pace"] = ca.SX.sym("pace", self.encoding.pace.knots)
-            first = grid.rows.shape[1]
-            weights = row[first : first + self.encoding.pace.knots]
-            speed = paced(speed, ca.exp(ca.dot(weights, given["pace"])))
+        if self.encoding.local_time_scale is not None:
+            first, knots = grid.rows.shape[1], self.encoding.share_rows.shape[1]
+            given["speed_shares"] = ca.SX.sym("speed_shares", knots)
+            share = ca.exp(ca.dot(row[first : first + knots], given["speed_shares"]))
+            speed = [limit * share for limit in speed]
         here, ahead = (path[1], path[2]), (state["ahead"][:k].T, state["ahead"][k:].T)
         bounds, outputs = Bounds.of_interval(here, ahead, step, motion.acceleration), {}
         if self.torque:
@@ -345,8 +315,8 @@ class MoveSteps(CostSteps[TimedPath]):
         """Run the motion more slowly, as far as the task and further limits want it."""
         duration, peaks = ca.SX.sym("duration"), ca.SX.sym("peaks", magnitudes)
         shape = TimedPath(ca.SX(0, 0), ca.SX(1), duration, ca.SX(0))
-        slowed = self.encoding.timed(shape, self.restored, self.peaks_of_each(peaks), self.x)
-        given = {"p": self.p, "shape_durations": duration, **self.choice_of_duration(self.encoding.slowness)}
+        slowed = self.encoding.timed(shape, self.slowing, self.peaks_of_each(peaks), self.x)
+        given = {**self.time_scale_inputs, "shape_durations": duration}
         given |= {"peaks": peaks} if magnitudes else {}
         written = {"durations": slowed.duration, "slower": slowed.duration / duration}
         steps = [Step.of("slow", given, written)]
@@ -403,17 +373,23 @@ def move(
     while steps * segments * each < least:
         steps *= 2  # and not what is just enough: another number is compiled anew
     kept, minimised = limits_of(task.robot, task.obstacles, limits), objective_named(objective, task.robot)
-    slowness = slowness_of(minimised, task)
-    start, goal = (bool(velocity.any()) for velocity in task.end_velocities)
-    pace, graded = pace_of(task, (start, goal)), (task.is_timed and not start, task.is_timed and not goal)
+    time_scale = SearchedTimeScale.where_needed(minimised, task)
+    local_time_scale = LocalTimeScale.where_needed(task)
+    start, goal = (task.is_timed and not velocity.any() for velocity in task.end_velocities)
     share = 1.0 if task.at_rest and not task.is_timed else MOVING_SHARE
-    spline = PathSpline(task.robot, usual_nodes(tasks[0], each), steps, share, graded)
+    spline = PathSpline(task.robot, usual_nodes(tasks[0], each), steps, share, (start, goal))
     several = tasks[0].narrowed(tasks[0].start, tasks[0].vias, tuple(goal for one in tasks for goal in one.goals))
     problem, *branches = (
         MoveProblem(
             task=stated,
             motion=spline,
-            encoding=ControlPoints(stated, spline, float(segment_durations(stated).sum()), slowness, pace),
+            encoding=ControlPoints(
+                stated,
+                spline,
+                float(segment_durations(stated).sum()),
+                time_scale=time_scale,
+                local_time_scale=local_time_scale,
+            ),
             objective=minimised,
             limits=kept,
         )

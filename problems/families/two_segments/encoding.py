@@ -16,20 +16,10 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from problems.assembly import (
-    CostWeights,
-    Decoded,
-    Encoding,
-    FeasibilityFirst,
-    Slowness,
-    Variable,
-    paper_cost,
-    paper_weights,
-    variables_of,
-)
+from problems.assembly import Decoded, Encoding, FeasibilityFirst, PaperCost, SearchedTimeScale, Variable
 from problems.base import FloatArray, Matrix, split
 from problems.families.two_segments.motion import Quantities, TwoSegments
-from problems.limits import Constraint, Limit, longest_time_scale, minimum_time_scale, reach_limit, scaling
+from problems.limits import Limit, longest_time_scale, minimum_time_scale, reach_limit, scaling
 from problems.objectives import MotionBounds
 from problems.tasks import PointToPoint, elbow_signs
 
@@ -45,14 +35,14 @@ class SegmentsEncoding(Encoding[Quantities]):
     Args:
         task: whose start, goal and elbow.
         motion: that is decoded.
-        slowness: the last variable, where time is scaled and the duration is one.
+        time_scale: the last variable, where time is scaled and the duration is one.
     """
 
     time_variables: ClassVar[int]
 
     task: PointToPoint
     motion: TwoSegments
-    slowness: Slowness | None = None
+    time_scale: SearchedTimeScale | None = None
 
     def decode(self, x: Matrix) -> Decoded[Quantities]:
         """The quantities of the motion, and k_s, k_f of (13)."""
@@ -88,7 +78,7 @@ class SegmentsEncoding(Encoding[Quantities]):
         ]
         if self.task.elbow == "free":
             listed += [Variable(f"elbow_{end}", -1.0, 1.0, "1") for end in "sf"]
-        return [*listed, *times, *variables_of(self.slowness)]
+        return [*listed, *times, *self.time_scale_variables]
 
     def magnitudes(self) -> tuple[FloatArray, FloatArray]:
         """Upper bounds of speeds and accelerations over the search box, from the Bernstein form of (3) and (5).
@@ -127,11 +117,9 @@ class SegmentsEncoding(Encoding[Quantities]):
 
 
 @dataclass(frozen=True)
-class PaperSegments(SegmentsEncoding):
+class PaperSegments(PaperCost, SegmentsEncoding):
     """The paper's solution vector with its cost (15)."""
 
-    name: ClassVar[str] = "paper"
-    scales_time: ClassVar[bool] = False
     time_variables: ClassVar[int] = 2
 
     @property
@@ -160,33 +148,21 @@ class PaperSegments(SegmentsEncoding):
         """The box of t1 and t2."""
         return self.task.time_box, self.task.time_box
 
-    def penalty(self, constraint: Constraint) -> Matrix:
-        """The penalty h_i(x) g_i(x) of (15)."""
-        return constraint.paper_penalty()
-
-    def cost(
-        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
-    ) -> Matrix:
-        """The cost (15)."""
-        return paper_cost(objective, penalties, reach, weights)
-
-    def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
-        """lambda_1 and lambda_2 of (15)."""
+    def largest_magnitudes(self) -> dict[str, FloatArray]:
+        """Those of speeds and accelerations."""
         fastest, sharpest = self.magnitudes()
-        return paper_weights(objective_upper_bound, constraints, {"speed": fastest, "acceleration": sharpest})
+        return {"speed": fastest, "acceleration": sharpest}
 
 
 @dataclass(frozen=True)
 class ReducedSegments(FeasibilityFirst, SegmentsEncoding):
     """Feasible by construction, except for obstacles and joint ranges: the decoded motion is a shape of duration 1."""
 
-    name: ClassVar[str] = "reduced"
-    scales_time: ClassVar[bool] = True
     time_variables: ClassVar[int] = 1
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Detour from the middle, dtheta_m per duration, x_phi_s, x_phi_f, [elbows,] t1/T, [slowness]."""
+        """Detour from the middle, dtheta_m per duration, x_phi_s, x_phi_f, [elbows,] t1/T, [time_scale]."""
         joints = range(1, self.task.robot.dof + 1)
         middle = [Variable(f"detour[{i}]", -MAX_DETOUR, MAX_DETOUR, "rad") for i in joints]
         middle += [Variable(f"dtheta_m[{i}]", -MAX_SHAPE_SPEED, MAX_SHAPE_SPEED, "rad/T") for i in joints]
@@ -207,8 +183,8 @@ class ReducedSegments(FeasibilityFirst, SegmentsEncoding):
         """The shape of duration 1, run so that it just keeps its limits, and t1, t2 their minimum, or more slowly."""
         shortest = self.task.least_segment_time / ca.fmin(shape.t1, shape.t2)
         scale = ca.fmax(shortest, minimum_time_scale(limits, peaks)) if limits else shortest
-        if self.slowness is not None:
-            scale = scale * self.slowness.factor(x, scale * ca.fmax(shape.t1, shape.t2))
+        if self.time_scale is not None:
+            scale = scale * self.time_scale.factor(x, scale * ca.fmax(shape.t1, shape.t2))
         return shape.time_scaled(scale)
 
     @property
@@ -219,7 +195,7 @@ class ReducedSegments(FeasibilityFirst, SegmentsEncoding):
     def _longest(self, duration: float, limits: Sequence[Limit], fastest: FloatArray, sharpest: FloatArray) -> float:
         peaks = {1: ca.DM(fastest).T, 2: ca.DM(sharpest).T}
         least = max(longest_time_scale(scaling(limits), peaks), self.task.time_box[0] / TIME_SHARES[0])
-        return least if self.slowness is None else self.slowness.longest_of(least)
+        return self.longest_with_time_scale(least)
 
 
 SEGMENT_ENCODINGS: dict[str, type[SegmentsEncoding]] = {kind.name: kind for kind in (PaperSegments, ReducedSegments)}

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from problems.assembly import CostSteps, Decoded, Problem, objective_named, peak_loop, slowness_of
-from problems.base import FloatArray, Matrix
+from problems.assembly import CostSteps, Problem, SearchedTimeScale, objective_named, peak_loop
+from problems.base import FloatArray
 from problems.evaluation import Program, Step
 from problems.families.two_segments.encoding import SEGMENT_ENCODINGS, SegmentsEncoding
 from problems.families.two_segments.motion import Quantities, TwoSegments
 from problems.families.two_segments.program import PointToPointNlp
-from problems.limits import Constraint, LimitKind, limits_of, peaks_of
+from problems.limits import LimitKind, limits_of
 from problems.motions import Trajectory
 from problems.objectives import Objective
 from problems.tasks import Milestone, PointToPoint, check_at_least, check_choice
@@ -46,7 +46,7 @@ def point_to_point(
     return PointToPointProblem(
         task=task,
         motion=motion,
-        encoding=kind(task, motion, slowness_of(minimised, task) if kind.scales_time else None),
+        encoding=kind(task, motion, SearchedTimeScale.where_needed(minimised, task) if kind.scales_time else None),
         objective=minimised,
         limits=limits_of(task.robot, task.obstacles, limits),
     )
@@ -59,23 +59,6 @@ class PointToPointProblem(Problem[Quantities]):
     task: PointToPoint
     motion: TwoSegments
     encoding: SegmentsEncoding
-
-    def decoded(self, x: Matrix) -> Decoded[Quantities]:
-        """The quantities of a search vector, run as fast as the limits allow where time is scaled."""
-        shape = self.encoding.decode(x)
-        if not self.encoding.scales_time:
-            return shape
-        samples, limits = self.motion.samples(shape.parameters), self.encoding.restored(self.limits)
-        peaks = [peaks_of(limit, samples) for limit in limits]
-        return Decoded(parameters=self.encoding.timed(shape.parameters, limits, peaks, x), reach=shape.reach)
-
-    def point_constraints(self, parameters: Quantities) -> list[Constraint]:
-        """None: start and goal are met by inverse kinematics, whose condition is a constraint of its own."""
-        return []
-
-    def objective_bound(self) -> float:
-        """An upper bound of the objective, from the Bernstein form of both segments."""
-        return self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
 
     def cost_program(self) -> Program:
         """Decode, [find the peaks, scale the time,] sample, finish."""
@@ -106,7 +89,7 @@ class SegmentSteps(CostSteps[Quantities]):
         if not self.encoding.scales_time:
             outputs = self.motion_vectors(decoded.parameters, orders, starting_values)
             return [Step.of("decode", {"x": self.x, "p": self.p}, {**reach, **outputs})]
-        loop = peak_loop(self.motion, self.restored, self.p)
+        loop = peak_loop(self.motion, self.slowing, self.p)
         outputs = {
             "shape": ca.vertcat(*(ca.vec(matrix) for matrix in self.motion.as_matrices(decoded.parameters))),
             "shape_durations": self.motion.durations(decoded.parameters),
@@ -116,8 +99,8 @@ class SegmentSteps(CostSteps[Quantities]):
         decode = Step.of("decode", {"x": self.x, "p": self.p}, {**reach, **outputs})
         vector, peaks = ca.SX.sym("shape", outputs["shape"].shape[0]), ca.SX.sym("peaks", outputs["peaks"].shape[0])
         shape = Quantities.from_vector(vector)
-        quantities = self.encoding.timed(shape, self.restored, self.peaks_of_each(peaks), self.x)
-        inputs = {"p": self.p, "shape": vector, "peaks": peaks, **self.choice_of_duration(self.encoding.slowness)}
+        quantities = self.encoding.timed(shape, self.slowing, self.peaks_of_each(peaks), self.x)
+        inputs = {**self.time_scale_inputs, "shape": vector, "peaks": peaks}
         return [
             decode,
             loop.step,
