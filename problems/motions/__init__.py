@@ -1,16 +1,7 @@
 """How it moves: families of trajectories, their samples and their exact polynomial pieces."""
 
 from problems.motions.expression_text import InvalidText, SampleFunction, Stated, random_states, read, traced
-from problems.motions.path_scan import (
-    LEAST_ROOM,
-    Bounds,
-    TorqueSlopes,
-    advance,
-    before,
-    gap,
-    interval_time,
-    limited,
-)
+from problems.motions.path_scan import LEAST_ROOM, Bounds, TorqueSlopes, advance, before, gap, interval_time, limited
 from problems.motions.path_spline import ALONG, SUPPORT, JointPath, PathSpline, Rates, TimedPath, in_time
 from problems.motions.samples import MotionView, Samples, increasing_choice
 from problems.motions.trajectory import (

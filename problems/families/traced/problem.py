@@ -22,15 +22,7 @@ from problems.families.knots import posture_steps
 from problems.families.splines import MoveNlp, MoveSteps, PassedMotion, SplineProblem, node_times
 from problems.families.traced.encoding import AT_REST, SpaceKnots, TracedKnots, TracedSpline, Tracing, as_tuples
 from problems.families.traced.proofs import ToolMotion, TracedTool, prove_tracing
-from problems.limits import (
-    SAMPLING_MARGIN,
-    Accuracy,
-    AngularAccuracy,
-    Constraint,
-    LimitKind,
-    limits_of,
-    shares_along,
-)
+from problems.limits import SAMPLING_MARGIN, Accuracy, AngularAccuracy, Constraint, LimitKind, limits_of, shares_along
 from problems.motions import Samples, TimedPath, Trajectory
 from problems.nlp import NonlinearProgram
 from problems.objectives import Objective

@@ -8,7 +8,7 @@ import pytest
 from helpers.cases import equal_links
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems.families.traced.motion import CornerSpline
+from problems.families.traced.encoding import CornerSpline
 from scipy.interpolate import BPoly, BSpline, CubicSpline, make_interp_spline
 
 from problems.base import FloatArray, as_array
