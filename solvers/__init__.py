@@ -2,7 +2,6 @@
 
 from solvers.abso import AdaptiveBeetleSwarm
 from solvers.ask_tell import AskTell
-from solvers.box import Box
 from solvers.bso import BSO
 from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
 from solvers.driver import Archive, History, Result, Status, minimize
@@ -12,7 +11,7 @@ from solvers.ipopt import IPOPT, Descent, DescentResult, Program, Solution, desc
 from solvers.lshade import LSHADE
 from solvers.pso import PSO
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS, AnySolver, External
-from solvers.solver import STARTS, Iterations, Preset, Search, Solver, SolverTraits, Steps
+from solvers.solver import STARTS, Box, Iterations, Preset, Search, Solver, SolverTraits, Steps
 
 __all__ = [
     "BENCHMARK_FUNCTIONS",

@@ -18,7 +18,6 @@ import casadi as ca
 import numpy as np
 
 from problems.assembly.encoding import CostWeights, Encoding
-from problems.assembly.path_timing import Slowness
 from problems.assembly.problem import Problem
 from problems.base import Arguments, Matrix, total
 from problems.evaluation import Loop, Program, Step
@@ -324,14 +323,15 @@ class CostSteps(ABC, Generic[P]):
         """All numbers of the statement, (q, 1)."""
         return self.arguments.symbols
 
-    def choice_of_duration(self, slowness: Slowness | None) -> dict[str, ca.SX]:
-        """The search vector, for the step that times a motion, where the duration is a variable."""
-        return {} if slowness is None else {"x": self.x}
+    @property
+    def time_scale_inputs(self) -> dict[str, ca.SX]:
+        """What the step that scales time reads of the statement: its numbers, the search vector where it says how."""
+        return {"p": self.p, **({} if self.encoding.time_scale is None else {"x": self.x})}
 
     @property
-    def restored(self) -> list[Limit]:
-        """The limits that scaling time restores."""
-        return self.encoding.restored(self.limits)
+    def slowing(self) -> list[Limit]:
+        """The limits whose peaks the step that scales time has to know."""
+        return self.encoding.slowing(self.limits)
 
     def program(self) -> Program:
         """The program of all steps."""
@@ -386,7 +386,7 @@ class CostSteps(ABC, Generic[P]):
 
     def peaks_of_each(self, peaks: ca.SX) -> list[Matrix]:
         """The peaks of all limits that time scaling restores, as a row for each."""
-        sizes = Instant(self.motion).widths(self.restored)
+        sizes = Instant(self.motion).widths(self.slowing)
         return [part.T for part in ca.vertsplit(peaks, np.cumsum([0, *sizes]).tolist())]
 
     def _finish(self, loop: SampleLoop | None) -> Step:

@@ -1,21 +1,9 @@
 """How it moves: families of trajectories, their samples and their exact polynomial pieces."""
 
 from problems.motions.expression_text import InvalidText, SampleFunction, Stated, random_states, read, traced
-from problems.motions.joint_path import JointPath
-from problems.motions.path_scan import (
-    LEAST_ROOM,
-    Bounds,
-    TorqueSlopes,
-    advance,
-    before,
-    gap,
-    interval_time,
-    limited,
-    paced,
-)
-from problems.motions.path_spline import ALONG, SUPPORT, PathSpline, Rates, TimedPath, in_time
-from problems.motions.quantities import MotionView
-from problems.motions.samples import Samples, increasing_choice
+from problems.motions.path_scan import LEAST_ROOM, Bounds, TorqueSlopes, advance, before, gap, interval_time, limited
+from problems.motions.path_spline import ALONG, SUPPORT, JointPath, PathSpline, Rates, TimedPath, in_time
+from problems.motions.samples import MotionView, Samples, increasing_choice
 from problems.motions.splines import (
     DEGREE,
     ClampedSpline,
@@ -68,7 +56,6 @@ __all__ = [
     "increasing_choice",
     "interval_time",
     "limited",
-    "paced",
     "random_states",
     "read",
     "traced",

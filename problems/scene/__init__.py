@@ -1,10 +1,9 @@
 """Obstacles that the robot has to keep clear of."""
 
-from problems.scene.convex import crossing_clearance
 from problems.scene.ellipse import Ellipse
 from problems.scene.moving import ConstantVelocity, MovingObstacle, ObstacleMotion
 from problems.scene.obstacle import Frames, Obstacle, standing
-from problems.scene.polygon import MAX_CORNERS, Polygon, Rectangle
+from problems.scene.polygon import MAX_CORNERS, Polygon, Rectangle, crossing_clearance
 from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
 from problems.scene.tabulated import Tabulated, first_fault
 

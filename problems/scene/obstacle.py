@@ -177,17 +177,18 @@ class Obstacle(Parametric, ABC):
         """An increasing function of a clearance in m that a nonlinear program bounds instead; itself by default."""
         return clearance
 
-    @abstractmethod
     def distance_to(self, point: tuple[float, ...]) -> float:
         """A lower bound in m of the distance from a point; from the base, bodies that reach less can never touch."""
+        return max(0.0, self.distance_of(point, point))
 
     @abstractmethod
     def outline(self, count: int = 96) -> FloatArray:
         """Points on the boundary for drawing, counter-clockwise, (n, dim), m: corners, or ``count`` on a curve."""
 
-    @abstractmethod
     def bounding_box(self) -> FloatArray:
-        """The smallest box around it with sides along the axes: lower and upper corner, (2, dim), m."""
+        """The smallest box around its outline with sides along the axes: lower and upper corner, (2, dim), m."""
+        outline = self.outline()
+        return np.array([outline.min(axis=0), outline.max(axis=0)])
 
     def surface(self) -> tuple[FloatArray, list[list[int]]]:
         """Of an obstacle in space, for drawing: vertices (n, 3), m; polygons of their numbers.

@@ -190,14 +190,14 @@ def pairs_of(robot: Robot, obstacles: Sequence[Obstacle]) -> list[CollisionPair]
 
 
 def _number(pair: CollisionPair) -> int:
-    return pair.number if pair.timed else 0
+    return pair.number if pair.is_time_dependent else 0
 
 
 def closest_to_moving(robot: Robot, obstacles: Sequence[Obstacle], trajectory: Trajectory) -> ClosestApproach | None:
     """When a robot is closest to an obstacle that moves; None where nothing can touch one."""
     if not any(obstacle.moves for obstacle in obstacles):
         return None
-    pairs = tuple(pair for pair in pairs_of(robot, obstacles) if pair.timed)
+    pairs = tuple(pair for pair in pairs_of(robot, obstacles) if pair.is_time_dependent)
     return closest_approach(Clearance(robot, pairs), trajectory)
 
 

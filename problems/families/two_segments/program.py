@@ -20,8 +20,7 @@ import numpy as np
 
 from problems.base import FloatArray, Matrix, as_array, split
 from problems.certify import safe_time_scale
-from problems.families.two_segments.encoding import TIME_SHARES
-from problems.families.two_segments.motion import Quantities, TwoSegments
+from problems.families.two_segments.motion import TIME_SHARES, Quantities, TwoSegments
 from problems.families.two_segments.starts import PointToPointStarts
 from problems.limits import SAMPLING_MARGIN, Constraint, Limit, StepLimit
 from problems.motions import Samples, Trajectory

@@ -1,4 +1,8 @@
-"""Moves among obstacles that move.
+"""Moves among obstacles that move: splines of time, where the duration comes before the clearance.
+
+The first three control points of a spline are position, velocity and acceleration at the start, its last three those
+at the goal; up to its fourth derivative it is continuous. Duration and control points are searched together. Without
+offsets a motion is the quintic from the state at the start to rest at the goal.
 
 The numbers of one problem, the state at the start, goals and obstacles, make another of the same make without anything
 being derived or compiled anew.
@@ -9,6 +13,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
+from math import comb, prod
 from typing import Any, ClassVar
 
 import casadi as ca
@@ -17,23 +23,178 @@ import numpy as np
 from problems.assembly import (
     PLACES,
     CostSteps,
-    CostWeights,
     Decoded,
+    Encoding,
+    FeasibilityFirst,
     Problem,
+    Variable,
     objective_named,
     statements_of,
     step_limits,
 )
-from problems.base import FloatArray, InvalidProblem, Matrix, Reading, as_array
+from problems.base import FloatArray, InvalidProblem, Matrix, Reading, as_array, constant, split
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program, Step
-from problems.families.time_splines.encoding import TimeControlPoints
-from problems.families.time_splines.motion import TimeSpline
-from problems.limits import SAMPLING_MARGIN, Constraint, Limit, LimitKind, TaperedMargin, limits_of
-from problems.motions import SplineShape, Trajectory
+from problems.families.splines import selected
+from problems.limits import SAMPLING_MARGIN, Constraint, Limit, LimitKind, StepLimit, TaperedMargin, limits_of
+from problems.motions import ClampedSpline, SplineInTime, SplineShape, Trajectory
 from problems.nlp import NonlinearProgram
-from problems.objectives import Objective
+from problems.objectives import MotionBounds, Objective
+from problems.robots import Robot
 from problems.tasks import Move, check_at_least
 from problems.timing import MotionState, least_duration
+
+DEGREE = 5
+FIXED = 3  # control points at each end
+QUINTICS = np.array(  # in powers of u, lowest first: with q, dq/du, d2q/du2 at u = 0, or q at u = 1, one, else zero
+    [
+        [1.0, 0.0, 0.0, -10.0, 15.0, -6.0],
+        [0.0, 1.0, 0.0, -6.0, 8.0, -3.0],
+        [0.0, 0.0, 0.5, -1.5, 1.5, -0.5],
+        [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
+    ]
+)
+
+
+@dataclass(frozen=True)
+class TimeSpline(SplineInTime):
+    """A spline over time with pieces of equal duration.
+
+    Args:
+        robot: that moves.
+        pieces: of the spline.
+        steps: of time from sample to sample.
+    """
+
+    robot: Robot
+    pieces: int
+    steps: int
+
+    @cached_property
+    def spline(self) -> ClampedSpline:
+        """The basis."""
+        return ClampedSpline(np.linspace(0.0, 1.0, self.pieces + 1), degree=DEGREE)
+
+    @cached_property
+    def parameters_u(self) -> FloatArray:
+        """Shares of the duration at the samples, (steps + 1,)."""
+        return np.linspace(0.0, 1.0, self.steps + 1)
+
+    @property
+    def inner(self) -> int:
+        """The number of control points that are not fixed by the ends."""
+        return self.spline.size - 2 * FIXED
+
+    @cached_property
+    def quintic(self) -> FloatArray:
+        """The matrix (N, 4) from q, dq/du, d2q/du2 at the start and q at the goal to the control points of one quintic.
+
+        That is the polynomial which leaves from the one and comes to rest at the other. A control point is its polar
+        form at the nodes around: of u^m the mean of all products of m out of five of them.
+        """
+        knots = self.spline.basis.t
+        polar = [
+            [
+                sum(map(prod, combinations(knots[i + 1 : i + 1 + DEGREE], m))) / comb(DEGREE, m)
+                for m in range(DEGREE + 1)
+            ]
+            for i in range(self.spline.size)
+        ]
+        return np.asarray(np.array(polar) @ QUINTICS.T)
+
+    def trajectory(self, parameters: SplineShape) -> Trajectory:
+        """The exact piecewise polynomial."""
+        curve, time = self.spline.curve(as_array(parameters.coefficients)), float(parameters.time)
+        powers = time ** np.arange(DEGREE, -1, -1)
+        return Trajectory(curve.x * time, curve.c / powers[:, None, None])
+
+    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
+        """Equal steps, the samples among them."""
+        steps = self.steps * int(np.ceil((at_least - 1) / self.steps))
+        return np.linspace(0.0, trajectory.duration, steps + 1)
+
+
+OFFSET = 1.5  # rad, the largest; what is decided is its square root, so that small ones are found too
+
+
+@dataclass(frozen=True)
+class TimeControlPoints(FeasibilityFirst, Encoding[SplineShape]):
+    """Nothing is restored by time, whose rates at the start are given: every limit is penalised.
+
+    Args:
+        motion: that is decoded.
+        start: joint angles at t = 0, rad.
+        velocity: rad/s.
+        acceleration: rad/s^2.
+        goals: joint angles, of which one is reached at rest, rad.
+        durations: the shortest and the longest, s.
+        step_limits: with obstacles, that none is jumped over from one sample to the next.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("start", "velocity", "acceleration", "goals", "durations")
+    scales_time: ClassVar[bool] = False
+
+    motion: TimeSpline
+    start: tuple[float, ...]
+    velocity: tuple[float, ...]
+    acceleration: tuple[float, ...]
+    goals: tuple[tuple[float, ...], ...]
+    durations: tuple[float, float]
+    step_limits: tuple[StepLimit, ...] = ()
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """Which of several goals, the duration, the offsets of each inner control point."""
+        which = [Variable("which_goal", 0.0, float(len(self.goals)), "1")] if len(self.goals) > 1 else []
+        points, joints = range(FIXED, FIXED + self.motion.inner), range(1, self.motion.robot.dof + 1)
+        offsets = [Variable(f"offset_{point}[{joint}]", -1.0, 1.0, "1") for point in points for joint in joints]
+        return (*which, Variable("duration", 0.0, 1.0, "1"), *offsets)
+
+    def decode(self, x: Matrix) -> Decoded[SplineShape]:
+        """The spline of a search vector."""
+        k = self.motion.robot.dof
+        which, slower, offsets = split(x, [len(self.variables) - 1 - k * self.motion.inner, 1, k * self.motion.inner])
+        shortest, longest = self.durations
+        duration = shortest + (longest - shortest) * slower**2
+        goal = selected([ca.horzcat(*goal) for goal in self.goals], which)
+        points = self.quintic(duration, goal)
+        moved = ca.reshape(OFFSET * offsets * ca.fabs(offsets), k, self.motion.inner).T
+        inner = points[FIXED:-FIXED, :] + moved
+        return Decoded(parameters=SplineShape(ca.vertcat(points[:FIXED, :], inner, points[-FIXED:, :]), duration))
+
+    def quintic(self, duration: Matrix, goal: Matrix) -> Matrix:
+        """Control points (N, k), rad, of the quintic to a goal (1, k) in a time in s."""
+        start, velocity, acceleration = (ca.horzcat(*v) for v in (self.start, self.velocity, self.acceleration))
+        ends = ca.vertcat(start, velocity * duration, acceleration * duration**2, goal)
+        return ca.mtimes(constant(self.motion.quintic), ends)
+
+    def vector_of(self, u: FloatArray, theta: FloatArray, duration: float, goal: int) -> FloatArray:
+        """The search vector (d,) of the motion to a goal that is nearest to given joint angles.
+
+        Args:
+            u: shares of the duration, (n,).
+            theta: joint angles there, (n, k), rad.
+            duration: s.
+            goal: its number.
+        """
+        shortest, longest = self.durations
+        kept = float(np.clip(duration, shortest, longest))
+        basis = self.motion.spline.basis_functions(u)
+        away = theta - basis @ as_array(self.quintic(ca.DM(kept), ca.DM(self.goals[goal]).T))
+        offsets = np.linalg.lstsq(basis[:, FIXED:-FIXED], away, rcond=None)[0].ravel() / OFFSET
+        which = [goal + 0.5] if len(self.goals) > 1 else []
+        slower = np.sqrt((kept - shortest) / max(longest - shortest, np.finfo(float).tiny))
+        x = np.concatenate([which, [slower], np.sign(offsets) * np.sqrt(np.abs(offsets))])
+        return np.asarray(np.clip(x, *self.bounds))
+
+    def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
+        """Bounds of the motions of the search box: joints turn no farther than from control point to control point."""
+        steps = np.abs(np.diff(self.motion.quintic, axis=0)).sum(axis=0)
+        longest = self.durations[1]
+        ends = (self.start, self.velocity, self.acceleration, self.goals)
+        sizes = [float(np.abs(values).max()) for values in ends]
+        turned = steps @ (sizes * longest ** np.array([0.0, 1.0, 2.0, 0.0])) + 2.0 * OFFSET * (self.motion.inner + 1)
+        robot = self.motion.robot
+        return MotionBounds(duration=longest, rotation=robot.dof * float(turned), radius=robot.reach()[1])
 
 
 def with_numbers_of(program: Program, problem: Problem[Any], parameters: FloatArray) -> Program:
@@ -194,27 +355,9 @@ class TimeMoveProblem(Problem[SplineShape]):
         """The numbers of its program, and what problems have in common whose programs differ in these alone."""
         return Reading(statements_of(self))
 
-    def decoded(self, x: Matrix) -> Decoded[SplineShape]:
-        """The motion of a search vector."""
-        return self.encoding.decode(x)
-
-    def point_constraints(self, parameters: SplineShape) -> list[Constraint]:
-        """The length of steps, with obstacles."""
-        steps = self.motion.samples(parameters).steps
-        return [constraint for limit in self.encoding.step_limits for constraint in limit.between(*steps)]
-
     def duration_constraints(self, parameters: SplineShape) -> list[Constraint]:
         """None: the search box keeps them."""
         return []
-
-    def objective_bound(self) -> float:
-        """An upper bound of what the objective counts as: what is above it costs no more."""
-        return self.objective.upper_bound(self.encoding.motion_bounds())
-
-    @cached_property
-    def weights(self) -> CostWeights:
-        """The weights in the cost, which need no motion: feasibility is graded."""
-        return self.encoding.weights(self.objective_bound(), ())
 
     def cost_program(self) -> Program:
         """Decode, sample, finish."""
