@@ -1,10 +1,12 @@
-"""Plain data: JSON of anything stored, settings of objects, versions."""
+"""Plain data and plain text: JSON of anything stored, settings of objects, versions, texts in one line."""
 
 from __future__ import annotations
 
+import difflib
 import json
 import math
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import asdict, is_dataclass
 from enum import Enum
 from functools import cache
@@ -12,6 +14,8 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+
+LONGEST_LINE = 300  # characters
 
 
 def plain(value: Any) -> Any:
@@ -74,9 +78,37 @@ def _without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return content
 
 
-def visible(text: str) -> str:
-    """The text with escapes in place of what cannot be printed: control characters, bytes that are not UTF-8."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+def visible(text: str, keep: str = "") -> str:
+    """The text with escapes in place of what cannot be printed: control characters, bytes that are not UTF-8.
+
+    Args:
+        text: any.
+        keep: characters that stay as they are.
+    """
+    return "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+def one_line(text: str, longest_part: int | None = None) -> str:
+    """A text in one line of at most ``LONGEST_LINE`` characters.
+
+    White space becomes a space, another control character its escape.
+
+    Args:
+        text: any.
+        longest_part: characters without a space, of a path or a value: what is longer is shortened in its middle.
+    """
+    parts = [visible(part) for part in text.split()]
+    if longest_part is not None:
+        half = longest_part // 2
+        parts = [part if len(part) <= longest_part else f"{part[: half - 3]}...{part[-half:]}" for part in parts]
+    line = " ".join(parts)
+    return line if len(line) <= LONGEST_LINE else f"{line[: LONGEST_LINE - 3]}..."
+
+
+def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:
+    """The known word that is most like another one; None where none is, by as much as the cutoff, 0 to 1, asks for."""
+    found = difflib.get_close_matches(word, list(known), n=1, cutoff=cutoff)
+    return found[0] if found else None
 
 
 @cache

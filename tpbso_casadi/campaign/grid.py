@@ -18,8 +18,8 @@ from solvers.solver import Preset
 from tpbso_casadi.campaign.functions import KEY, PREFIX, StoredMinimum, find_function, section_of
 from tpbso_casadi.campaign.measures import VALUES, Measure
 from tpbso_casadi.campaign.record import Found
-from tpbso_casadi.campaign.run import Run, escaped, problem_of
-from tpbso_casadi.plain import settings_of, versions
+from tpbso_casadi.campaign.run import Run, problem_of
+from tpbso_casadi.plain import settings_of, versions, visible
 from tpbso_casadi.scenario import (
     FAMILIES,
     PluginError,
@@ -175,8 +175,9 @@ def grid(scenarios: Mapping[str, Scenario], specs: Sequence[SolverSpec], seeds: 
     for seed in seeds:
         for case, scenario in scenarios.items():
             for spec in specs:
+                name, label = (visible(text, keep="\n\t") for text in (case, spec.label))
                 with _named(f"{case}: {spec.label}"):
-                    runs.append(Run(escaped(case), escaped(spec.label), spec.applied(scenario, seed)))
+                    runs.append(Run(name, label, spec.applied(scenario, seed)))
     return runs
 
 

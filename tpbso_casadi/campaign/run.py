@@ -21,12 +21,11 @@ from solvers import Box
 from tpbso_casadi.campaign.functions import KEY, search_text
 from tpbso_casadi.campaign.measures import PLANS, Measure
 from tpbso_casadi.campaign.record import Found, plan_found
-from tpbso_casadi.plain import settings_of, versions
+from tpbso_casadi.plain import one_line, settings_of, versions, visible
 from tpbso_casadi.planning import INFEASIBLE_MERIT, plan
 from tpbso_casadi.scenario import Scenario, SolverSection, parse_scenario
 from tpbso_casadi.storage import result_of
 
-LONGEST_ERROR = 300  # characters
 LONGEST_DETAILS = 20_000  # characters, the last ones of a traceback
 CACHED_PROBLEMS = 64  # of a worker: some 10 MB each
 RUN_LOCK = threading.Lock()  # IPOPT's linear solver is not thread-safe, and a cluster's worker may have many threads
@@ -216,18 +215,7 @@ def failed(error: BaseException, seconds: float = 0.0) -> Outcome:
     except Exception:  # of a plug-in's own exception
         reason = "(its message cannot be read)"
     details = "".join(traceback.format_exception(error))[-LONGEST_DETAILS:]
-    return Outcome(None, seconds, one_line(f"{type(error).__name__}: {reason}"), escaped(details))
-
-
-def one_line(text: str) -> str:
-    """A text in one line of at most 300 characters, control characters escaped."""
-    line = escaped(" ".join(text[: 10 * LONGEST_ERROR].split()))
-    return line if len(line) <= LONGEST_ERROR else f"{line[: LONGEST_ERROR - 3]}..."
-
-
-def escaped(text: str) -> str:
-    """A text with what no file or terminal takes (control characters, halves of characters) written as its code."""
-    return "".join(c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text)
+    return Outcome(None, seconds, one_line(f"{type(error).__name__}: {reason}"), visible(details, keep="\n\t"))
 
 
 def _result(scenario: str, expected: dict[str, str], backend: str | None) -> str:

@@ -12,7 +12,7 @@ import pytest
 from helpers.commands import module_of, options_of, parser_of, parsers
 
 from tpbso_casadi import __version__
-from tpbso_casadi.cli.options import WIDEST, OneLineParser
+from tpbso_casadi.cli.command import WIDEST, OneLineParser
 from tpbso_casadi.cli.tpbso import COMMANDS
 
 PARSERS = list(parsers())

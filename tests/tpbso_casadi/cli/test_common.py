@@ -11,17 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from tpbso_casadi.cli.common import (
-    LONGEST_ERROR,
-    natural,
-    one_line,
-    path,
-    positive_float,
-    positive_int,
-    print_error,
-    printable_name,
-    whole_number,
-)
+from tpbso_casadi.cli.command import LONGEST_PART, print_error
+from tpbso_casadi.cli.options import natural, path, positive_float, positive_int, printable_name, whole_number
+from tpbso_casadi.plain import LONGEST_LINE, one_line
 
 
 @pytest.mark.parametrize(
@@ -35,12 +27,12 @@ from tpbso_casadi.cli.common import (
     ],
 )
 def test_one_line(message: str, line: str) -> None:
-    assert one_line(message) == line
+    assert one_line(message, LONGEST_PART) == line
 
 
 def test_a_line_has_an_end() -> None:
     line = one_line("word " * 100)
-    assert len(line) == LONGEST_ERROR and line.endswith("...")
+    assert len(line) == LONGEST_LINE and line.endswith("...")
 
 
 def test_what_an_encoding_lacks_is_escaped(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,7 +44,7 @@ def test_what_an_encoding_lacks_is_escaped(monkeypatch: pytest.MonkeyPatch) -> N
 
 @pytest.mark.parametrize("redirection", ["2>/dev/full", "2>&-"])
 def test_a_full_or_closed_standard_error_changes_no_status(redirection: str) -> None:
-    code = "from tpbso_casadi.cli.common import print_error; print_error('lost'); raise SystemExit(2)"
+    code = "from tpbso_casadi.cli.command import print_error; print_error('lost'); raise SystemExit(2)"
     done = subprocess.run(["sh", "-c", f'"$0" -c "$1" {redirection}', sys.executable, code], check=False)
     assert done.returncode == 2
 
@@ -90,7 +82,7 @@ def test_what_is_typed_wrong(kind: Callable[[str], object], text: str, reason: s
     with pytest.raises(argparse.ArgumentTypeError) as caught:
         kind(text)
     assert str(caught.value).startswith(reason) or reason in str(caught.value)
-    assert len(str(caught.value)) < LONGEST_ERROR
+    assert len(str(caught.value)) < LONGEST_LINE
 
 
 def test_what_is_typed_right() -> None:

@@ -141,7 +141,7 @@ def test_bad_input_takes_one_line(arguments: list[str], expected: str, capsys: p
 def test_a_campaign_says_its_size_and_how_long_it_takes(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tpbso_casadi.cli.campaign.LINE_SECONDS", 0.01)
+    monkeypatch.setattr("tpbso_casadi.cli.progress.LINE_SECONDS", 0.01)
     arguments = ["time-2", "--solvers", "bso,ipopt", "--runs", "2", "--evaluations", "300", "--workers", "1"]
     assert run(*arguments) == 0
     first, *lines = capsys.readouterr().err.splitlines()

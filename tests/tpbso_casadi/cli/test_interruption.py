@@ -22,7 +22,7 @@ pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
 ANNOUNCING = """
 from tpbso_casadi.cli import entry
-from tpbso_casadi.cli.display import planning_progress
+from tpbso_casadi.cli.progress import planning_progress
 planning_progress.INTERVAL = -1.0
 entry.run("tpbso_casadi.cli.commands.solve")
 """  # the command line, which says at once what it begins

@@ -97,7 +97,7 @@ def polish_between(before: float, after: float, after_feasible: bool) -> Polish:
     slow, fast = (replace(motion, trajectory=motion.trajectory.time_scaled(factor)) for factor in (before, after))
     assert fast.feasible is after_feasible
     refinement = Refinement(problem, IPOPT())
-    search = refinement.multistart(Budget(iterations=1), 0, None)
+    search = refinement.descend(refinement.program.starts(np.random.default_rng(0)), Budget(iterations=1), 0)
     return Polish(slow, fast, search, 0.0, {})
 
 

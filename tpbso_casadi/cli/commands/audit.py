@@ -10,17 +10,15 @@ from pathlib import Path
 from problems import CertificateStatus
 from problems.evaluation import InvalidEvaluation
 from tpbso_casadi.audit_report import audit_run, audit_scenario, impossible
-from tpbso_casadi.cli.command import run_command
-from tpbso_casadi.cli.common import Exit, path, print_error
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
 from tpbso_casadi.cli.options import (
-    OneLineParser,
     add_figures_option,
     add_json,
     add_outside_files,
     add_quiet,
-    command_parser,
     defaulting,
     output_group,
+    path,
     problem_group,
 )
 from tpbso_casadi.display.audit_tables import print_run_audit, print_scenario_audit

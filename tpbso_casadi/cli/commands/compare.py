@@ -38,16 +38,14 @@ from tpbso_casadi.campaign.logs import WRITERS, check_logs, traces_of, write_log
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
     failures,
-    phase,
     prepare,
     run_campaign_command,
     run_with_progress,
     stored,
 )
-from tpbso_casadi.cli.common import positive_int
+from tpbso_casadi.cli.command import OneLineParser, command_parser
 from tpbso_casadi.cli.options import (
     SCENARIO,
-    OneLineParser,
     add_evaluations,
     add_figures_option,
     add_iterations,
@@ -57,12 +55,13 @@ from tpbso_casadi.cli.options import (
     add_population,
     add_seed,
     add_time_limit,
-    command_parser,
     defaulting,
     figure_formats,
+    positive_int,
     problem_group,
     search_group,
 )
+from tpbso_casadi.cli.progress import phase
 from tpbso_casadi.scenario import load_all
 
 DEFAULT_SOLVERS = ",".join(USUAL_SOLVERS)

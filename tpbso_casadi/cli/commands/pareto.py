@@ -13,12 +13,10 @@ from rich.text import Text
 from problems import OBJECTIVES
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from solvers.budget import Interruption, deferred_interrupt
-from tpbso_casadi.cli.command import RUNS, run_command
-from tpbso_casadi.cli.commands.solve import evaluation_options, planning_progress, stated
-from tpbso_casadi.cli.common import Exit, print_error, printable_name, whole_number
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
+from tpbso_casadi.cli.commands.solve import evaluation_options, stated
 from tpbso_casadi.cli.options import (
     SCENARIO,
-    OneLineParser,
     add_backend,
     add_evaluations,
     add_figures_option,
@@ -28,15 +26,18 @@ from tpbso_casadi.cli.options import (
     add_quiet,
     add_seed,
     add_threads,
-    command_parser,
     figure_formats,
     is_silent,
     listed,
     machine_group,
     output_group,
+    printable_name,
     problem_group,
     search_group,
+    whole_number,
 )
+from tpbso_casadi.cli.output import RUNS
+from tpbso_casadi.cli.progress import planning_progress
 from tpbso_casadi.display.console import OutputConsole, number, table_of, word
 from tpbso_casadi.scenario import Scenario, ScenarioError, load, loading, plugin_failures_named
 from tpbso_casadi.storage import OutputError

@@ -8,11 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from tpbso_casadi.cli.command import free_folder, run_command
+from tpbso_casadi.cli.command import OneLineParser, command_parser, run_command
 from tpbso_casadi.cli.commands.solve import written
-from tpbso_casadi.cli.common import not_negative, path
-from tpbso_casadi.cli.options import OneLineParser, command_parser, defaulting, listed, problem_group
-from tpbso_casadi.cli.output import Output, add_output_options
+from tpbso_casadi.cli.options import defaulting, listed, not_negative, path, problem_group
+from tpbso_casadi.cli.output import Output, add_output_options, free_folder
 from tpbso_casadi.scenario import (
     InputFolder,
     Interpolation,

@@ -12,12 +12,10 @@ from rich.text import Text
 from problems import InvalidProblem
 from solvers.budget import Interruption, deferred_interrupt
 from tpbso_casadi.animation.player import write_player
-from tpbso_casadi.cli.command import free_folder, run_command
-from tpbso_casadi.cli.common import Exit, positive_float, print_error
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
 from tpbso_casadi.cli.options import (
     SCENARIO,
     SCENARIOS,
-    OneLineParser,
     add_evaluations,
     add_figures_option,
     add_no_plots,
@@ -26,12 +24,13 @@ from tpbso_casadi.cli.options import (
     add_quiet,
     add_seed,
     add_within,
-    command_parser,
     defaulting,
     output_group,
+    positive_float,
     problem_group,
     search_group,
 )
+from tpbso_casadi.cli.output import free_folder
 from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
 from tpbso_casadi.replanning import Replanner
 from tpbso_casadi.scenario import (
