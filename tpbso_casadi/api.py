@@ -67,6 +67,7 @@ from tpbso_casadi.facade.plan import Plan, StoredPlan
 from tpbso_casadi.facade.planning import plan, replan
 from tpbso_casadi.facade.retiming import retime
 from tpbso_casadi.facade.robots import StatedRobot, robot
+from tpbso_casadi.facade.simulating import SimulationRun, simulate
 from tpbso_casadi.facade.statement import scenario_of
 from tpbso_casadi.facade.trading_off import Front, pareto
 from tpbso_casadi.replanning import Replanner, Step
@@ -138,6 +139,7 @@ __all__ = [
     "ScenarioError",
     "Search",
     "SearchBox",
+    "SimulationRun",
     "Solver",
     "SpaceTracing",
     "Sphere",
@@ -166,5 +168,6 @@ __all__ = [
     "retime",
     "robot",
     "scenario_of",
+    "simulate",
     "write_run",
 ]

@@ -17,7 +17,7 @@ from solvers import Box
 from solvers.solver import Preset
 from tpbso_casadi.campaign.functions import KEY, PREFIX, StoredMinimum, find_function, section_of
 from tpbso_casadi.campaign.measures import VALUES, Measure
-from tpbso_casadi.campaign.record import Found
+from tpbso_casadi.campaign.record import RunFinding
 from tpbso_casadi.campaign.run import Run, problem_of
 from tpbso_casadi.plain import settings_of, versions, visible
 from tpbso_casadi.scenario import (
@@ -276,9 +276,9 @@ class FunctionRun:
         """What evaluates a population (m, n), without any backend."""
         return find_function(self.case).f
 
-    def found(self, text: str) -> Found:
+    def found(self, text: str) -> RunFinding:
         """The place of the lowest value."""
-        return Found(words=StoredMinimum.model_validate_json(text).words)
+        return RunFinding(words=StoredMinimum.model_validate_json(text).words)
 
 
 def functions_of(cases: Sequence[object]) -> list[str]:

@@ -77,7 +77,7 @@ def read_record(values: Mapping[str, Any]) -> Record:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Found:
+class RunFinding:
     """What a run found.
 
     Attributes:
@@ -89,7 +89,7 @@ class Found:
     planned: PlannedMotion | None = None
 
 
-def plan_found(text: str) -> Found:
+def plan_found(text: str) -> RunFinding:
     """The plan of a ``result.json``.
 
     Raises:
@@ -99,4 +99,4 @@ def plan_found(text: str) -> Found:
     with plugin_failures_named(result.scenario, Contradiction):
         motion = checked(result).motion
     words = f"it takes {motion.trajectory.duration:.5g} s and is certified for all t"
-    return Found(words=words, planned=PlannedMotion(scenario=result.scenario, motion=motion))
+    return RunFinding(words=words, planned=PlannedMotion(scenario=result.scenario, motion=motion))

@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from problems.base import FloatArray
 from tpbso_casadi.campaign.convergence import Convergence, convergences, in_one_line
 from tpbso_casadi.campaign.measures import PLANS, Measure, gap, quantile
-from tpbso_casadi.campaign.record import Found, Record
+from tpbso_casadi.campaign.record import Record, RunFinding
 from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.statistics import Summary, a12, summarise, with_ties
 from tpbso_casadi.campaign.store import Store, StoreError
@@ -189,7 +189,7 @@ class Best:
 
     run: AnyRun
     record: Record
-    found: Found
+    found: RunFinding
 
 
 def best_runs(runs: Sequence[AnyRun], store: Store) -> list[Best]:
@@ -209,7 +209,7 @@ def best_runs(runs: Sequence[AnyRun], store: Store) -> list[Best]:
     return [Best(run=run, record=record, found=found_by(run, store)) for run, record in chosen]
 
 
-def found_by(run: AnyRun, store: Store) -> Found:
+def found_by(run: AnyRun, store: Store) -> RunFinding:
     """What a run that did not fail found.
 
     Raises:

@@ -20,7 +20,7 @@ from problems.evaluation import EvaluationOptions
 from solvers import Box
 from tpbso_casadi.campaign.functions import KEY, search_text
 from tpbso_casadi.campaign.measures import PLANS, Measure
-from tpbso_casadi.campaign.record import Found, plan_found
+from tpbso_casadi.campaign.record import RunFinding, plan_found
 from tpbso_casadi.plain import one_line, settings_of, versions, visible
 from tpbso_casadi.planning import INFEASIBLE_MERIT, plan
 from tpbso_casadi.scenario import Scenario, SolverSection, parse_scenario
@@ -85,7 +85,7 @@ class AnyRun(Protocol):
             backend: that does it; None for that of the environment.
         """
 
-    def found(self, text: str) -> Found:
+    def found(self, text: str) -> RunFinding:
         """What it found, from the text that is stored of it.
 
         Raises:
@@ -164,7 +164,7 @@ class Run:
         options = EvaluationOptions() if backend is None else EvaluationOptions(backend)
         return problem_of(self.scenario).evaluator(options)
 
-    def found(self, text: str) -> Found:
+    def found(self, text: str) -> RunFinding:
         """Its plan, computed again."""
         return plan_found(text)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Any
 
@@ -151,9 +151,14 @@ class State:
 def campaign_progress(state: State, quiet: bool) -> Iterator[Callable[[Outcome], object]]:
     """Progress over all runs; yields the callback that advances it."""
     console = Console(stderr=True, quiet=quiet)
-    shown = nullcontext(state.advance) if quiet else _campaign_bar(state, console) if console.is_terminal else _campaign_lines(state)
-    with shown as advance:
-        yield advance
+    if quiet:
+        yield state.advance
+    elif console.is_terminal:
+        with _campaign_bar(state, console) as advance:
+            yield advance
+    else:
+        with _every(LINE_SECONDS, lambda: say(state.line())):
+            yield state.advance
 
 
 @contextmanager
@@ -167,12 +172,6 @@ def _campaign_bar(state: State, console: Console) -> Iterator[Callable[[Outcome]
             progress.update(bar, advance=1, words=state.words())
 
         yield advance
-
-
-@contextmanager
-def _campaign_lines(state: State) -> Iterator[Callable[[Outcome], object]]:
-    with _every(LINE_SECONDS, lambda: say(state.line())):
-        yield state.advance
 
 
 @contextmanager

@@ -50,9 +50,10 @@ from tpbso_casadi.campaign import (
 )
 from tpbso_casadi.campaign.functions import PREFIX
 from tpbso_casadi.facade.arguments import AnySolverChoice, function, in_words_of_python, solver_table
-from tpbso_casadi.facade.showing import chosen, data_frame, heading, table
+from tpbso_casadi.facade.showing import chosen, data_frame
 from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, scenario_of
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
+from tpbso_casadi.html import heading, table
 from tpbso_casadi.plain import settings_of
 from tpbso_casadi.scenario import Scenario, ScenarioError
 from tpbso_casadi.storage import writing
@@ -139,7 +140,7 @@ class Comparison:
             ValueError: there is no such figure, or it makes no sense for these runs.
         """
         from tpbso_casadi.campaign.drawn_figures import drawing_of  # noqa: PLC0415 (matplotlib is slow to load)
-        from tpbso_casadi.facade.showing import notebook_figure  # noqa: PLC0415
+        from tpbso_casadi.figures.notebook import notebook_figure  # noqa: PLC0415
 
         return notebook_figure(drawing_of(kind, self.results))
 

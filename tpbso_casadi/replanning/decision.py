@@ -27,7 +27,7 @@ PROVEN = 3  # the best of a search are proven, in order of cost
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundMotion:
     """A motion that keeps everything at the samples of the search.
 
     Attributes:
@@ -91,7 +91,7 @@ class Search:
         obstacles: Sequence[Obstacle],
         known: Sequence[Trajectory],
         seconds: float | None,
-    ) -> Iterator[Found]:
+    ) -> Iterator[FoundMotion]:
         """The best motions, the fastest first, as far as they keep everything at their samples.
 
         Args:
@@ -122,7 +122,7 @@ class Search:
         self._known = archive.x[:KEPT]
         for x, cost in zip(archive.x[:PROVEN], archive.cost, strict=False):
             if cost <= problem.objective_upper_bound:
-                yield Found(problem.trajectory(x), x)
+                yield FoundMotion(problem.trajectory(x), x)
 
     def _first(self, problem: TimeMoveProblem, known: Sequence[Trajectory]) -> FloatArray:
         """Given motions as candidates, and those of the search before, where these have the same variables."""

@@ -33,7 +33,7 @@ SHORTEST, LONGEST = 1e-3, 1e4  # s: between two steps
 
 
 @dataclass(frozen=True)
-class Known:
+class LastStep:
     """What the last step has proven.
 
     Attributes:
@@ -124,7 +124,7 @@ class Replanner:
             standing_there = MotionState(self.task.start_posture, rest, rest)
             goals = self._postures(self.task.start_posture, None)
             self.search.prepare(standing_there, goals, self.task.obstacles)
-        self._known: Known | None = None  # the last motion, if it keeps what does not change
+        self._known: LastStep | None = None  # the last motion, if it keeps what does not change
         self._checked: tuple[Place, tuple[Obstacle, ...]] | None = None  # a goal that can be reached among them
 
     def first(self, executed: Trajectory | None = None, obstacles: Sequence[Obstacle] | None = None) -> Step:
@@ -175,7 +175,7 @@ class Replanner:
             rate=self.fail_safe_rate,
         )
         chosen = decision.chosen()
-        self._known = Known(chosen, scene) if chosen.fixed else None
+        self._known = LastStep(chosen, scene) if chosen.fixed else None
         return Step(
             kind=chosen.candidate.kind,
             trajectory=chosen.candidate.trajectory,

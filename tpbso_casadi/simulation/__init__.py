@@ -3,7 +3,7 @@
 from tpbso_casadi.simulation.loop import Planner, Simulation
 from tpbso_casadi.simulation.record import MEANINGS, Replan, SimulationRecord, notes, simulated_motion, stands
 from tpbso_casadi.simulation.result import LARGEST_JUMP, WHAT, SimulationResult, SummaryResult
-from tpbso_casadi.simulation.setting import Setting
+from tpbso_casadi.simulation.setting import SimulationSetting
 from tpbso_casadi.simulation.store import write_simulation
 
 __all__ = [
@@ -12,10 +12,10 @@ __all__ = [
     "WHAT",
     "Planner",
     "Replan",
-    "Setting",
     "Simulation",
     "SimulationRecord",
     "SimulationResult",
+    "SimulationSetting",
     "SummaryResult",
     "notes",
     "simulated_motion",

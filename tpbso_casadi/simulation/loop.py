@@ -12,7 +12,7 @@ from problems import Joints, Obstacle, Place, Trajectory
 from solvers.budget import Interruption
 from tpbso_casadi.replanning import Step
 from tpbso_casadi.simulation.record import Replan, SimulationRecord, Visit, joined, jumps_between, part, rest_time
-from tpbso_casadi.simulation.setting import Setting
+from tpbso_casadi.simulation.setting import SimulationSetting
 
 REACHED = 1e-6  # rad or m: a joint that near to its goal is there
 
@@ -33,7 +33,7 @@ class Simulation:
         planner: that is asked.
     """
 
-    setting: Setting
+    setting: SimulationSetting
     planner: Planner
 
     def __post_init__(self) -> None:

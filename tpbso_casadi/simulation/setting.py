@@ -81,7 +81,7 @@ def _is_within(robot: Robot, theta: FloatArray) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Setting:
+class SimulationSetting:
     """What a simulation begins with.
 
     Attributes:

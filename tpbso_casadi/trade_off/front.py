@@ -19,7 +19,7 @@ REFERENCE = 0.1  # of the front's width, by which the reference of the hypervolu
 
 
 @dataclass(frozen=True)
-class Front:
+class PointFront:
     """The certified points of one method that no other one dominates, by the first objective.
 
     Attributes:
@@ -31,7 +31,7 @@ class Front:
     standings: dict[int, Standing]
 
     @classmethod
-    def of(cls, points: Sequence[Point]) -> Front:
+    def of(cls, points: Sequence[Point]) -> PointFront:
         """The front of points; of several that are the same, to rounding, the first."""
         certified = [point for point in points if point.certified]
         standings = {point.number: Standing.NOT_CERTIFIED for point in points}
@@ -90,7 +90,7 @@ FRONT, METHODS, FIGURE = "front.csv", "methods.csv", "front"  # the figure has a
 
 
 @dataclass(frozen=True)
-class Summary:
+class FrontSummary:
     """What the front of a method is worth, and what it took.
 
     Attributes:
@@ -123,9 +123,9 @@ class TradeOff:
     points: Mapping[str, list[Point]]
 
     @property
-    def fronts(self) -> dict[str, Front]:
+    def fronts(self) -> dict[str, PointFront]:
         """By method."""
-        return {method: Front.of(points) for method, points in self.points.items()}
+        return {method: PointFront.of(points) for method, points in self.points.items()}
 
     @property
     def reference(self) -> Pair | None:
@@ -134,11 +134,11 @@ class TradeOff:
         return reference_point(values) if len(values) else None
 
     @property
-    def summaries(self) -> list[Summary]:
+    def summaries(self) -> list[FrontSummary]:
         """By method."""
         reference, fronts = self.reference, self.fronts
         return [
-            Summary(
+            FrontSummary(
                 method,
                 len(points),
                 len(fronts[method].points),
@@ -162,8 +162,8 @@ class TradeOff:
             for point in self.points[method]
         ]  # fmt: skip
 
-    def write(self, folder: Path) -> None:
-        """Write both tables.
+    def save(self, folder: Path, formats: Sequence[str]) -> None:
+        """Write both tables, and the figure in each of the formats.
 
         Raises:
             OutputError: they cannot be written.
@@ -181,6 +181,10 @@ class TradeOff:
                     for s in self.summaries
                 ],
             )
+        if formats:
+            from tpbso_casadi.trade_off.front_figures import draw_front  # noqa: PLC0415 (matplotlib is slow to load)
+
+            draw_front(folder, self, formats)
 
 
 def _unit(heading: str) -> str:

@@ -36,7 +36,7 @@ RESULT = "result.json"
 STORED_POINTS = TypeAdapter(list[Point])
 
 
-class Store:
+class FrontStore:
     """The points of a trade-off by method. A point is on the disk when :meth:`add` returns.
 
     Args:
@@ -116,7 +116,7 @@ class Store:
             raise OutputError(f"{path}: {error}") from error
 
     def add(self, method: str, *points: Point) -> None:
-        """Store complete points.
+        """FrontStore complete points.
 
         Raises:
             OutputError: they cannot be written.

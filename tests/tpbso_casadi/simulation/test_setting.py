@@ -11,7 +11,7 @@ import pytest
 from tests.helpers.simulations import content, setting
 from tests.helpers.space_scenarios import space_scenario
 from tpbso_casadi import ScenarioError, parse_scenario
-from tpbso_casadi.simulation import Setting
+from tpbso_casadi.simulation import SimulationSetting
 
 
 def test_goal_and_start_are_visited_where_no_goals_are_stated() -> None:
@@ -23,7 +23,7 @@ def test_goal_and_start_are_visited_where_no_goals_are_stated() -> None:
 def test_goals_are_visited_as_stated_and_in_degrees() -> None:
     stated = content(simulation={"goals": [{"joints": [90.0, 0.0]}, {"joints": [45.0, -90.0]}]})
     stated["task"] |= {"goal": {"joints": [30.0, 0.0]}}
-    made = Setting.of(parse_scenario({"unit": "deg"} | stated))
+    made = SimulationSetting.of(parse_scenario({"unit": "deg"} | stated))
     assert made.goals[0].values == pytest.approx((pi / 2, 0.0))
     assert made.goals[1].values == pytest.approx((pi / 4, -pi / 2))
 
@@ -48,7 +48,7 @@ def test_redundant_links_are_turned_until_they_are_clear() -> None:
     stated["arm"] |= {"link_lengths": [0.7, 0.7, 0.7]}
     stated["task"] |= {"start": {"joints": [-0.5, 0.0, 0.0]}, "goal": {"joints": [1.5, 0.0, 0.0]}}
     stated["simulation"] |= {"goals": [[1.7, 0.75]]}
-    [goal] = Setting.of(parse_scenario(stated)).goals
+    [goal] = SimulationSetting.of(parse_scenario(stated)).goals
     psi = np.cumsum(goal.values)
     assert 0.7 * np.array([np.cos(psi).sum(), np.sin(psi).sum()]) == pytest.approx([1.7, 0.75])
 
@@ -57,13 +57,13 @@ def test_poses_in_space_become_postures() -> None:
     stated = space_scenario() | {
         "simulation": {"goals": [{"position": [0.3, 0.45, 0.6]}, {"joints": [-0.5, 0.8, 0.6]}]}
     }
-    made = Setting.of(parse_scenario(stated))
+    made = SimulationSetting.of(parse_scenario(stated))
     assert made.goals[0].position(made.robot) == pytest.approx([0.3, 0.45, 0.6])
 
 
 def test_the_scenario_of_a_simulation_is_complete() -> None:
     made = setting(task={"goal": [1.0, 1.0]})
-    again = Setting.of(parse_scenario(made.scenario.model_dump(mode="json")))
+    again = SimulationSetting.of(parse_scenario(made.scenario.model_dump(mode="json")))
     assert again.scenario == made.scenario
     assert again.goals == made.goals
 
@@ -84,7 +84,7 @@ def test_other_moves_are_refused(task: dict[str, Any], message: str) -> None:
 def test_other_tasks_are_refused() -> None:
     stated = content() | {"task": {"kind": "path", "accuracy": 0.05, "points": [[1.0, 1.0], [1.0, 0.5]]}}
     with pytest.raises(ScenarioError, match=r"^task.kind: 'path' is no move from one place to another$"):
-        Setting.of(parse_scenario(stated))
+        SimulationSetting.of(parse_scenario(stated))
 
 
 def test_without_a_table_a_scenario_has_none() -> None:
@@ -92,7 +92,7 @@ def test_without_a_table_a_scenario_has_none() -> None:
     del stated["simulation"]
     scenario = parse_scenario(stated)
     assert "simulation" not in scenario.model_dump()
-    assert Setting.of(scenario).settings.ticks == 100
+    assert SimulationSetting.of(scenario).settings.ticks == 100
 
 
 @pytest.mark.parametrize(("seconds", "every", "ticks"), [(1.0, 0.1, 10), (0.3, 0.1, 3), (1.0, 0.3, 3), (0.1, 0.1, 1)])

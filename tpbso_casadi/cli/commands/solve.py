@@ -15,7 +15,7 @@ from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import Elbow, KnotRedundancy
 from solvers.budget import Interruption, deferred_interrupt
-from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, named, print_error, run_command
 from tpbso_casadi.cli.options import (
     SCENARIO,
     SCENARIOS,
@@ -176,11 +176,8 @@ def solve(options: argparse.Namespace) -> int:
     scenario = overridden(given, options)
     output = Output.of(options, partial(run_folder, options, scenario), Path(options.scenario).stem)
     output.check()
-    try:
-        with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
-            return written(scenario, evaluation, output, options)
-    except ScenarioError as error:
-        raise ScenarioError(f"{options.scenario}: {error}") from error
+    with named(options.scenario), plugin_failures_named(scenario, OutputError, InvalidEvaluation):
+        return written(scenario, evaluation, output, options)
 
 
 def written(
