@@ -59,12 +59,11 @@ from solvers import Box as SearchBox
 from solvers.functions import BENCHMARK_FUNCTIONS, BenchmarkFunction, benchmark_function
 from solvers.standalone import minimize
 from tpbso_casadi.facade.audit import Audit, RunAudit, ScenarioAudit
-from tpbso_casadi.facade.auditing import audit, read_run
 from tpbso_casadi.facade.comparing import Comparison, compare
 from tpbso_casadi.facade.own import StatedConstraint as Constraint
 from tpbso_casadi.facade.own import StatedCost as Cost
 from tpbso_casadi.facade.plan import Plan, StoredPlan
-from tpbso_casadi.facade.planning import plan, replan
+from tpbso_casadi.facade.planning import audit, plan, read_run, replan
 from tpbso_casadi.facade.retiming import retime
 from tpbso_casadi.facade.robots import StatedRobot, robot
 from tpbso_casadi.facade.simulating import SimulationRun, simulate

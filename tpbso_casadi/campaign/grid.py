@@ -17,8 +17,7 @@ from solvers import Box
 from solvers.solver import Preset
 from tpbso_casadi.campaign.functions import KEY, PREFIX, StoredMinimum, find_function, section_of
 from tpbso_casadi.campaign.measures import VALUES, Measure
-from tpbso_casadi.campaign.record import RunFinding
-from tpbso_casadi.campaign.run import Run, problem_of
+from tpbso_casadi.campaign.run import AnyRun, Run, RunFinding, problem_of
 from tpbso_casadi.plain import settings_of, versions, visible
 from tpbso_casadi.scenario import (
     FAMILIES,
@@ -312,6 +311,30 @@ def function_grid(names: Sequence[str], specs: Sequence[SolverSpec], seeds: Sequ
     return [
         FunctionRun(name, spec.label, _section(name, spec, seed)) for seed in seeds for name in names for spec in specs
     ]
+
+
+def campaign_of(
+    functions: Sequence[str],
+    scenarios: Mapping[str, Scenario],
+    specs: Sequence[SolverSpec],
+    first_seed: int,
+    seeds: int,
+) -> Sequence[AnyRun]:
+    """All runs of a campaign on benchmark functions or, where there are none, on scenarios.
+
+    Args:
+        functions: their names, without prefix.
+        scenarios: by label.
+        specs: the solvers.
+        first_seed: of each solver on each case.
+        seeds: of each.
+
+    Raises:
+        ScenarioError: there are no runs or too many, one cannot be done, or a solver does not fit.
+    """
+    check_size((len(functions) or len(scenarios)) * len(specs), first_seed, seeds)
+    numbers = range(first_seed, first_seed + seeds)
+    return function_grid(functions, specs, numbers) if functions else grid(scenarios, specs, numbers)
 
 
 def _section(name: str, spec: SolverSpec, seed: int) -> SolverSection:

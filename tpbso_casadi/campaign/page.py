@@ -14,8 +14,7 @@ from solvers import Budget
 from tpbso_casadi.campaign.measures import PLANS
 from tpbso_casadi.campaign.results import Best, Results, gaps_of
 from tpbso_casadi.campaign.run import AnyRun
-from tpbso_casadi.campaign.statistics import Judgement, Summary, p_text
-from tpbso_casadi.campaign.tables import against_first
+from tpbso_casadi.campaign.statistics import Judgement, Summary, against_first, p_text
 from tpbso_casadi.html import number, page
 from tpbso_casadi.plain import settings_of, versions
 
@@ -74,7 +73,7 @@ def seeds(runs: Sequence[AnyRun]) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Picture:
+class ComparisonPicture:
     """A figure on the page, or why there is none.
 
     Attributes:
@@ -112,7 +111,7 @@ class Overall:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class SummaryRow:
     """A solver on a case.
 
     Attributes:
@@ -140,7 +139,7 @@ class CaseSection:
 
     name: str
     unit: str
-    rows: list[Row]
+    rows: list[SummaryRow]
     best: Best | None
     picture: Markup
 
@@ -150,7 +149,7 @@ def render(
     runs: Sequence[AnyRun],
     best: Sequence[Best],
     command: str,
-    pictures: Sequence[Picture],
+    pictures: Sequence[ComparisonPicture],
     plans: dict[str, Markup],
 ) -> str:
     """The page.
@@ -210,7 +209,7 @@ def case_sections(results: Results, best: Sequence[Best], plans: dict[str, Marku
             name=case,
             unit=next((summary.unit for summary in results.of_case(case) if summary.unit), ""),
             rows=[
-                Row(
+                SummaryRow(
                     summary=summary,
                     gap=float(gaps_of(np.array(summary.median), results.references[case])),
                     judgement=judgements.get((case, summary.solver)),

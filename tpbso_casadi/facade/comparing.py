@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
 from rich.console import Console
@@ -33,11 +33,9 @@ from tpbso_casadi.campaign import (
     Summary,
     best_runs,
     budgeted,
-    check_size,
+    campaign_of,
     export,
-    function_grid,
     functions_of,
-    grid,
     in_process,
     parse_solver,
     parse_solvers,
@@ -80,6 +78,15 @@ class Comparison:
     results: Results
     runs: tuple[AnyRun, ...]
     best: tuple[Best, ...]
+
+    @classmethod
+    def of(cls, runs: Sequence[AnyRun], store: Store) -> Self:
+        """The comparison of runs, as far as they are stored.
+
+        Raises:
+            StoreError: what is stored is no result, or not what a recomputation gives.
+        """
+        return cls(results_of(runs, store), tuple(runs), tuple(best_runs(runs, store)))
 
     @property
     def records(self) -> tuple[Record, ...]:
@@ -236,9 +243,7 @@ def compare(
         usual = FUNCTION_SOLVERS if functions and solvers is USUAL_SOLVERS else solvers
         specs = budgeted(specs_of(usual), budget, time_limit, starts if time_limit is None else None)
         stated = {} if functions else labelled(scenarios, keys)
-        check_size((len(functions) or len(stated)) * len(specs), seed, runs)
-        seeds = range(seed, seed + runs)
-        campaign = function_grid(functions, specs, seeds) if functions else grid(stated, specs, seeds)
+        campaign = campaign_of(functions, stated, specs, seed, runs)
         comparison = _done(campaign, workers, folder, progress)
     if folder is not None:
         comparison.save(folder)
@@ -263,7 +268,7 @@ def _done(
             progress(ended[0], len(campaign))
 
         run_campaign(campaign, store, executors, progress=count)
-        return Comparison(results_of(campaign, store), tuple(campaign), tuple(best_runs(campaign, store)))
+        return Comparison.of(campaign, store)
 
 
 def known_to_workers(campaign: Sequence[AnyRun]) -> bool:

@@ -37,7 +37,7 @@ from tpbso_casadi.reproduction.experiment import (
     Size,
 )
 from tpbso_casadi.reproduction.judgements import ClaimOutcome, Finding
-from tpbso_casadi.reproduction.page_figures import Illustration, Picture, figure_17, scaling_figure
+from tpbso_casadi.reproduction.page_figures import Illustration, ReportPicture, figure_17, scaling_figure
 from tpbso_casadi.reproduction.scaling import PACE_CASES
 from tpbso_casadi.scenario.cases import TITLES
 
@@ -225,7 +225,7 @@ def table_1(evidence: Evidence) -> list[dict[str, Any]]:
 
 def scaling_table(
     scaling: Mapping[str, Any], orders: Mapping[str, Order], unit: str
-) -> tuple[list[dict[str, Any]], Picture | None]:
+) -> tuple[list[dict[str, Any]], ReportPicture | None]:
     """The rows of Table 2 or 3 beside the measured exponents, and a picture of the measurements."""
     if not scaling:
         return [], None
@@ -243,7 +243,7 @@ def scaling_table(
     return rows, scaling_figure(scaling, orders, unit)
 
 
-def image_with_caption(image: Picture, alt: str) -> Markup:
+def image_with_caption(image: ReportPicture, alt: str) -> Markup:
     """An image with its caption, its data within the page."""
     return Markup('<figure><img alt="{}" src="{}" loading="lazy"><figcaption>{}</figcaption></figure>').format(
         f"{alt}: {image.caption}", data_address(image.image, "webp"), image.caption

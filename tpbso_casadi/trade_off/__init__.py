@@ -1,9 +1,8 @@
 """Two objectives against each other: a front of certified plans."""
 
-from tpbso_casadi.trade_off.front import PointFront, TradeOff
+from tpbso_casadi.trade_off.front import Point, PointFront, Standing, TradeOff
 from tpbso_casadi.trade_off.methods import EPSILON_CONSTRAINT, METHODS, WEIGHTED_SUM, FrontWork, open_front
 from tpbso_casadi.trade_off.placement import ENDS, Objectives
-from tpbso_casadi.trade_off.point import Point, Standing
 from tpbso_casadi.trade_off.store import FrontStore
 
 __all__ = [

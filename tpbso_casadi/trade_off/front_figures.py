@@ -16,8 +16,7 @@ from matplotlib.figure import Figure
 from tpbso_casadi.figures.palette import DEFAULT, line_of, marker_of
 from tpbso_casadi.figures.style import ONE_COLUMN, in_print, write_figure
 from tpbso_casadi.storage import writing
-from tpbso_casadi.trade_off.front import FIGURE, PointFront, TradeOff
-from tpbso_casadi.trade_off.point import Point, Standing
+from tpbso_casadi.trade_off.front import FIGURE, Point, PointFront, Standing, TradeOff
 
 SIZE = (ONE_COLUMN, 3.0)  # inches
 LOGARITHMIC = 30.0  # from this ratio of largest to least on an axis is logarithmic

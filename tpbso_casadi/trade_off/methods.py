@@ -23,8 +23,8 @@ from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.planning import PlannedMotion, Progress, motion_of, plan
 from tpbso_casadi.scenario import ScenarioError
 from tpbso_casadi.storage import write_run
+from tpbso_casadi.trade_off.front import Point, Request
 from tpbso_casadi.trade_off.placement import ENDS, EpsilonConstraint, Objectives, Placement, WeightedSums
-from tpbso_casadi.trade_off.point import Point, Request
 from tpbso_casadi.trade_off.store import POINTS, FrontStore
 
 

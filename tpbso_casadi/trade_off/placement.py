@@ -23,8 +23,7 @@ from problems import Objective, Problem, Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray
 from tpbso_casadi.scenario import PluginError, Scenario, ScenarioError, find_objective, parse_scenario
-from tpbso_casadi.trade_off.front import PointFront, width
-from tpbso_casadi.trade_off.point import Pair, Point, Request, Scalarisation
+from tpbso_casadi.trade_off.front import Pair, Point, PointFront, Request, Scalarisation, width
 
 ENDS: tuple[Pair, Pair] = ((1.0, 0.0), (0.0, 1.0))
 ATTEMPTS = 2  # at a plan that comes out dominated, or not certified

@@ -27,8 +27,7 @@ from tpbso_casadi.storage import (
     write_text,
     writing,
 )
-from tpbso_casadi.trade_off.front import FIGURE, FRONT, METHODS
-from tpbso_casadi.trade_off.point import Point
+from tpbso_casadi.trade_off.front import FIGURE, FRONT, METHODS, Point
 
 MANIFEST = "front.json"
 POINTS = "points"  # the folder of the run folders

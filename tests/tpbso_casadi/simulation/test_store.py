@@ -13,8 +13,7 @@ from tests.helpers.simulations import EVERY, replan_at, simulated
 from tpbso_casadi.plain import parsed_json
 from tpbso_casadi.scenario import parse_scenario
 from tpbso_casadi.simulation import SimulationRecord, SimulationResult, SummaryResult, write_simulation
-from tpbso_casadi.simulation.result import stretches, summary_of
-from tpbso_casadi.simulation.store import REPLANS, obstacle_table, replan_rows, row_times
+from tpbso_casadi.simulation.result import REPLANS, obstacle_table, replan_rows, row_times, stretches, summary_of
 from tpbso_casadi.storage import OutputError, check_seal
 
 CART = {"shape": "box", "center": [3.0, 0.0], "size": [0.4, 0.2], "velocity": [0.0, 0.5]}
@@ -115,7 +114,7 @@ def test_a_disk_that_is_full_leaves_the_old_folder(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("tpbso_casadi.simulation.store.write_csv", full)
+    monkeypatch.setattr("tpbso_casadi.simulation.result.write_csv", full)
     with pytest.raises(OutputError, match="No space left on device"):
         write_simulation(folder, record, result)
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before

@@ -10,9 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tpbso_casadi.trade_off import ENDS, Point, PointFront, Standing
-from tpbso_casadi.trade_off.front import hypervolume, reference_point
+from tpbso_casadi.trade_off.front import Pair, Request, Scalarisation, hypervolume, reference_point
 from tpbso_casadi.trade_off.placement import EpsilonConstraint, Placement, WeightedSums
-from tpbso_casadi.trade_off.point import Pair, Request, Scalarisation
 
 POOR = 2.5015  # s, the bound of a plan that comes out poor
 COORDINATES = st.tuples(st.integers(0, 20), st.integers(0, 20))

@@ -10,7 +10,7 @@ import tpbso_casadi as tp
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import overridden, parse_scenario
 from tpbso_casadi.trade_off import ENDS, Objectives
-from tpbso_casadi.trade_off.point import Request, Scalarisation
+from tpbso_casadi.trade_off.front import Request, Scalarisation
 
 PLACED = (*ENDS, (1.0, 0.5))
 

@@ -18,8 +18,8 @@ from tpbso_casadi.campaign.comparison_figures import (
     effect_sizes_figure,
 )
 from tpbso_casadi.campaign.drawn_figures import FIGURES, Drawing, FigureKind, drawing_of, inline_svg, write_figures
-from tpbso_casadi.campaign.export import FIGURES as NAMES
 from tpbso_casadi.campaign.measures import PLANS
+from tpbso_casadi.campaign.tables import FIGURES as NAMES
 from tpbso_casadi.figures.palette import colour_of
 
 INF = np.inf

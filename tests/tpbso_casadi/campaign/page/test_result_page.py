@@ -14,7 +14,9 @@ from oracles.colour_vision import VISIONS, differences
 
 from tpbso_casadi import builtin
 from tpbso_casadi.campaign import Results, Run, Store, best_runs, grid, parse_solvers, results_of, write_comparison
-from tpbso_casadi.campaign.page import FOLDER, percent, render, seeds, solver_rows
+from tpbso_casadi.campaign import page as comparison_page
+from tpbso_casadi.campaign.measures import PLANS
+from tpbso_casadi.campaign.page import render, seeds, solver_rows
 from tpbso_casadi.campaign.run import run_one
 from tpbso_casadi.cli.commands.compare import main
 from tpbso_casadi.figures.palette import SERIES
@@ -114,7 +116,7 @@ def test_budgets_and_seeds_in_words() -> None:
     ("value", "text"), [(0.0, "0 %"), (5e-5, "< 0.01 %"), (0.01234, "1.23 %"), (float("inf"), "-"), (float("nan"), "-")]
 )
 def test_percentages(value: float, text: str) -> None:
-    assert percent(value) == text
+    assert PLANS.shown(value) == text
 
 
 def test_one_run_of_one_solver_has_a_page(tmp_path: Path) -> None:
@@ -127,7 +129,7 @@ def test_one_run_of_one_solver_has_a_page(tmp_path: Path) -> None:
     assert "<h1>Comparison of 1 solver on 1 case</h1>" in text and text.count("Left out: ") == 2
 
 
-STYLE = (FOLDER / "comparison.css").read_text()
+STYLE = Path(comparison_page.__file__).with_name("comparison.css").read_text()
 
 
 def palettes() -> list[list[str]]:
