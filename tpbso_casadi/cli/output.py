@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Self
 
 from solvers.budget import Interruption
-from tpbso_casadi.animation.write import animate, check_animation
 from tpbso_casadi.cli.options import (
     add_figures_option,
     add_json,
@@ -131,6 +130,8 @@ class Output:
         elif self.exports:
             raise OutputError("--export: needs a run folder; say --out DIR too")
         if self.film is not None:
+            from tpbso_casadi.animation.write import check_animation  # noqa: PLC0415 (loads matplotlib)
+
             check_animation(self.film)
             inner = None if folder is None else self._place_in(folder)
             if inner is not None and len(inner.parts) > 1:
@@ -172,6 +173,8 @@ class Output:
         return place.relative_to(folder.resolve()) if place.is_relative_to(folder.resolve()) else None
 
     def _film(self, plan: PlannedMotion, progress: Progress, folder: Path) -> None:
+        from tpbso_casadi.animation.write import animate  # noqa: PLC0415 (loads matplotlib)
+
         assert self.film is not None
         progress.phase("filming")
         animate(folder / self.film.name, self.title, plan.motion)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from problems import InvalidProblem, Trajectory
 from solvers.budget import deferred_interrupt
-from tpbso_casadi.animation.player import write_player
 from tpbso_casadi.facade.arguments import file_path, function
 from tpbso_casadi.facade.showing import chosen
 from tpbso_casadi.facade.statement import HasScenario, given_scenario
@@ -121,7 +120,11 @@ class SimulationRun:
 
             draw_simulation(staged, self.record, formats)
 
-        player = partial(write_player, title=place.name if title is None else title, record=self.record)
+        def player(staged: Path) -> None:
+            from tpbso_casadi.animation.player import write_player  # noqa: PLC0415 (likewise)
+
+            write_player(staged, place.name if title is None else title, self.record)
+
         views: list[Writer] = [draw, player] if plots else []
         with plugin_failures_named(self.scenario, OutputError), deferred_interrupt() as interruption:
             write_simulation(place, self.record, self.result, views, interruption)

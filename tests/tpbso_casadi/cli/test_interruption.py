@@ -114,7 +114,7 @@ def test_what_comes_into_the_folder_meanwhile_is_not_lost(
     def somebody_writes(folder: Path, title: str, motion: object) -> None:
         (FOLDER / "thesis.tex").write_text("mine")
 
-    monkeypatch.setattr("tpbso_casadi.cli.output.animate", somebody_writes)
+    monkeypatch.setattr("tpbso_casadi.animation.write.animate", somebody_writes)
     arguments = ["time-2", "--evaluations", "500", "--no-plots", "--quiet", "--out", "out", "--animate", "out/arm.gif"]
     assert main(arguments) == 2
     assert "out: holds thesis.tex, which is not of a run" in capfd.readouterr().err
@@ -233,7 +233,7 @@ def test_a_plan_that_took_the_name_meanwhile_is_not_replaced(monkeypatch: pytest
             write_scenario(Path("mine.toml"), speed=4.0)
 
     write_scenario(Path("mine.toml"), speed=4.0)
-    monkeypatch.setattr("tpbso_casadi.cli.output.animate", other_plan_comes)
+    monkeypatch.setattr("tpbso_casadi.animation.write.animate", other_plan_comes)
     assert main(["mine.toml", *quick, "--animate", "runs/mine-abso-1-500-evaluations/arm.gif"]) == 0
     speeds = {path.name: read_run(path).scenario.arm.max_speed for path in Path("runs").iterdir()}  # type: ignore[union-attr]
     assert speeds == {"mine-abso-1-500-evaluations": 5.0, "mine-abso-1-500-evaluations-2": 4.0}
