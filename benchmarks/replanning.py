@@ -20,7 +20,7 @@ import numpy as np
 from solvers.budget import Interruption
 from tpbso_casadi.replanning import Replanner
 from tpbso_casadi.scenario import Scenario, parse_scenario, read_scenario
-from tpbso_casadi.simulation import Setting, Simulation, SimulationRecord, SimulationResult
+from tpbso_casadi.simulation import Simulation, SimulationRecord, SimulationResult, SimulationSetting
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 SCENES = {"plane, 3 links": "simulation-plane.toml", "Panda": "simulation-panda.toml"}
@@ -47,7 +47,7 @@ def simulated(scenario: Scenario, seed: int, every: float, within: float | None)
     content: dict[str, Any] = scenario.model_dump() | {"model": scenario.model.stated()}
     content["solver"]["seed"] = seed
     content["simulation"] |= {"every": every, "within": within}
-    setting = Setting.of(parse_scenario(content))
+    setting = SimulationSetting.of(parse_scenario(content))
     rate, evaluations = setting.settings.course_rate, setting.settings.evaluations
     planner = Replanner(setting.scenario, every, rate, evaluations, within, seed)
     return Simulation(setting, planner).run(Interruption())

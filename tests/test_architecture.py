@@ -350,7 +350,7 @@ def test_comparisons_and_questions_are_found() -> None:
 
 @pytest.mark.process
 def test_planning_without_figures_does_not_load_matplotlib() -> None:
-    code = "import sys, tpbso_casadi.solve; print('matplotlib' in sys.modules)"
+    code = "import sys, tpbso_casadi.cli.commands.solve; print('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
 
 

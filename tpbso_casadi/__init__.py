@@ -21,7 +21,7 @@ class _Package(ModuleType):
     """The package, in which some functions have the name of a module that ``python -m`` runs: the function wins."""
 
     def __setattr__(self, name: str, value: object) -> None:
-        if not (isinstance(value, ModuleType) and name in {"audit", "compare", "pareto", "retime"}):
+        if not (isinstance(value, ModuleType) and name in {"audit", "compare", "pareto", "retime", "simulate"}):
             super().__setattr__(name, value)
 
 

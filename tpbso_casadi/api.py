@@ -61,14 +61,14 @@ from solvers import (
 )
 from solvers import Box as SearchBox
 from tpbso_casadi.facade.audit import Audit, RunAudit, ScenarioAudit
-from tpbso_casadi.facade.auditing import audit, read_run
 from tpbso_casadi.facade.comparing import Comparison, compare
 from tpbso_casadi.facade.own import StatedConstraint as Constraint
 from tpbso_casadi.facade.own import StatedCost as Cost
 from tpbso_casadi.facade.plan import Plan, StoredPlan
-from tpbso_casadi.facade.planning import plan, replan
+from tpbso_casadi.facade.planning import audit, plan, read_run, replan
 from tpbso_casadi.facade.retiming import retime
 from tpbso_casadi.facade.robots import StatedRobot, robot
+from tpbso_casadi.facade.simulating import SimulationRun, simulate
 from tpbso_casadi.facade.statement import scenario_of
 from tpbso_casadi.facade.trading_off import Front, pareto
 from tpbso_casadi.figures import write_run
@@ -140,6 +140,7 @@ __all__ = [
     "ScenarioError",
     "Search",
     "SearchBox",
+    "SimulationRun",
     "Solver",
     "SpaceTracing",
     "Sphere",
@@ -168,5 +169,6 @@ __all__ = [
     "retime",
     "robot",
     "scenario_of",
+    "simulate",
     "write_run",
 ]

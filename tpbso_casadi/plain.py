@@ -1,4 +1,4 @@
-"""Plain data: JSON of anything stored, its seal, settings of objects, versions.
+"""Plain data and plain text: JSON of anything stored, its seal, settings of objects, versions, texts in one line.
 
 The seal of a document says what was edited in it; it shows accident and carelessness, not a forger, who can compute it
 anew.
@@ -6,10 +6,11 @@ anew.
 
 from __future__ import annotations
 
+import difflib
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, is_dataclass
 from enum import Enum
 from functools import cache
@@ -18,6 +19,8 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+
+LONGEST_LINE = 300  # characters
 
 
 def plain(value: Any) -> Any:
@@ -131,9 +134,37 @@ def _digest(path: str, value: Any) -> str:
     return sha256(json.dumps([path, value], sort_keys=True).encode()).hexdigest()[:DIGITS]
 
 
-def visible(text: str) -> str:
-    """The text with escapes in place of what cannot be printed: control characters, bytes that are not UTF-8."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+def visible(text: str, keep: str = "") -> str:
+    """The text with escapes in place of what cannot be printed: control characters, bytes that are not UTF-8.
+
+    Args:
+        text: any.
+        keep: characters that stay as they are.
+    """
+    return "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+def one_line(text: str, longest_part: int | None = None) -> str:
+    """A text in one line of at most ``LONGEST_LINE`` characters.
+
+    White space becomes a space, another control character its escape.
+
+    Args:
+        text: any.
+        longest_part: characters without a space, of a path or a value: what is longer is shortened in its middle.
+    """
+    parts = [visible(part) for part in text.split()]
+    if longest_part is not None:
+        half = longest_part // 2
+        parts = [part if len(part) <= longest_part else f"{part[: half - 3]}...{part[-half:]}" for part in parts]
+    line = " ".join(parts)
+    return line if len(line) <= LONGEST_LINE else f"{line[: LONGEST_LINE - 3]}..."
+
+
+def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:
+    """The known word that is most like another one; None where none is, by as much as the cutoff, 0 to 1, asks for."""
+    found = difflib.get_close_matches(word, list(known), n=1, cutoff=cutoff)
+    return found[0] if found else None
 
 
 @cache

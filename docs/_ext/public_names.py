@@ -22,12 +22,12 @@ import tpbso_casadi
 LOGGER = logging.getLogger(__name__)
 ERRORS, DATA = "errors", "data"
 GROUPS = {
-    "solvers": ("solvers", "tpbso_casadi.scenario.catalogues", "tpbso_casadi.facade.solvers"),
+    "solvers": ("solvers", "tpbso_casadi.scenario.catalogues"),
     "robots": ("problems.robots", "tpbso_casadi.facade.robots"),
     "obstacles": ("problems.scene",),
     "tasks": ("problems.tasks",),
     "scenarios": ("tpbso_casadi.scenario",),
-    "replanning": ("tpbso_casadi.planning.replanning",),
+    "replanning": ("tpbso_casadi.replanning", "tpbso_casadi.simulation", "tpbso_casadi.facade.simulating"),
     "stored": ("tpbso_casadi.storage",),
     "model": ("problems",),
     "plans": ("tpbso_casadi",),

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from importlib import import_module
 from types import ModuleType
 
-from tpbso_casadi.cli.options import OneLineParser
+from tpbso_casadi.cli.command import OneLineParser
 from tpbso_casadi.cli.tpbso import COMMANDS
 
 

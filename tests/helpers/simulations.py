@@ -7,7 +7,7 @@ from typing import Any
 from solvers.budget import Interruption
 from tests.helpers.quintic_planner import QuinticPlanner
 from tpbso_casadi.scenario import parse_scenario
-from tpbso_casadi.simulation import Replan, Setting, Simulation, SimulationRecord
+from tpbso_casadi.simulation import Replan, Simulation, SimulationRecord, SimulationSetting
 
 EVERY = 0.25  # exact in binary
 MOVE = 0.5  # s, that the planner takes for a move
@@ -26,8 +26,8 @@ def content(**tables: Any) -> dict[str, Any]:
     return stated
 
 
-def setting(**tables: Any) -> Setting:
-    return Setting.of(parse_scenario(content(**tables)))
+def setting(**tables: Any) -> SimulationSetting:
+    return SimulationSetting.of(parse_scenario(content(**tables)))
 
 
 def simulated(interruption: Interruption | None = None, **tables: Any) -> SimulationRecord:

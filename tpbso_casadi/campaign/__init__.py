@@ -9,7 +9,6 @@ from tpbso_casadi.campaign.executors import (
     in_process,
     processes,
 )
-from tpbso_casadi.campaign.export import check_export, export, files_of, write_comparison
 from tpbso_casadi.campaign.functions import PREFIX
 from tpbso_casadi.campaign.grid import (
     FUNCTION_SOLVERS,
@@ -18,21 +17,20 @@ from tpbso_casadi.campaign.grid import (
     USUAL_STARTS,
     SolverSpec,
     budgeted,
-    check_size,
+    campaign_of,
     function_grid,
     functions_of,
     grid,
     parse_solver,
     parse_solvers,
 )
-from tpbso_casadi.campaign.record import Record
 from tpbso_casadi.campaign.results import Best, Results, best_runs, results_of
-from tpbso_casadi.campaign.run import AnyRun, Outcome, Run
+from tpbso_casadi.campaign.run import AnyRun, Outcome, Record, Run
 from tpbso_casadi.campaign.runner import campaign_seconds, run_campaign
 from tpbso_casadi.campaign.statistics import (
     SIGNIFICANCE_LEVEL,
-    Comparison,
     Judgement,
+    PairComparison,
     Relation,
     Summary,
     compare_summaries,
@@ -43,7 +41,7 @@ from tpbso_casadi.campaign.statistics import (
     summarise,
 )
 from tpbso_casadi.campaign.store import STORE, Store, StoreError
-from tpbso_casadi.campaign.tables import HEADER, print_tables, rows
+from tpbso_casadi.campaign.tables import HEADER, check_export, export, files_of, print_tables, rows, write_comparison
 
 __all__ = [
     "FUNCTION_SOLVERS",
@@ -56,12 +54,12 @@ __all__ = [
     "USUAL_STARTS",
     "AnyRun",
     "Best",
-    "Comparison",
     "ExecutorError",
     "ExecutorFactory",
     "Judgement",
     "LostExecutor",
     "Outcome",
+    "PairComparison",
     "Record",
     "Relation",
     "Results",
@@ -72,10 +70,10 @@ __all__ = [
     "Summary",
     "best_runs",
     "budgeted",
+    "campaign_of",
     "campaign_seconds",
     "check_address",
     "check_export",
-    "check_size",
     "cluster",
     "compare_summaries",
     "export",

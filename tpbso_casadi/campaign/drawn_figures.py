@@ -21,7 +21,7 @@ from tpbso_casadi.campaign.comparison_figures import (
     effect_sizes_figure,
 )
 from tpbso_casadi.campaign.measures import Measure
-from tpbso_casadi.campaign.page import Picture
+from tpbso_casadi.campaign.page import ComparisonPicture
 from tpbso_casadi.campaign.results import FEWEST_FOR_QUARTILES, Best, Results
 from tpbso_casadi.campaign.statistics import FEWEST_SOLVERS, cases_needed
 from tpbso_casadi.figures.palette import SERIES
@@ -226,7 +226,7 @@ def inline_svg(figure: Figure, name: str, alt: str) -> Markup:
     return Markup(re.sub(r"^<svg[^>]*>", lambda _: opening, text))
 
 
-def pictures_of(folder: Path, results: Results, formats: Sequence[str]) -> list[Picture]:
+def pictures_of(folder: Path, results: Results, formats: Sequence[str]) -> list[ComparisonPicture]:
     """Write every figure into a folder; returns them for a page.
 
     Raises:
@@ -236,7 +236,7 @@ def pictures_of(folder: Path, results: Results, formats: Sequence[str]) -> list[
     write_figures(folder, drawn, formats)
     of = f"of {', '.join(results.solvers)} on {', '.join(results.cases)}; the tables below have the numbers"
     return [
-        Picture(
+        ComparisonPicture(
             title=drawing.kind.title_of(results.measure),
             name=drawing.kind.name,
             reading=drawing.kind.reading_of(results.measure),

@@ -19,8 +19,8 @@ from typing import Any, TypeVar
 
 from problems.evaluation import processors
 from solvers import Interruption
-from tpbso_casadi.campaign.run import difference, one_line
-from tpbso_casadi.plain import versions
+from tpbso_casadi.campaign.run import difference
+from tpbso_casadi.plain import one_line, versions
 
 WORKERS_PER_PROCESSOR = 8  # more only take memory
 

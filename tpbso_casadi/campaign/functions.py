@@ -109,15 +109,17 @@ def search_text(statement: Mapping[str, Any]) -> str:
     return as_json(plain(content), None)
 
 
-class _Part(BaseModel):
+class StoredPart(BaseModel):
+    """What is needed of a stored result: types are not guessed, other keys do not matter."""
+
     model_config = ConfigDict(strict=True, extra="ignore")
 
 
-class _Minimum(_Part):
+class _Minimum(StoredPart):
     value: float
 
 
-class StoredMinimum(_Part):
+class StoredMinimum(StoredPart):
     """Where a search ended, of what is stored of it."""
 
     cost: float

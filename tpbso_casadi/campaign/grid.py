@@ -16,9 +16,8 @@ from problems.base import FloatArray
 from solvers import Box, Preset
 from tpbso_casadi.campaign.functions import KEY, PREFIX, StoredMinimum, find_function, section_of
 from tpbso_casadi.campaign.measures import VALUES, Measure
-from tpbso_casadi.campaign.record import Found
-from tpbso_casadi.campaign.run import Run, escaped, problem_of
-from tpbso_casadi.plain import settings_of, versions
+from tpbso_casadi.campaign.run import AnyRun, Run, RunFinding, problem_of
+from tpbso_casadi.plain import settings_of, versions, visible
 from tpbso_casadi.scenario import (
     FAMILIES,
     PluginError,
@@ -174,8 +173,9 @@ def grid(scenarios: Mapping[str, Scenario], specs: Sequence[SolverSpec], seeds: 
     for seed in seeds:
         for case, scenario in scenarios.items():
             for spec in specs:
+                name, label = (visible(text, keep="\n\t") for text in (case, spec.label))
                 with _named(f"{case}: {spec.label}"):
-                    runs.append(Run(escaped(case), escaped(spec.label), spec.applied(scenario, seed)))
+                    runs.append(Run(name, label, spec.applied(scenario, seed)))
     return runs
 
 
@@ -274,9 +274,9 @@ class FunctionRun:
         """What evaluates a population (m, n), without any backend."""
         return find_function(self.case).f
 
-    def found(self, text: str) -> Found:
+    def found(self, text: str) -> RunFinding:
         """The place of the lowest value."""
-        return Found(words=StoredMinimum.model_validate_json(text).words)
+        return RunFinding(words=StoredMinimum.model_validate_json(text).words)
 
 
 def functions_of(cases: Sequence[object]) -> list[str]:
@@ -310,6 +310,30 @@ def function_grid(names: Sequence[str], specs: Sequence[SolverSpec], seeds: Sequ
     return [
         FunctionRun(name, spec.label, _section(name, spec, seed)) for seed in seeds for name in names for spec in specs
     ]
+
+
+def campaign_of(
+    functions: Sequence[str],
+    scenarios: Mapping[str, Scenario],
+    specs: Sequence[SolverSpec],
+    first_seed: int,
+    seeds: int,
+) -> Sequence[AnyRun]:
+    """All runs of a campaign on benchmark functions or, where there are none, on scenarios.
+
+    Args:
+        functions: their names, without prefix.
+        scenarios: by label.
+        specs: the solvers.
+        first_seed: of each solver on each case.
+        seeds: of each.
+
+    Raises:
+        ScenarioError: there are no runs or too many, one cannot be done, or a solver does not fit.
+    """
+    check_size((len(functions) or len(scenarios)) * len(specs), first_seed, seeds)
+    numbers = range(first_seed, first_seed + seeds)
+    return function_grid(functions, specs, numbers) if functions else grid(scenarios, specs, numbers)
 
 
 def _section(name: str, spec: SolverSpec, seed: int) -> SolverSection:

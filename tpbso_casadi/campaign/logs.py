@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from problems.base import FloatArray
-from tpbso_casadi.campaign.convergence import StoredSearch
+from tpbso_casadi.campaign.results import StoredSearch
 from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.store import Store
 from tpbso_casadi.storage import OutputError, check_writable, write_text, writing

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
 from pathlib import Path
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from scipy.stats import rankdata
 
@@ -16,8 +14,8 @@ from solvers import Budget
 from tpbso_casadi.campaign.measures import PLANS
 from tpbso_casadi.campaign.results import Best, Results, gaps_of
 from tpbso_casadi.campaign.run import AnyRun
-from tpbso_casadi.campaign.statistics import Judgement, Summary, p_text
-from tpbso_casadi.campaign.tables import against_first
+from tpbso_casadi.campaign.statistics import Judgement, Summary, against_first, p_text
+from tpbso_casadi.html import number, page
 from tpbso_casadi.plain import settings_of, versions
 
 
@@ -74,11 +72,8 @@ def seeds(runs: Sequence[AnyRun]) -> str:
     return f"{numbers[0]} to {numbers[-1]}" if together else ", ".join(map(str, numbers))
 
 
-FOLDER = Path(__file__).parent
-
-
 @dataclass(frozen=True, kw_only=True)
-class Picture:
+class ComparisonPicture:
     """A figure on the page, or why there is none.
 
     Attributes:
@@ -116,7 +111,7 @@ class Overall:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class SummaryRow:
     """A solver on a case.
 
     Attributes:
@@ -144,7 +139,7 @@ class CaseSection:
 
     name: str
     unit: str
-    rows: list[Row]
+    rows: list[SummaryRow]
     best: Best | None
     picture: Markup
 
@@ -154,7 +149,7 @@ def render(
     runs: Sequence[AnyRun],
     best: Sequence[Best],
     command: str,
-    pictures: Sequence[Picture],
+    pictures: Sequence[ComparisonPicture],
     plans: dict[str, Markup],
 ) -> str:
     """The page.
@@ -167,10 +162,10 @@ def render(
         pictures: of the comparison; none where none are drawn.
         plans: pictures of the best plans, by case.
     """
-    environment = Environment(loader=FileSystemLoader(FOLDER), autoescape=True, undefined=StrictUndefined)
-    environment.filters |= {"number": number, "percent": percent, "gap": results.measure.shown, "p_text": p_text}
-    return environment.get_template("comparison.html").render(
-        style=Markup((FOLDER / "comparison.css").read_text(encoding="utf-8")),
+    return page(
+        Path(__file__).parent,
+        "comparison",
+        {"number": number, "percent": PLANS.shown, "gap": results.measure.shown, "p_text": p_text},
         results=results,
         measure=results.measure,
         command=command,
@@ -214,7 +209,7 @@ def case_sections(results: Results, best: Sequence[Best], plans: dict[str, Marku
             name=case,
             unit=next((summary.unit for summary in results.of_case(case) if summary.unit), ""),
             rows=[
-                Row(
+                SummaryRow(
                     summary=summary,
                     gap=float(gaps_of(np.array(summary.median), results.references[case])),
                     judgement=judgements.get((case, summary.solver)),
@@ -226,13 +221,3 @@ def case_sections(results: Results, best: Sequence[Best], plans: dict[str, Marku
         )
         for case in results.cases
     ]
-
-
-def number(value: float, digits: int = 5) -> str:
-    """A number for a table, a dash where there is none."""
-    return f"{value:.{digits}g}" if isfinite(value) else "-"
-
-
-def percent(value: float) -> str:
-    """A share for a table; a dash where there is none."""
-    return PLANS.shown(value)

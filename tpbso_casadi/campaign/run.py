@@ -1,4 +1,4 @@
-"""One run of a campaign: what it is, its outcome, its record."""
+"""One run of a campaign: what it is, its outcome, its record, what it found."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import json
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property, lru_cache
 from hashlib import sha256
-from typing import Any, Protocol, TypeVar
+from typing import Annotated, Any, Protocol, TypeAlias, TypeVar
 
 import numpy as np
+from pydantic import AllowInfNan, Strict, StrictBool, StrictInt, StrictStr, TypeAdapter, ValidationError
 
 from problems import Problem
 from problems.base import FloatArray
@@ -20,13 +21,100 @@ from problems.evaluation import EvaluationOptions
 from solvers import Box
 from tpbso_casadi.campaign.functions import KEY, search_text
 from tpbso_casadi.campaign.measures import PLANS, Measure
-from tpbso_casadi.campaign.record import Found, plan_found
-from tpbso_casadi.plain import settings_of, versions
-from tpbso_casadi.planning import INFEASIBLE_MERIT, plan
-from tpbso_casadi.scenario import Scenario, SolverSection, parse_scenario
-from tpbso_casadi.storage import result_of
+from tpbso_casadi.plain import one_line, settings_of, versions, visible
+from tpbso_casadi.planning import INFEASIBLE_MERIT, PlannedMotion, plan
+from tpbso_casadi.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named
+from tpbso_casadi.storage import Contradiction, RunResult, checked, result_of
 
-LONGEST_ERROR = 300  # characters
+Number: TypeAlias = Annotated[float, Strict(), AllowInfNan(False)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """A stored run without its motion; of a failed run only the first five fields.
+
+    Attributes:
+        case: name of the scenario.
+        solver: label of the solver.
+        seed: of the search.
+        seconds: wall-clock time of the whole run.
+        error: why it failed; empty where it did not.
+        feasible: whether the plan is certified.
+        objective: of the plan, in ``unit``.
+        unit: of the objective.
+        cost: of the search's best candidate.
+        evaluations: of the search.
+        iterations: of the search.
+        stop_reason: of the search.
+    """
+
+    case: StrictStr
+    solver: StrictStr
+    seed: StrictInt
+    seconds: Number
+    error: StrictStr
+    feasible: StrictBool = False
+    objective: Number | None = None
+    unit: StrictStr = ""
+    cost: Number | None = None
+    evaluations: StrictInt | None = None
+    iterations: StrictInt | None = None
+    stop_reason: StrictStr = ""
+
+
+RECORD = TypeAdapter(Record)
+
+
+def read_record(values: Mapping[str, Any]) -> Record:
+    """A record from what a database holds.
+
+    Args:
+        values: by field; of a run that did not fail all of them, ``feasible`` as 0 or 1.
+
+    Raises:
+        ValueError: naming the field, in one line: it is missing or not of its type.
+    """
+    given = {name: value for name, value in values.items() if value is not None}
+    if not given.get("error"):
+        required = ("feasible", "objective", "evaluations") if given.get("feasible") else ("feasible", "evaluations")
+        missing = next((name for name in required if name not in given), None)
+        if missing is not None:
+            raise ValueError(f"{missing} is missing")
+    if given.get("feasible") in (0, 1):
+        given["feasible"] = bool(given["feasible"])
+    try:
+        return RECORD.validate_python(given)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False)[0]
+        raise ValueError(f"{first['loc'][-1]}: {first['msg']}, not {first['input']!r:.40}") from error
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunFinding:
+    """What a run found.
+
+    Attributes:
+        words: that say more of it than its objective.
+        planned: a motion, certificate and objective included; None of a function.
+    """
+
+    words: str
+    planned: PlannedMotion | None = None
+
+
+def plan_found(text: str) -> RunFinding:
+    """The plan of a ``result.json``.
+
+    Raises:
+        InvalidResult, ScenarioError, Contradiction: it is none, or not what a recomputation gives.
+    """
+    result = RunResult.from_json(text)
+    with plugin_failures_named(result.scenario, Contradiction):
+        motion = checked(result).motion
+    words = f"it takes {motion.trajectory.duration:.5g} s and is certified for all t"
+    return RunFinding(words=words, planned=PlannedMotion(scenario=result.scenario, motion=motion))
+
+
 LONGEST_DETAILS = 20_000  # characters, the last ones of a traceback
 CACHED_PROBLEMS = 64  # of a worker: some 10 MB each
 RUN_LOCK = threading.Lock()  # IPOPT's linear solver is not thread-safe, and a cluster's worker may have many threads
@@ -86,7 +174,7 @@ class AnyRun(Protocol):
             backend: that does it; None for that of the environment.
         """
 
-    def found(self, text: str) -> Found:
+    def found(self, text: str) -> RunFinding:
         """What it found, from the text that is stored of it.
 
         Raises:
@@ -165,7 +253,7 @@ class Run:
         options = EvaluationOptions() if backend is None else EvaluationOptions(backend)
         return problem_of(self.scenario).evaluator(options)
 
-    def found(self, text: str) -> Found:
+    def found(self, text: str) -> RunFinding:
         """Its plan, computed again."""
         return plan_found(text)
 
@@ -216,18 +304,7 @@ def failed(error: BaseException, seconds: float = 0.0) -> Outcome:
     except Exception:  # of a plug-in's own exception
         reason = "(its message cannot be read)"
     details = "".join(traceback.format_exception(error))[-LONGEST_DETAILS:]
-    return Outcome(None, seconds, one_line(f"{type(error).__name__}: {reason}"), escaped(details))
-
-
-def one_line(text: str) -> str:
-    """A text in one line of at most 300 characters, control characters escaped."""
-    line = escaped(" ".join(text[: 10 * LONGEST_ERROR].split()))
-    return line if len(line) <= LONGEST_ERROR else f"{line[: LONGEST_ERROR - 3]}..."
-
-
-def escaped(text: str) -> str:
-    """A text with what no file or terminal takes (control characters, halves of characters) written as its code."""
-    return "".join(c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text)
+    return Outcome(None, seconds, one_line(f"{type(error).__name__}: {reason}"), visible(details, keep="\n\t"))
 
 
 def _result(scenario: str, expected: dict[str, str], backend: str | None) -> str:

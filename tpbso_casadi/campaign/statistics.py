@@ -22,7 +22,7 @@ from scipy.stats import PermutationMethod, f, friedmanchisquare, mannwhitneyu, r
 
 from problems.base import FloatArray
 from tpbso_casadi.campaign.measures import PLANS, TIE_TOLERANCE, Measure, quantile
-from tpbso_casadi.campaign.record import Record
+from tpbso_casadi.campaign.run import Record
 
 SIGNIFICANCE_LEVEL = 0.05
 EXACT_PARTITIONS = 20_000  # two samples with ties are permuted up to so many ways; beyond, p is asymptotic
@@ -139,7 +139,7 @@ class Relation(StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
+class PairComparison:
     """The runs of one solver compared with those of another, on one case.
 
     Attributes:
@@ -172,12 +172,12 @@ class Judgement:
         relation: of the one solver to the other.
     """
 
-    comparison: Comparison
+    comparison: PairComparison
     p: float
     relation: Relation
 
 
-def judge(comparisons: Sequence[Comparison]) -> list[Judgement]:
+def judge(comparisons: Sequence[PairComparison]) -> list[Judgement]:
     """The comparisons as one family of tests at 5 %, Holm-corrected."""
     corrected = holm([comparison.p for comparison in comparisons])
     return [
@@ -186,16 +186,16 @@ def judge(comparisons: Sequence[Comparison]) -> list[Judgement]:
     ]
 
 
-def _relation(comparison: Comparison, p: float, tests: int) -> Relation:
+def _relation(comparison: PairComparison, p: float, tests: int) -> Relation:
     if p < SIGNIFICANCE_LEVEL and comparison.a12 != 0.5:
         return Relation.BETTER if comparison.a12 > 0.5 else Relation.WORSE
     return Relation.NOT_SHOWN if tests * comparison.smallest_p < SIGNIFICANCE_LEVEL else Relation.NOT_JUDGED
 
 
-def compare_summaries(first: Summary, second: Summary) -> Comparison:
+def compare_summaries(first: Summary, second: Summary) -> PairComparison:
     """Compare two solvers on a case. Objectives within 0.01 % of the best of both count as equal to it."""
     effect, p = rank_sum(*with_ties(first.objectives, second.objectives, first.measure.reached))
-    return Comparison(
+    return PairComparison(
         case=first.case,
         solver=first.solver,
         other=second.solver,
@@ -204,6 +204,13 @@ def compare_summaries(first: Summary, second: Summary) -> Comparison:
         p=p,
         smallest_p=smallest_p(first.objectives.size, second.objectives.size),
     )
+
+
+def against_first(summaries: Sequence[Summary]) -> dict[tuple[str, str], Judgement]:
+    """By case and solver, how the solver compares with the first; the whole table is one family of tests."""
+    first = {summary.case: summary for summary in reversed(summaries)}
+    judgements = judge([compare_summaries(s, first[s.case]) for s in summaries if s is not first[s.case]])
+    return {(j.comparison.case, j.comparison.solver): j for j in judgements}
 
 
 def rank_sum(a: FloatArray, b: FloatArray) -> tuple[float, float]:

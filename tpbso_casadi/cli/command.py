@@ -1,23 +1,132 @@
-"""A command run: verbosity, exit status, the folder of its run."""
+"""A command as it is run: its parser, its verbosity, its errors of one line, its exit status."""
 
 from __future__ import annotations
 
 import argparse
 import logging
-import re
+import os
+import shlex
+import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
-from itertools import count
-from pathlib import Path
+from contextlib import ExitStack, contextmanager, suppress
+from enum import IntEnum
+from functools import partial
+from importlib.metadata import version
+from typing import Any, NoReturn
 
 from problems.evaluation import InvalidEvaluation
-from tpbso_casadi.cli.common import Exit, one_line, print_error
-from tpbso_casadi.cli.options import OneLineParser
-from tpbso_casadi.plain import versions
-from tpbso_casadi.scenario import Scenario, ScenarioError
-from tpbso_casadi.storage import InvalidRun, OutputError, stored_content
+from tpbso_casadi.plain import one_line, versions
+from tpbso_casadi.scenario import ScenarioError
+from tpbso_casadi.storage import InvalidRun, OutputError
+
+LONGEST_PART = 100  # characters without a space, of a path for example
+
+
+class Exit(IntEnum):
+    """Exit statuses."""
+
+    FEASIBLE = 0
+    INFEASIBLE = 1
+    BAD_INPUT = 2
+    INTERRUPTED = 130
+
+
+def print_error(message: str) -> None:
+    """Print a message as one line on standard error; where that is closed or full, it is lost and nothing happens."""
+    if sys.stderr is None:
+        return
+    encoding = getattr(sys.stderr, "encoding", None) or "ascii"
+    line = one_line(f"error: {message}", LONGEST_PART).encode(encoding, "backslashreplace").decode(encoding)
+    try:
+        print(line, file=sys.stderr, flush=True)
+    except (OSError, ValueError):
+        with suppress(OSError, ValueError):  # what is left in its buffer must not change the status
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, sys.stderr.fileno())
+            os.close(nowhere)
+
+
+WIDEST = 100  # columns of a help text
+
+
+class Help(argparse.HelpFormatter):
+    """At most ``WIDEST`` columns wide; ends the help of every option that takes a value with its default."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, max_help_position=30, width=min(shutil.get_terminal_size().columns, WIDEST) - 2)
+
+    def _get_help_string(self, action: argparse.Action) -> str:
+        text = action.help or ""
+        nothing_to_say = action.nargs == 0 or action.default in (None, argparse.SUPPRESS) or "[default:" in text
+        return text if nothing_to_say else f"{text} [default: %(default)s]"
+
+    def _format_action_invocation(self, action: argparse.Action) -> str:
+        """``-o, --out DIR``, the value once."""
+        if not action.option_strings or action.nargs == 0:
+            return super()._format_action_invocation(action)
+        return f"{', '.join(action.option_strings)} {self._format_args(action, action.dest.upper())}"
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """An argument parser whose errors take one line.
+
+    Args:
+        examples: arguments of the command, one string for each example.
+        arguments, options: of the parser.
+    """
+
+    def __init__(self, *arguments: Any, examples: Sequence[str] = (), **options: Any) -> None:
+        super().__init__(*arguments, **{"formatter_class": Help, **options})
+        self.examples = tuple(examples)
+
+    def error(self, message: str) -> NoReturn:
+        """Print the reason alone and exit with status 2."""
+        print_error(message)
+        raise SystemExit(Exit.BAD_INPUT)
+
+    def format_help(self) -> str:
+        """The help, with the examples at its end."""
+        lines = [f"  {self.prog} {example}".rstrip() for example in self.examples]
+        return super().format_help() + ("\nexamples:\n" + "\n".join(lines) + "\n") * bool(lines)
+
+    def parse_example(self, example: str) -> argparse.Namespace:
+        """What an example of the help means."""
+        return self.parse_args(shlex.split(example))
+
+
+def command_parser(name: str, description: str, examples: Sequence[str]) -> OneLineParser:
+    """The parser of a command, with the options that every command has.
+
+    Args:
+        name: of the command.
+        description: what it does.
+        examples: arguments of the command, one string for each example.
+    """
+    parser = OneLineParser(called(name), description=description, examples=examples)
+    parser.add_argument(
+        "-V", "--version", action="version", version=f"tpbso-casadi {version('tpbso-casadi')}", help="print the version"
+    )
+    add_verbose(parser, default=0)
+    return parser
+
+
+def add_verbose(parser: argparse.ArgumentParser, default: int | str) -> None:
+    """The option of every command, and of the commands below it, where ``argparse.SUPPRESS`` is the default."""
+    parser.add_argument(
+        "-v",
+        "--verbose",
+        action="count",
+        default=default,
+        help="say on standard error what is done and how long it took; -vv says more",
+    )
+
+
+def called(name: str) -> str:
+    """How the user has called a command: ``tpbso NAME``, or ``python -m tpbso_casadi.NAME``."""
+    return sys.argv[0] if sys.argv[0].endswith((f" {name}", f".{name}")) else f"tpbso {name}"
+
 
 LOGGERS = ("tpbso_casadi", "problems", "solvers")  # the packages, parents of their modules' loggers
 LEVELS = (logging.WARNING, logging.INFO, logging.DEBUG)
@@ -31,7 +140,7 @@ class LineFormatter(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """The record as a line."""
-        return one_line(super().format(record))
+        return one_line(super().format(record), LONGEST_PART)
 
 
 @contextmanager
@@ -81,7 +190,7 @@ def run_command(
     with logged(options.verbose):
         began = time.perf_counter()
         LOG.debug("%s", ", ".join(f"{name} {version}" for name, version in versions().items()))
-        status = exit_code_of(lambda: work(options), failures, interrupted)
+        status = exit_code_of(partial(work, options), failures, interrupted)
         LOG.info("%s: exit status %d after %.3f s", parser.prog, status, time.perf_counter() - began)
         return status
 
@@ -98,53 +207,14 @@ def exit_code_of(work: Callable[[], int], failures: tuple[type[Exception], ...],
         return Exit.INTERRUPTED
 
 
-RUNS = Path("runs")
-LONGEST_NAME = 120  # characters
-CHANGES = {  # what an option adds to the name
-    "links": "{}-links",
-    "objective": "{}",
-    "elbow": "elbow-{}",
-    "motion": "{}",
-    "formulation": "{}",
-    "knot_redundancy": "{}-redundancy",
-    "population": "population-{}",
-    "iterations": "{}-iterations",
-    "evaluations": "{}-evaluations",
-    "time_limit": "{:g}-s",
-    "within": "within-{:g}-s",
-    "polish_starts": "polish-{}",
-}
+@contextmanager
+def named(what: object) -> Iterator[None]:
+    """Let errors of a scenario begin with its name.
 
-
-def run_folder(options: argparse.Namespace, scenario: Scenario) -> Path:
-    """``runs/SCENARIO-SOLVER-SEED``, and what the command line changes; with a number where that is another plan's."""
-    parts = [Path(options.scenario).stem]
-    parts += [_word(scenario.solver.name), str(scenario.solver.seed)] if scenario.task.is_searched else []
-    for option, form in CHANGES.items():
-        value = getattr(options, option)
-        if value is not None:
-            parts.append(form.format(_word(value) if isinstance(value, str) else value))
-    if options.retime is not None:
-        parts.append("retimed" if options.retime else "not-retimed")
-    if options.polish and options.polish_starts is None:
-        parts.append("polish")
-    return free_folder("-".join(parts), scenario)
-
-
-def free_folder(name: str, scenario: Scenario) -> Path:
-    """The folder of that name among the runs, with a number where it is another plan's."""
-    name = re.sub(r"[^\w.+-]+", "_", name)[:LONGEST_NAME]
-    numbered = (RUNS / (name if number == 1 else f"{name}-{number}") for number in count(1))
-    return next(folder for folder in numbered if _is_free(folder, scenario))
-
-
-def _word(name: str) -> str:
-    """The class of a plug-in's ``package.module:Class``."""
-    return name.rsplit(":", maxsplit=1)[-1]
-
-
-def _is_free(folder: Path, scenario: Scenario) -> bool:
-    """Whether there is nothing, or the same plan."""
-    if not folder.exists() and not folder.is_symlink():
-        return True
-    return stored_content(folder).get("scenario") == scenario.model_dump(mode="json")
+    Raises:
+        ScenarioError: one.
+    """
+    try:
+        yield
+    except ScenarioError as error:
+        raise ScenarioError(f"{what}: {error}") from error

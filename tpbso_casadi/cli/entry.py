@@ -85,7 +85,7 @@ def _leave(number: int, frame: FrameType | None) -> NoReturn:
 def _guarded(main: Callable[[], int]) -> int:
     """The exit status of a command; what it raises is one line."""
     from solvers.budget import Interruption  # noqa: PLC0415 (loads CasADi)
-    from tpbso_casadi.cli.common import print_error  # noqa: PLC0415 (likewise)
+    from tpbso_casadi.cli.command import print_error  # noqa: PLC0415 (likewise)
 
     interruption = Interruption()
     interruption.install(*STOP_SIGNALS)

@@ -1,99 +1,73 @@
-"""Options that commands share, their parser and their words for completion."""
+"""Options that commands share, and types of their values."""
 
 from __future__ import annotations
 
 import argparse
-import shlex
-import shutil
-import sys
-from collections.abc import Callable, Iterable, Sequence
-from importlib.metadata import version
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, NoReturn, TypeAlias
+from typing import TypeAlias
 
 from problems.evaluation import BACKENDS
-from tpbso_casadi.cli.common import Exit, natural, path, positive_float, print_error, whole_number
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
-from tpbso_casadi.scenario import MOST_EVALUATIONS, shown
+from tpbso_casadi.scenario import LARGEST, LARGEST_SEED, LONGEST_WORD, MOST_EVALUATIONS, SMALLEST, shown
 
-WIDEST = 100  # columns of a help text
-
-
-class Help(argparse.HelpFormatter):
-    """At most ``WIDEST`` columns wide; ends the help of every option that takes a value with its default."""
-
-    def __init__(self, prog: str) -> None:
-        super().__init__(prog, max_help_position=30, width=min(shutil.get_terminal_size().columns, WIDEST) - 2)
-
-    def _get_help_string(self, action: argparse.Action) -> str:
-        text = action.help or ""
-        nothing_to_say = action.nargs == 0 or action.default in (None, argparse.SUPPRESS) or "[default:" in text
-        return text if nothing_to_say else f"{text} [default: %(default)s]"
-
-    def _format_action_invocation(self, action: argparse.Action) -> str:
-        """``-o, --out DIR``, the value once."""
-        if not action.option_strings or action.nargs == 0:
-            return super()._format_action_invocation(action)
-        return f"{', '.join(action.option_strings)} {self._format_args(action, action.dest.upper())}"
+MOST = 1_000_000_000  # of anything that is counted
 
 
-class OneLineParser(argparse.ArgumentParser):
-    """An argument parser whose errors take one line.
+def whole_number(least: int, most: int) -> Callable[[str], int]:
+    """A type of options for argparse: a whole number in a range."""
 
-    Args:
-        examples: arguments of the command, one string for each example.
-        arguments, options: of the parser.
-    """
+    def parse(text: str) -> int:
+        try:
+            number = int(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"a whole number is needed, not {shown(text)}") from None
+        if number > most:
+            raise argparse.ArgumentTypeError(f"{shown(number)} is more than {most}")
+        if number < least:
+            below = {0: "negative", 1: "not positive"}.get(least, f"less than {least}")
+            raise argparse.ArgumentTypeError(f"{shown(number)} is {below}")
+        return number
 
-    def __init__(self, *arguments: Any, examples: Sequence[str] = (), **options: Any) -> None:
-        super().__init__(*arguments, **{"formatter_class": Help, **options})
-        self.examples = tuple(examples)
-
-    def error(self, message: str) -> NoReturn:
-        """Print the reason alone and exit with status 2."""
-        print_error(message)
-        raise SystemExit(Exit.BAD_INPUT)
-
-    def format_help(self) -> str:
-        """The help, with the examples at its end."""
-        lines = [f"  {self.prog} {example}".rstrip() for example in self.examples]
-        return super().format_help() + ("\nexamples:\n" + "\n".join(lines) + "\n") * bool(lines)
-
-    def parse_example(self, example: str) -> argparse.Namespace:
-        """What an example of the help means."""
-        return self.parse_args(shlex.split(example))
+    return parse
 
 
-def command_parser(name: str, description: str, examples: Sequence[str]) -> OneLineParser:
-    """The parser of a command, with the options that every command has.
-
-    Args:
-        name: of the command.
-        description: what it does.
-        examples: arguments of the command, one string for each example.
-    """
-    parser = OneLineParser(called(name), description=description, examples=examples)
-    parser.add_argument(
-        "-V", "--version", action="version", version=f"tpbso-casadi {version('tpbso-casadi')}", help="print the version"
-    )
-    add_verbose(parser, default=0)
-    return parser
+positive_int = whole_number(1, MOST)
+natural = whole_number(0, LARGEST_SEED)
 
 
-def add_verbose(parser: argparse.ArgumentParser, default: int | str) -> None:
-    """The option of every command, and of the commands below it, where ``argparse.SUPPRESS`` is the default."""
-    parser.add_argument(
-        "-v",
-        "--verbose",
-        action="count",
-        default=default,
-        help="say on standard error what is done and how long it took; -vv says more",
-    )
+def positive_number(most: float, or_zero: bool = False) -> Callable[[str], float]:
+    """A type of options for argparse: a number above 0, or 0 where that will do, of a size to be computed with."""
+    what = "0 or a positive number" if or_zero else "a positive number"
+
+    def parse(text: str) -> float:
+        try:
+            number = float(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"a number is needed, not {shown(text)}") from None
+        if not (SMALLEST <= number <= most or (or_zero and number == 0.0)):
+            raise argparse.ArgumentTypeError(f"{text} is not {what} from {SMALLEST:g} to {most:g}")
+        return number
+
+    return parse
 
 
-def called(name: str) -> str:
-    """How the user has called a command: ``tpbso NAME``, or ``python -m tpbso_casadi.NAME``."""
-    return sys.argv[0] if sys.argv[0].endswith((f" {name}", f".{name}")) else f"tpbso {name}"
+positive_float = positive_number(LARGEST)
+not_negative = positive_number(LARGEST, or_zero=True)
+
+
+def printable_name(text: str) -> str:
+    """A name, for argparse."""
+    if len(text) > LONGEST_WORD or not text.isprintable():
+        raise argparse.ArgumentTypeError(f"a name of at most {LONGEST_WORD} printable characters is needed")
+    return text
+
+
+def path(text: str) -> Path:
+    """The path of a file or folder, for argparse."""
+    if not text or "\0" in text:
+        raise argparse.ArgumentTypeError(f"a path is needed, not {shown(text)}")
+    return Path(text)
 
 
 Group: TypeAlias = argparse._ActionsContainer

@@ -1,18 +1,18 @@
-"""What a command writes."""
+"""What a command writes, and into which folder."""
 
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Self
 
 from solvers import Interruption
-from tpbso_casadi.animation.write import animate, check_animation
-from tpbso_casadi.cli.common import path, positive_number
 from tpbso_casadi.cli.options import (
     add_figures_option,
     add_json,
@@ -23,9 +23,12 @@ from tpbso_casadi.cli.options import (
     figure_formats,
     listed,
     output_group,
+    path,
+    positive_number,
 )
 from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import PlannedMotion, Progress
+from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage import (
     DEFAULT_RATE,
     EXPORTS,
@@ -34,6 +37,7 @@ from tpbso_casadi.storage import (
     OutputError,
     check_run_folder,
     export_motion,
+    stored_content,
 )
 
 
@@ -126,6 +130,8 @@ class Output:
         elif self.exports:
             raise OutputError("--export: needs a run folder; say --out DIR too")
         if self.film is not None:
+            from tpbso_casadi.animation.write import check_animation  # noqa: PLC0415 (loads matplotlib)
+
             check_animation(self.film)
             inner = None if folder is None else self._place_in(folder)
             if inner is not None and len(inner.parts) > 1:
@@ -167,6 +173,57 @@ class Output:
         return place.relative_to(folder.resolve()) if place.is_relative_to(folder.resolve()) else None
 
     def _film(self, plan: PlannedMotion, progress: Progress, folder: Path) -> None:
+        from tpbso_casadi.animation.write import animate  # noqa: PLC0415 (loads matplotlib)
+
         assert self.film is not None
         progress.phase("filming")
         animate(folder / self.film.name, self.title, plan.motion)
+
+
+RUNS = Path("runs")
+LONGEST_NAME = 120  # characters
+CHANGES = {  # what an option adds to the name
+    "links": "{}-links",
+    "objective": "{}",
+    "elbow": "elbow-{}",
+    "motion": "{}",
+    "formulation": "{}",
+    "knot_redundancy": "{}-redundancy",
+    "population": "population-{}",
+    "iterations": "{}-iterations",
+    "evaluations": "{}-evaluations",
+    "time_limit": "{:g}-s",
+    "within": "within-{:g}-s",
+    "polish_starts": "polish-{}",
+}
+
+
+def run_folder(options: argparse.Namespace, scenario: Scenario) -> Path:
+    """``runs/SCENARIO-SOLVER-SEED``, and what the command line changes; with a number where that is another plan's."""
+    parts = [Path(options.scenario).stem]
+    parts += [_word(scenario.solver.name), str(scenario.solver.seed)] if scenario.task.is_searched else []
+    for option, form in CHANGES.items():
+        value = getattr(options, option)
+        if value is not None:
+            parts.append(form.format(_word(value) if isinstance(value, str) else value))
+    if options.retime is not None:
+        parts.append("retimed" if options.retime else "not-retimed")
+    if options.polish and options.polish_starts is None:
+        parts.append("polish")
+    return free_folder("-".join(parts), scenario)
+
+
+def free_folder(name: str, scenario: Scenario) -> Path:
+    """The folder of that name among the runs, with a number where it is another plan's."""
+    name = re.sub(r"[^\w.+-]+", "_", name)[:LONGEST_NAME]
+    numbered = (RUNS / (name if number == 1 else f"{name}-{number}") for number in count(1))
+    stated = scenario.model_dump(mode="json")
+    for folder in numbered:
+        if not (folder.exists() or folder.is_symlink()) or stored_content(folder).get("scenario") == stated:
+            return folder
+    raise AssertionError("numbers have no end")
+
+
+def _word(name: str) -> str:
+    """The class of a plug-in's ``package.module:Class``."""
+    return name.rsplit(":", maxsplit=1)[-1]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -16,7 +15,7 @@ from problems import InvalidProblem
 from problems.base import FloatArray
 from solvers import GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
 from tpbso_casadi.campaign import ExecutorError
-from tpbso_casadi.plain import settings_of
+from tpbso_casadi.plain import nearest, settings_of
 from tpbso_casadi.scenario import (
     ModelSection,
     PointsTask,
@@ -68,8 +67,8 @@ def check_keywords(keys: Iterable[str], known: Iterable[str]) -> None:
     known = sorted(known)
     unknown = next((key for key in keys if key not in known), None)
     if unknown is not None:
-        near = difflib.get_close_matches(unknown, known, n=1)
-        raise TypeError(f"there is no keyword {unknown!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
+        near = nearest(unknown, known)
+        raise TypeError(f"there is no keyword {unknown!r}" + (f"; did you mean {near!r}?" if near else ""))
 
 
 @contextmanager

@@ -12,7 +12,8 @@ from problems import CertificateStatus
 from tpbso_casadi.audit_report import impossible
 from tpbso_casadi.display.audit_tables import of_one, print_run_audit, print_scenario_audit, saved, sentences
 from tpbso_casadi.display.console import OutputConsole
-from tpbso_casadi.facade.showing import data_frame, heading, table
+from tpbso_casadi.facade.showing import data_frame
+from tpbso_casadi.html import heading, table
 
 if TYPE_CHECKING:
     import pandas as pd

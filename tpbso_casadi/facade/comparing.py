@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
 from rich.console import Console
@@ -33,11 +33,9 @@ from tpbso_casadi.campaign import (
     Summary,
     best_runs,
     budgeted,
-    check_size,
+    campaign_of,
     export,
-    function_grid,
     functions_of,
-    grid,
     in_process,
     parse_solver,
     parse_solvers,
@@ -49,9 +47,10 @@ from tpbso_casadi.campaign import (
     write_comparison,
 )
 from tpbso_casadi.facade.arguments import AnySolverChoice, function, in_words_of_python, solver_table
-from tpbso_casadi.facade.showing import chosen, data_frame, heading, table
+from tpbso_casadi.facade.showing import chosen, data_frame
 from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, scenario_of
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
+from tpbso_casadi.html import heading, table
 from tpbso_casadi.plain import settings_of
 from tpbso_casadi.scenario import Scenario, ScenarioError
 from tpbso_casadi.storage import writing
@@ -78,6 +77,15 @@ class Comparison:
     results: Results
     runs: tuple[AnyRun, ...]
     best: tuple[Best, ...]
+
+    @classmethod
+    def of(cls, runs: Sequence[AnyRun], store: Store) -> Self:
+        """The comparison of runs, as far as they are stored.
+
+        Raises:
+            StoreError: what is stored is no result, or not what a recomputation gives.
+        """
+        return cls(results_of(runs, store), tuple(runs), tuple(best_runs(runs, store)))
 
     @property
     def records(self) -> tuple[Record, ...]:
@@ -138,7 +146,7 @@ class Comparison:
             ValueError: there is no such figure, or it makes no sense for these runs.
         """
         from tpbso_casadi.campaign.drawn_figures import drawing_of  # noqa: PLC0415 (matplotlib is slow to load)
-        from tpbso_casadi.facade.showing import notebook_figure  # noqa: PLC0415
+        from tpbso_casadi.figures.notebook import notebook_figure  # noqa: PLC0415
 
         return notebook_figure(drawing_of(kind, self.results))
 
@@ -234,9 +242,7 @@ def compare(
         usual = FUNCTION_SOLVERS if functions and solvers is USUAL_SOLVERS else solvers
         specs = budgeted(specs_of(usual), budget, time_limit, starts if time_limit is None else None)
         stated = {} if functions else labelled(scenarios, keys)
-        check_size((len(functions) or len(stated)) * len(specs), seed, runs)
-        seeds = range(seed, seed + runs)
-        campaign = function_grid(functions, specs, seeds) if functions else grid(stated, specs, seeds)
+        campaign = campaign_of(functions, stated, specs, seed, runs)
         comparison = _done(campaign, workers, folder, progress)
     if folder is not None:
         comparison.save(folder)
@@ -261,7 +267,7 @@ def _done(
             progress(ended[0], len(campaign))
 
         run_campaign(campaign, store, executors, progress=count)
-        return Comparison(results_of(campaign, store), tuple(campaign), tuple(best_runs(campaign, store)))
+        return Comparison.of(campaign, store)
 
 
 def known_to_workers(campaign: Sequence[AnyRun]) -> bool:

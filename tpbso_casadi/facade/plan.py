@@ -15,12 +15,13 @@ from solvers import Result
 from tpbso_casadi.audit_report import audit_run
 from tpbso_casadi.facade.arguments import file_path, in_words_of_python, positive, times_array
 from tpbso_casadi.facade.audit import RunAudit
-from tpbso_casadi.facade.showing import RATE, chosen, data_frame, exports_of, heading, picture, table
+from tpbso_casadi.facade.showing import chosen, data_frame, exports_of
 from tpbso_casadi.figures import figure_writers, write_run
-from tpbso_casadi.figures.palette import FORMATS
+from tpbso_casadi.figures.palette import DEFAULT, FORMATS
+from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import Motion, PlannedMotion
 from tpbso_casadi.scenario import Scenario
-from tpbso_casadi.storage import RunResult, StoredRun, replace_folder, result_of, table_of, write_motion
+from tpbso_casadi.storage import DEFAULT_RATE, RunResult, StoredRun, replace_folder, result_of, table_of, write_motion
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -165,7 +166,7 @@ class Plan:
         Raises:
             ValueError: there is no such figure of this plan; lists those that there are.
         """
-        from tpbso_casadi.facade.showing import figure_of  # noqa: PLC0415 (matplotlib is slow to load)
+        from tpbso_casadi.figures.notebook import figure_of  # noqa: PLC0415 (matplotlib is slow to load)
 
         return figure_of(self.planned, kind)
 
@@ -199,7 +200,11 @@ class Plan:
         return Player.of(self.motion, repr(self)[1:-1], round(positive("height", height, "pixels")))
 
     def save(
-        self, folder: str | Path, export: Sequence[str] = (), figures: Sequence[str] = ("png",), rate: float = RATE
+        self,
+        folder: str | Path,
+        export: Sequence[str] = (),
+        figures: Sequence[str] = DEFAULT,
+        rate: float = DEFAULT_RATE,
     ) -> Path:
         """Write a run folder: ``result.json``, ``trajectory.csv``, figures and exports for a robot.
 
@@ -238,7 +243,7 @@ class Plan:
         return StoredRun(self.result, planned.motion, found, problem)
 
     def _repr_html_(self) -> str:
-        from tpbso_casadi.facade.showing import png_of  # noqa: PLC0415 (matplotlib is slow to load)
+        from tpbso_casadi.figures.notebook import png_of  # noqa: PLC0415 (matplotlib is slow to load)
 
         rows = [(v.name, v.worst, v.bound, v.unit, str(v.status), v.where) for v in self.verdicts]
         judged = table(("constraint", "worst", "limit", "unit", "for all t", "where"), rows)
@@ -270,7 +275,11 @@ class StoredPlan(Plan):
         return self.run
 
     def save(
-        self, folder: str | Path, export: Sequence[str] = (), figures: Sequence[str] = ("png",), rate: float = RATE
+        self,
+        folder: str | Path,
+        export: Sequence[str] = (),
+        figures: Sequence[str] = DEFAULT,
+        rate: float = DEFAULT_RATE,
     ) -> Path:
         """Write the run to another folder, as :meth:`Plan.save` does; figures of its search are left out."""
         place = file_path("folder", folder)

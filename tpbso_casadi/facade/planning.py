@@ -1,4 +1,4 @@
-"""``tp.plan`` and ``tp.replan``."""
+"""``tp.plan``, ``tp.replan``, ``tp.read_run`` and ``tp.audit``."""
 
 from __future__ import annotations
 
@@ -9,15 +9,18 @@ from typing import Any, TypeAlias
 
 from problems import Obstacle, Trajectory
 from problems.evaluation import EvaluationOptions
-from tpbso_casadi.facade.arguments import AnySolverChoice, in_words_of_python
+from tpbso_casadi.audit_report import audit_scenario
+from tpbso_casadi.facade.arguments import AnySolverChoice, file_path, in_words_of_python
+from tpbso_casadi.facade.audit import Audit, ScenarioAudit
 from tpbso_casadi.facade.own import AnyConstraint, AnyObjective
-from tpbso_casadi.facade.plan import Plan
-from tpbso_casadi.facade.statement import HasScenario, What, given_scenario, scenario_of
+from tpbso_casadi.facade.plan import Plan, StoredPlan
+from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, given_scenario, scenario_of
 from tpbso_casadi.planning import SILENT, PlannedMotion, Progress
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.replanning import Step
 from tpbso_casadi.replanning import replan as replan_motion
-from tpbso_casadi.scenario import Scenario, shown
+from tpbso_casadi.scenario import TITLES, Scenario, is_folder, plugin_failures_named, shown
+from tpbso_casadi.storage import read_run as read_stored_run
 
 
 def plan(
@@ -132,3 +135,38 @@ def replan(
     obstacles: Any = scene
     seen = tuple(obstacles) if given is None else given
     return replan_motion(executed, at_time, seen, within, every=every, fail_safe_rate=fail_safe_rate)
+
+
+def audit(what: Plan | What | HasScenario) -> Audit:
+    """Audit a plan, a run folder or a scenario.
+
+    Args:
+        what: a plan, or the path of a run folder: its certificate, its optimality, shadow prices of its limits, as
+            :meth:`Plan.audit`. Or anything else that :func:`plan` takes: the structure of the constraints of its search
+            model and of its nonlinear program, before anything is searched.
+
+    Raises:
+        InvalidRun: the folder has been changed, or a number in it is not what a recomputation gives.
+        ScenarioError: the task cannot be done.
+    """
+    if isinstance(what, Plan):
+        return what.audit()
+    if isinstance(what, str | Path) and what not in TITLES and is_folder(str(what)):
+        return read_run(what).audit()
+    check_plannable("what", what, "a plan, the folder of a run")
+    scenario = scenario_of(what)
+    with plugin_failures_named(scenario):
+        return ScenarioAudit(audit_scenario(scenario))
+
+
+def read_run(folder: str | Path) -> StoredPlan:
+    """The plan in a run folder, all of it computed again; of its search there is only the record, in its ``result``.
+
+    Args:
+        folder: that ``plan.save(folder)`` or ``tpbso solve`` wrote.
+
+    Raises:
+        TypeError: the folder is no path.
+        InvalidRun: a file is missing or was changed, or a number is not what a recomputation gives.
+    """
+    return StoredPlan.of(read_stored_run(file_path("folder", folder)))

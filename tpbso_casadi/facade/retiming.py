@@ -12,8 +12,8 @@ from problems import Limit, Obstacle, Trajectory
 from problems.base import FloatArray
 from problems.motions import JointPath
 from tpbso_casadi.facade.arguments import in_words_of_python, plain
-from tpbso_casadi.facade.auditing import read_run
 from tpbso_casadi.facade.plan import Plan
+from tpbso_casadi.facade.planning import read_run
 from tpbso_casadi.facade.robots import AnyRobot
 from tpbso_casadi.facade.robots import robot as robot_of
 from tpbso_casadi.facade.statement import obstacle_tables

@@ -1,58 +1,19 @@
-"""Results that show themselves: data frames, exports, figures, HTML.
-
-Imported only where a figure is drawn: matplotlib is slow to load.
-"""
+"""Results as data frames and files: what a call may ask for, checked."""
 
 from __future__ import annotations
 
-from base64 import b64encode
 from collections.abc import Collection, Iterable, Sequence
 from functools import partial
-from html import escape
 from importlib.util import find_spec
-from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
-from matplotlib.figure import Figure
-
 from tpbso_casadi.facade.arguments import in_words_of_python, positive
-from tpbso_casadi.figures.run import drawings_of
-from tpbso_casadi.planning import Motion, PlannedMotion
+from tpbso_casadi.planning import Motion
 from tpbso_casadi.scenario import shown
 from tpbso_casadi.storage import DEFAULT_RATE, EXPORTS, Writer, equal_steps, export_motion
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-def heading(text: str) -> str:
-    """A line in bold."""
-    return f"<p><b>{escape(text)}</b></p>"
-
-
-def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table; numbers with six digits, the rest as text."""
-    head = "".join(f"<th>{escape(text)}</th>" for text in headings)
-    body = "".join(f"<tr>{''.join(f'<td>{escape(cell(value))}</td>' for value in row)}</tr>" for row in rows)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def cell(value: object) -> str:
-    """A value as text."""
-    if value is None:
-        return ""
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def picture(png: bytes, alternative: str) -> str:
-    """A picture that is part of the page.
-
-    Args:
-        png: the file's content.
-        alternative: what it shows, in words.
-    """
-    data = b64encode(png).decode()
-    return f'<img alt="{escape(alternative)}" style="max-width: 100%" src="data:image/png;base64,{data}">'
 
 
 def data_frame(content: Any) -> pd.DataFrame:
@@ -66,9 +27,6 @@ def data_frame(content: Any) -> pd.DataFrame:
     import pandas as pd  # noqa: PLC0415 (optional, and slow to load)
 
     return pd.DataFrame(content)
-
-
-RATE = DEFAULT_RATE  # Hz
 
 
 def chosen(argument: str, kinds: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
@@ -86,7 +44,7 @@ def chosen(argument: str, kinds: Sequence[str], known: Collection[str]) -> tuple
     return kinds
 
 
-def exports_of(motion: Motion, kinds: Sequence[str], rate: float = RATE) -> list[Writer]:
+def exports_of(motion: Motion, kinds: Sequence[str], rate: float = DEFAULT_RATE) -> list[Writer]:
     """What writes each export, at a rate in Hz.
 
     Raises:
@@ -98,38 +56,3 @@ def exports_of(motion: Motion, kinds: Sequence[str], rate: float = RATE) -> list
         with in_words_of_python():
             equal_steps(motion, hertz)
     return [partial(export_motion, motion=motion, kind=kind, rate=hertz) for kind in exports]
-
-
-DOTS_PER_INCH = 100
-
-
-class ShownFigure(Figure):
-    """A figure that a notebook shows, where pyplot has never been loaded too."""
-
-    def _repr_png_(self) -> bytes:
-        return png_of(self)
-
-
-def notebook_figure(figure: Figure) -> Figure:
-    """The same figure as one that a notebook shows."""
-    figure.__class__ = ShownFigure  # Matplotlib's own class has no picture of itself
-    return figure
-
-
-def png_of(figure: Figure) -> bytes:
-    """The content of a PNG file."""
-    file = BytesIO()
-    figure.savefig(file, format="png", dpi=DOTS_PER_INCH)
-    return file.getvalue()
-
-
-def figure_of(plan: PlannedMotion, kind: str) -> Figure:
-    """One figure of a plan.
-
-    Raises:
-        ValueError: there is no such figure of this plan; lists those that there are.
-    """
-    drawings = drawings_of(plan)
-    if kind not in drawings:
-        raise ValueError(f"kind: there is no figure {kind!r} of this plan; there are {', '.join(drawings)}")
-    return notebook_figure(drawings[kind]())

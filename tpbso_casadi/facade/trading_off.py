@@ -17,14 +17,14 @@ from problems.evaluation import EvaluationOptions
 from solvers import deferred_interrupt
 from tpbso_casadi.facade.arguments import in_words_of_python, plain
 from tpbso_casadi.facade.plan import StoredPlan
-from tpbso_casadi.facade.showing import chosen, data_frame, heading, picture, table
+from tpbso_casadi.facade.showing import chosen, data_frame
 from tpbso_casadi.facade.statement import HasScenario, What, scenario_of
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
+from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import SILENT, Progress
 from tpbso_casadi.scenario import ScenarioError, hint, in_words
 from tpbso_casadi.storage import read_run
-from tpbso_casadi.trade_off import METHODS, Objectives, Point, Store, TradeOff, Work, method_named
-from tpbso_casadi.trade_off import Front as FrontOfPoints
+from tpbso_casadi.trade_off import METHODS, FrontWork, Objectives, Point, PointFront, TradeOff, open_front
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -76,7 +76,7 @@ class Front:
 
     def plot(self) -> Figure:
         """The front, and the points that are dominated."""
-        from tpbso_casadi.facade.showing import notebook_figure  # noqa: PLC0415 (matplotlib is slow to load)
+        from tpbso_casadi.figures.notebook import notebook_figure  # noqa: PLC0415 (matplotlib is slow to load)
         from tpbso_casadi.trade_off.front_figures import front_figure  # noqa: PLC0415
 
         return notebook_figure(front_figure(self.trade_off))
@@ -95,12 +95,7 @@ class Front:
             ValueError: there is no such format.
             OutputError: it cannot be written.
         """
-        from tpbso_casadi.trade_off.front_figures import draw_front  # noqa: PLC0415 (matplotlib is slow to load)
-
-        formats = chosen("figures", figures, FORMATS)
-        self.trade_off.write(Path(folder))
-        if formats:
-            draw_front(Path(folder), self.trade_off, formats)
+        self.trade_off.save(Path(folder), chosen("figures", figures, FORMATS))
         return Path(folder)
 
     def __len__(self) -> int:
@@ -114,7 +109,7 @@ class Front:
         return f"<front: {len(self)} certified plans, {', '.join(ranges)}>"
 
     def _repr_html_(self) -> str:
-        from tpbso_casadi.facade.showing import png_of  # noqa: PLC0415 (matplotlib is slow to load)
+        from tpbso_casadi.figures.notebook import png_of  # noqa: PLC0415 (matplotlib is slow to load)
 
         rows = [list(row.values()) for row in self.table]
         return heading(repr(self)[1:-1]) + picture(png_of(self.plot()), "the front") + table(list(self.table[0]), rows)
@@ -168,13 +163,10 @@ def pareto(
         stated = Objectives(scenario_of(what, **keys), names)
         _check(points, method)
         formats = chosen("figures", figures, FORMATS)
-        made = method_named(method, stated, points)
         place = Path(opened.enter_context(TemporaryDirectory())) if folder is None else Path(folder)
-        asked = {"scenario": stated.scenario.model_dump(), "objectives": stated.names}
-        store = Store.open(place, asked, made.name, made.settings, overwrite)
-        stated.problems()  # what cannot be planned is said before anything is
+        made, store = open_front(stated, method, points, place, overwrite)
         with deferred_interrupt() as interruption:
-            work = Work(
+            work = FrontWork(
                 objectives=stated,
                 store=store,
                 plots=plots and folder is not None,
@@ -206,7 +198,7 @@ def _front(trade_off: TradeOff, method: str, place: Path) -> Front:
     Raises:
         ScenarioError: it is empty.
     """
-    points = FrontOfPoints.of(trade_off.points[method]).points
+    points = PointFront.of(trade_off.points[method]).points
     if not points:
         raise ScenarioError("no plan is certified, not even at an end of the front: more evaluations, or another seed")
     plans = [StoredPlan.of(read_run(place / point.folder)) for point in points if point.folder]

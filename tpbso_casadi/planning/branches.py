@@ -12,19 +12,17 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from math import inf
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import casadi as ca
 import numpy as np
 
 from problems import Problem
 from problems.base import FloatArray
-from problems.evaluation import EvaluationOptions
-from solvers import IPOPT, Archive, Box, Budget, Interruption, Result, Solver, minimize
+from solvers import IPOPT, Archive, Box, Budget, Result, Solver, minimize
 from tpbso_casadi.planning.finishing import Polish, Refinement, SearchedMotion, distinct, is_better, refine, retimed
 from tpbso_casadi.planning.motion import Motion, motion_of
-from tpbso_casadi.planning.progress import Progress, log_search
-from tpbso_casadi.scenario import SolverSection
+from tpbso_casadi.planning.progress import Planning, Progress, log_search
 
 FINALISTS = 3  # the race's own pick alone is unreliable
 CLOSE = 1.15  # times the best cost of the race: what is above is not planned
@@ -34,15 +32,8 @@ WORTH = 0.8  # of what a branch's own posture takes in free space: about what a 
 RACE_TIME = 0.4  # of a time limit, for all branches together
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A branch that has been searched briefly.
-
-    Attributes:
-        problem: that keeps to it.
-        cost: the best that was found.
-        x: the candidate, (d,).
-    """
+class RacedBranch(NamedTuple):
+    """A branch that has been searched briefly: the problem that keeps to it, the best cost and its candidate, (d,)."""
 
     problem: Problem[Any]
     cost: float
@@ -50,53 +41,48 @@ class Entry:
 
 
 def best_of_branches(
-    problem: Problem[Any],
-    solver: Solver,
-    settings: SolverSection,
-    evaluation: EvaluationOptions | None,
-    progress: Progress,
-    interruption: Interruption,
-    planned: Callable[[Problem[Any], SolverSection], SearchedMotion],
+    problem: Problem[Any], planning: Planning, planned: Callable[[Problem[Any], Planning], SearchedMotion]
 ) -> SearchedMotion:
     """The best plan of the race's finalists.
 
+    Ctrl-C ends the race; the best so far is planned with what is left of its search.
+
     Args:
         problem: with several branches.
-        solver: of all searches.
-        settings: of a finalist's search; a time limit is that of everything.
-        evaluation: how populations are evaluated.
-        progress: is told what begins.
-        interruption: ends the race; the best so far is planned with what is left of its search.
+        planning: its settings are those of a finalist's search; a time limit is that of everything.
         planned: the whole plan of a problem that keeps to one branch.
     """
-    progress.phase("racing branches")
+    planning.progress.phase("racing branches")
+    settings, interruption = planning.settings, planning.interruption
     whole = settings.budget() if settings.within is None else Budget(seconds=settings.within)
     budget = _short(whole, len(problem.branches))
-    entries: list[Entry] = []
+    raced: list[RacedBranch] = []
     for branch in problem.branches:
-        if interruption.requested and entries:
+        if interruption.requested and raced:
             break
-        if WORTH * _in_time(branch) < min((entry.cost for entry in entries), default=inf):
-            entries.append(_raced(branch, solver, budget, settings.seed, evaluation, progress, interruption))
-    left = _left(settings)
+        if WORTH * _in_time(branch) < min((each.cost for each in raced), default=inf):
+            raced.append(_raced(branch, planning, budget))
+    limits = {"time_limit": settings.time_limit, "within": settings.within}
+    share = (1.0 - RACE_TIME) / FINALISTS  # of the time, for each finalist
+    left = planning.with_settings(**{key: share * s for key, s in limits.items() if s is not None})
     best: SearchedMotion | None = None
-    for number, entry in enumerate(_finalists(entries), start=1):
+    for number, finalist in enumerate(_finalists(raced), start=1):
         if best is not None and interruption.requested:
             break
-        found = planned(entry.problem, left)
+        found = planned(finalist.problem, left)
         best = found if best is None or is_better(found.motion, best.motion) else best
-        best = replace(best, rounds=len(entries) + number)
+        best = replace(best, rounds=len(raced) + number)
     assert best is not None
     return replace(best, interrupted=interruption.requested)
 
 
-def _finalists(entries: Sequence[Entry]) -> list[Entry]:
+def _finalists(raced: Sequence[RacedBranch]) -> list[RacedBranch]:
     """The best of the race, those last that slip through something between their samples."""
-    clear: list[Entry] = []
-    slipping: list[Entry] = []
-    for entry in sorted(entries, key=lambda each: each.cost):
-        if len(clear) < FINALISTS and not (clear and entry.cost > CLOSE * clear[0].cost):
-            (slipping if motion_of(entry.problem, entry.x).worst_violation > DEEP else clear).append(entry)
+    clear: list[RacedBranch] = []
+    slipping: list[RacedBranch] = []
+    for each in sorted(raced, key=lambda one: one.cost):
+        if len(clear) < FINALISTS and not (clear and each.cost > CLOSE * clear[0].cost):
+            (slipping if motion_of(each.problem, each.x).worst_violation > DEEP else clear).append(each)
     return (clear or slipping)[:FINALISTS]
 
 
@@ -108,18 +94,12 @@ def _in_time(branch: Problem[Any]) -> float:
     return float(objective.terminal(ca.DM(branch.free_space_time)))
 
 
-def _raced(
-    branch: Problem[Any],
-    solver: Solver,
-    budget: Budget,
-    seed: int,
-    evaluation: EvaluationOptions | None,
-    progress: Progress,
-    interruption: Interruption,
-) -> Entry:
-    evaluate = interruption.breakable(partial(branch.evaluator, evaluation))
-    found = minimize(evaluate, Box(*branch.bounds), solver, budget, seed, progress.status)
-    return Entry(branch, found.cost, found.x)
+def _raced(branch: Problem[Any], planning: Planning, budget: Budget) -> RacedBranch:
+    solver = planning.solver
+    assert isinstance(solver, Solver)
+    evaluate, box = planning.evaluator(branch), Box(*branch.bounds)
+    found = minimize(evaluate, box, solver, budget, planning.settings.seed, planning.progress.status)
+    return RacedBranch(branch, found.cost, found.x)
 
 
 def _short(whole: Budget, branches: int) -> Budget:
@@ -132,21 +112,14 @@ def _short(whole: Budget, branches: int) -> Budget:
     return Budget(share(whole.evaluations), share(whole.iterations), seconds)
 
 
-def _left(settings: SolverSection) -> SolverSection:
-    """The settings of a finalist: its part of the time that the race leaves."""
-    limits = {"time_limit": settings.time_limit, "within": settings.within}
-    share = (1.0 - RACE_TIME) / FINALISTS
-    return settings.model_copy(update={key: share * s for key, s in limits.items() if s is not None})
-
-
-ROUND = 10_000  # evaluations of a search in a series of them, unless the scenario says how many
+ROUND_EVALUATIONS = 10_000  # of a search in a series of them, unless the scenario says how many
 SEARCH_SHARE = 0.5  # of the time that is left, at most, for a search
 CANDIDATES = 3  # of each search that are refined, unless the scenario says how many
 STRUCTURED = 4  # starts of the program after each of these
 
 
 @dataclass(frozen=True)
-class Round:
+class SearchRound:
     """A search, and what was made of it.
 
     Attributes:
@@ -167,53 +140,56 @@ class Round:
         return not self.outlook.feasible, self.outlook.merit
 
 
-Improve: TypeAlias = Callable[[Result, Motion, Archive, float], Round]
+Improve: TypeAlias = Callable[[Result, Motion, Archive, float], SearchRound]
 
 
-def best_within(
-    problem: Problem[Any],
-    solver: Solver,
-    asked: SolverSection,
-    evaluation: EvaluationOptions | None,
-    progress: Progress,
-    interruption: Interruption,
-    known: FloatArray | None = None,
-) -> tuple[Round, int]:
-    """The best round of ``asked.within`` seconds, and how many there were: search, refine, and again with a new seed.
+def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known: FloatArray | None) -> SearchedMotion:
+    """The best of as many rounds as the seconds of the settings allow: search, refine, and again with a new seed.
 
     The first search is done in any case, and begins with what is known, candidates (m, d); refining follows if time is
     left. Results depend on the machine.
     """
+    asked, progress, interruption = planning.settings, planning.progress, planning.interruption
     assert asked.within is not None
     ends = time.perf_counter() + asked.within
     box = Box(*problem.bounds)
-    evaluate = interruption.breakable(partial(problem.evaluator, evaluation))
-    improve = _descents(problem, asked, progress, interruption) if problem.is_descended else _programs(progress)
-    rounds: list[Round] = []
+    evaluate = planning.evaluator(problem)
+    improve = _descents(problem, planning) if problem.is_descended else _programs(progress)
+    rounds: list[SearchRound] = []
     while not rounds or (time.perf_counter() < ends and not interruption.requested):
         left, archive = ends - time.perf_counter(), Archive(box)
-        budget = Budget(asked.evaluations or ROUND, asked.iterations, SEARCH_SHARE * left if left > 0.0 else None)
+        evaluations = asked.evaluations or ROUND_EVALUATIONS
+        budget = Budget(evaluations, asked.iterations, SEARCH_SHARE * left if left > 0.0 else None)
         progress.phase("searching")
         search = minimize(evaluate, box, solver, budget, asked.seed + len(rounds), progress.status, archive, known)
         log_search("search", search)
         known = None
         motion, left = motion_of(problem, search.x), ends - time.perf_counter()
         last = left <= 0.0 or interruption.requested
-        rounds.append(Round(search, motion, None, motion) if last else improve(search, motion, archive, left))
-    return min(rounds, key=lambda each: each.rank), len(rounds)
+        rounds.append(SearchRound(search, motion, None, motion) if last else improve(search, motion, archive, left))
+    best = min(rounds, key=lambda each: each.rank)
+    return SearchedMotion(
+        scenario=planning.scenario,
+        problem=problem,
+        search=best.search,
+        motion=best.motion,
+        polish=best.polish,
+        rounds=len(rounds),
+        interrupted=interruption.requested,
+    )
 
 
-def _descents(problem: Problem[Any], asked: SolverSection, progress: Progress, interruption: Interruption) -> Improve:
+def _descents(problem: Problem[Any], planning: Planning) -> Improve:
     """Descents of the nonlinear program from good candidates and structured starts."""
-    refinement = interruption.breakable(partial(Refinement, problem, IPOPT()))
-    structured = refinement.program.starts(np.random.default_rng(asked.seed))
+    refinement = planning.interruption.breakable(partial(Refinement, problem, IPOPT()))
+    structured = refinement.program.starts(np.random.default_rng(planning.settings.seed))
 
-    def improve(search: Result, motion: Motion, archive: Archive, seconds: float) -> Round:
-        chosen = distinct(problem, [search.x, *archive.x], asked.polish_starts or CANDIDATES)
+    def improve(search: Result, motion: Motion, archive: Archive, seconds: float) -> SearchRound:
+        chosen = distinct(problem, [search.x, *archive.x], planning.settings.polish_starts or CANDIDATES)
         starts = by_turns(structured, map(refinement.program.from_search, chosen))
-        progress.phase("polishing")
-        polish = refine(motion, starts, refinement, Budget(seconds=seconds), progress)
-        return Round(search, polish.chosen, polish, polish.chosen)
+        planning.progress.phase("polishing")
+        polish = refine(motion, starts, refinement, Budget(seconds=seconds), planning.progress)
+        return SearchRound(search, polish.chosen, polish, polish.chosen)
 
     return improve
 
@@ -221,8 +197,8 @@ def _descents(problem: Problem[Any], asked: SolverSection, progress: Progress, i
 def _programs(progress: Progress) -> Improve:
     """Sequential linear programs, which are also the plan's last stage: they tell what each motion will become."""
 
-    def improve(search: Result, motion: Motion, archive: Archive, seconds: float) -> Round:
-        return Round(search, motion, None, retimed(motion, progress).chosen)
+    def improve(search: Result, motion: Motion, archive: Archive, seconds: float) -> SearchRound:
+        return SearchRound(search, motion, None, retimed(motion, progress).chosen)
 
     return improve
 

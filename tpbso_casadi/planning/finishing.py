@@ -71,18 +71,6 @@ class Refinement:
         """From one start (n,) after the other; the best motion counts."""
         return descend(self, self.descent.stop, starts, self.merit, budget, seed, callback)
 
-    def multistart(
-        self,
-        budget: Budget,
-        seed: int,
-        callback: Callable[[Status], object] | None,
-        first: Sequence[Trajectory] = (),
-    ) -> DescentResult:
-        """From motions that are given, then from the program's own starts, again and again."""
-        own = self.program.starts(np.random.default_rng(seed))
-        starts = chain(map(self.program.from_trajectory, first), own)
-        return self.descend(starts, budget, seed, callback)
-
 
 @dataclass(frozen=True)
 class Polish:

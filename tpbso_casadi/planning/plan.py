@@ -7,81 +7,23 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from math import isfinite
 from typing import Any, TypeVar
 
 import numpy as np
 
 from problems import CertificateStatus, InvalidProblem, Problem, Trajectory
-from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers import IPOPT, AnySolver, Archive, Box, Interruption, Result, Solver, deferred_interrupt, minimize
+from solvers import IPOPT, Archive, Box, Interruption, Result, Solver, deferred_interrupt, minimize
 from tpbso_casadi.planning.branches import best_of_branches, best_within
 from tpbso_casadi.planning.finishing import PlannedMotion, Refinement, SearchedMotion, is_better, polish, retimed
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
-from tpbso_casadi.planning.progress import Progress, log_search
-from tpbso_casadi.scenario import FIELDS, Scenario, ScenarioError, SolverSection
+from tpbso_casadi.planning.progress import Planning, Progress, log_search
+from tpbso_casadi.scenario import FIELDS, Scenario, ScenarioError
 
 LOG = logging.getLogger(__name__)
-
-
-def timed(scenario: Scenario, criteria: Criteria, progress: Progress, interruption: Interruption) -> PlannedMotion:
-    """The motion of a scenario that states a path.
-
-    Raises:
-        ScenarioError: there is no motion along it.
-        KeyboardInterrupt: Ctrl-C.
-    """
-    began = time.perf_counter()
-    progress.phase("retiming")
-    try:
-        motion = interruption.breakable(partial(motion_along, criteria))
-    except InvalidProblem as error:
-        raise ScenarioError(f"task.{FIELDS.get(error.field, error.field)}: {error.reason}") from error
-    seconds = time.perf_counter() - began
-    LOG.info("retiming: a given path in %.3f s", seconds)
-    return PlannedMotion(scenario=scenario, motion=motion, seconds_timed=seconds)
-
-
-def motion_along(criteria: Criteria) -> Motion:
-    """The motion along a given path in the least time, verified.
-
-    Raises:
-        InvalidProblem: there is none.
-    """
-    return Motion(criteria, criteria.given_motion(), {})
-
-
-def candidates_of(problem: Problem[Any], previous: PlannedMotion | Motion | None) -> FloatArray | None:
-    """The candidates (m, d) that a plan leaves for the search of another problem; None where no plan is given.
-
-    They are the best candidate of its own search, where that had the same variables, and the motion itself, where the
-    problem can tell which candidate is nearest to it.
-
-    Raises:
-        ScenarioError: it has neither, or is of another number of joints.
-    """
-    if previous is None:
-        return None
-    joints = previous.trajectory.coefficients.shape[2]
-    if joints != problem.robot.dof:
-        raise ScenarioError(f"warm_start: a motion of {joints} joints for a robot of {problem.robot.dof}")
-    rows = [x for x in (_searched(problem, previous), problem.nearest_candidate(previous.trajectory)) if x is not None]
-    if not rows:
-        raise ScenarioError("warm_start: its search had other variables, and none can be fitted to its motion")
-    return np.stack(rows)
-
-
-def _searched(problem: Problem[Any], previous: PlannedMotion | Motion) -> FloatArray | None:
-    """The best candidate (d,) of its search, where there was one with the same variables."""
-    found = previous.searched if isinstance(previous, PlannedMotion) else None
-    if found is None or found.search.in_program_variables:
-        return None
-    names = [[variable.name for variable in each.variables] for each in (found.problem, problem)]
-    return found.search.x if names[0] == names[1] else None
-
-
 P = TypeVar("P", bound=PlannedMotion)
 SILENT = Progress()
 RESTARTS = 2  # of a search in space without a certified plan
@@ -118,28 +60,35 @@ def plan(
     with deferred_interrupt() as interruption:
         progress.phase("modelling")
         if not scenario.task.is_searched:
-            return _valued(timed(scenario, interruption.breakable(scenario.criteria), progress, interruption))
+            return _valued(_timed(scenario, progress, interruption))
         problem = interruption.breakable(scenario.problem) if problem is None else problem
-        solver = scenario.solver.build()
+        planning = Planning(
+            scenario=scenario,
+            solver=scenario.solver.build(),
+            settings=scenario.solver,
+            evaluation=evaluation,
+            progress=progress,
+            interruption=interruption,
+            starts=starts,
+        )
+        planned = partial(_planned, warm_start=warm_start)
+        if not problem.branches or planning.solver.solves_program:
+            return _valued(planned(problem, planning))
+        return _valued(best_of_branches(problem, planning, planned))
 
-        def once(branch: Problem[Any], settings: SolverSection) -> SearchedMotion:
-            stated = scenario.model_copy(update={"solver": settings})
-            found = untimed(stated, branch, solver, evaluation, progress, interruption, starts, warm_start)
-            found = finished(found, progress, interruption) if scenario.model.retime else found
-            return replace(found, scenario=scenario)
 
-        def planned(branch: Problem[Any], settings: SolverSection) -> SearchedMotion:
-            found = once(branch, settings)
-            for number in range(1, RESTARTS + 1 if may_start_again(scenario, branch) else 1):
-                if found.feasible or interruption.requested:
-                    break
-                other = once(branch, settings.model_copy(update={"seed": settings.seed + number}))
-                found = replace(other if is_better(other.motion, found.motion) else found, rounds=number + 1)
-            return found
-
-        if not problem.branches or solver.solves_program:
-            return _valued(planned(problem, scenario.solver))
-        return _valued(best_of_branches(problem, solver, scenario.solver, evaluation, progress, interruption, planned))
+def _timed(scenario: Scenario, progress: Progress, interruption: Interruption) -> PlannedMotion:
+    """The motion of a scenario that states a path."""
+    criteria = interruption.breakable(scenario.criteria)
+    began = time.perf_counter()
+    progress.phase("retiming")
+    try:
+        motion = interruption.breakable(lambda: Motion(criteria, criteria.given_motion(), {}))
+    except InvalidProblem as error:
+        raise ScenarioError(f"task.{FIELDS.get(error.field, error.field)}: {error.reason}") from error
+    seconds = time.perf_counter() - began
+    LOG.info("retiming: a given path in %.3f s", seconds)
+    return PlannedMotion(scenario=scenario, motion=motion, seconds_timed=seconds)
 
 
 def _valued(found: P) -> P:
@@ -154,46 +103,81 @@ def _valued(found: P) -> P:
     return found
 
 
+def _planned(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion | Motion | None) -> SearchedMotion:
+    """The whole plan of a problem that keeps to one branch, with other seeds where the first leads to nothing."""
+    found = _once(problem, planning, warm_start)
+    for number in range(1, RESTARTS + 1 if may_start_again(planning.scenario, problem) else 1):
+        if found.feasible or planning.interruption.requested:
+            break
+        other = _once(problem, planning.with_settings(seed=planning.settings.seed + number), warm_start)
+        found = replace(other if is_better(other.motion, found.motion) else found, rounds=number + 1)
+    return found
+
+
 def may_start_again(scenario: Scenario, problem: Problem[Any]) -> bool:
     """Whether searches with other seeds follow one that led to no certified plan: the way out of narrow passages."""
     timed = scenario.solver.within is not None or scenario.solver.time_limit is not None
     return problem.is_polished and scenario.model.retime and not timed
 
 
-def untimed(
-    scenario: Scenario,
-    problem: Problem[Any],
-    solver: AnySolver,
-    evaluation: EvaluationOptions | None,
-    progress: Progress,
-    interruption: Interruption,
-    starts: Sequence[Trajectory] = (),
-    warm_start: PlannedMotion | Motion | None = None,
-) -> SearchedMotion:
-    """A plan as search and polish find it.
+def _once(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion | Motion | None) -> SearchedMotion:
+    """Search, polish and timing with one seed.
 
     Raises:
         ScenarioError: a nonlinear program is asked for where there is none.
     """
-    if not problem.has_program:
-        for key, asked in (("name", solver.solves_program), ("within", scenario.solver.within is not None)):
-            if asked:
-                raise ScenarioError(f"solver.{key}: this task has no nonlinear program to descend")
-    if solver.solves_program:
-        first = starts if warm_start is None else (warm_start.trajectory, *starts)
-        return descended(scenario, problem, solver, progress, interruption, first)
-    known = candidates_of(problem, warm_start)
-    if scenario.solver.within is None:
-        return searched(scenario, problem, solver, evaluation, progress, interruption, starts, known)
-    best, rounds = best_within(problem, solver, scenario.solver, evaluation, progress, interruption, known)
+    within = planning.settings.within is not None
+    for key, asked in (("name", planning.solver.solves_program), ("within", within)):
+        if asked and not problem.has_program:
+            raise ScenarioError(f"solver.{key}: this task has no nonlinear program to descend")
+    if isinstance(planning.solver, IPOPT):
+        first = planning.starts if warm_start is None else (warm_start.trajectory, *planning.starts)
+        found = _descended(problem, planning, planning.solver, first)
+    elif within:
+        found = best_within(problem, planning, planning.solver, candidates_of(problem, warm_start))
+    else:
+        found = _searched(problem, planning, planning.solver, candidates_of(problem, warm_start))
+    return finished(found, planning.progress, planning.interruption) if planning.scenario.model.retime else found
+
+
+def _descended(problem: Problem[Any], planning: Planning, solver: IPOPT, first: Sequence[Trajectory]) -> SearchedMotion:
+    """A plan by gradients alone, from motions that are given, then from the program's own starts, again and again."""
+    refinement = planning.interruption.breakable(partial(Refinement, problem, solver))
+    planning.progress.phase("searching")
+    settings = planning.settings
+    own = refinement.program.starts(np.random.default_rng(settings.seed))
+    starts = chain(map(refinement.program.from_trajectory, first), own)
+    search = refinement.descend(starts, settings.budget(), settings.seed, planning.progress.status)
+    log_search("descent", search)
     return SearchedMotion(
-        scenario=scenario,
+        scenario=planning.scenario,
         problem=problem,
-        search=best.search,
-        motion=best.motion,
-        polish=best.polish,
-        rounds=rounds,
-        interrupted=interruption.requested,
+        search=search,
+        motion=refinement.motion(search.x),
+        interrupted=planning.interruption.requested,
+    )
+
+
+def _searched(problem: Problem[Any], planning: Planning, solver: Solver, known: FloatArray | None) -> SearchedMotion:
+    """A plan by a metaheuristic, polished if the scenario says so; the search begins with known candidates (m, d)."""
+    settings, progress, box = planning.settings, planning.progress, Box(*problem.bounds)
+    archive = Archive(box) if settings.polish_starts and problem.is_descended else None
+    evaluate = planning.evaluator(problem)
+    progress.phase("searching")
+    search = minimize(evaluate, box, solver, settings.budget(), settings.seed, progress.status, archive, known)
+    log_search("search", search)
+    motion = motion_of(problem, search.x)
+    refined = None
+    if archive is not None:
+        work = partial(polish, problem, motion, search.x, archive, settings.polish_starts, progress, planning.starts)
+        refined = planning.interruption.attempt(work)
+    return SearchedMotion(
+        scenario=planning.scenario,
+        problem=problem,
+        search=search,
+        motion=motion if refined is None else refined.chosen,
+        polish=refined,
+        interrupted=planning.interruption.requested,
     )
 
 
@@ -204,56 +188,30 @@ def finished(found: SearchedMotion, progress: Progress, interruption: Interrupti
     return replace(found, motion=motion, retiming=retiming, interrupted=interruption.requested)
 
 
-def descended(
-    scenario: Scenario,
-    problem: Problem[Any],
-    solver: IPOPT,
-    progress: Progress,
-    interruption: Interruption,
-    starts: Sequence[Trajectory] = (),
-) -> SearchedMotion:
-    """A plan by gradients alone."""
-    refinement = interruption.breakable(partial(Refinement, problem, solver))
-    progress.phase("searching")
-    search = refinement.multistart(scenario.solver.budget(), scenario.solver.seed, progress.status, starts)
-    log_search("descent", search)
-    motion = refinement.motion(search.x)
-    return SearchedMotion(
-        scenario=scenario, problem=problem, search=search, motion=motion, interrupted=interruption.requested
-    )
+def candidates_of(problem: Problem[Any], previous: PlannedMotion | Motion | None) -> FloatArray | None:
+    """The candidates (m, d) that a plan leaves for the search of another problem; None where no plan is given.
 
+    They are the best candidate of its own search, where that had the same variables, and the motion itself, where the
+    problem can tell which candidate is nearest to it.
 
-def searched(
-    scenario: Scenario,
-    problem: Problem[Any],
-    solver: Solver,
-    evaluation: EvaluationOptions | None,
-    progress: Progress,
-    interruption: Interruption,
-    starts: Sequence[Trajectory] = (),
-    known: FloatArray | None = None,
-) -> SearchedMotion:
-    """A plan by a metaheuristic, polished if the scenario says so."""
-    settings, box = scenario.solver, Box(*problem.bounds)
-    archive = Archive(box) if settings.polish_starts and problem.is_descended else None
-    evaluate = interruption.breakable(partial(problem.evaluator, evaluation))
-    progress.phase("searching")
-    search = minimize(evaluate, box, solver, settings.budget(), settings.seed, progress.status, archive, known)
-    log_search("search", search)
-    motion = motion_of(problem, search.x)
-    refined = None
-    if archive is not None:
-        work = partial(polish, problem, motion, search.x, archive, settings.polish_starts, progress, starts)
-        refined = interruption.attempt(work)
-    chosen = motion if refined is None else refined.chosen
-    return SearchedMotion(
-        scenario=scenario,
-        problem=problem,
-        search=search,
-        motion=chosen,
-        polish=refined,
-        interrupted=interruption.requested,
-    )
+    Raises:
+        ScenarioError: it has neither, or is of another number of joints.
+    """
+    if previous is None:
+        return None
+    joints = previous.trajectory.coefficients.shape[2]
+    if joints != problem.robot.dof:
+        raise ScenarioError(f"warm_start: a motion of {joints} joints for a robot of {problem.robot.dof}")
+    rows = []
+    found = previous.searched if isinstance(previous, PlannedMotion) else None
+    if found is not None and not found.search.in_program_variables:
+        before, now = ([variable.name for variable in each.variables] for each in (found.problem, problem))
+        rows = [found.search.x] if before == now else []
+    nearest = problem.nearest_candidate(previous.trajectory)
+    rows += [] if nearest is None else [nearest]
+    if not rows:
+        raise ScenarioError("warm_start: its search had other variables, and none can be fitted to its motion")
+    return np.stack(rows)
 
 
 def convergence(search: Result) -> tuple[FloatArray, FloatArray]:

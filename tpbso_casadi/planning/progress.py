@@ -1,12 +1,19 @@
-"""What is said while a plan is made."""
+"""What the stages of a plan share: scenario, solver, Ctrl-C, and who is told what begins."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, Self
 
-from solvers import Result, Status
+from problems import Problem, Trajectory
+from problems.evaluation import EvaluationOptions, PopulationFunction
+from solvers import AnySolver, Interruption, Result, Status
+from tpbso_casadi.scenario import Scenario, SolverSection
+
+LOG = logging.getLogger(__name__)
 
 
 def _nothing(told: object) -> None:
@@ -26,16 +33,43 @@ class Progress:
     phase: Callable[[str], object] = _nothing
 
 
-LOG = logging.getLogger(__name__)
+@dataclass(frozen=True, kw_only=True)
+class Planning:
+    """One plan as it is asked for; every stage of it is given the same.
+
+    Attributes:
+        scenario: robot, task and limits.
+        solver: of all searches.
+        settings: of this search: budget, seed, polish; those of the scenario or of a part of it.
+        evaluation: how populations are evaluated; None for the usual way.
+        progress: is told what begins, and how far it is.
+        interruption: Ctrl-C.
+        starts: motions that a descent begins with, before any candidate.
+    """
+
+    scenario: Scenario
+    solver: AnySolver
+    settings: SolverSection
+    evaluation: EvaluationOptions | None
+    progress: Progress
+    interruption: Interruption
+    starts: Sequence[Trajectory] = ()
+
+    def with_settings(self, **changes: Any) -> Self:
+        """The same with other keys of [solver]."""
+        return replace(self, settings=self.settings.model_copy(update=changes))
+
+    def evaluator(self, problem: Problem[Any]) -> PopulationFunction:
+        """What evaluates populations of a problem.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C.
+        """
+        return self.interruption.breakable(partial(problem.evaluator, self.evaluation))
 
 
 def log_search(what: str, search: Result) -> None:
-    """Log the effort of a search, and what ended it.
-
-    Args:
-        what: it was: "search", "polish".
-        search: its result.
-    """
+    """Log the effort of a search, "search" or "polish", and what ended it."""
     LOG.info(
         "%s: %d evaluations, %d %ss in %.3f s; stopped: %s",
         what,

@@ -69,7 +69,7 @@ SAME = 1e-9  # rad / s^n: differences between two motions that are one
 
 
 @dataclass(frozen=True)
-class Candidate:
+class StepCandidate:
     """A motion from now on.
 
     Attributes:

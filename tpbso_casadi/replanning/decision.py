@@ -17,8 +17,8 @@ from problems.evaluation import EvaluationOptions
 from problems.motions import SLIVER
 from problems.timing import MotionState
 from solvers import PSO, Archive, Box, Budget, minimize
-from tpbso_casadi.replanning.candidates import Candidate, direct_moves, lasting, stops
-from tpbso_casadi.replanning.proofs import RobotLimits, Scene, is_clear, stays_clear
+from tpbso_casadi.replanning.candidates import StepCandidate, direct_moves, lasting, stops
+from tpbso_casadi.replanning.proofs import ObservedScene, RobotLimits, is_clear, stays_clear
 
 MEMBERS = 80  # of a swarm whose iterations take little time of their own: a step has little
 KEPT = 8  # candidates of a search from which the next one begins
@@ -27,7 +27,7 @@ PROVEN = 3  # the best of a search are proven, in order of cost
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundMotion:
     """A motion that keeps everything at the samples of the search.
 
     Attributes:
@@ -91,7 +91,7 @@ class Search:
         obstacles: Sequence[Obstacle],
         known: Sequence[Trajectory],
         seconds: float | None,
-    ) -> Iterator[Found]:
+    ) -> Iterator[FoundMotion]:
         """The best motions, the fastest first, as far as they keep everything at their samples.
 
         Args:
@@ -122,7 +122,7 @@ class Search:
         self._known = archive.x[:KEPT]
         for x, cost in zip(archive.x[:PROVEN], archive.cost, strict=False):
             if cost <= problem.objective_upper_bound:
-                yield Found(problem.trajectory(x), x)
+                yield FoundMotion(problem.trajectory(x), x)
 
     def _first(self, problem: TimeMoveProblem, known: Sequence[Trajectory]) -> FloatArray:
         """Given motions as candidates, and those of the search before, where these have the same variables."""
@@ -159,7 +159,7 @@ class Judged:
         fail_safe: whether it can be stopped in time although predictions are wrong.
     """
 
-    candidate: Candidate
+    candidate: StepCandidate
     proof: ClearanceProof | None
     fixed: bool
     fail_safe: bool
@@ -195,7 +195,7 @@ class Decision:
     """
 
     limits: RobotLimits
-    scene: Scene
+    scene: ObservedScene
     executed: Trajectory
     is_proven: bool
     can_stop: bool
@@ -224,9 +224,9 @@ class Decision:
         return [self.executed.part(self.every, self.executed.duration)] if goes_on else []
 
     @cached_property
-    def old(self) -> Candidate:
+    def old(self) -> StepCandidate:
         """The motion that is executed, to its end."""
-        return Candidate("old", lasting(self.executed, self.every))
+        return StepCandidate("old", lasting(self.executed, self.every))
 
     @cached_property
     def arrival(self) -> float:
@@ -291,11 +291,11 @@ class Decision:
                 return judged[-1]
         return next((each for each in judged if each.certified), judged[0])
 
-    def new(self, added: Trajectory, x: FloatArray | None = None) -> Candidate:
+    def new(self, added: Trajectory, x: FloatArray | None = None) -> StepCandidate:
         """A motion that begins when the decision takes effect, with what is executed before."""
-        return Candidate("new", self.until_then.followed_by(added), added, x)
+        return StepCandidate("new", self.until_then.followed_by(added), added, x)
 
-    def judged(self, candidate: Candidate) -> Judged:
+    def judged(self, candidate: StepCandidate) -> Judged:
         """The proofs, as far as they can still matter."""
         known = self.foreseen if candidate.trajectory is self.executed else None  # of no more than that
         proof = known or prove_clearance(self.scene.moving, candidate.trajectory)
@@ -303,13 +303,13 @@ class Decision:
         return Judged(candidate, proof, fixed, fixed and self._can_stop(candidate.trajectory))
 
     def _judged_stop(self, added: Trajectory, proven: bool) -> Judged:
-        candidate = Candidate("stop", self.until_then.followed_by(added), added)
+        candidate = StepCandidate("stop", self.until_then.followed_by(added), added)
         proof, fixed = prove_clearance(self.scene.moving, candidate.trajectory), self._keeps(candidate)
         known = (proven and is_clear(proof)) or not candidate.trajectory.moves
         safe = fixed and (known or stays_clear(self._uncertain.moving, candidate.trajectory))
         return Judged(candidate, proof, fixed, safe)
 
-    def _keeps(self, candidate: Candidate) -> bool:
+    def _keeps(self, candidate: StepCandidate) -> bool:
         """Whether a motion keeps the robot's limits, and clear of what stands still."""
         if candidate.added is None:
             standing_then = lasting(self.executed, self.executed.duration + self.every)  # at rest, or it jumps
@@ -324,7 +324,7 @@ class Decision:
         return stays_clear(self.scene.fixed, trajectory) and self.limits.hold(trajectory)
 
     @cached_property
-    def _uncertain(self) -> Scene:
+    def _uncertain(self) -> ObservedScene:
         return self.scene.less_certain(self.rate)
 
     def _can_stop(self, trajectory: Trajectory) -> bool:

@@ -39,7 +39,7 @@ class MergedClearance(Proximity):
 
 
 @dataclass(frozen=True)
-class Scene:
+class ObservedScene:
     """Obstacles at one time, and what the robot has to keep from them and from itself.
 
     Args:
@@ -76,18 +76,18 @@ class Scene:
         """Both."""
         return MergedClearance(self.robot, (*self.moving.pairs, *self.fixed.pairs))
 
-    def less_certain(self, rate: float) -> Scene:
+    def less_certain(self, rate: float) -> ObservedScene:
         """The same where what moves may leave its motion at a rate in m/s."""
-        return Scene(self.robot, tuple(obstacle.less_certain(rate) for obstacle in self.obstacles))
+        return ObservedScene(self.robot, tuple(obstacle.less_certain(rate) for obstacle in self.obstacles))
 
-    def is_as_predicted(self, before: Scene, seconds: float) -> bool:
+    def is_as_predicted(self, before: ObservedScene, seconds: float) -> bool:
         """Whether nothing is other than one has expected so many seconds before, but for rounding."""
         return len(self.obstacles) == len(before.obstacles) and all(
             _is_one(obstacle, earlier.later(seconds) if earlier.moves else earlier)
             for obstacle, earlier in zip(self.obstacles, before.obstacles, strict=True)
         )
 
-    def is_within(self, before: Scene, seconds: float, rate: float) -> bool:
+    def is_within(self, before: ObservedScene, seconds: float, rate: float) -> bool:
         """Whether nothing has left what one has expected so many seconds before faster than at a rate in m/s."""
         return len(self.obstacles) == len(before.obstacles) and all(
             _is_within(obstacle, earlier.later(seconds) if earlier.moves else earlier, rate * seconds, rate)

@@ -26,14 +26,14 @@ from problems.timing import MotionState
 from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.replanning.candidates import SAME, Approach, Step, passed, remaining, stands_at_end_of
 from tpbso_casadi.replanning.decision import Decision, Judged, Search
-from tpbso_casadi.replanning.proofs import RobotLimits, Scene, is_clear
+from tpbso_casadi.replanning.proofs import ObservedScene, RobotLimits, is_clear
 from tpbso_casadi.scenario import Scenario, ScenarioError
 
 SHORTEST, LONGEST = 1e-3, 1e4  # s: between two steps
 
 
 @dataclass(frozen=True)
-class Known:
+class LastStep:
     """What the last step has proven.
 
     Attributes:
@@ -42,16 +42,16 @@ class Known:
     """
 
     judged: Judged
-    scene: Scene
+    scene: ObservedScene
 
-    def holds(self, executed: Trajectory, scene: Scene) -> bool:
+    def holds(self, executed: Trajectory, scene: ObservedScene) -> bool:
         """Whether that is still so of what is executed now: the rest of that motion, among the same that stands."""
         whole = self.judged.candidate.trajectory
         if standing(self.scene.obstacles) != standing(scene.obstacles):
             return False
         return stands_at_end_of(executed, whole) or passed(executed, whole) is not None
 
-    def can_stop(self, executed: Trajectory, scene: Scene, every: float, rate: float) -> bool:
+    def can_stop(self, executed: Trajectory, scene: ObservedScene, every: float, rate: float) -> bool:
         """Whether a stop is proven that begins when the decision takes effect, every so many s.
 
         Not where the step comes too soon or too late for that, nor where obstacles have left their prediction faster
@@ -64,7 +64,7 @@ class Known:
             return False
         return scene.is_within(self.scene, seconds, rate)
 
-    def foreseen(self, executed: Trajectory, scene: Scene) -> ClearanceProof | None:
+    def foreseen(self, executed: Trajectory, scene: ObservedScene) -> ClearanceProof | None:
         """The proof of its clearance from what moves, on the clock of now; None where it has to be made again.
 
         That is so where anything moves otherwise than predicted, where the closest approach is over, and where the
@@ -124,7 +124,7 @@ class Replanner:
             standing_there = MotionState(self.task.start_posture, rest, rest)
             goals = self._postures(self.task.start_posture, None)
             self.search.prepare(standing_there, goals, self.task.obstacles)
-        self._known: Known | None = None  # the last motion, if it keeps what does not change
+        self._known: LastStep | None = None  # the last motion, if it keeps what does not change
         self._checked: tuple[Place, tuple[Obstacle, ...]] | None = None  # a goal that can be reached among them
 
     def first(self, executed: Trajectory | None = None, obstacles: Sequence[Obstacle] | None = None) -> Step:
@@ -158,7 +158,7 @@ class Replanner:
         """
         began = time.perf_counter()
         self._check(executed, obstacles, goal)
-        scene = Scene(self.robot, tuple(obstacles))
+        scene = ObservedScene(self.robot, tuple(obstacles))
         known = self._known is not None and self._known.holds(executed, scene)
         decision = Decision(
             limits=self._limits,
@@ -175,7 +175,7 @@ class Replanner:
             rate=self.fail_safe_rate,
         )
         chosen = decision.chosen()
-        self._known = Known(chosen, scene) if chosen.fixed else None
+        self._known = LastStep(chosen, scene) if chosen.fixed else None
         return Step(
             kind=chosen.candidate.kind,
             trajectory=chosen.candidate.trajectory,

@@ -85,7 +85,7 @@ class CaseParameters:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Setting:
+class HyperParameter:
     """A hyper-parameter: its meaning and its value in each solver that has it."""
 
     name: str
@@ -141,13 +141,13 @@ def value_in_words(value: object) -> str:
     return str(value)
 
 
-def settings() -> list[Setting]:
+def settings() -> list[HyperParameter]:
     """The hyper-parameters of the paper's three solvers, and those that its printed form sets otherwise."""
     columns: dict[str, Any] = {NAMES[name]: SOLVERS[name]() for name in NAMES}
     columns["TPBSO as printed"] = SOLVERS["bso"](**SOLVERS["bso"].presets["printed"])
     names = dict.fromkeys(field.name for solver in columns.values() for field in fields(solver))
     return [
-        Setting(
+        HyperParameter(
             name=name,
             meaning=MEANINGS[name],
             values={title: value_in_words(getattr(solver, name, "")) for title, solver in columns.items()},
@@ -170,7 +170,7 @@ EXTENSION_TITLES = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class SolverOnCase:
     """A solver on a case.
 
     Attributes:
@@ -187,7 +187,7 @@ class Row:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CaseSection:
+class ReportSection:
     """A case on the page.
 
     Attributes:
@@ -208,22 +208,22 @@ class CaseSection:
     figure: int
     unit: str
     conclusion: str
-    rows: dict[str, list[Row]]
-    extensions: list[Row]
+    rows: dict[str, list[SolverOnCase]]
+    extensions: list[SolverOnCase]
     best_known: float
     illustration: Illustration | None
     repeated_exactly: bool
 
 
-def case_section(name: str, evidence: Evidence, illustration: Illustration | None) -> CaseSection:
+def case_section(name: str, evidence: Evidence, illustration: Illustration | None) -> ReportSection:
     """Everything about one case."""
-    rows: dict[str, list[Row]] = {}
+    rows: dict[str, list[SolverOnCase]] = {}
     conclusions, printed = [], TABLE_1.get(name, {})
     for basis in BASES:
         others = (*RIVALS, *AS_PRINTED)
         judgements = dict(zip(others, against(evidence, [name], basis, others), strict=True))
         rows[basis] = [
-            Row(
+            SolverOnCase(
                 name=title,
                 summary=evidence.of(name, solver, basis),
                 judgement=judgements.get(solver),
@@ -233,7 +233,7 @@ def case_section(name: str, evidence: Evidence, illustration: Illustration | Non
         ]
         conclusions.append(f"{basis}: TPBSO is {in_words(judgements)}")
     summaries = {solver: evidence.summaries.get((name, label(solver, EVALUATIONS))) for solver in EXTENSIONS}
-    return CaseSection(
+    return ReportSection(
         name=name,
         title=TITLES[name].partition(": ")[2],
         figure=FIGURES[name],
@@ -241,7 +241,7 @@ def case_section(name: str, evidence: Evidence, illustration: Illustration | Non
         conclusion="; ".join(conclusions),
         rows=rows,
         extensions=[
-            Row(name=EXTENSION_TITLES[solver], summary=summary)
+            SolverOnCase(name=EXTENSION_TITLES[solver], summary=summary)
             for solver, summary in summaries.items()
             if summary is not None
         ],

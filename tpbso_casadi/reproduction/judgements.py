@@ -12,8 +12,8 @@ from scipy.stats import levene, quantile_test
 
 from tpbso_casadi.campaign import (
     SIGNIFICANCE_LEVEL,
-    Comparison,
     Judgement,
+    PairComparison,
     Relation,
     compare_summaries,
     judge,
@@ -172,10 +172,10 @@ def sooner(evidence: Evidence, basis: str) -> Finding:
     )
 
 
-def _sooner(evidence: Evidence, case: str, rival: str, basis: str) -> Comparison:
+def _sooner(evidence: Evidence, case: str, rival: str, basis: str) -> PairComparison:
     ours, theirs = (evidence.arrivals(case, solver, basis) for solver in ("bso", rival))
     a12, p = rank_sum(ours, theirs)
-    return Comparison(
+    return PairComparison(
         case=case,
         solver="bso",
         other=rival,

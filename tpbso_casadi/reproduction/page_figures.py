@@ -49,7 +49,7 @@ DPI = 200
 
 
 @dataclass(frozen=True)
-class Picture:
+class ReportPicture:
     """An image for a page.
 
     Attributes:
@@ -76,7 +76,7 @@ class Illustration:
     case: str
     seed: int
     objective: float
-    pictures: tuple[Picture, ...]
+    pictures: tuple[ReportPicture, ...]
     player: Markup
 
 
@@ -96,7 +96,7 @@ def illustrate(case: str, scenario: str, histories: Sequence[Sequence[float | No
     figures.append(("path and postures", path_figure(repeated)))
     figures += curve_figures(repeated).values() or [("joints", joints_figure(repeated))]
     pictures = tuple(
-        Picture(f"({letter}) {caption}", webp(figure))
+        ReportPicture(f"({letter}) {caption}", webp(figure))
         for letter, (caption, figure) in zip(ascii_lowercase, figures, strict=False)
     )
     moving = player(case, frames_of(repeated.motion))
@@ -123,7 +123,7 @@ SOLVERS = ("ga", "pso", "bso")
 OFFSET = 0.26  # between the solvers of one case
 
 
-def figure_17(evidence: Evidence) -> Picture:
+def figure_17(evidence: Evidence) -> ReportPicture:
     """Every run of the three solvers, two to five links: time left, rotation right, a row for each basis."""
     figure = Figure(figsize=(11.0, 7.6), layout="constrained")
     panels = figure.subplots(len(BASES), 2)
@@ -139,10 +139,10 @@ def figure_17(evidence: Evidence) -> Picture:
     for index, solver in enumerate(SOLVERS):
         panels[0, 0].plot([], [], marker_of(index), color=colour_of(index), label=NAMES[solver])
     panels[0, 0].legend(loc="upper left")
-    return Picture("each run a point, the mean of the feasible ones a line", webp(figure))
+    return ReportPicture("each run a point, the mean of the feasible ones a line", webp(figure))
 
 
-def scaling_figure(scaling: Mapping[str, Any], orders: Mapping[str, Order], unit: str) -> Picture:
+def scaling_figure(scaling: Mapping[str, Any], orders: Mapping[str, Order], unit: str) -> ReportPicture:
     """One panel for each experiment and symbol, both axes logarithmic; dotted: the printed power."""
     panels = [(experiment, symbol) for experiment in orders for symbol in scaling[experiment]]
     columns = 4
@@ -165,7 +165,7 @@ def scaling_figure(scaling: Mapping[str, Any], orders: Mapping[str, Order], unit
         axes.set_axis_off()
     all_axes[0].set_ylabel(unit)
     all_axes[0].legend(fontsize=7)
-    return Picture(f"{unit} against each size; dotted: the printed growth through the largest", webp(figure))
+    return ReportPicture(f"{unit} against each size; dotted: the printed growth through the largest", webp(figure))
 
 
 CompletedRun: TypeAlias = tuple[Run, RunResult]

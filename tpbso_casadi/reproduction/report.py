@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import base64
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import date
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from solvers import BSO
 from tpbso_casadi.animation.player import SCRIPT, STYLE
 from tpbso_casadi.campaign import Relation, compare_summaries, judge, p_text
+from tpbso_casadi.html import data_address, number, page
 from tpbso_casadi.plain import versions
 from tpbso_casadi.reproduction.case_sections import CONSTRAINTS, case_parameters, case_section, settings
 from tpbso_casadi.reproduction.claims import CLAIMS, MINIMUM_RUNS, Claim
@@ -39,7 +37,7 @@ from tpbso_casadi.reproduction.experiment import (
     Size,
 )
 from tpbso_casadi.reproduction.judgements import ClaimOutcome, Finding
-from tpbso_casadi.reproduction.page_figures import Illustration, Picture, figure_17, scaling_figure
+from tpbso_casadi.reproduction.page_figures import Illustration, ReportPicture, figure_17, scaling_figure
 from tpbso_casadi.reproduction.scaling import PACE_CASES
 from tpbso_casadi.scenario import TITLES
 
@@ -148,7 +146,6 @@ def antenna_shares() -> list[AntennaShare]:
     return shares
 
 
-FOLDER = Path(__file__).parent
 NEGLIGIBLE = 1e-9  # a smaller number, such as the standard deviation of equal numbers, is shown as 0
 
 
@@ -162,14 +159,18 @@ def render(evidence: Evidence, illustrations: Iterable[Illustration], size: Size
         command: that makes the page.
         seconds: total time of the runs, added up over all workers.
     """
-    environment = Environment(loader=FileSystemLoader(FOLDER), autoescape=True, undefined=StrictUndefined)
-    environment.filters |= {"number": number, "picture": picture, "p_text": p_text}
     judged = [(claim, claim.findings(evidence)) for claim in CLAIMS]
     by_case = {illustration.case: illustration for illustration in illustrations}
-    return environment.get_template("report.html").render(
+    return page(
+        Path(__file__).parent,
+        "report",
+        {
+            "number": lambda value, digits=4: number(value, digits, NEGLIGIBLE),
+            "picture": image_with_caption,
+            "p_text": p_text,
+        },
         player_style=STYLE,
         player_script=SCRIPT,
-        style=Markup((FOLDER / "report.css").read_text(encoding="utf-8")),
         date=date.today().isoformat(),
         size=size,
         command=command,
@@ -224,7 +225,7 @@ def table_1(evidence: Evidence) -> list[dict[str, Any]]:
 
 def scaling_table(
     scaling: Mapping[str, Any], orders: Mapping[str, Order], unit: str
-) -> tuple[list[dict[str, Any]], Picture | None]:
+) -> tuple[list[dict[str, Any]], ReportPicture | None]:
     """The rows of Table 2 or 3 beside the measured exponents, and a picture of the measurements."""
     if not scaling:
         return [], None
@@ -242,16 +243,8 @@ def scaling_table(
     return rows, scaling_figure(scaling, orders, unit)
 
 
-def number(value: float | None, digits: int = 4) -> str:
-    """A number for a table, a dash where there is none."""
-    if value is None or not isfinite(value):
-        return "-"
-    return f"{value:.{digits}g}" if abs(value) > NEGLIGIBLE else "0"
-
-
-def picture(image: Picture, alt: str) -> Markup:
+def image_with_caption(image: ReportPicture, alt: str) -> Markup:
     """An image with its caption, its data within the page."""
-    data = base64.b64encode(image.image).decode("ascii")
-    return Markup(
-        '<figure><img alt="{}" src="data:image/webp;base64,{}" loading="lazy"><figcaption>{}</figcaption></figure>'
-    ).format(f"{alt}: {image.caption}", data, image.caption)
+    return Markup('<figure><img alt="{}" src="{}" loading="lazy"><figcaption>{}</figcaption></figure>').format(
+        f"{alt}: {image.caption}", data_address(image.image, "webp"), image.caption
+    )

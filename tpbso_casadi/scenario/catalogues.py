@@ -6,7 +6,6 @@ A :class:`Catalogue` describes one kind of thing (solvers, robots, ...) and find
 
 from __future__ import annotations
 
-import difflib
 import sys
 import traceback
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -23,6 +22,7 @@ from problems import LIMITS, OBJECTIVES, ROBOTS, Limit, Objective, Robot
 from problems.objectives import WeightedSum
 from problems.robots import BUILT_IN
 from solvers import EXTERNAL, GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
+from tpbso_casadi.plain import nearest
 
 T = TypeVar("T")
 
@@ -128,8 +128,8 @@ def subclass_of(base: type[T] | tuple[type[T], ...]) -> Callable[[object], TypeG
 
 def _hint(name: str, known: Iterable[str]) -> str:
     known = sorted(known)
-    nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-    return f"did you mean {nearest[0]}?" if nearest else f"there are {', '.join(known) or 'none'}"
+    near = nearest(name, known, cutoff=0.4)
+    return f"did you mean {near}?" if near else f"there are {', '.join(known) or 'none'}"
 
 
 def failure(error: BaseException) -> str:

@@ -5,7 +5,6 @@ What is within these limits is built in less than a minute and computed without 
 
 from __future__ import annotations
 
-import difflib
 import json
 import re
 import reprlib
@@ -16,6 +15,7 @@ from typing import Annotated, Any, Literal, Self, TypeAlias, TypeVar, get_args
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails, PydanticKnownError
 
+from tpbso_casadi.plain import nearest
 from tpbso_casadi.scenario.catalogues import failure
 
 Location: TypeAlias = Sequence[int | str]
@@ -150,8 +150,8 @@ _REPR.maxstring = _REPR.maxother = _REPR.maxlong = 2 * LONGEST_INPUT
 
 def hint(word: object, known: Iterable[str]) -> str:
     """The end of a message that names the nearest known word; empty where none is near."""
-    near = difflib.get_close_matches(str(word)[:LONGEST_HINT], list(known), n=1)
-    return f"; did you mean {near[0]}?" if near else ""
+    near = nearest(str(word)[:LONGEST_HINT], known)
+    return f"; did you mean {near}?" if near else ""
 
 
 def _keys(location: Location, content: Any, missing: bool) -> list[int | str]:

@@ -1,21 +1,18 @@
 """A simulation of the planner while the arm moves and obstacles do what they want. It drives no robot."""
 
-from tpbso_casadi.simulation.loop import Planner, Simulation
+from tpbso_casadi.simulation.loop import Simulation, SimulationSetting
 from tpbso_casadi.simulation.record import MEANINGS, Replan, SimulationRecord, notes, simulated_motion, stands
-from tpbso_casadi.simulation.result import LARGEST_JUMP, WHAT, SimulationResult, SummaryResult
-from tpbso_casadi.simulation.setting import Setting
-from tpbso_casadi.simulation.store import write_simulation
+from tpbso_casadi.simulation.result import LARGEST_JUMP, WHAT, SimulationResult, SummaryResult, write_simulation
 
 __all__ = [
     "LARGEST_JUMP",
     "MEANINGS",
     "WHAT",
-    "Planner",
     "Replan",
-    "Setting",
     "Simulation",
     "SimulationRecord",
     "SimulationResult",
+    "SimulationSetting",
     "SummaryResult",
     "notes",
     "simulated_motion",

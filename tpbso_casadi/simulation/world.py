@@ -88,7 +88,7 @@ class Actor(ABC):
 
 
 @dataclass(frozen=True)
-class Known(Actor):
+class KnownActor(Actor):
     """An obstacle of which all is known: it stands still, or keeps to its table or to its velocity."""
 
     obstacle: Obstacle
@@ -160,7 +160,7 @@ class World:
         for number, (obstacle, table) in enumerate(zip(obstacles, tables, strict=True)):
             changes = settings.changes_every is not None or settings.region is not None
             if table.velocity is None or not changes:
-                actors.append(Known(obstacle))
+                actors.append(KnownActor(obstacle))
                 continue
             wandering = _wandering(f"obstacles.{number}", obstacle.unmoved, table.velocity, settings)
             course = wandering.course(settings.seconds, np.random.default_rng([seed, number]))

@@ -1,17 +1,85 @@
-"""Fronts: width, hypervolume, table."""
+"""Points of a front: asked for, and found; fronts with their width, hypervolume and tables."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from itertools import pairwise
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
 from problems.base import FloatArray
 from tpbso_casadi.storage import write_csv, writing
-from tpbso_casadi.trade_off.point import Pair, Point, Standing
+
+Pair: TypeAlias = tuple[float, float]
+
+
+class Standing(StrEnum):
+    """What a point is beside the others of its method."""
+
+    FRONT = "front"
+    DOMINATED = "dominated"  # another plan is no worse in either objective
+    REPEATED = "repeated"  # the same as another to ``SAME`` of the front's width
+    NOT_CERTIFIED = "not certified"
+
+
+@dataclass(frozen=True)
+class Scalarisation:
+    """One objective out of two.
+
+    Attributes:
+        weights: of the two objectives; not both zero.
+        longest: the most that the motion may take, s; None where nothing more is asked for than the scenario does.
+    """
+
+    weights: Pair
+    longest: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request:
+    """A plan to be made.
+
+    Attributes:
+        scalarisation: what is minimised.
+        attempt: 0, or how often it has been planned before.
+        starts: numbers of points whose motions a refinement begins with.
+    """
+
+    scalarisation: Scalarisation
+    attempt: int = 0
+    starts: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Point:
+    """A plan and what it is in both objectives.
+
+    Attributes:
+        number: from 1 on.
+        request: that it answers; None where one run made all points.
+        values: of the two objectives, exact, in their units.
+        duration: of its motion, s.
+        certified: whether every constraint is proven to hold for all t.
+        seed: of the search.
+        evaluations: of the search.
+        seconds: that planning it took; 0 where one run made all points.
+        folder: of the run, relative to that of the trade-off; empty where there is none.
+    """
+
+    number: int
+    request: Request | None
+    values: Pair
+    duration: float
+    certified: bool
+    seed: int
+    evaluations: int
+    seconds: float
+    folder: str
+
 
 SAME = 1e-4  # of the front's width in an objective: two plans that differ by less are the same
 ROUNDING = 1e-9  # of the largest value: two that differ by less are the same
@@ -19,7 +87,7 @@ REFERENCE = 0.1  # of the front's width, by which the reference of the hypervolu
 
 
 @dataclass(frozen=True)
-class Front:
+class PointFront:
     """The certified points of one method that no other one dominates, by the first objective.
 
     Attributes:
@@ -31,7 +99,7 @@ class Front:
     standings: dict[int, Standing]
 
     @classmethod
-    def of(cls, points: Sequence[Point]) -> Front:
+    def of(cls, points: Sequence[Point]) -> PointFront:
         """The front of points; of several that are the same, to rounding, the first."""
         certified = [point for point in points if point.certified]
         standings = {point.number: Standing.NOT_CERTIFIED for point in points}
@@ -90,7 +158,7 @@ FRONT, METHODS, FIGURE = "front.csv", "methods.csv", "front"  # the figure has a
 
 
 @dataclass(frozen=True)
-class Summary:
+class FrontSummary:
     """What the front of a method is worth, and what it took.
 
     Attributes:
@@ -123,9 +191,9 @@ class TradeOff:
     points: Mapping[str, list[Point]]
 
     @property
-    def fronts(self) -> dict[str, Front]:
+    def fronts(self) -> dict[str, PointFront]:
         """By method."""
-        return {method: Front.of(points) for method, points in self.points.items()}
+        return {method: PointFront.of(points) for method, points in self.points.items()}
 
     @property
     def reference(self) -> Pair | None:
@@ -134,11 +202,11 @@ class TradeOff:
         return reference_point(values) if len(values) else None
 
     @property
-    def summaries(self) -> list[Summary]:
+    def summaries(self) -> list[FrontSummary]:
         """By method."""
         reference, fronts = self.reference, self.fronts
         return [
-            Summary(
+            FrontSummary(
                 method,
                 len(points),
                 len(fronts[method].points),
@@ -162,8 +230,8 @@ class TradeOff:
             for point in self.points[method]
         ]  # fmt: skip
 
-    def write(self, folder: Path) -> None:
-        """Write both tables.
+    def save(self, folder: Path, formats: Sequence[str]) -> None:
+        """Write both tables, and the figure in each of the formats.
 
         Raises:
             OutputError: they cannot be written.
@@ -181,6 +249,10 @@ class TradeOff:
                     for s in self.summaries
                 ],
             )
+        if formats:
+            from tpbso_casadi.trade_off.front_figures import draw_front  # noqa: PLC0415 (matplotlib is slow to load)
+
+            draw_front(folder, self, formats)
 
 
 def _unit(heading: str) -> str:

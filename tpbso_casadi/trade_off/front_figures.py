@@ -16,8 +16,7 @@ from matplotlib.figure import Figure
 from tpbso_casadi.figures.palette import DEFAULT, line_of, marker_of
 from tpbso_casadi.figures.style import ONE_COLUMN, in_print, write_figure
 from tpbso_casadi.storage import writing
-from tpbso_casadi.trade_off.front import FIGURE, Front, TradeOff
-from tpbso_casadi.trade_off.point import Point, Standing
+from tpbso_casadi.trade_off.front import FIGURE, Point, PointFront, Standing, TradeOff
 
 SIZE = (ONE_COLUMN, 3.0)  # inches
 LOGARITHMIC = 30.0  # from this ratio of largest to least on an axis is logarithmic
@@ -56,7 +55,7 @@ def front_figure(trade_off: TradeOff) -> Figure:
     return figure
 
 
-def _draw_method(axes: Axes, method: str, front: Front, points: list[Point], number: int) -> None:
+def _draw_method(axes: Axes, method: str, front: PointFront, points: list[Point], number: int) -> None:
     """The front with its steps, and what is not on it."""
     line, marker = line_of(number), marker_of(number)
     if front.points:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,13 +22,13 @@ from tpbso_casadi.figures import write_run
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.planning import PlannedMotion, Progress, motion_of, plan
 from tpbso_casadi.scenario import ScenarioError
-from tpbso_casadi.trade_off.placement import ENDS, EpsilonConstraint, Objectives, Placement, WeightedSum
-from tpbso_casadi.trade_off.point import Point, Request
-from tpbso_casadi.trade_off.store import POINTS, Store
+from tpbso_casadi.trade_off.front import Point, Request
+from tpbso_casadi.trade_off.placement import ENDS, EpsilonConstraint, Objectives, Placement, WeightedSums
+from tpbso_casadi.trade_off.store import POINTS, FrontStore
 
 
 @dataclass(frozen=True, kw_only=True)
-class Work:
+class FrontWork:
     """What a method is given.
 
     Attributes:
@@ -42,7 +43,7 @@ class Work:
     """
 
     objectives: Objectives
-    store: Store
+    store: FrontStore
     plots: bool
     evaluation: EvaluationOptions | None
     progress: Progress
@@ -69,7 +70,7 @@ class Method(ABC):
         return {"points": self.count}
 
     @abstractmethod
-    def run(self, work: Work) -> None:
+    def run(self, work: FrontWork) -> None:
         """Make and store the points that are not stored yet; less, where there is a request to stop.
 
         Raises:
@@ -88,7 +89,7 @@ class Scalarised(Method):
 
     placement: Placement
 
-    def run(self, work: Work) -> None:
+    def run(self, work: FrontWork) -> None:
         """Make one plan after the other; each is stored the moment it is complete.
 
         Nothing more is placed where one of the ends is not certified: there is no front between them.
@@ -105,7 +106,7 @@ class Scalarised(Method):
             work.told(point)
 
 
-def _planned(request: Request, points: Sequence[Point], work: Work) -> Point | None:
+def _planned(request: Request, points: Sequence[Point], work: FrontWork) -> Point | None:
     """The plan of a request, written to its folder; None where Ctrl-C cut it short."""
     began, number = time.perf_counter(), len(points) + 1
     scenario = work.objectives.asked_for(request)
@@ -157,7 +158,7 @@ POPULATION = 100  # unless the scenario says how many
 class Baseline(Method):
     """As many evaluations as the searches of all points have together; each member of its front is verified."""
 
-    def run(self, work: Work) -> None:
+    def run(self, work: FrontWork) -> None:
         """One run, which leaves nothing where it is interrupted."""
         if work.store.points(self.name):
             return
@@ -168,7 +169,7 @@ class Baseline(Method):
             made[0] = replace(made[0], seconds=seconds)
             work.store.add(self.name, *made)
 
-    def _points(self, work: Work) -> list[Point]:
+    def _points(self, work: FrontWork) -> list[Point]:
         """Every member of the last front, with its verified motion; the first has all evaluations."""
         settings = work.objectives.scenario.solver
         work.progress.phase("modelling")
@@ -209,7 +210,7 @@ def same_box(objectives: Objectives) -> tuple[Problem[Any], Problem[Any]]:
 
 
 def _searched(
-    problems: tuple[Problem[Any], Problem[Any]], population: int, generations: int, seed: int, work: Work
+    problems: tuple[Problem[Any], Problem[Any]], population: int, generations: int, seed: int, work: FrontWork
 ) -> FloatArray:
     """The members (m, d) of the last front.
 
@@ -241,7 +242,7 @@ def _epsilon_constraint(objectives: Objectives, count: int) -> Method:
 
 METHODS: dict[str, Callable[[Objectives, int], Method]] = {
     EPSILON_CONSTRAINT: _epsilon_constraint,
-    WEIGHTED_SUM: lambda objectives, count: Scalarised(WEIGHTED_SUM, count, WeightedSum(count)),
+    WEIGHTED_SUM: lambda objectives, count: Scalarised(WEIGHTED_SUM, count, WeightedSums(count)),
     NSGA2: lambda objectives, count: Baseline(NSGA2, count),
 }
 
@@ -254,3 +255,26 @@ def method_named(name: str | None, objectives: Objectives, count: int) -> Method
     """
     usual = WEIGHTED_SUM if objectives.duration is None else EPSILON_CONSTRAINT
     return METHODS[usual if name is None else name](objectives, count)
+
+
+def open_front(
+    objectives: Objectives, method: str | None, points: int, folder: Path, overwrite: bool
+) -> tuple[Method, FrontStore]:
+    """A method, and the store in a folder, with the points of it that an earlier call has left there.
+
+    Args:
+        objectives: the two, and the scenario.
+        method: its name; None for the usual one.
+        points: to place.
+        folder: of the front.
+        overwrite: whether to drop what another scenario or setting left in it.
+
+    Raises:
+        ScenarioError: the method is not for these objectives, or one of them cannot be planned at all.
+        OutputError: the folder cannot be written, or holds another front.
+    """
+    chosen = method_named(method, objectives, points)
+    asked = {"scenario": objectives.scenario.model_dump(), "objectives": objectives.names}
+    store = FrontStore.open(folder, asked, chosen.name, chosen.settings, overwrite)
+    objectives.problems()  # what cannot be planned is said before anything is
+    return chosen, store

@@ -23,8 +23,7 @@ from problems import Objective, Problem, Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray
 from tpbso_casadi.scenario import PluginError, Scenario, ScenarioError, find_objective, parse_scenario
-from tpbso_casadi.trade_off.front import Front, width
-from tpbso_casadi.trade_off.point import Pair, Point, Request, Scalarisation
+from tpbso_casadi.trade_off.front import Pair, Point, PointFront, Request, Scalarisation, width
 
 ENDS: tuple[Pair, Pair] = ((1.0, 0.0), (0.0, 1.0))
 ATTEMPTS = 2  # at a plan that comes out dominated, or not certified
@@ -54,11 +53,11 @@ class Placement(ABC):
         """What is asked for in a gap; ``before`` is better in the first objective."""
 
     @abstractmethod
-    def is_same(self, one: Scalarisation, other: Scalarisation, front: Front) -> bool:
+    def is_same(self, one: Scalarisation, other: Scalarisation, front: PointFront) -> bool:
         """Whether two would lead to about the same plan."""
 
     @abstractmethod
-    def neighbours(self, asked: Scalarisation, front: Front) -> list[Point]:
+    def neighbours(self, asked: Scalarisation, front: PointFront) -> list[Point]:
         """Points of a front on both sides of where a plan should come to lie, or at its end."""
 
     def next(self, points: Sequence[Point]) -> Request | None:
@@ -75,11 +74,11 @@ class Placement(ABC):
         number = len(placed) - len(ENDS)
         if number < len(near_ends):
             return Request(scalarisation=near_ends[number], starts=(points[number].number,))
-        front = Front.of(points)
+        front = PointFront.of(points)
         gap = self._gap(placed, front) if number < self.count else None
         return self._again(points, front) if gap is None else gap
 
-    def _gap(self, placed: Sequence[Scalarisation], front: Front) -> Request | None:
+    def _gap(self, placed: Sequence[Scalarisation], front: PointFront) -> Request | None:
         """In the largest gap in which nothing has been tried yet."""
         for before, after in front.gaps:
             asked = self.between(before, after)
@@ -87,7 +86,7 @@ class Placement(ABC):
                 return Request(scalarisation=asked, starts=(before.number, after.number))
         return None
 
-    def _again(self, points: Sequence[Point], front: Front) -> Request | None:
+    def _again(self, points: Sequence[Point], front: PointFront) -> Request | None:
         """What is not the best known answer to its own request, from the points that now are its neighbours."""
         answers = [(point, point.request) for point in points if point.request is not None]
         made = {(request.scalarisation, request.attempt) for _, request in answers}
@@ -121,14 +120,14 @@ class EpsilonConstraint(Placement):
         middle = (before.values[self.duration] + after.values[self.duration]) / 2.0
         return Scalarisation(ENDS[1 - self.duration], _rounded(middle))
 
-    def is_same(self, one: Scalarisation, other: Scalarisation, front: Front) -> bool:
+    def is_same(self, one: Scalarisation, other: Scalarisation, front: PointFront) -> bool:
         """Whether the bounds differ by ``SAME_REQUEST`` of the front's width at most."""
         if one.longest is None or other.longest is None:
             return one == other
         allowed = SAME_REQUEST * float(width([point.values for point in front.points])[self.duration])
         return abs(one.longest - other.longest) <= allowed
 
-    def neighbours(self, asked: Scalarisation, front: Front) -> list[Point]:
+    def neighbours(self, asked: Scalarisation, front: PointFront) -> list[Point]:
         """The slowest that keeps the bound, and the fastest that does not."""
         by_time = sorted(front.points, key=lambda point: point.values[self.duration])
         if asked.longest is None:
@@ -138,7 +137,7 @@ class EpsilonConstraint(Placement):
 
 
 @dataclass(frozen=True)
-class WeightedSum(Placement):
+class WeightedSums(Placement):
     """A weighted sum is minimised."""
 
     def between(self, before: Point, after: Point) -> Scalarisation:
@@ -146,18 +145,18 @@ class WeightedSum(Placement):
         first, second = np.abs(np.subtract(before.values, after.values)).tolist()
         return Scalarisation((1.0, _rounded(first / second)))
 
-    def is_same(self, one: Scalarisation, other: Scalarisation, front: Front) -> bool:
+    def is_same(self, one: Scalarisation, other: Scalarisation, front: PointFront) -> bool:
         """Whether the directions in which the two go down differ by ``SAME_REQUEST`` rad at most."""
         scale = width([point.values for point in front.points])
         angles = [float(np.arctan2(*(np.array(each.weights) * scale))) for each in (one, other)]
         return abs(angles[0] - angles[1]) <= SAME_REQUEST
 
-    def neighbours(self, asked: Scalarisation, front: Front) -> list[Point]:
+    def neighbours(self, asked: Scalarisation, front: PointFront) -> list[Point]:
         """The two with the least sums."""
         return sorted(front.points, key=lambda point: float(np.dot(asked.weights, point.values)))[:2]
 
 
-def is_best(point: Point, asked: Scalarisation, front: Front) -> bool:
+def is_best(point: Point, asked: Scalarisation, front: PointFront) -> bool:
     """Whether a point is certified, and no other that keeps the same bound has a smaller sum, to ``NEAR_END``."""
     weights = np.array(asked.weights)
     longest = np.inf if asked.longest is None else asked.longest

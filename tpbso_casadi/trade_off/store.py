@@ -27,8 +27,7 @@ from tpbso_casadi.storage import (
     write_text,
     writing,
 )
-from tpbso_casadi.trade_off.front import FIGURE, FRONT, METHODS
-from tpbso_casadi.trade_off.point import Point
+from tpbso_casadi.trade_off.front import FIGURE, FRONT, METHODS, Point
 
 MANIFEST = "front.json"
 POINTS = "points"  # the folder of the run folders
@@ -36,7 +35,7 @@ RESULT = "result.json"
 STORED_POINTS = TypeAdapter(list[Point])
 
 
-class Store:
+class FrontStore:
     """The points of a trade-off by method. A point is on the disk when :meth:`add` returns.
 
     Args:
@@ -116,7 +115,7 @@ class Store:
             raise OutputError(f"{path}: {error}") from error
 
     def add(self, method: str, *points: Point) -> None:
-        """Store complete points.
+        """FrontStore complete points.
 
         Raises:
             OutputError: they cannot be written.

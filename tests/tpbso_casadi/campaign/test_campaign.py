@@ -262,7 +262,7 @@ def test_durations() -> None:
 
 
 def test_how_far_a_campaign_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.cli.campaign.time.perf_counter", clock := iter([0.0, *[30.0] * 9]).__next__)
+    monkeypatch.setattr("tpbso_casadi.cli.progress.time.perf_counter", clock := iter([0.0, *[30.0] * 9]).__next__)
     state = State(runs=10, round_size=2, estimate=100.0)
     assert state.left() == 100.0
     state.advance(Outcome("{}", 1.0))

@@ -17,6 +17,7 @@ from oracles.colour_vision import VISIONS, differences
 
 from problems.evaluation import population
 from tpbso_casadi import builtin
+from tpbso_casadi.animation.player import FOLDER
 from tpbso_casadi.campaign import Results, Run, Store, best_runs, grid, parse_solvers, results_of, write_comparison
 from tpbso_casadi.campaign.comparison_figures import (
     comparison_figure,
@@ -25,12 +26,13 @@ from tpbso_casadi.campaign.comparison_figures import (
     effect_sizes_figure,
 )
 from tpbso_casadi.campaign.drawn_figures import FIGURES, Drawing, drawing_of, inline_svg, write_figures
-from tpbso_casadi.campaign.export import FIGURES as NAMES
 from tpbso_casadi.campaign.measures import PLANS
-from tpbso_casadi.campaign.page import FOLDER, percent, render, seeds, solver_rows
+from tpbso_casadi.campaign.page import render, seeds, solver_rows
 from tpbso_casadi.campaign.run import run_one
+from tpbso_casadi.campaign.tables import FIGURES as NAMES
 from tpbso_casadi.cli.commands.compare import main
 from tpbso_casadi.figures.palette import SERIES, colour_of
+from tpbso_casadi.reproduction.judgements import percent
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ import pytest
 
 from tpbso_casadi import builtin
 from tpbso_casadi.campaign import Outcome, Results, Run, Store, StoreError, best_runs, grid, parse_solvers, results_of
-from tpbso_casadi.campaign.convergence import StoredSearch, convergence_of, improvements
+from tpbso_casadi.campaign.results import StoredSearch, convergence_of, improvements
 from tpbso_casadi.campaign.run import run_one
 from tpbso_casadi.scenario import parse_scenario
 

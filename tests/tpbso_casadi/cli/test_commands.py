@@ -15,9 +15,9 @@ from helpers.running import refusal
 
 from problems.robots import BUILT_IN
 from tpbso_casadi import __version__
+from tpbso_casadi.cli.command import WIDEST, OneLineParser
 from tpbso_casadi.cli.commands import completion
 from tpbso_casadi.cli.commands.completion import SHELLS
-from tpbso_casadi.cli.options import WIDEST, OneLineParser
 from tpbso_casadi.cli.tpbso import COMMANDS
 from tpbso_casadi.scenario import SOLVER_CATALOGUE
 from tpbso_casadi.scenario.cases import TITLES

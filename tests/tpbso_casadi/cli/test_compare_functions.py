@@ -15,8 +15,8 @@ from helpers.running import campaigns_here, line_of, refusal, status
 
 import tpbso_casadi as tp
 from tpbso_casadi.campaign import Store, function_grid, parse_solvers
-from tpbso_casadi.campaign.convergence import convergences
 from tpbso_casadi.campaign.functions import Recorder
+from tpbso_casadi.campaign.results import convergences
 from tpbso_casadi.campaign.run import run_one
 from tpbso_casadi.cli.commands.compare import main
 from tpbso_casadi.plain import versions

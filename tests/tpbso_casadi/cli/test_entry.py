@@ -16,19 +16,11 @@ from helpers.running import status
 
 from tpbso_casadi import __version__
 from tpbso_casadi.cli import tpbso
+from tpbso_casadi.cli.command import print_error
 from tpbso_casadi.cli.commands import solve
-from tpbso_casadi.cli.common import (
-    LONGEST_ERROR,
-    natural,
-    one_line,
-    path,
-    positive_float,
-    positive_int,
-    print_error,
-    printable_name,
-    whole_number,
-)
+from tpbso_casadi.cli.options import natural, path, positive_float, positive_int, printable_name, whole_number
 from tpbso_casadi.cli.tpbso import COMMANDS
+from tpbso_casadi.plain import LONGEST_LINE, one_line
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
@@ -128,7 +120,7 @@ def test_one_line(message: str, line: str) -> None:
 
 def test_a_line_has_an_end() -> None:
     line = one_line("word " * 100)
-    assert len(line) == LONGEST_ERROR and line.endswith("...")
+    assert len(line) == LONGEST_LINE and line.endswith("...")
 
 
 def test_what_an_encoding_lacks_is_escaped(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -179,7 +171,7 @@ def test_what_is_typed_wrong(kind: Callable[[str], object], text: str, reason: s
     with pytest.raises(argparse.ArgumentTypeError) as caught:
         kind(text)
     assert str(caught.value).startswith(reason) or reason in str(caught.value)
-    assert len(str(caught.value)) < LONGEST_ERROR
+    assert len(str(caught.value)) < LONGEST_LINE
 
 
 def test_what_is_typed_right() -> None:

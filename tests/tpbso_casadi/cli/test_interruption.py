@@ -237,7 +237,7 @@ def test_a_plan_that_took_the_name_meanwhile_is_not_replaced(monkeypatch: pytest
             write_scenario(Path("mine.toml"), speed=4.0)
 
     write_scenario(Path("mine.toml"), speed=4.0)
-    monkeypatch.setattr("tpbso_casadi.cli.output.animate", other_plan_comes)
+    monkeypatch.setattr("tpbso_casadi.animation.write.animate", other_plan_comes)
     assert main(["mine.toml", *quick, "--animate", "runs/mine-abso-1-500-evaluations/arm.gif"]) == 0
     speeds = {path.name: read_run(path).scenario.arm.max_speed for path in Path("runs").iterdir()}  # type: ignore[union-attr]
     assert speeds == {"mine-abso-1-500-evaluations": 5.0, "mine-abso-1-500-evaluations-2": 4.0}

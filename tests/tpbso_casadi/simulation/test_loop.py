@@ -21,7 +21,7 @@ from solvers.budget import Interruption
 from tpbso_casadi import ScenarioError, parse_scenario
 from tpbso_casadi.replanning import Step
 from tpbso_casadi.scenario import Scenario
-from tpbso_casadi.simulation import Setting, Simulation, stands
+from tpbso_casadi.simulation import Simulation, SimulationSetting, stands
 from tpbso_casadi.simulation.record import joined, jumps_between, part, rest_time
 
 CART = {"shape": "box", "center": [3.0, 0.0], "size": [0.4, 0.2], "velocity": [0.0, 0.5]}
@@ -121,7 +121,7 @@ def test_goal_and_start_are_visited_where_no_goals_are_stated() -> None:
 def test_goals_are_visited_as_stated_and_in_degrees() -> None:
     stated = content(simulation={"goals": [{"joints": [90.0, 0.0]}, {"joints": [45.0, -90.0]}]})
     stated["task"] |= {"goal": {"joints": [30.0, 0.0]}}
-    made = Setting.of(parse_scenario({"unit": "deg"} | stated))
+    made = SimulationSetting.of(parse_scenario({"unit": "deg"} | stated))
     assert made.goals[0].values == pytest.approx((pi / 2, 0.0))
     assert made.goals[1].values == pytest.approx((pi / 4, -pi / 2))
 
@@ -146,17 +146,17 @@ def test_redundant_links_are_turned_until_they_are_clear_and_poses_become_postur
     stated["arm"] |= {"link_lengths": [0.7, 0.7, 0.7]}
     stated["task"] |= {"start": {"joints": [-0.5, 0.0, 0.0]}, "goal": {"joints": [1.5, 0.0, 0.0]}}
     stated["simulation"] |= {"goals": [[1.7, 0.75]]}
-    [goal] = Setting.of(parse_scenario(stated)).goals
+    [goal] = SimulationSetting.of(parse_scenario(stated)).goals
     psi = np.cumsum(goal.values)
     assert 0.7 * np.array([np.cos(psi).sum(), np.sin(psi).sum()]) == pytest.approx([1.7, 0.75])
     goals = {"goals": [{"position": [0.3, 0.45, 0.6]}, {"joints": [-0.5, 0.8, 0.6]}]}
-    made = Setting.of(parse_scenario(space_scenario() | {"simulation": goals}))
+    made = SimulationSetting.of(parse_scenario(space_scenario() | {"simulation": goals}))
     assert made.goals[0].position(made.robot) == pytest.approx([0.3, 0.45, 0.6])
 
 
 def test_the_scenario_of_a_simulation_is_complete() -> None:
     made = setting(task={"goal": [1.0, 1.0]})
-    again = Setting.of(parse_scenario(made.scenario.model_dump(mode="json")))
+    again = SimulationSetting.of(parse_scenario(made.scenario.model_dump(mode="json")))
     assert again.scenario == made.scenario
     assert again.goals == made.goals
 
@@ -177,7 +177,7 @@ PATH = {"kind": "path", "accuracy": 0.05, "points": [[1.0, 1.0], [1.0, 0.5]]}
 )
 def test_other_tasks_are_refused(stated: dict[str, Any], message: str) -> None:
     with pytest.raises(ScenarioError) as caught:
-        Setting.of(parse_scenario(stated))
+        SimulationSetting.of(parse_scenario(stated))
     assert str(caught.value).startswith(message)
 
 
@@ -186,7 +186,7 @@ def test_without_a_table_a_scenario_has_none() -> None:
     del stated["simulation"]
     scenario = parse_scenario(stated)
     assert "simulation" not in scenario.model_dump()
-    assert Setting.of(scenario).settings.ticks == 100
+    assert SimulationSetting.of(scenario).settings.ticks == 100
 
 
 @pytest.mark.parametrize(("seconds", "every", "ticks"), [(1.0, 0.1, 10), (0.3, 0.1, 3), (1.0, 0.3, 3), (0.1, 0.1, 1)])

@@ -23,8 +23,7 @@ from tpbso_casadi.plain import parsed_json
 from tpbso_casadi.replanning.candidates import Kind
 from tpbso_casadi.scenario import parse_scenario
 from tpbso_casadi.simulation import MEANINGS, SimulationRecord, SimulationResult, simulated_motion, write_simulation
-from tpbso_casadi.simulation.result import stretches, summary_of
-from tpbso_casadi.simulation.store import REPLANS, obstacle_table, replan_rows, row_times
+from tpbso_casadi.simulation.result import REPLANS, obstacle_table, replan_rows, row_times, stretches, summary_of
 from tpbso_casadi.storage import OutputError, check_seal
 
 CART = {"shape": "box", "center": [3.0, 0.0], "size": [0.4, 0.2], "velocity": [0.0, 0.5]}

@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tpbso_casadi as tp
+from problems.objectives import WeightedSum
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import overridden, parse_scenario
-from tpbso_casadi.trade_off import ENDS, Front, Objectives, Point, Standing
-from tpbso_casadi.trade_off.front import hypervolume, reference_point
-from tpbso_casadi.trade_off.placement import EpsilonConstraint, Placement, WeightedSum
-from tpbso_casadi.trade_off.point import Pair, Request, Scalarisation
+from tpbso_casadi.trade_off import ENDS, Objectives, Point, Standing
+from tpbso_casadi.trade_off.front import Pair, PointFront, Request, Scalarisation, hypervolume, reference_point
+from tpbso_casadi.trade_off.placement import EpsilonConstraint, Placement, WeightedSums
 
 POOR = 2.5015  # s, the bound of a plan that comes out poor
 COORDINATES = st.tuples(st.integers(0, 20), st.integers(0, 20))
@@ -40,7 +40,7 @@ def placed(placement: Placement, solve: Callable[[Request], Pair]) -> list[Point
 def test_what_a_point_is_beside_the_others() -> None:
     values = [(1.0, 5.0), (2.0, 3.0), (2.0, 4.0), (1.0, 5.0), (4.0, 1.0), (0.5, 0.5)]
     points = [point(n, v, certified=n != 6) for n, v in enumerate(values, start=1)]
-    front = Front.of(points)
+    front = PointFront.of(points)
     assert [p.number for p in front.points] == [1, 2, 5]
     expected = ["front", "front", "dominated", "repeated", "front", "not certified"]
     assert [str(front.standings[p.number]) for p in points] == expected
@@ -49,7 +49,7 @@ def test_what_a_point_is_beside_the_others() -> None:
 @given(st.lists(COORDINATES, max_size=30))
 def test_nothing_dominates_a_front_and_it_dominates_all_else(values: list[tuple[int, int]]) -> None:
     points = [point(n, (float(a), float(b))) for n, (a, b) in enumerate(values, start=1)]
-    front = Front.of(points).values
+    front = PointFront.of(points).values
     no_worse = [(front <= p.values).all(axis=1) for p in points]
     assert all(each.any() for each in no_worse)
     for values_on_front in front:
@@ -83,7 +83,7 @@ def weighted(request: Request) -> Pair:
 
 
 def test_near_the_ends_the_other_objective_counts_a_little() -> None:
-    points = placed(WeightedSum(2), weighted)
+    points = placed(WeightedSums(2), weighted)
     asked = [p.request.scalarisation.weights for p in points if p.request]
     assert asked == [*ENDS, (1.0, 1e-3), (1.0, 1e3)]
     points = placed(EpsilonConstraint(2, 0), bounded)
@@ -96,7 +96,7 @@ def test_near_the_ends_the_other_objective_counts_a_little() -> None:
 @pytest.mark.parametrize(("placement", "solve"), [(EpsilonConstraint(12, 0), bounded), (WeightedSum(12), weighted)])
 def test_points_are_spread(placement: Placement, solve: Callable[[Request], Pair]) -> None:
     points = placed(placement, solve)
-    front = Front.of(points)
+    front = PointFront.of(points)
     assert len(points) == 14 and len(front.points) >= 12
     scale = np.ptp(front.values, axis=0)
     gaps = np.hypot(*(np.diff(front.values, axis=0) / scale).T)
@@ -108,9 +108,9 @@ def test_a_line_has_no_point_between_its_ends_for_weighted_sums() -> None:
         first, second = request.scalarisation.weights
         return (0.0, 1.0) if first >= second else (1.0, 0.0)
 
-    points = placed(WeightedSum(12), solve)
+    points = placed(WeightedSums(12), solve)
     assert [p.request.scalarisation.weights for p in points if p.request][4:] == [(1.0, 1.0)]
-    assert Front.of(points).standings[5] is Standing.REPEATED
+    assert PointFront.of(points).standings[5] is Standing.REPEATED
 
 
 def test_what_is_not_the_best_known_answer_is_tried_once_more_from_its_neighbours() -> None:
@@ -122,7 +122,7 @@ def test_what_is_not_the_best_known_answer_is_tried_once_more_from_its_neighbour
     points = placed(EpsilonConstraint(5, 0), solve)
     first, again = (p for p in points if p.request and p.request.scalarisation.longest == POOR)
     assert len(points) == 8
-    front = Front.of(points)
+    front = PointFront.of(points)
     assert front.standings[first.number] is Standing.DOMINATED and front.standings[again.number] is Standing.FRONT
     assert again.request is not None
     kept, left = (points[number - 1].duration for number in again.request.starts)
@@ -147,7 +147,7 @@ def test_an_end_that_another_plan_equals_in_its_own_objective_is_left() -> None:
 
     points = placed(EpsilonConstraint(3, 0), solve)
     assert len(points) == 5
-    assert Front.of(points).standings[2] is Standing.DOMINATED
+    assert PointFront.of(points).standings[2] is Standing.DOMINATED
 
 
 def test_either_objective_may_be_the_duration() -> None:

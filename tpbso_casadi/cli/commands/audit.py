@@ -10,17 +10,15 @@ from pathlib import Path
 from problems import CertificateStatus
 from problems.evaluation import InvalidEvaluation
 from tpbso_casadi.audit_report import audit_run, audit_scenario, impossible
-from tpbso_casadi.cli.command import run_command
-from tpbso_casadi.cli.common import Exit, path, print_error
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, named, print_error, run_command
 from tpbso_casadi.cli.options import (
-    OneLineParser,
     add_figures_option,
     add_json,
     add_outside_files,
     add_quiet,
-    command_parser,
     defaulting,
     output_group,
+    path,
     problem_group,
 )
 from tpbso_casadi.display.audit_tables import print_run_audit, print_scenario_audit
@@ -89,13 +87,13 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
     """Audit a scenario's structure; returns the exit status."""
     if options.plots is not None:
         check_writable(options.plots)
-    try:
-        with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
-            content = audit_scenario(scenario)
-            if options.plots is not None:
-                draw(scenario, options.plots, options.figures or DEFAULT)
-    except ScenarioError as error:
-        raise ScenarioError(f"{options.what}: {error}") from error
+    with named(options.what), plugin_failures_named(scenario, OutputError, InvalidEvaluation):
+        content = audit_scenario(scenario)
+        if options.plots is not None:
+            from tpbso_casadi.figures.limits import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
+
+            options.plots.mkdir(parents=True, exist_ok=True)
+            draw_structure(options.plots, scenario, options.figures or DEFAULT)
     if options.json:
         sys.stdout.write(as_json(content))
     else:
@@ -104,11 +102,3 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
         print_error(f"{options.what}: nothing in the search box meets {', '.join(impossible(content))}")
         return Exit.INFEASIBLE
     return Exit.FEASIBLE
-
-
-def draw(scenario: Scenario, folder: Path, formats: Sequence[str]) -> None:
-    """Draw the structure of the scenario's constraints."""
-    from tpbso_casadi.figures.limits import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
-
-    folder.mkdir(parents=True, exist_ok=True)
-    draw_structure(folder, scenario, formats)

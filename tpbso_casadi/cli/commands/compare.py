@@ -14,40 +14,32 @@ from rich.console import Console
 
 from tpbso_casadi.campaign import (
     FUNCTION_SOLVERS,
-    HEADER,
     USUAL_RUNS,
     USUAL_SOLVERS,
     USUAL_STARTS,
     AnyRun,
     SolverSpec,
-    best_runs,
     budgeted,
-    check_size,
+    campaign_of,
     export,
     files_of,
-    function_grid,
     functions_of,
-    grid,
     parse_solvers,
     print_tables,
-    results_of,
-    rows,
     write_comparison,
 )
 from tpbso_casadi.campaign.logs import WRITERS, check_logs, traces_of, write_logs
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
     failures,
-    phase,
     prepare,
     run_campaign_command,
     run_with_progress,
     stored,
 )
-from tpbso_casadi.cli.common import positive_int
+from tpbso_casadi.cli.command import OneLineParser, command_parser
 from tpbso_casadi.cli.options import (
     SCENARIO,
-    OneLineParser,
     add_evaluations,
     add_figures_option,
     add_iterations,
@@ -57,12 +49,14 @@ from tpbso_casadi.cli.options import (
     add_population,
     add_seed,
     add_time_limit,
-    command_parser,
     defaulting,
     figure_formats,
+    positive_int,
     problem_group,
     search_group,
 )
+from tpbso_casadi.cli.progress import phase
+from tpbso_casadi.facade.comparing import Comparison
 from tpbso_casadi.scenario import load_all
 
 DEFAULT_SOLVERS = ",".join(USUAL_SOLVERS)
@@ -145,20 +139,19 @@ def compare(options: argparse.Namespace, command: str = "") -> int:
     runs = campaign(options)
     with stored(options) as store:
         run_with_progress(runs, store, options)
-        results, best = results_of(runs, store), best_runs(runs, store)
+        comparison = Comparison.of(runs, store)
         if options.format:
             write_logs(options.format, options.out, traces_of(runs, store))
     with phase("writing tables, figures and the page", options.quiet):
-        write_comparison(options.out, results, runs, best, command, formats)
+        write_comparison(options.out, comparison.results, runs, comparison.best, command, formats)
         if options.table is not None:
-            export(results.records, options.table)
-    summaries = results.summaries
+            export(comparison.records, options.table)
     if options.json:
-        sys.stdout.write(json.dumps([dict(zip(HEADER, row, strict=True)) for row in rows(summaries)], indent=2) + "\n")
+        sys.stdout.write(json.dumps(comparison.table, indent=2) + "\n")
     elif not options.quiet:
-        print_tables(summaries, Console())
+        print_tables(comparison.summaries, Console())
         Console().print(f"written to {options.out}", highlight=False, soft_wrap=True)
-    return failures(results.records)
+    return failures(comparison.records)
 
 
 def campaign(options: argparse.Namespace) -> Sequence[AnyRun]:
@@ -169,10 +162,8 @@ def campaign(options: argparse.Namespace) -> Sequence[AnyRun]:
     """
     functions, specs = functions_of(options.scenario), solver_specs(options)
     scenarios = {} if functions else load_all(options.scenario, options.allow_outside_files)
-    check_size((len(functions) or len(scenarios)) * len(specs), options.seed, options.runs)
-    seeds = range(options.seed, options.seed + options.runs)
     with phase("building the models", options.quiet):
-        return function_grid(functions, specs, seeds) if functions else grid(scenarios, specs, seeds)
+        return campaign_of(functions, scenarios, specs, options.seed, options.runs)
 
 
 def solver_specs(options: argparse.Namespace) -> list[SolverSpec]:

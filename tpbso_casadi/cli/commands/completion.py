@@ -13,9 +13,8 @@ import shtab
 
 from problems import OBJECTIVES
 from problems.robots import BUILT_IN
-from tpbso_casadi.cli.command import run_command
-from tpbso_casadi.cli.common import Exit
-from tpbso_casadi.cli.options import SCENARIO, OneLineParser, command_parser, listed
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, run_command
+from tpbso_casadi.cli.options import SCENARIO, listed
 from tpbso_casadi.cli.tpbso import COMMANDS
 from tpbso_casadi.scenario import SOLVER_CATALOGUE, TITLES
 

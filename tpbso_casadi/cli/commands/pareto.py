@@ -13,12 +13,10 @@ from rich.text import Text
 from problems import OBJECTIVES
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from solvers import Interruption, deferred_interrupt
-from tpbso_casadi.cli.command import RUNS, run_command
-from tpbso_casadi.cli.commands.solve import evaluation_options, planning_progress, stated
-from tpbso_casadi.cli.common import Exit, print_error, printable_name, whole_number
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, named, print_error, run_command
+from tpbso_casadi.cli.commands.solve import evaluation_options, stated
 from tpbso_casadi.cli.options import (
     SCENARIO,
-    OneLineParser,
     add_backend,
     add_evaluations,
     add_figures_option,
@@ -28,30 +26,32 @@ from tpbso_casadi.cli.options import (
     add_quiet,
     add_seed,
     add_threads,
-    command_parser,
     figure_formats,
     is_silent,
     listed,
     machine_group,
     output_group,
+    printable_name,
     problem_group,
     search_group,
+    whole_number,
 )
+from tpbso_casadi.cli.output import RUNS
+from tpbso_casadi.cli.progress import planning_progress
 from tpbso_casadi.display.console import OutputConsole, number, table_of, word
-from tpbso_casadi.scenario import Scenario, ScenarioError, load, loading, plugin_failures_named
+from tpbso_casadi.scenario import load, loading, plugin_failures_named
 from tpbso_casadi.storage import OutputError
 from tpbso_casadi.trade_off import (
     ENDS,
     EPSILON_CONSTRAINT,
     METHODS,
     WEIGHTED_SUM,
+    FrontWork,
     Objectives,
     Point,
     Standing,
-    Store,
     TradeOff,
-    Work,
-    method_named,
+    open_front,
 )
 
 COLOURS = {Standing.FRONT: "green", Standing.NOT_CERTIFIED: "red"}
@@ -150,30 +150,20 @@ def names(text: str) -> tuple[str, ...]:
 def pareto(options: argparse.Namespace) -> int:
     """Make the front of the options; returns the exit status."""
     given, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
-    scenario = overridden(given, options)
-    try:
-        with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
-            return written(Objectives(scenario, options.objectives), evaluation, options)
-    except ScenarioError as error:
-        raise ScenarioError(f"{options.scenario}: {error}") from error
-
-
-def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
-    """The scenario with the values of the command line in place of its own, and a solver where it names none."""
-    return loading.overridden(scenario, solver=stated(options, "evaluations", "seed"))
+    scenario = loading.overridden(given, solver=stated(options, "evaluations", "seed"))
+    with named(options.scenario), plugin_failures_named(scenario, OutputError, InvalidEvaluation):
+        return written(Objectives(scenario, options.objectives), evaluation, options)
 
 
 def written(objectives: Objectives, evaluation: EvaluationOptions, options: argparse.Namespace) -> int:
     """Make the points, write and print the front; returns the exit status."""
-    folder = options.out or default_folder(options)
-    method = method_named(options.method, objectives, options.points)
-    asked = {"scenario": objectives.scenario.model_dump(), "objectives": objectives.names}
-    store = Store.open(folder, asked, method.name, method.settings, options.overwrite)
-    objectives.problems()  # what cannot be planned is said before anything is
+    parts = [Path(options.scenario).stem, *(name.rsplit(":")[-1] for name in options.objectives)]
+    folder = options.out or RUNS / "-".join(parts)
+    method, store = open_front(objectives, options.method, options.points, folder, options.overwrite)
     console, errors = OutputConsole(quiet=options.quiet), OutputConsole(stderr=True, quiet=options.quiet)
     with deferred_interrupt() as interruption:
         with redirect_stdout(sys.stderr), planning_progress(None, is_silent(options)) as progress:
-            work = Work(
+            work = FrontWork(
                 objectives=objectives,
                 store=store,
                 plots=not options.no_plots,
@@ -186,27 +176,11 @@ def written(objectives: Objectives, evaluation: EvaluationOptions, options: argp
             method.run(work)
             trade_off = TradeOff(objectives.headings, {name: store.points(name) for name in store.methods})
             if trade_off.points:
-                trade_off.write(folder)
-                draw(folder, trade_off, figure_formats(options))
+                trade_off.save(folder, figure_formats(options))
         if trade_off.points:
             print_trade_off(trade_off, console)
             console.say(f"written to {folder}")
         return exit_status(trade_off.points.get(method.name, []), folder, interruption)
-
-
-def default_folder(options: argparse.Namespace) -> Path:
-    """``runs/SCENARIO-A-B``."""
-    parts = [Path(options.scenario).stem, *(name.rsplit(":")[-1] for name in options.objectives)]
-    return RUNS / "-".join(parts)
-
-
-def draw(folder: Path, trade_off: TradeOff, formats: Sequence[str]) -> None:
-    """The figure, unless there is to be none."""
-    if not formats:
-        return
-    from tpbso_casadi.trade_off.front_figures import draw_front  # noqa: PLC0415 (matplotlib is slow to load)
-
-    draw_front(folder, trade_off, formats)
 
 
 def exit_status(points: Sequence[Point], folder: Path, interruption: Interruption) -> int:

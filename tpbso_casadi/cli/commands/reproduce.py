@@ -24,7 +24,8 @@ from tpbso_casadi.cli.campaign import (
     run_with_progress,
     stored,
 )
-from tpbso_casadi.cli.options import OneLineParser, command_parser, search_group
+from tpbso_casadi.cli.command import OneLineParser, command_parser
+from tpbso_casadi.cli.options import search_group
 from tpbso_casadi.reproduction.claims import CLAIMS
 from tpbso_casadi.reproduction.experiment import FULL, QUICK, Evidence, Size, campaign
 from tpbso_casadi.reproduction.judgements import ClaimOutcome

@@ -8,11 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from tpbso_casadi.cli.command import free_folder, run_command
+from tpbso_casadi.cli.command import OneLineParser, command_parser, named, run_command
 from tpbso_casadi.cli.commands.solve import written
-from tpbso_casadi.cli.common import not_negative, path
-from tpbso_casadi.cli.options import OneLineParser, command_parser, defaulting, listed, problem_group
-from tpbso_casadi.cli.output import Output, add_output_options
+from tpbso_casadi.cli.options import defaulting, listed, not_negative, path, problem_group
+from tpbso_casadi.cli.output import Output, add_output_options, free_folder
 from tpbso_casadi.scenario import (
     InputFolder,
     Interpolation,
@@ -100,10 +99,8 @@ def retime(options: argparse.Namespace) -> int:
     name = f"{folder.resolve().stem}-retimed"
     output = Output.of(options, partial(free_folder, name, scenario), title=name)
     output.check()
-    try:
+    with named(options.path):
         return written(scenario, None, output, options)
-    except ScenarioError as error:
-        raise ScenarioError(f"{options.path}: {error}") from error
 
 
 def of_file(path: Path, options: argparse.Namespace) -> Scenario:
@@ -122,10 +119,8 @@ def of_run(folder: Path, options: argparse.Namespace) -> Scenario:
         if getattr(options, option) is not None:
             raise ScenarioError(f"--{option}: {folder} is a run, whose path is complete")
     run = read_run(folder)
-    try:
+    with named(folder):
         given = path_table(run)
-    except ScenarioError as error:
-        raise ScenarioError(f"{folder}: {error}") from error
     if options.robot is not None:
         at_rest = {key: value for key, value in given.items() if key not in SPEEDS}
         return _parsed(_surroundings(options.robot), at_rest, options, options.robot)
@@ -162,7 +157,7 @@ def _parsed(
     model = content.get("model")
     if isinstance(model, dict):
         content["model"] = {key: model[key] for key in MODEL_KEYS if key in model}
-    try:
-        return parse_scenario(content, None if file is None else InputFolder(file.parent, outside_allowed=True))
-    except ScenarioError as error:
-        raise ScenarioError(str(error) if file is None else f"{file}: {error}") from error
+    if file is None:
+        return parse_scenario(content)
+    with named(file):
+        return parse_scenario(content, InputFolder(file.parent, outside_allowed=True))

@@ -21,9 +21,8 @@ from problems.robots import (
     read_spheres,
     read_urdf,
 )
-from tpbso_casadi.cli.command import run_command
-from tpbso_casadi.cli.common import Exit, path
-from tpbso_casadi.cli.options import OneLineParser, add_verbose, command_parser, defaulting, listed
+from tpbso_casadi.cli.command import Exit, OneLineParser, add_verbose, command_parser, run_command
+from tpbso_casadi.cli.options import defaulting, listed, path
 from tpbso_casadi.display.console import OutputConsole, number, table_of, word
 from tpbso_casadi.figures.palette import FORMATS
 from tpbso_casadi.scenario import ScenarioError, read_text

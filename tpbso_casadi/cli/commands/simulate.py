@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.text import Text
 
-from problems import InvalidProblem
-from solvers import Interruption, deferred_interrupt
-from tpbso_casadi.animation.player import write_player
-from tpbso_casadi.cli.command import free_folder, run_command
-from tpbso_casadi.cli.common import Exit, positive_float, print_error
+from solvers import deferred_interrupt
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, named, print_error, run_command
 from tpbso_casadi.cli.options import (
     SCENARIO,
     SCENARIOS,
-    OneLineParser,
     add_evaluations,
     add_figures_option,
     add_no_plots,
@@ -26,35 +21,29 @@ from tpbso_casadi.cli.options import (
     add_quiet,
     add_seed,
     add_within,
-    command_parser,
     defaulting,
     output_group,
+    positive_float,
     problem_group,
     search_group,
 )
+from tpbso_casadi.cli.output import free_folder
 from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
-from tpbso_casadi.replanning import Replanner
+from tpbso_casadi.facade.simulating import simulate as simulate_scenario
+from tpbso_casadi.facade.simulating import simulation_scenario
 from tpbso_casadi.scenario import (
     Scenario,
-    ScenarioError,
     SimulationSection,
     load,
-    parse_scenario,
-    plugin_failures_named,
 )
 from tpbso_casadi.simulation import (
     LARGEST_JUMP,
     WHAT,
-    Planner,
     Replan,
-    Setting,
-    Simulation,
-    SimulationRecord,
     SimulationResult,
     SummaryResult,
-    write_simulation,
 )
-from tpbso_casadi.storage import OutputError, Writer, check_run_folder
+from tpbso_casadi.storage import check_run_folder
 
 GOOD, BAD = "green", "red"
 
@@ -165,88 +154,28 @@ def _default(key: str) -> str:
 
 def simulate(options: argparse.Namespace) -> int:
     """Run the simulation of the options, write and print it; returns the exit status."""
-    scenario = overridden(load(options.scenario, options.allow_outside_files), options)
-    try:
-        with plugin_failures_named(scenario, OutputError), deferred_interrupt() as interruption:
-            setting = interruption.breakable(partial(Setting.of, scenario))
-            name = f"{Path(options.scenario).stem}-simulated-{setting.scenario.solver.seed}"
-            folder = options.out or free_folder(name, setting.scenario)
-            check_run_folder(folder)
-            simulation = Simulation(setting, interruption.breakable(partial(planner_of, setting)))
-            record = simulation.run(interruption, ReplanLines(OutputConsole(stderr=True, quiet=options.quiet)))
-            views = [] if options.no_plots else views_of(record, Path(options.scenario).stem, options.figures)
-            return written(record, folder, views, interruption, OutputConsole(quiet=options.quiet))
-    except ScenarioError as error:
-        raise ScenarioError(f"{options.scenario}: {error}") from error
+    settings = {key: getattr(options, key) for key in OVERRIDDEN}
+    given = load(options.scenario, options.allow_outside_files)
+    scenario = simulation_scenario(given, seed=options.seed, **settings)
+    stem, console = Path(options.scenario).stem, OutputConsole(quiet=options.quiet)
+    folders: list[Path] = []
 
+    def ready(complete: Scenario) -> None:
+        name = f"{stem}-simulated-{complete.solver.seed}"
+        folders.append(options.out or free_folder(name, complete))
+        check_run_folder(folders[0])
 
-def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
-    """The scenario with the values of the command line in place of its own."""
-    table = (scenario.simulation or SimulationSection()).model_dump()
-    table |= {key: getattr(options, key) for key in OVERRIDDEN if getattr(options, key) is not None}
-    content = scenario.model_dump() | {"model": scenario.model.stated(), "simulation": table}
-    if options.seed is not None:
-        content["solver"]["seed"] = options.seed
-    return parse_scenario(content)
-
-
-def planner_of(setting: Setting) -> Planner:
-    """The planner that is asked.
-
-    Raises:
-        ScenarioError: it does not plan such a task.
-    """
-    settings = setting.settings
-    try:
-        return Replanner(
-            setting.scenario,
-            every=settings.every,
-            fail_safe_rate=settings.course_rate,
-            evaluations=settings.evaluations,
-            within=settings.within,
-            seed=setting.scenario.solver.seed,
-        )
-    except InvalidProblem as error:
-        raise ScenarioError(f"simulation.{error.field}: {error.reason}") from error
-
-
-def views_of(record: SimulationRecord, title: str, formats: Sequence[str]) -> list[Writer]:
-    """What shows a simulation: a figure in some formats, and a player of a title."""
-
-    def draw(folder: Path) -> None:
-        from tpbso_casadi.figures.simulation import draw_simulation  # noqa: PLC0415 (matplotlib is slow to load)
-
-        draw_simulation(folder, record, formats)
-
-    return [draw, lambda folder: write_player(folder, title, record)]
-
-
-def written(
-    record: SimulationRecord,
-    folder: Path,
-    views: Sequence[Writer],
-    interruption: Interruption,
-    console: OutputConsole,
-) -> int:
-    """Judge, write and print a simulation; returns the exit status."""
-    result = SimulationResult.of(record)
-    write_simulation(folder, record, result, views, interruption)
-    print_simulation(result, console)
-    console.say(f"written to {folder}")
-    if interruption.requested:
-        print_error(f"interrupted; the {record.duration:.4g} s that were simulated are in {folder}")
-        return Exit.INTERRUPTED
-    if not result.is_good:
-        print_error(f"not safe, see {folder}: {'; '.join(faults(result))}")
-        return Exit.INFEASIBLE
-    return Exit.FEASIBLE
-
-
-def faults(result: SimulationResult) -> Iterator[str]:
-    """What should not have been."""
-    summary = result.summary
-    if summary.collisions or summary.unproven:
-        yield f"{summary.collisions} collisions while moving, {summary.unproven} moves without a proof"
-    if not summary.is_smooth:
-        yield f"a jump of {max(summary.largest_jumps):.2g}"
-    yield from (f"{limit.name} not kept" for limit in result.limits if not limit.satisfied)
+    with named(options.scenario), deferred_interrupt() as interruption:
+        lines = ReplanLines(OutputConsole(stderr=True, quiet=options.quiet))
+        run = simulate_scenario(scenario, ready=ready, told=lines)
+        [folder] = folders
+        run.save(folder, plots=not options.no_plots, figures=options.figures, title=stem)
+        print_simulation(run.result, console)
+        console.say(f"written to {folder}")
+        if interruption.requested:
+            print_error(f"interrupted; the {run.duration:.4g} s that were simulated are in {folder}")
+            return Exit.INTERRUPTED
+        if not run.good:
+            print_error(f"not safe, see {folder}: {'; '.join(run.faults)}")
+            return Exit.INFEASIBLE
+        return Exit.FEASIBLE

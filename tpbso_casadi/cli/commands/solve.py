@@ -4,28 +4,22 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, redirect_stdout
+from collections.abc import Sequence
+from contextlib import redirect_stdout
 from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeRemainingColumn
-from rich.progress import Progress as Bars
-
-from problems import OBJECTIVES, Problem
+from problems import OBJECTIVES
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import Elbow, KnotRedundancy
-from solvers import STARTS, Interruption, Status, deferred_interrupt
-from tpbso_casadi.cli.command import run_command, run_folder
-from tpbso_casadi.cli.common import Exit, print_error, printable_name, whole_number
+from solvers import Interruption, deferred_interrupt
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, named, print_error, run_command
 from tpbso_casadi.cli.options import (
     SCENARIO,
     SCENARIOS,
     Group,
-    OneLineParser,
     add_backend,
     add_evaluations,
     add_iterations,
@@ -35,18 +29,20 @@ from tpbso_casadi.cli.options import (
     add_threads,
     add_time_limit,
     add_within,
-    command_parser,
     defaulting,
     is_silent,
     listed,
     machine_group,
+    printable_name,
     problem_group,
     search_group,
+    whole_number,
 )
-from tpbso_casadi.cli.output import Output, add_output_options
+from tpbso_casadi.cli.output import Output, add_output_options, run_folder
+from tpbso_casadi.cli.progress import planning_progress
 from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.display.plan_tables import print_plan, print_scenarios, summary_of
-from tpbso_casadi.planning import INFEASIBLE_MERIT, PlannedMotion, Progress, plan
+from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.scenario import (
     DEFAULT,
     FAMILIES,
@@ -62,68 +58,6 @@ from tpbso_casadi.scenario import (
     plugin_failures_named,
 )
 from tpbso_casadi.storage import OutputError, result_of
-
-INTERVAL = 10.0  # s between plain lines
-
-
-@contextmanager
-def planning_progress(problem: Problem[Any] | None, quiet: bool) -> Iterator[Progress]:
-    """The callbacks that show on standard error what is being done; nothing where it is to be quiet."""
-    console = OutputConsole(stderr=True, quiet=quiet)
-    if quiet:
-        yield Progress()
-    elif console.is_terminal:
-        with _bars(problem, console) as progress:
-            yield progress
-    else:
-        yield _lines(problem, console)
-
-
-@contextmanager
-def _bars(problem: Problem[Any] | None, console: OutputConsole) -> Iterator[Progress]:
-    columns = SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}")
-    with Bars(*columns, TimeRemainingColumn(), console=console, transient=True) as bars:
-        bar = bars.add_task("modelling", total=None, best="")
-
-        def phase(name: str) -> None:
-            bars.reset(bar, description=name, total=None, best="")
-
-        def show(status: Status) -> None:
-            bars.update(bar, total=1.0, completed=status.progress, best=summary(status, problem))
-
-        yield Progress(show, phase)
-
-
-def _lines(problem: Problem[Any] | None, console: OutputConsole) -> Progress:
-    """A line when ``INTERVAL`` seconds have passed since the last; short commands print none."""
-    told, current = time.monotonic(), "modelling"
-
-    def tell(text: str) -> None:
-        nonlocal told
-        if time.monotonic() - told > INTERVAL:
-            console.print(text, markup=False, soft_wrap=True)
-            told = time.monotonic()
-
-    def phase(name: str) -> None:
-        nonlocal current
-        current = name
-        tell(name)
-
-    def show(status: Status) -> None:
-        tell(f"{current}: {status.progress:.0%} of the budget, {summary(status, problem)}")
-
-    return Progress(show, phase)
-
-
-def summary(status: Status, problem: Problem[Any] | None) -> str:
-    """The best so far and the effort, in a few words."""
-    if problem is None:
-        return ""
-    objective = problem.objective
-    feasible = status.cost < (INFEASIBLE_MERIT if status.steps is STARTS else problem.objective_upper_bound)
-    best = f"{objective.name} {status.cost:.4g} {objective.unit}" if feasible else "nothing feasible yet"
-    effort = f"start {status.iterations}" if status.steps is STARTS else f"{status.evaluations} evaluations"
-    return f"{best}, {effort}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -242,11 +176,8 @@ def solve(options: argparse.Namespace) -> int:
     scenario = overridden(given, options)
     output = Output.of(options, partial(run_folder, options, scenario), Path(options.scenario).stem)
     output.check()
-    try:
-        with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
-            return written(scenario, evaluation, output, options)
-    except ScenarioError as error:
-        raise ScenarioError(f"{options.scenario}: {error}") from error
+    with named(options.scenario), plugin_failures_named(scenario, OutputError, InvalidEvaluation):
+        return written(scenario, evaluation, output, options)
 
 
 def written(
