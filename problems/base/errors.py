@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterable, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
@@ -36,6 +37,32 @@ MASSES = (1e-9, 1e9)  # kg
 INERTIAS = (0.0, 1e12)  # kg m^2
 ACCELERATIONS = (-1e6, 1e6)  # m/s^2, of gravity
 TIMES = (1e-9, 1e9)  # s
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What the numbers of a field are, as its type says: ``Annotated[float, Quantity(LENGTHS, "m")]``.
+
+    Attributes:
+        bounds: the least and the largest that such a number may be.
+        unit: of it.
+    """
+
+    bounds: tuple[float, float]
+    unit: str
+
+
+@dataclass(frozen=True)
+class Count:
+    """How many entries a field of any length may have, as its type says."""
+
+    least: int
+    most: int
+
+
+Length: TypeAlias = Annotated[float, Quantity(LENGTHS, "m")]
+Coordinate: TypeAlias = Annotated[float, Quantity(COORDINATES, "m")]
+Angle: TypeAlias = Annotated[float, Quantity(ANGLES, "rad")]
 
 
 UNIT_TOLERANCE = 1e-3  # by which the length of a stated quaternion may differ from 1

@@ -8,11 +8,21 @@ from problems.scene.polygon import MAX_CORNERS, Polygon, Rectangle
 from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
 from problems.scene.tabulated import Tabulated, first_fault
 
+# by the names that scenarios have for them; one of the plane may have a namesake in space
 OBSTACLES: dict[str, type[Obstacle]] = {"ellipse": Ellipse, "box": Rectangle, "polygon": Polygon}
+SOLIDS: dict[str, type[Obstacle]] = {
+    "box": Box,
+    "sphere": Ball,
+    "capsule": Capsule,
+    "cylinder": Cylinder,
+    "half-space": HalfSpace,
+    "ellipsoid": Ellipsoid,
+}
 
 __all__ = [
     "MAX_CORNERS",
     "OBSTACLES",
+    "SOLIDS",
     "Ball",
     "Box",
     "Capsule",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import reduce
 from itertools import combinations
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import casadi as ca
 import numpy as np
@@ -14,8 +14,12 @@ from problems.base import (
     ANGLES,
     COORDINATES,
     LENGTHS,
+    Angle,
+    Coordinate,
+    Count,
     FloatArray,
     InvalidProblem,
+    Length,
     Matrix,
     Operand,
     check_within,
@@ -43,9 +47,9 @@ class Rectangle(Obstacle):
     numbers: ClassVar[tuple[str, ...]] = ("center", "size", "angle")
     zero_is_structure: ClassVar[tuple[str, ...]] = ("angle",)
 
-    center: tuple[float, float]
-    size: tuple[float, float]
-    angle: float = 0.0
+    center: tuple[Coordinate, Coordinate]
+    size: tuple[Length, Length]
+    angle: Angle = 0.0
 
     def __post_init__(self) -> None:
         check_within("center", self.center, COORDINATES, "m")
@@ -61,6 +65,11 @@ class Rectangle(Obstacle):
     def width(self) -> float:
         """The shorter side, m."""
         return min(self.size)
+
+    @property
+    def complexity(self) -> int:
+        """That of its corners."""
+        return 4
 
     @property
     def corners(self) -> tuple[Point, ...]:
@@ -118,7 +127,7 @@ class Polygon(Obstacle):
 
     numbers: ClassVar[tuple[str, ...]] = ("points",)
 
-    points: tuple[tuple[float, float], ...]
+    points: Annotated[tuple[tuple[Coordinate, Coordinate], ...], Count(3, MAX_CORNERS)]
     parts: tuple[Part, ...] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -148,6 +157,11 @@ class Polygon(Obstacle):
     @property
     def _corners(self) -> FloatArray:
         return np.array(self.points)
+
+    @property
+    def complexity(self) -> int:
+        """The corners of its convex parts."""
+        return sum(map(len, self.parts))
 
     @property
     def place(self) -> tuple[float, ...]:

@@ -8,13 +8,12 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
+from problems import Obstacle, Robot
 from problems import Path as PathOfPoints
-from problems import Robot
 from problems.tasks import Task
 from tpbso_casadi.facade.arguments import (
     AnySolverChoice,
     in_words_of_python,
-    plain,
     solver_table,
     sorted_into_tables,
     whole_or_not,
@@ -24,14 +23,23 @@ from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
 from tpbso_casadi.facade.tables import (
     STATEMENTS,
     goals_table,
-    obstacle_table,
     path_table,
     place_table,
     places_table,
     tables_of,
 )
-from tpbso_casadi.scenario import InputFolder, Scenario, ScenarioError, load, overridden, parse_scenario, shown
+from tpbso_casadi.scenario import (
+    InputFolder,
+    Scenario,
+    ScenarioError,
+    load,
+    overridden,
+    parse_scenario,
+    plain,
+    shown,
+)
 from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.scenario.obstacles import obstacle_table
 
 What: TypeAlias = Scenario | Task | AnyRobot
 
@@ -187,4 +195,12 @@ def obstacle_tables(obstacles: Any) -> list[dict[str, Any]] | None:
         return None
     if isinstance(obstacles, str | Mapping) or not isinstance(obstacles, Iterable):
         raise ScenarioError("obstacles: a list is needed, [tp.Box(...)]")
-    return [obstacle_table(each) for each in obstacles]
+    return [_obstacle_table(each) for each in obstacles]
+
+
+def _obstacle_table(obstacle: Obstacle | Mapping[str, Any]) -> dict[str, Any]:
+    if isinstance(obstacle, Obstacle):
+        return obstacle_table(obstacle)
+    if isinstance(obstacle, dict):
+        return dict(plain(obstacle))
+    raise ScenarioError(f"obstacles: {shown(obstacle)} is none; say tp.Box(...) and the like, or a dict")

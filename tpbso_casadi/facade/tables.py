@@ -9,47 +9,28 @@ from typing import Any
 import numpy as np
 
 from problems import (
-    Ball,
-    Box,
-    Capsule,
-    ConstantVelocity,
-    Cylinder,
-    Ellipse,
-    Ellipsoid,
-    HalfSpace,
     InvalidProblem,
     Joints,
     Move,
-    MovingObstacle,
-    Obstacle,
     PathFollowing,
     Place,
     PlanarArm,
     PointToPoint,
-    Polygon,
     Position,
-    Rectangle,
     Robot,
-    Tabulated,
 )
 from problems import Path as PathOfPoints
 from problems.base import FloatArray
-from problems.scene.moving import ObstacleMotion
 from problems.tasks import JointFollowing, PathTracing, Pose, SpaceTracing, Task
-from tpbso_casadi.facade.arguments import path_of, plain
-from tpbso_casadi.scenario import ARM_KEYS, ScenarioError, motion_through, pieces_table, shown
+from tpbso_casadi.scenario import (
+    ARM_KEYS,
+    ScenarioError,
+    path_of,
+    pieces_table,
+    plain,
+    shown,
+)
 
-SHAPE_NAMES: dict[type[Obstacle], str] = {
-    Ellipse: "ellipse",
-    Rectangle: "box",
-    Polygon: "polygon",
-    Box: "box",
-    Ball: "sphere",
-    Capsule: "capsule",
-    Cylinder: "cylinder",
-    Ellipsoid: "ellipsoid",
-    HalfSpace: "half-space",
-}
 OF_THE_MODEL = ("margin", "self_collision")  # fields of a robot that a scenario states in [model]
 
 
@@ -66,60 +47,6 @@ def arm_table(arm: PlanarArm) -> dict[str, Any]:
 def settings_table(robot: Robot) -> dict[str, Any]:
     """The [robot] table of a robot of any class, by its path."""
     return {"model": path_of(type(robot)), "settings": plain(_stated(robot))}
-
-
-def obstacle_table(obstacle: Obstacle | dict[str, Any]) -> dict[str, Any]:
-    """One of the [[obstacles]].
-
-    Raises:
-        ScenarioError: no table states it.
-    """
-    if isinstance(obstacle, dict):
-        return dict(plain(obstacle))
-    if isinstance(obstacle, MovingObstacle):
-        table = obstacle_table(obstacle.still) | motion_table(obstacle.motion)
-        return table | ({"margin_rate": obstacle.margin_rate} if obstacle.margin_rate else {})
-    shape = SHAPE_NAMES.get(type(obstacle), "")
-    if not shape:
-        raise ScenarioError(f"obstacles: {shown(obstacle)} is none; say tp.Box(...) and the like, or a dict")
-    return {"shape": shape, **plain(_stated(obstacle))}
-
-
-def motion_table(motion: ObstacleMotion) -> dict[str, Any]:
-    """The keys of one of the [[obstacles]] that say how it moves.
-
-    Raises:
-        ScenarioError: no table states it.
-    """
-    state = MOTION_TABLES.get(type(motion))
-    if state is None:
-        raise ScenarioError(f"obstacles: no table states the motion {type(motion).__name__}")
-    return state(motion)
-
-
-def _velocity(motion: ConstantVelocity) -> dict[str, Any]:
-    return {"velocity": plain(motion.velocity)}
-
-
-def _rows(motion: Tabulated) -> dict[str, Any]:
-    """The rows t, position[, turn] of a table.
-
-    Raises:
-        ScenarioError: the motion does not run through its rows on one cubic spline.
-    """
-    length = motion.breaks[-1] - motion.breaks[-2]
-    columns = [[*(piece[-1] for piece in pieces), np.polyval(pieces[-1], length)] for pieces in motion.pieces]
-    rows = [list(map(float, row)) for row in zip(motion.breaks, *columns, strict=True)]
-    again = motion_through(rows, motion.dim)
-    if not np.allclose(again.pieces, motion.pieces, rtol=1e-9, atol=1e-9):
-        raise ScenarioError("obstacles: a motion along lines cannot be stored; say Tabulated.through(times, positions)")
-    return {"motion_rows": rows}
-
-
-MOTION_TABLES: dict[type[ObstacleMotion], Callable[[Any], dict[str, Any]]] = {
-    ConstantVelocity: _velocity,
-    Tabulated: _rows,
-}
 
 
 def place_table(place: Any, dof: int, dim: int, name: str) -> Any:

@@ -34,6 +34,8 @@ from tpbso_casadi.scenario.validation import (
     describe,
     hint,
     in_words,
+    path_of,
+    plain,
     read_table,
     shown,
 )
@@ -82,7 +84,9 @@ __all__ = [
     "motion_through",
     "overridden",
     "parse_scenario",
+    "path_of",
     "pieces_table",
+    "plain",
     "plugin_failures_named",
     "read_joint_rows",
     "read_scenario",

@@ -10,11 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+import problems
 import tpbso_casadi as tp
+from problems.scene import SOLIDS
 from problems.tasks import Place
-from tpbso_casadi.facade.tables import SHAPE_NAMES, goals_table, obstacle_table, place_table
+from tpbso_casadi.facade.tables import goals_table, place_table
 from tpbso_casadi.scenario import built
-from tpbso_casadi.scenario.obstacles import read_obstacle
+from tpbso_casadi.scenario.obstacles import obstacle_table, read_obstacle
 from tpbso_casadi.scenario.places import read_place
 
 SQUARE = ((0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.0, 0.3))
@@ -39,7 +41,7 @@ MOTIONS = [
 
 
 def test_every_shape_is_tried() -> None:
-    assert {type(obstacle) for obstacle in OBSTACLES} == set(SHAPE_NAMES)
+    assert {type(obstacle) for obstacle in OBSTACLES} == {*problems.OBSTACLES.values(), *SOLIDS.values()}
 
 
 @pytest.mark.parametrize("obstacle", OBSTACLES, ids=lambda each: type(each).__name__)
