@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -39,8 +38,7 @@ ACCELERATIONS = (-1e6, 1e6)  # m/s^2, of gravity
 TIMES = (1e-9, 1e9)  # s
 
 
-@dataclass(frozen=True)
-class Quantity:
+class Quantity(NamedTuple):
     """What the numbers of a field are, as its type says: ``Annotated[float, Quantity(LENGTHS, "m")]``.
 
     Attributes:
@@ -51,13 +49,18 @@ class Quantity:
     bounds: tuple[float, float]
     unit: str
 
+    def __repr__(self) -> str:
+        return repr(self.unit)
 
-@dataclass(frozen=True)
-class Count:
+
+class Count(NamedTuple):
     """How many entries a field of any length may have, as its type says."""
 
     least: int
     most: int
+
+    def __repr__(self) -> str:
+        return repr(f"{self.least} to {self.most}")
 
 
 Length: TypeAlias = Annotated[float, Quantity(LENGTHS, "m")]

@@ -12,7 +12,6 @@ from problems import InvalidProblem, PlanarArm, Robot
 from problems.base import FloatArray
 from problems.robots import BUILT_IN, SpatialArm
 from tpbso_casadi.facade.arguments import as_argument, check_keywords, in_words_of_python
-from tpbso_casadi.facade.tables import OF_THE_MODEL, arm_table, settings_table
 from tpbso_casadi.scenario import (
     ArmSection,
     InputFolder,
@@ -24,6 +23,7 @@ from tpbso_casadi.scenario import (
     read_table,
 )
 from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.scenario.robots import OF_THE_MODEL, arm_table, settings_table
 
 AnyTable: TypeAlias = ArmSection | RobotSection | SpatialRobotSection
 MOST_KNOWN = 64

@@ -14,7 +14,7 @@ import problems
 import tpbso_casadi as tp
 from problems.scene import SOLIDS
 from problems.tasks import Place
-from tpbso_casadi.facade.tables import goals_table, place_table
+from tpbso_casadi.facade.statement import goals_table, place_table
 from tpbso_casadi.scenario import built
 from tpbso_casadi.scenario.obstacles import obstacle_table, read_obstacle
 from tpbso_casadi.scenario.places import read_place

@@ -9,7 +9,7 @@ import pytest
 
 import tpbso_casadi as tp
 from problems.tasks import JointFollowing, Task
-from tpbso_casadi.facade.tables import STATEMENTS
+from tpbso_casadi.scenario.tasks import STATED
 
 ARM = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0).model
 OVAL = tp.Ellipse((1.6, 1.2), (0.1, 0.2))
@@ -33,7 +33,7 @@ TASKS: list[Task] = [
 
 
 def test_every_kind_is_tried() -> None:
-    assert {type(task) for task in TASKS} | {JointFollowing} == set(STATEMENTS)
+    assert {type(task) for task in TASKS} | {JointFollowing} == set(STATED)
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: type(task).__name__)
