@@ -3,15 +3,24 @@
 from problems.scene.ellipse import Ellipse
 from problems.scene.moving import ConstantVelocity, MovingObstacle, ObstacleMotion
 from problems.scene.obstacle import Frames, Obstacle, standing
-from problems.scene.polygon import MAX_CORNERS, Polygon, Rectangle, crossing_clearance
+from problems.scene.polygon import Polygon, Rectangle, crossing_clearance
 from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
 from problems.scene.tabulated import Tabulated, first_fault
 
+# by the names that scenarios have for them; one of the plane may have a namesake in space
 OBSTACLES: dict[str, type[Obstacle]] = {"ellipse": Ellipse, "box": Rectangle, "polygon": Polygon}
+SOLIDS: dict[str, type[Obstacle]] = {
+    "box": Box,
+    "sphere": Ball,
+    "capsule": Capsule,
+    "cylinder": Cylinder,
+    "half-space": HalfSpace,
+    "ellipsoid": Ellipsoid,
+}
 
 __all__ = [
-    "MAX_CORNERS",
     "OBSTACLES",
+    "SOLIDS",
     "Ball",
     "Box",
     "Capsule",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -43,8 +44,14 @@ class Frames:
 class Obstacle(Parametric, ABC):
     """Something that no body of the robot may touch. A subclass is a frozen dataclass.
 
+    The fields of that dataclass, with the units in their types, are the keys of the table in a scenario that states it.
     One that moves is seen from a frame that moves with it: :mod:`problems.scene.moving`.
+
+    Attributes:
+        not_stated: fields that are no keys, because they change nothing.
     """
+
+    not_stated: ClassVar[tuple[str, ...]] = ()
 
     @property
     def dim(self) -> int:
@@ -55,6 +62,11 @@ class Obstacle(Parametric, ABC):
     @abstractmethod
     def place(self) -> tuple[float, ...]:
         """A point of it, m, for messages."""
+
+    @property
+    def complexity(self) -> int:
+        """How much it adds to a model, in corners of a polygon; as one corner by default."""
+        return 1
 
     @property
     def moves(self) -> bool:

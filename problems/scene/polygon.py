@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import reduce
 from itertools import combinations, pairwise
-from typing import ClassVar, TypeAlias
+from typing import Annotated, ClassVar, TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -26,8 +26,12 @@ from problems.base import (
     ANGLES,
     COORDINATES,
     LENGTHS,
+    Angle,
+    Coordinate,
+    Count,
     FloatArray,
     InvalidProblem,
+    Length,
     Matrix,
     Operand,
     check_within,
@@ -252,9 +256,9 @@ class Rectangle(Obstacle):
     numbers: ClassVar[tuple[str, ...]] = ("center", "size", "angle")
     zero_is_structure: ClassVar[tuple[str, ...]] = ("angle",)
 
-    center: tuple[float, float]
-    size: tuple[float, float]
-    angle: float = 0.0
+    center: tuple[Coordinate, Coordinate]
+    size: tuple[Length, Length]
+    angle: Angle = 0.0
 
     def __post_init__(self) -> None:
         check_within("center", self.center, COORDINATES, "m")
@@ -270,6 +274,11 @@ class Rectangle(Obstacle):
     def width(self) -> float:
         """The shorter side, m."""
         return min(self.size)
+
+    @property
+    def complexity(self) -> int:
+        """That of its corners."""
+        return 4
 
     @property
     def corners(self) -> tuple[Point, ...]:
@@ -318,7 +327,7 @@ class Polygon(Obstacle):
 
     numbers: ClassVar[tuple[str, ...]] = ("points",)
 
-    points: tuple[tuple[float, float], ...]
+    points: Annotated[tuple[tuple[Coordinate, Coordinate], ...], Count(3, MAX_CORNERS)]
     parts: tuple[Part, ...] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -348,6 +357,11 @@ class Polygon(Obstacle):
     @property
     def _corners(self) -> FloatArray:
         return np.array(self.points)
+
+    @property
+    def complexity(self) -> int:
+        """The corners of its convex parts."""
+        return sum(map(len, self.parts))
 
     @property
     def place(self) -> tuple[float, ...]:

@@ -10,7 +10,7 @@ it is no less than 0.999 of the distance at semi-axes up to 16:1, and 0.8 at 60:
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 from functools import reduce
 from itertools import pairwise, product
 from typing import ClassVar, TypeAlias
@@ -21,8 +21,10 @@ import numpy as np
 from problems.base import (
     COORDINATES,
     LENGTHS,
+    Coordinate,
     FloatArray,
     InvalidProblem,
+    Length,
     Matrix,
     Operand,
     as_array,
@@ -102,7 +104,7 @@ class Solid(Obstacle):
     numbers: ClassVar[tuple[str, ...]] = ("center", "quaternion")
     lengths: ClassVar[tuple[str, ...]] = ()
 
-    center: tuple[float, float, float]
+    center: tuple[Coordinate, Coordinate, Coordinate]
     quaternion: tuple[float, float, float, float] | None = None
 
     def __init_subclass__(cls) -> None:
@@ -192,8 +194,9 @@ class Ball(Solid):
     """
 
     lengths: ClassVar[tuple[str, ...]] = ("radius",)
+    not_stated: ClassVar[tuple[str, ...]] = ("quaternion",)
 
-    radius: float
+    radius: Length
 
     @property
     def width(self) -> float:
@@ -228,7 +231,7 @@ class Box(Solid):
 
     lengths: ClassVar[tuple[str, ...]] = ("size",)
 
-    size: tuple[float, float, float]
+    size: tuple[Length, Length, Length]
 
     @property
     def width(self) -> float:
@@ -264,8 +267,8 @@ class Capsule(Solid):
 
     lengths: ClassVar[tuple[str, ...]] = ("radius", "length")
 
-    radius: float
-    length: float
+    radius: Length
+    length: Length
 
     @property
     def width(self) -> float:
@@ -299,8 +302,8 @@ class Cylinder(Solid):
 
     lengths: ClassVar[tuple[str, ...]] = ("radius", "length")
 
-    radius: float
-    length: float
+    radius: Length
+    length: Length
 
     @property
     def width(self) -> float:
@@ -340,7 +343,7 @@ class Ellipsoid(Solid):
 
     lengths: ClassVar[tuple[str, ...]] = ("semi_axes",)
 
-    semi_axes: tuple[float, float, float]
+    semi_axes: tuple[Length, Length, Length]
 
     @property
     def width(self) -> float:
@@ -378,12 +381,40 @@ def _sum(terms: list[Matrix]) -> Matrix:
     return reduce(lambda a, b: a + b, terms)
 
 
+def _turned_up_to(normal: tuple[float, float, float]) -> tuple[float, float, float, float] | None:
+    """The shortest turn from the z axis to a normal of any length; None where there is nothing to turn."""
+    length = float(np.linalg.norm(normal))
+    if not length > 0.0:
+        raise InvalidProblem("normal", "a vector of no length has no direction")
+    x, y, z = (part / length for part in normal)
+    if x == y == 0.0:
+        return None if z > 0.0 else (1.0, 0.0, 0.0, 0.0)
+    w = float(np.sqrt((1.0 + z) / 2.0)) if z > 0.0 else float(np.hypot(x, y) / np.sqrt(2.0 * (1.0 - z)))
+    return -y / (2.0 * w), x / (2.0 * w), 0.0, w
+
+
 DRAWN = 2.0  # m: the side of the square that is drawn of its face
 
 
 @dataclass(frozen=True, kw_only=True)
 class HalfSpace(Solid):
-    """Everything on one side of a plane: below its centre, a point of the plane, as seen along its own z axis."""
+    """Everything on one side of a plane: below its centre, a point of the plane, as seen along its own z axis.
+
+    Args:
+        normal: what the z axis is to be, (x, y, z) of any length, in place of a quaternion.
+
+    Raises:
+        InvalidProblem: both are given, or the normal has no length.
+    """
+
+    normal: InitVar[tuple[Coordinate, Coordinate, Coordinate] | None] = None
+
+    def __post_init__(self, normal: tuple[float, float, float] | None) -> None:
+        if normal is not None:
+            if self.quaternion is not None:
+                raise InvalidProblem("normal", "the quaternion says already how the half-space is turned")
+            object.__setattr__(self, "quaternion", _turned_up_to(normal))
+        super().__post_init__()
 
     @property
     def width(self) -> float:

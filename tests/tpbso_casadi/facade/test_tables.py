@@ -11,12 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+import problems
 import tpbso_casadi as tp
+from problems.scene import SOLIDS
 from problems.tasks import JointFollowing, Place, Task
-from tpbso_casadi.facade.tables import SHAPE_NAMES, STATEMENTS, goals_table, obstacle_table, place_table
+from tpbso_casadi.facade.statement import goals_table, place_table
 from tpbso_casadi.scenario import built
-from tpbso_casadi.scenario.obstacles import read_obstacle
+from tpbso_casadi.scenario.obstacles import obstacle_table, read_obstacle
 from tpbso_casadi.scenario.places import read_place
+from tpbso_casadi.scenario.tasks import STATED
 
 SQUARE = ((0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.0, 0.3))
 OBSTACLES = [
@@ -40,7 +43,7 @@ MOTIONS = [
 
 
 def test_an_obstacle_is_what_its_table_builds() -> None:
-    assert {type(obstacle) for obstacle in OBSTACLES} == set(SHAPE_NAMES)
+    assert {type(obstacle) for obstacle in OBSTACLES} == {*problems.OBSTACLES.values(), *SOLIDS.values()}
     for obstacle in OBSTACLES:
         assert read_obstacle(obstacle_table(obstacle)).built() == obstacle
 
@@ -155,7 +158,7 @@ TASKS: list[Task] = [
 
 
 def test_every_kind_is_tried() -> None:
-    assert {type(task) for task in TASKS} | {JointFollowing} == set(STATEMENTS)
+    assert {type(task) for task in TASKS} | {JointFollowing} == set(STATED)
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: type(task).__name__)
