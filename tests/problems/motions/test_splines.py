@@ -8,12 +8,12 @@ import pytest
 from helpers.cases import equal_links
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems.families.traced.encoding import CornerSpline
 from scipy.interpolate import BPoly, BSpline, CubicSpline, make_interp_spline
 
 from problems.base import FloatArray, as_array
 from problems.families.knots.motion import RestSpline
 from problems.families.time_splines import FIXED, TimeSpline
+from problems.families.traced.encoding import CornerSpline
 from problems.motions import Trajectory
 from problems.motions.splines import ClampedSpline, SplineShape
 
