@@ -24,7 +24,7 @@ FLOORS = {  # of the folders of a package; a package that is not here has none
         **{"nlp": 6, "sequential": 6, "assembly": 7, "families": 8},
     },
     "tpbso_casadi": {
-        **{"plain": 1, "scenario": 2, "planning": 3, "replanning": 4, "storage": 4},
+        **{"plain": 1, "html": 1, "scenario": 2, "planning": 3, "replanning": 4, "storage": 4},
         **{"audit_report": 5, "display": 5, "simulation": 5, "figures": 6},
         **{"animation": 7, "campaign": 7, "trade_off": 7, "reproduction": 8, "facade": 9, "api": 10, "cli": 11},
     },
@@ -166,7 +166,8 @@ def above(module: Module, floors: dict[str, int]) -> set[str]:
     allowed = {folder for folder, floor in floors.items() if floor < floors[module.folder]} if known is None else known
     imports = module.imports_that_run if module.package == "tpbso_casadi" else module.imports
     inner = {name: name.split(".")[1:] for name in imports if name.split(".")[0] == module.package}
-    return {name for name, parts in inner.items() if not parts or parts[0] not in {*allowed, module.folder}}
+    whole = {module.package} if module.package == "problems" else set()  # of the application it is the version alone
+    return {name for name, parts in inner.items() if (parts[0] not in {*allowed, module.folder} if parts else whole)}
 
 
 @pytest.mark.parametrize("package", FLOORS)
@@ -215,9 +216,7 @@ def test_a_folder_is_used_by_what_its_face_names() -> None:
 
     def is_behind(name: str, user: Module) -> bool:
         over = [face for face in known if name.startswith(f"{face}.") and not f"{user.name}.".startswith(f"{face}.")]
-        is_named = any(
-            name.removeprefix(f"{face}.") in known[face] for face in over
-        )  # a function that a module is named after
+        is_named = any(name.removeprefix(f"{face}.") in known[face] for face in over)  # a function of a module's name
         return bool(over) and not is_named and not any(word in name for word in LOADED_LATER)
 
     assert known

@@ -10,7 +10,7 @@ from tpbso_casadi.scenario.input_files import (
     read_text,
     read_toml,
 )
-from tpbso_casadi.scenario.loading import load, load_all, overridden
+from tpbso_casadi.scenario.loading import DEFAULT_SOLVER, load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, TaskSection
 from tpbso_casadi.scenario.obstacles import ObstacleSection, obstacle_table
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
@@ -50,6 +50,7 @@ from tpbso_casadi.scenario.validation import (
 
 __all__ = [
     "DEFAULT",
+    "DEFAULT_SOLVER",
     "FAMILIES",
     "FIELDS",
     "LARGEST",

@@ -11,7 +11,7 @@ from helpers.running import line_of, scenario_error
 
 from problems.tasks import Joints, Position
 from tpbso_casadi import ScenarioError, builtin, parse_scenario
-from tpbso_casadi.cli.commands.solve import overridden, parser
+from tpbso_casadi.cli.commands.solve import parser, with_options
 from tpbso_casadi.scenario import built
 
 ARM = {"link_lengths": [0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
@@ -182,20 +182,20 @@ def options(*arguments: str) -> Any:
 
 def test_the_command_line_overrides_what_the_keys_would_say() -> None:
     stated = parsed(POINTS)
-    assert overridden(stated, options("--motion", "paper")).model.motion == "paper"
-    assert overridden(stated, options("--motion", "paper")).model.retime is False
-    assert overridden(stated, options("--motion", "paper", "--retime")).model.retime is True
-    assert overridden(stated, options("--no-retime")).model.retime is False
-    assert overridden(stated, options("--formulation", "paper")).model.motion == "paper"
-    assert overridden(builtin("time-3"), options("--objective", "length")).model.retime is True
+    assert with_options(stated, options("--motion", "paper")).model.motion == "paper"
+    assert with_options(stated, options("--motion", "paper")).model.retime is False
+    assert with_options(stated, options("--motion", "paper", "--retime")).model.retime is True
+    assert with_options(stated, options("--no-retime")).model.retime is False
+    assert with_options(stated, options("--formulation", "paper")).model.motion == "paper"
+    assert with_options(builtin("time-3"), options("--objective", "length")).model.retime is True
     with pytest.raises(ScenarioError, match=r"model\.formulation: 'paper' needs motion = 'paper'"):
-        overridden(parsed(POINTS, motion="spline"), options("--formulation", "paper"))
+        with_options(parsed(POINTS, motion="spline"), options("--formulation", "paper"))
 
 
 def test_another_number_of_links_does_not_fit_given_joints() -> None:
     stated = parsed(POINTS | {"start": {"joints": [0.0, 0.0, 0.0]}})
     with pytest.raises(ScenarioError, match=r"task\.start: 3 joints for a robot of 4"):
-        overridden(stated, options("--links", "4")).problem()
+        with_options(stated, options("--links", "4")).problem()
 
 
 MASSIVE = {"kind": "point-to-point", "start": [0.6, -0.3], "goal": [0.3, 0.6]}

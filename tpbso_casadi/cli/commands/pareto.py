@@ -39,7 +39,7 @@ from tpbso_casadi.cli.options import (
 from tpbso_casadi.cli.output import RUNS
 from tpbso_casadi.cli.progress import planning_progress
 from tpbso_casadi.display.console import OutputConsole, number, table_of, word
-from tpbso_casadi.scenario import load, loading, plugin_failures_named
+from tpbso_casadi.scenario import load, overridden, plugin_failures_named
 from tpbso_casadi.storage import OutputError
 from tpbso_casadi.trade_off import (
     ENDS,
@@ -150,7 +150,7 @@ def names(text: str) -> tuple[str, ...]:
 def pareto(options: argparse.Namespace) -> int:
     """Make the front of the options; returns the exit status."""
     given, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
-    scenario = loading.overridden(given, solver=stated(options, "evaluations", "seed"))
+    scenario = overridden(given, solver=stated(options, "evaluations", "seed"))
     with named(options.scenario), plugin_failures_named(scenario, OutputError, InvalidEvaluation):
         return written(Objectives(scenario, options.objectives), evaluation, options)
 

@@ -45,6 +45,7 @@ from tpbso_casadi.display.plan_tables import print_plan, print_scenarios, summar
 from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.scenario import (
     DEFAULT,
+    DEFAULT_SOLVER,
     FAMILIES,
     MOST_ITERATIONS,
     MOST_LINKS,
@@ -54,7 +55,7 @@ from tpbso_casadi.scenario import (
     Scenario,
     ScenarioError,
     load,
-    loading,
+    overridden,
     plugin_failures_named,
 )
 from tpbso_casadi.storage import OutputError, result_of
@@ -146,7 +147,7 @@ def add_search_options(search: Group) -> None:
         type=printable_name,
         metavar="NAME",
         help=f"{listed(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class; an iteration of ipopt is a "
-        f"start [default: the scenario's, else {loading.DEFAULT_SOLVER} with --polish]",
+        f"start [default: the scenario's, else {DEFAULT_SOLVER} with --polish]",
     )
     add_population(search, whole_number(0, MOST_MEMBERS))
     add_iterations(search, whole_number(1, MOST_ITERATIONS))
@@ -173,7 +174,7 @@ def solve(options: argparse.Namespace) -> int:
         print_scenarios(OutputConsole())
         return Exit.FEASIBLE
     given, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
-    scenario = overridden(given, options)
+    scenario = with_options(given, options)
     output = Output.of(options, partial(run_folder, options, scenario), Path(options.scenario).stem)
     output.check()
     with named(options.scenario), plugin_failures_named(scenario, OutputError, InvalidEvaluation):
@@ -229,7 +230,7 @@ def exit_status(solution: PlannedMotion, folder: Path | None, interruption: Inte
     return Exit.FEASIBLE
 
 
-def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
+def with_options(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     """The scenario with the values of the command line in place of its own; validated anew."""
     arm = None
     if options.links is not None:
@@ -237,7 +238,7 @@ def overridden(scenario: Scenario, options: argparse.Namespace) -> Scenario:
             raise ScenarioError("--links: changes an [arm]; this scenario has a [robot]")
         arm = scenario.arm.with_links(options.links).model_dump()
     search = stated(options, "population", "iterations", "evaluations", "time_limit", "within", "seed", "polish_starts")
-    return loading.overridden(
+    return overridden(
         scenario,
         arm=arm,
         task=stated(options, "objective", "elbow"),
