@@ -21,9 +21,8 @@ from tpbso_casadi.storage import read_run
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
 ANNOUNCING = """
-from tpbso_casadi.cli import entry
-from tpbso_casadi.cli.progress import planning_progress
-planning_progress.INTERVAL = -1.0
+from tpbso_casadi.cli import entry, progress
+progress.INTERVAL = -1.0
 entry.run("tpbso_casadi.cli.commands.solve")
 """  # the command line, which says at once what it begins
 COMMAND = ["obstacle-3", "--evaluations", "3000", "--seed", "2", "--polish-starts", "4", "--animate", "arm.gif"]

@@ -325,7 +325,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("TPBSO_CASADI_BACKEND", "vm")
         patch.setattr(reproduce, "QUICK", TINY)
-        patch.setattr(pace_of_searches, "CASES", ("time-3",))
+        patch.setattr(pace_of_searches, "PACE_CASES", ("time-3",))
         patch.setattr(scaling, "TIME_SIZES", few)
         assert reproduce.main(["--quick", "--quiet", "--out", str(folder), "--table", str(folder / "runs.csv")]) == 0
     return folder
