@@ -13,10 +13,11 @@ from rich.console import Console
 from rich.table import Table
 
 from tpbso_casadi.audit_report import audit_run, audit_scenario
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import parse_scenario
 from tpbso_casadi.scenario.cases import TITLES, builtin
-from tpbso_casadi.storage import read_run, write_run
+from tpbso_casadi.storage import read_run
 
 
 def main() -> None:

@@ -113,7 +113,7 @@ def broken_limits(problem: Problem[Any], trajectory: Trajectory) -> Iterator[str
             low, high = np.array(arm.joint_limits).T
             if ((theta < low - RELATIVE_TOLERANCE) | (theta > high + RELATIVE_TOLERANCE)).any():
                 yield "joint range"
-        if clearance.pairs and float(ca.mmin(clearance.at(at)[0].expression)) < 0.0:
+        if clearance.pairs and float(ca.mmin(clearance.constraints_at(at)[0].expression)) < 0.0:
             yield "clearance"
 
 

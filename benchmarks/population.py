@@ -39,7 +39,7 @@ from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from problems.evaluation.cache import VARIABLE
-from problems.evaluation.portable_math import portable
+from problems.evaluation.kernel import portable
 from solvers import SOLVERS, Box, Budget, minimize
 from tpbso_casadi.scenario import Scenario, parse_scenario
 from tpbso_casadi.scenario.cases import TITLES, builtin

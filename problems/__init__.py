@@ -11,9 +11,22 @@ from problems.limits import LIMITS, Constraint, Limit, LimitKind, PenaltyKind
 from problems.motions import Trajectory
 from problems.objectives import OBJECTIVES, Objective
 from problems.robots import ROBOTS, PlanarArm, Robot
-from problems.scene import OBSTACLES, Ellipse, Obstacle, Polygon, Rectangle, Tabulated
-from problems.scene.moving import ConstantVelocity, MovingObstacle
-from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
+from problems.scene import (
+    OBSTACLES,
+    Ball,
+    Box,
+    Capsule,
+    ConstantVelocity,
+    Cylinder,
+    Ellipse,
+    Ellipsoid,
+    HalfSpace,
+    MovingObstacle,
+    Obstacle,
+    Polygon,
+    Rectangle,
+    Tabulated,
+)
 from problems.tasks import Joints, Move, Path, PathFollowing, Place, PointToPoint, Position, closed_curve, pentagram
 
 __all__ = [

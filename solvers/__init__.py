@@ -2,18 +2,19 @@
 
 from solvers.abso import AdaptiveBeetleSwarm
 from solvers.ask_tell import AskTell
-from solvers.box import Box
 from solvers.bso import BSO
-from solvers.budget import Budget, StopReason, Usage
+from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
 from solvers.driver import Archive, History, Result, Status, minimize
+from solvers.functions import BENCHMARK_FUNCTIONS, BenchmarkFunction, InvalidFunction, benchmark_function
 from solvers.ga import GA
 from solvers.ipopt import IPOPT, Descent, DescentResult, Program, Solution, descend
 from solvers.lshade import LSHADE
 from solvers.pso import PSO
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS, AnySolver, External
-from solvers.solver import Iterations, Search, Solver, SolverTraits, Steps
+from solvers.solver import STARTS, Box, Iterations, Preset, Search, Solver, SolverTraits, Steps
 
 __all__ = [
+    "BENCHMARK_FUNCTIONS",
     "BSO",
     "EXTERNAL",
     "GA",
@@ -22,17 +23,22 @@ __all__ = [
     "LSHADE",
     "PSO",
     "SOLVERS",
+    "STARTS",
     "AdaptiveBeetleSwarm",
     "AnySolver",
     "Archive",
     "AskTell",
+    "BenchmarkFunction",
     "Box",
     "Budget",
     "Descent",
     "DescentResult",
     "External",
     "History",
+    "Interruption",
+    "InvalidFunction",
     "Iterations",
+    "Preset",
     "Program",
     "Result",
     "Search",
@@ -43,6 +49,8 @@ __all__ = [
     "Steps",
     "StopReason",
     "Usage",
+    "benchmark_function",
+    "deferred_interrupt",
     "descend",
     "minimize",
 ]

@@ -21,9 +21,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from solvers.box import Box, FloatArray
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
-from solvers.solver import Iterations, Search, Solver, require
+from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
 from solvers.swarm import linear_schedule
 
 

@@ -11,10 +11,9 @@ from typing import Any, Self
 
 import numpy as np
 
-from solvers.box import Box, FloatArray
 from solvers.budget import Budget, Interruption, StopReason
 from solvers.driver import Result, SearchRun, Status
-from solvers.solver import Solver
+from solvers.solver import Box, FloatArray, Solver
 from solvers.standalone import Bounds, SolverChoice, box_of, budget_of, candidates_of, generator_of, solver_of
 
 FORMAT = 1

@@ -21,8 +21,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from solvers.box import Box, FloatArray
-from solvers.solver import Iterations, Preset, Search, Solver, require
+from solvers.solver import Box, FloatArray, Iterations, Preset, Search, Solver, require
 from solvers.swarm import Swarm, linear_schedule
 
 PRINTED: Preset = MappingProxyType({"inertia_first": 1.0, "inertia_last": 1.0, "antenna_sign": "printed"})

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.box import Box, FloatArray
-from solvers.solver import DEFAULT_EVALUATIONS
+from solvers.solver import DEFAULT_EVALUATIONS, Box, FloatArray
 
 SMALLEST_POPULATION = 20
 LARGEST_POPULATION_PER_DIMENSION = 25

@@ -13,9 +13,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from solvers.box import Box, FloatArray
 from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
-from solvers.solver import Iterations, Solver, Steps
+from solvers.solver import Box, FloatArray, Iterations, Solver, Steps
 
 CAPACITY = 64
 CANDIDATES_PER_BATCH = 4  # the best of each batch are considered

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from solvers.box import Box, FloatArray
+from solvers.solver import Box, FloatArray
 
 SCHWEFEL_MINIMUM = 420.9687462275036
 SCHWEFEL_OFFSET = 418.9828872724338

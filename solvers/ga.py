@@ -12,8 +12,7 @@ from typing import ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.box import Box, FloatArray
-from solvers.solver import Iterations, Search, Solver, require
+from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
 
 IndexArray: TypeAlias = NDArray[np.int64]
 

@@ -17,10 +17,9 @@ from typing import Any, ClassVar, Literal, Protocol
 import casadi as ca
 import numpy as np
 
-from solvers.box import FloatArray
 from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
 from solvers.driver import History, Result, Status
-from solvers.solver import STARTS, SolverTraits, Steps, require
+from solvers.solver import STARTS, FloatArray, SolverTraits, Steps, require
 
 STOP_REASONS = {
     "Solve_Succeeded": StopReason.CONVERGED,

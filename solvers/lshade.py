@@ -10,9 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from solvers.box import Box, FloatArray
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
-from solvers.solver import Iterations, Search, Solver, require
+from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
 
 DISTRIBUTION_SCALE = 0.1  # of F (Cauchy) and standard deviation of CR (normal) around an entry of the memory [1]
 

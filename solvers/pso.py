@@ -11,8 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from solvers.box import Box
-from solvers.solver import Iterations, Search, Solver, require
+from solvers.solver import Box, Iterations, Search, Solver, require
 from solvers.swarm import Swarm, linear_schedule
 
 

@@ -12,12 +12,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.box import Box, FloatArray
 from solvers.budget import Budget
 from solvers.driver import Result, Status
 from solvers.driver import minimize as drive
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS
-from solvers.solver import Solver
+from solvers.solver import Box, FloatArray, Solver
 
 
 @dataclass(frozen=True)

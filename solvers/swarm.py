@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.box import Box, FloatArray
+from solvers.solver import Box, FloatArray
 
 
 @dataclass

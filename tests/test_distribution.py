@@ -64,6 +64,7 @@ def run(programs: Path, folder: Path, program: str, *arguments: str) -> str:
     return said([str(programs / program), *arguments], folder)
 
 
+@pytest.mark.process
 def test_the_wheel_holds_the_packages_and_their_data(built: Path) -> None:
     [wheel] = built.glob("*.whl")
     names = set(zipfile.ZipFile(wheel).namelist())
@@ -78,6 +79,7 @@ def test_the_wheel_holds_the_packages_and_their_data(built: Path) -> None:
     assert {f"{package}/py.typed" for package in PACKAGES} < names
 
 
+@pytest.mark.process
 def test_the_sdist_holds_tests_and_manual_too(built: Path) -> None:
     [sdist] = built.glob("*.tar.gz")
     with tarfile.open(sdist) as archive:
@@ -87,6 +89,7 @@ def test_the_sdist_holds_tests_and_manual_too(built: Path) -> None:
     assert not [name for name in names if "__pycache__" in name or name.endswith(".pyc")]
 
 
+@pytest.mark.process
 def test_a_motion_is_planned_from_the_wheel(programs: Path, tmp_path: Path) -> None:
     assert PROJECT["version"] in run(programs, tmp_path, "tpbso", "--version")
     run(programs, tmp_path, "tpbso", "solve", "time-2", "--evaluations", "300", "--out", "run", "--animate", "run.html")
@@ -97,24 +100,15 @@ def test_a_motion_is_planned_from_the_wheel(programs: Path, tmp_path: Path) -> N
     assert line.startswith(str(programs.parent)) and "certified" in line
 
 
+@pytest.mark.process
 def test_a_class_in_the_working_folder_is_found(programs: Path, tmp_path: Path) -> None:
     (tmp_path / "walking.py").write_text("from solvers import PSO\n\n\nclass Walking(PSO):\n    ...\n")
-    run(
-        programs,
-        tmp_path,
-        "tpbso",
-        "solve",
-        "time-2",
-        "--solver",
-        "walking:Walking",
-        "--evaluations",
-        "300",
-        "-o",
-        "run",
-    )
+    options = ["--solver", "walking:Walking", "--evaluations", "300", "--no-plots", "-o", "run"]
+    run(programs, tmp_path, "tpbso", "solve", "time-2", *options)
     assert json.loads((tmp_path / "run" / "result.json").read_text())["solver"]["name"] == "walking:Walking"
 
 
+@pytest.mark.process
 @pytest.mark.slow
 def test_every_command_runs_from_the_wheel(programs: Path, tmp_path: Path) -> None:
     for example in ("simulation-plane.toml", "waypoints.csv", "arm.toml", "pareto.toml"):
@@ -138,6 +132,7 @@ def test_every_command_runs_from_the_wheel(programs: Path, tmp_path: Path) -> No
     assert (tmp_path / "paper" / "report.html").exists()
 
 
+@pytest.mark.process
 @pytest.mark.slow
 def test_the_sdist_installs(built: Path, tmp_path: Path) -> None:
     [sdist] = built.glob("*.tar.gz")

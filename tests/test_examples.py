@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -14,18 +17,10 @@ from tpbso_casadi import parse_scenario
 from tpbso_casadi.cli.commands import audit, retime, simulate, solve
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-LONG = {
-    "cart",
-    "circle-in-space",
-    "crowded",
-    "jerk-limited",
-    "letter",
-    "list-of-goals",
-    "panda-cage",
-    "panda-conveyor",
-    "pareto",
-    "payload",
-}  # tens of seconds
+LONG = {  # seconds to minutes
+    *("cart", "circle-in-space", "crowded", "energy", "jerk-limited", "letter", "list-of-goals", "motors"),
+    *("panda-cage", "panda-conveyor", "pareto", "payload"),
+}
 SIMULATED = ("simulation-panda", "simulation-plane")
 SCENARIOS = [
     pytest.param(path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
@@ -33,26 +28,35 @@ SCENARIOS = [
     if path.stem != "arm" and path.stem not in SIMULATED
 ]
 TIMES = 20_000
+Motion = tuple[PPoly, dict[str, Any]]  # joint angles over time, and the content of result.json
+Planned = Callable[[str], Path]
 
 
-def planned(name: str, folder: Path) -> tuple[PPoly, dict[str, object]]:
-    """The joint angles over time of an example, and the content of its ``result.json``."""
-    options = ["--quiet", "--no-plots", "--out", str(folder)]
-    search = [] if name == "retimed-csv" else ["--evaluations", "3000"]
-    assert solve.main([str(EXAMPLES / f"{name}.toml"), *search, *options]) == 0
-    return motion_in(folder)
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory: pytest.TempPathFactory) -> Planned:
+    """The run folder of an example, planned once."""
+
+    @cache
+    def plan(name: str) -> Path:
+        folder = tmp_path_factory.mktemp("examples") / name
+        search = [] if name == "retimed-csv" else ["--evaluations", "3000" if name in LONG else "500"]
+        options = ["--quiet", "--no-plots", "--out", str(folder)]
+        assert solve.main([str(EXAMPLES / f"{name}.toml"), *search, *options]) == 0
+        return folder
+
+    return plan
 
 
-def motion_in(folder: Path) -> tuple[PPoly, dict[str, object]]:
+def motion_in(folder: Path) -> Motion:
     result = json.loads((folder / "result.json").read_text())
     solution = result["solution"]
     return PPoly(np.array(solution["coefficients"]), np.array(solution["breakpoints"])), result
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_an_example_is_planned_and_audited(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    theta, result = planned(name, tmp_path / name)
-    robot = parse_scenario(result["scenario"]).criteria().robot  # type: ignore[arg-type]
+def test_an_example_is_planned_and_audited(name: str, planned: Planned, capsys: pytest.CaptureFixture[str]) -> None:
+    theta, result = motion_in(planned(name))
+    robot = parse_scenario(result["scenario"]).criteria().robot
     limits = robot.limits
     times = np.linspace(*theta.x[[0, -1]], TIMES)
     for order, bounds in enumerate((limits.speed, limits.acceleration, limits.jerk), start=1):
@@ -61,19 +65,19 @@ def test_an_example_is_planned_and_audited(name: str, tmp_path: Path, capsys: py
     if limits.torque is not None:
         torques = np.array(robot.inverse_dynamics(*(ca.DM(theta(times, order)) for order in range(3))))
         assert (np.abs(torques) <= np.array(limits.torque) * (1.0 + 1e-9)).all()
-    task = result["scenario"]["task"]  # type: ignore[index]
+    task = result["scenario"]["task"]
     given = np.zeros((2, robot.dof))
     for order, key in enumerate(("start_velocity", "start_acceleration"), start=1):
         given[0] = 0.0 if task.get(key) is None else task[key]
         if order == 1 or given[0].any():
             assert theta(theta.x[[0, -1]], order) == pytest.approx(given, abs=1e-8)
-    assert audit.main([str(tmp_path / name)]) == 0
+    assert audit.main([str(planned(name))]) == 0
     assert "certified" in capsys.readouterr().out
 
 
-def test_the_vias_are_passed_in_order(tmp_path: Path) -> None:
-    theta, result = planned("via-points", tmp_path / "run")
-    lengths = np.array(result["scenario"]["arm"]["link_lengths"])  # type: ignore[index]
+def test_the_vias_are_passed_in_order(planned: Planned) -> None:
+    theta, result = motion_in(planned("via-points"))
+    lengths = np.array(result["scenario"]["arm"]["link_lengths"])
 
     def tip(postures: np.ndarray) -> np.ndarray:
         psi = np.cumsum(postures, axis=-1)
@@ -87,12 +91,12 @@ def test_the_vias_are_passed_in_order(tmp_path: Path) -> None:
     assert np.argmin(at_point) < np.argmin(at_posture)
 
 
-def test_the_command_line_times_the_same_waypoints(tmp_path: Path) -> None:
+def test_the_command_line_times_the_same_waypoints(tmp_path: Path, planned: Planned) -> None:
     waypoints = np.loadtxt(EXAMPLES / "waypoints.csv", delimiter=",", skiprows=1)
     arguments = [str(EXAMPLES / "waypoints.csv"), "--robot", str(EXAMPLES / "arm.toml"), "--out", str(tmp_path / "run")]
     assert retime.main([*arguments, "--quiet", "--no-plots"]) == 0
     theta, _ = motion_in(tmp_path / "run")
-    scenario, _ = planned("retimed-csv", tmp_path / "other")
+    scenario, _ = motion_in(planned("retimed-csv"))
     assert theta.x[-1] == pytest.approx(scenario.x[-1], rel=1e-9)
     nodes = theta(theta.x)
     assert all(np.abs(nodes - waypoint).max(axis=1).min() < 1e-9 for waypoint in waypoints)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 import shlex
-from importlib import import_module
 from pathlib import Path
 
 import pytest
+from helpers.commands import parser_of
 
+from solvers import Budget, Solver
 from tpbso_casadi.cli.commands import solve
 
 ROOT = Path(__file__).parent.parent
@@ -23,22 +24,24 @@ def test_it_is_short() -> None:
     assert README.count("![") == 2
 
 
-@pytest.mark.parametrize("block", BLOCKS)
+@pytest.mark.parametrize("budget", [1000, pytest.param(None, marks=pytest.mark.slow)], ids=["short", "as-it-is"])
+@pytest.mark.parametrize("block", BLOCKS, ids=["plan", "own"])
 def test_what_it_shows_of_python_runs(
-    block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    block: str, budget: int | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    if budget is not None:
+        monkeypatch.setattr(Solver, "default_budget", Budget(budget))
     exec(block, {})
     assert "certified" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_its_commands_are_commands(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_its_commands_are_commands(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
-    name, *arguments = shlex.split(command)
-    options = import_module(f"tpbso_casadi.cli.commands.{name}").parser().parse_args(arguments)
-    files = [argument for argument in arguments if argument.startswith("examples/")]
-    assert vars(options) and all(Path(file).exists() for file in files)
+    assert COMMANDS
+    for name, *arguments in map(shlex.split, COMMANDS):
+        assert vars(parser_of(name).parse_args(arguments))
+        assert all(Path(argument).exists() for argument in arguments if argument.startswith("examples/"))
 
 
 def test_what_it_names_is_there() -> None:

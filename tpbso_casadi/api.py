@@ -39,6 +39,7 @@ from problems.evaluation import EvaluationOptions, PopulationFunction
 from problems.motions import JointPath, MotionView
 from problems.tasks import PathTracing, Pose, SpaceTracing
 from solvers import (
+    BENCHMARK_FUNCTIONS,
     BSO,
     EXTERNAL,
     GA,
@@ -48,16 +49,17 @@ from solvers import (
     SOLVERS,
     AdaptiveBeetleSwarm,
     AskTell,
+    BenchmarkFunction,
     Budget,
     Iterations,
     Result,
     Search,
     Solver,
     StopReason,
+    benchmark_function,
+    minimize,
 )
 from solvers import Box as SearchBox
-from solvers.functions import BENCHMARK_FUNCTIONS, BenchmarkFunction, benchmark_function
-from solvers.standalone import minimize
 from tpbso_casadi.facade.audit import Audit, RunAudit, ScenarioAudit
 from tpbso_casadi.facade.comparing import Comparison, compare
 from tpbso_casadi.facade.own import StatedConstraint as Constraint
@@ -69,10 +71,10 @@ from tpbso_casadi.facade.robots import StatedRobot, robot
 from tpbso_casadi.facade.simulating import SimulationRun, simulate
 from tpbso_casadi.facade.statement import scenario_of
 from tpbso_casadi.facade.trading_off import Front, pareto
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.replanning import Replanner, Step
-from tpbso_casadi.scenario import Scenario, ScenarioError, find_solver, parse_scenario, read_scenario
-from tpbso_casadi.scenario.cases import builtin
-from tpbso_casadi.storage import InvalidRun, OutputError, RunResult, result_of, write_run
+from tpbso_casadi.scenario import Scenario, ScenarioError, builtin, find_solver, parse_scenario, read_scenario
+from tpbso_casadi.storage import InvalidRun, OutputError, RunResult, result_of
 
 Sphere = Ball
 

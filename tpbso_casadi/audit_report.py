@@ -23,10 +23,10 @@ from problems.base import FloatArray, as_array
 from problems.certify import freedom, structure_of
 from problems.limits import SAMPLING_MARGIN
 from problems.nlp import (
+    MotionProgram,
     NonlinearProgram,
     Optimality,
     Sensitivity,
-    TimedProgram,
     optimality,
     payload_price,
     ranking,
@@ -105,7 +105,7 @@ def prices_of(program: NonlinearProgram, solution: Solution, problem: Problem[An
     own = settled(z, (lower, upper), np.where(lower == upper, 0.0, solution.bound_multipliers))
     rows = settled(_rows(program, z), program.row_bounds(), solution.row_multipliers)
     prices = sensitivities(program, z, np.concatenate([rows, own]), unit, robot)
-    carried = payload_price(program, z, rows, unit) if isinstance(program, TimedProgram) else None
+    carried = payload_price(program, z, rows, unit) if isinstance(program, MotionProgram) else None
     return tuple(sorted([*prices, *([] if carried is None else [carried])], key=lambda price: price.per_unit))
 
 

@@ -1,4 +1,8 @@
-"""Plain data and plain text: JSON of anything stored, settings of objects, versions, texts in one line."""
+"""Plain data and plain text: JSON of anything stored, its seal, settings of objects, versions, texts in one line.
+
+The seal of a document says what was edited in it; it shows accident and carelessness, not a forger, who can compute it
+anew.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +10,11 @@ import difflib
 import json
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, is_dataclass
 from enum import Enum
 from functools import cache
+from hashlib import sha256
 from importlib.metadata import version
 from typing import Any
 
@@ -76,6 +81,57 @@ def _without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         [(twice, _)] = Counter(name for name, _ in pairs).most_common(1)
         raise ValueError(f"{twice[:100]}: is there twice")
     return content
+
+
+SEAL = "seal"  # under which a document holds its digests
+DIGITS = 12  # of a digest, hexadecimal
+
+
+class BrokenSeal(ValueError):
+    """A document that was changed; the message is one line that names the key."""
+
+
+def sealed(document: dict[str, Any]) -> dict[str, Any]:
+    """The document with its digests."""
+    return {**document, SEAL: _digests(document)}
+
+
+def check_seal(document: dict[str, Any]) -> None:
+    """Make sure that a document is what was sealed.
+
+    Raises:
+        BrokenSeal: it has no digests, or a value is not the one that was sealed.
+    """
+    stored = document.get(SEAL)
+    computed = _digests({key: value for key, value in document.items() if key != SEAL})
+    if not isinstance(stored, dict):
+        raise BrokenSeal(f"{SEAL}: missing key")
+    for path in [*computed, *stored]:
+        if path not in computed:
+            raise BrokenSeal(f"{path}: missing key")
+        if stored.get(path) != computed[path]:
+            raise BrokenSeal(f"{path}: was changed after the file was written")
+
+
+def _digests(document: dict[str, Any]) -> dict[str, str]:
+    """By path, a digest of each value that holds no further keys."""
+    return {path: _digest(path, value) for path, value in _leaves(document, "")}
+
+
+def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, dict) and value:
+        entries: Any = value.items()
+    elif isinstance(value, list) and any(isinstance(item, dict) for item in value):
+        entries = enumerate(value)
+    else:
+        yield path, value
+        return
+    for key, item in entries:
+        yield from _leaves(item, f"{path}.{key}" if path else str(key))
+
+
+def _digest(path: str, value: Any) -> str:
+    return sha256(json.dumps([path, value], sort_keys=True).encode()).hexdigest()[:DIGITS]
 
 
 def visible(text: str, keep: str = "") -> str:

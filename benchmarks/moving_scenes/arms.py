@@ -9,11 +9,11 @@ from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
-from problems.robots.spatial import models
 
 from benchmarks.motion_bench_maker.kinematics import Kinematics, Spheres, read_kinematics, read_spheres
 from benchmarks.moving_scenes.courses import Course
 from benchmarks.moving_scenes.shapes import Shape
+from problems import robots
 from problems.base import FloatArray
 
 APART = 3  # joints between spheres of the robot's own that are looked at
@@ -127,7 +127,7 @@ class Panda(Arm):
 
     @cached_property
     def _files(self) -> tuple[Kinematics, Spheres]:
-        folder = Path(models.__file__).parent
+        folder = Path(robots.__file__).parent / "models"
         kinematics = read_kinematics(folder / "panda.urdf")
         return kinematics, read_spheres(folder / "panda-spheres.toml", kinematics)
 

@@ -1,5 +1,7 @@
 """``{keys} package.module:Section``: the keys of a table of a scenario or a result, each with what is said of it.
 
+In place of a section, the class of an obstacle: its fields are the keys.
+
 What is said stands in the directive's lines or under ``Attributes:`` in the section's docstring; the kind of values and
 the default are those of the section itself. A key of which nothing is said, and a line without a key, is a warning,
 which ends a strict build.
@@ -23,6 +25,8 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
+from tpbso_casadi.scenario.obstacles import name_of, section_of
+
 LOGGER = logging.getLogger(__name__)
 WIDTHS = {"key": 15, "values": 20, "default": 15, "what it is": 50}
 ABSURD = 1e9  # limits beyond that only guard against overflow
@@ -39,7 +43,7 @@ class Keys(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """The table."""
         module, _, name = self.arguments[0].partition(":")
-        section: type[BaseModel] = getattr(import_module(module), name)
+        section = section_named(getattr(import_module(module), name))
         said = of_docstring(section) | descriptions(self.content.data)
         fields = {key: field for key, field in section.model_fields.items() if key not in self.options.get("but", ())}
         for key in fields.keys() ^ said.keys():
@@ -57,6 +61,11 @@ class Keys(SphinxDirective):
         columns = [[nodes.literal(text=key)], [nodes.Text(values_of(field))], [_default(field)], said]
         cells = [cell for heading, cell in zip(WIDTHS, columns, strict=True) if heading in self._widths]
         return nodes.row("", *(nodes.entry("", nodes.paragraph("", "", *cell)) for cell in cells))
+
+
+def section_named(named: type[Any]) -> type[BaseModel]:
+    """The section itself, or that of a shape by its class."""
+    return named if issubclass(named, BaseModel) else section_of(named, name_of(named))
 
 
 def descriptions(lines: list[str]) -> dict[str, str]:

@@ -9,7 +9,7 @@ bounds of the terms that they multiply, so that always: feasible < breaks a limi
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Generic, TypeVar
 
@@ -17,8 +17,10 @@ import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray, Matrix, Parametric, largest
-from problems.limits import Constraint, Limit, PenaltyKind, scaling
+from problems.limits import SAMPLING_MARGIN, Constraint, Limit, PenaltyKind, StepLimit, scaling
 from problems.motions import Motion
+from problems.objectives import MotionBounds, Objective
+from problems.tasks import Task
 
 P = TypeVar("P")
 
@@ -63,6 +65,39 @@ class CostWeights(Parametric):
     reach: float
 
 
+LARGEST_TIME_SCALE = 10.0  # of the least duration, where the task does not bound it
+
+
+@dataclass(frozen=True)
+class SearchedTimeScale(Parametric):
+    """The last variable of a search vector: 0 for the least duration, 1 for the longest.
+
+    Args:
+        longest: duration of the motion, or of the longest of its parts, s; ``LARGEST_TIME_SCALE`` times the least one
+            where None.
+    """
+
+    numbers: ClassVar[tuple[str, ...]] = ("longest",)
+
+    longest: float | None = None
+
+    @classmethod
+    def where_needed(cls, objective: Objective, task: Task) -> SearchedTimeScale | None:
+        """The variable where an objective needs it; none between moving ends, whose velocities are given."""
+        if not objective.chooses_duration or task.end_velocities.any():
+            return None
+        bounds = task.duration_bounds
+        return cls(None if bounds is None else bounds.search_box(SAMPLING_MARGIN)[1])
+
+    def factor(self, x: Matrix, least: Matrix) -> Matrix:
+        """How many times longer than ``least`` (s, of the longest part) the motion of a search vector (d, 1) takes.
+
+        The variable's square is what grows with the duration: a little slower is found more often.
+        """
+        most = LARGEST_TIME_SCALE if self.longest is None else ca.fmax(1.0, self.longest / least)
+        return 1.0 + (most - 1.0) * x[-1] ** 2
+
+
 class Encoding(Parametric, ABC, Generic[P]):
     """The mapping from a search vector to the parameters P of a motion. A subclass is a frozen dataclass.
 
@@ -70,11 +105,15 @@ class Encoding(Parametric, ABC, Generic[P]):
         name: of the formulation, as in a scenario file.
         motion: whose parameters it decodes.
         scales_time: whether what is decoded is a shape, which is then run as fast as the limits allow.
+        time_scale: the last variable, where time is scaled and the duration is one.
+        step_limits: of steps from one sample to the next, besides the limits of the problem.
     """
 
     name: ClassVar[str]
     scales_time: ClassVar[bool]
     motion: Motion[P]
+    time_scale: SearchedTimeScale | None = None
+    step_limits: tuple[StepLimit, ...] = ()
 
     @property
     @abstractmethod
@@ -87,6 +126,22 @@ class Encoding(Parametric, ABC, Generic[P]):
         lower, upper = zip(*((v.lower, v.upper) for v in self.variables), strict=True)
         return np.array(lower), np.array(upper)
 
+    @property
+    def time_scale_variables(self) -> tuple[Variable, ...]:
+        """The time scale, where it is a variable."""
+        return () if self.time_scale is None else (Variable("time_scale", 0.0, 1.0, "1"),)
+
+    def longest_with_time_scale(self, duration: float) -> float:
+        """What a motion takes at most, s, if it takes at most ``duration`` where the time scale is no variable."""
+        if self.time_scale is None:
+            return duration
+        longest = self.time_scale.longest
+        return LARGEST_TIME_SCALE * duration if longest is None else max(longest, duration)
+
+    @abstractmethod
+    def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
+        """Bounds that no candidate of the search box exceeds."""
+
     @abstractmethod
     def decode(self, x: Matrix) -> Decoded[P]:
         """The motion of a search vector (d, 1), or its shape where time is scaled afterwards."""
@@ -95,11 +150,15 @@ class Encoding(Parametric, ABC, Generic[P]):
         """The limits that scaling time makes hold at the samples; none where time is not scaled."""
         return scaling(limits) if self.scales_time else []
 
+    def slowing(self, limits: Sequence[Limit]) -> list[Limit]:
+        """The limits whose peaks :meth:`timed` has to know; those that it restores by default."""
+        return self.restored(limits)
+
     def penalised(self, limits: Sequence[Limit]) -> list[Limit]:
-        """The limits that a decoded motion can break: those not restored, and what is left of those that are."""
+        """The limits that a decoded motion can break: not restored, what is left of those that are, and of steps."""
         restored = self.restored(limits)
         broken = [limit for limit in limits if limit not in restored]
-        return [*broken, *(static for limit in restored for static in limit.static_limits)]
+        return [*broken, *(static for limit in restored for static in limit.static_limits), *self.step_limits]
 
     def timed(self, shape: P, limits: Sequence[Limit], peaks: Sequence[Matrix], x: Matrix) -> P:
         """The shape run as fast as the limits allow, given their peaks, or slower where the search vector x says so.
@@ -126,33 +185,54 @@ class Encoding(Parametric, ABC, Generic[P]):
         """
 
     @abstractmethod
-    def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
+    def weights(self, objective_upper_bound: float, penalised: Callable[[], Sequence[Constraint]]) -> CostWeights:
         """The smallest weights that keep the order feasible < breaks a limit < unreachable.
 
         Args:
             objective_upper_bound: what the objective cannot exceed in the search box.
-            constraints: all that is penalised, over all rows.
+            penalised: all that is penalised, over all rows.
         """
 
 
 UNKNOWN_MAGNITUDE = 1e12  # stands for the unknown upper bound of a constraint that is penalised by its magnitude
 
 
-def paper_weights(
-    objective_upper_bound: float, constraints: Sequence[Constraint], magnitudes: Mapping[str, FloatArray]
-) -> CostWeights:
-    """The smallest lambda_1 and lambda_2 of (15) that keep the order.
+class PaperCost:
+    """The part of an encoding that costs as the paper does, with lambda_1 and lambda_2 that keep the order."""
 
-    Args:
-        objective_upper_bound: what the objective cannot exceed.
-        constraints: all that is penalised, over all rows.
-        magnitudes: by constraint name, what each column's absolute value cannot exceed.
-    """
-    limit = limit_weight(constraints, objective_upper_bound)
-    worst = sum(_largest_penalty(constraint, magnitudes) for constraint in constraints)
-    return CostWeights(
-        objective_upper_bound=objective_upper_bound, limit=limit, reach=objective_upper_bound + limit * worst
-    )
+    name: ClassVar[str] = "paper"
+    scales_time: ClassVar[bool] = False
+
+    def penalty(self, constraint: Constraint) -> Matrix:
+        """The penalty h_i(x) g_i(x) of (15) and (25)."""
+        return constraint.paper_penalty()
+
+    def cost(
+        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
+    ) -> Matrix:
+        """(15), with |k_s| and |k_f| (``reach``) where the paper prints k_s and k_f.
+
+        (25) where every vector is reached, whose printed lambda_1 is 1.
+        """
+        penalised = objective + weights.limit * sum(penalties)
+        if reach is None:
+            return penalised
+        cosines = ca.fabs(reach)
+        return ca.if_else(largest(cosines) <= 1.0, penalised, weights.reach * ca.sum2(cosines))
+
+    def largest_magnitudes(self) -> Mapping[str, FloatArray] | None:
+        """By constraint name, what each column's absolute value cannot exceed; None where every vector is reached."""
+        return None
+
+    def weights(self, objective_upper_bound: float, penalised: Callable[[], Sequence[Constraint]]) -> CostWeights:
+        """The lambda_1 with which breaking any limit costs more than any feasible objective, and lambda_2 above it."""
+        constraints, magnitudes = penalised(), self.largest_magnitudes()
+        limit = objective_upper_bound / min((c.smallest_violation() for c in constraints), default=1.0)
+        reach = 0.0
+        if magnitudes is not None:
+            worst = sum(_largest_penalty(constraint, magnitudes) for constraint in constraints)
+            reach = objective_upper_bound + limit * worst
+        return CostWeights(objective_upper_bound=objective_upper_bound, limit=limit, reach=reach)
 
 
 def _largest_penalty(constraint: Constraint, magnitudes: Mapping[str, FloatArray]) -> float:
@@ -162,31 +242,11 @@ def _largest_penalty(constraint: Constraint, magnitudes: Mapping[str, FloatArray
     return float(rows * np.sum(magnitudes.get(constraint.name, np.full(width, UNKNOWN_MAGNITUDE))))
 
 
-def limit_weight(constraints: Sequence[Constraint], objective_upper_bound: float) -> float:
-    """The lambda_1 with which breaking any limit costs more than any feasible objective."""
-    return objective_upper_bound / min((c.smallest_violation() for c in constraints), default=1.0)
-
-
-def paper_cost(objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights) -> Matrix:
-    """(15), with |k_s| and |k_f| (``reach``) where the paper prints k_s and k_f; (25) where every vector is reached.
-
-    (25) prints lambda_1 as 1.
-    """
-    penalised = objective + weights.limit * sum(penalties)
-    if reach is None:
-        return penalised
-    cosines = ca.fabs(reach)
-    return ca.if_else(largest(cosines) <= 1.0, penalised, weights.reach * ca.sum2(cosines))
-
-
-def graded_cost(objective: Matrix, penalties: Sequence[Matrix], weights: CostWeights) -> Matrix:
-    """The objective where all constraints hold, else more than any objective by how far they are broken."""
-    excess = sum(penalties, ca.DM(0))
-    return ca.if_else(excess > 0.0, weights.objective_upper_bound + excess, objective)
-
-
 class FeasibilityFirst:
-    """The part of an encoding that leaves the order to :func:`graded_cost`: penalties, cost, and no weights to find."""
+    """The part of an encoding that grades infeasibility: no weights to find."""
+
+    name: ClassVar[str] = "reduced"
+    scales_time: ClassVar[bool] = True
 
     def penalty(self, constraint: Constraint) -> Matrix:
         """The sum of the dimensionless excesses."""
@@ -195,13 +255,13 @@ class FeasibilityFirst:
     def cost(
         self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
     ) -> Matrix:
-        """Feasibility first: the objective if all constraints hold, else more than any objective.
+        """The objective where all constraints hold, else more than any objective by how far they are broken.
 
         What is above the bound of the objective counts as that bound.
         """
-        bound = weights.objective_upper_bound
-        return graded_cost(ca.if_else(objective > bound, bound, objective), penalties, weights)
+        bound, excess = weights.objective_upper_bound, sum(penalties, ca.DM(0))
+        return ca.if_else(excess > 0.0, bound + excess, ca.if_else(objective > bound, bound, objective))
 
-    def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
+    def weights(self, objective_upper_bound: float, penalised: Callable[[], Sequence[Constraint]]) -> CostWeights:
         """Only the upper bound of the objective is needed."""
         return CostWeights(objective_upper_bound=objective_upper_bound, limit=0.0, reach=0.0)

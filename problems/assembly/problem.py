@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Generic, TypeVar
 
@@ -15,7 +15,7 @@ from problems.assembly.criteria import Criteria
 from problems.assembly.encoding import CostWeights, Decoded, Encoding, Variable
 from problems.base import FloatArray, InvalidProblem, Matrix
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
-from problems.limits import SAMPLING_MARGIN, Constraint, Limit
+from problems.limits import SAMPLING_MARGIN, Constraint, Limit, peaks_of
 from problems.motions import JointPath, Motion, Trajectory
 from problems.nlp import NonlinearProgram
 from problems.objectives import OBJECTIVES, Objective
@@ -107,13 +107,23 @@ class Problem(Criteria, ABC, Generic[P]):
         """The limits as a search keeps them; those of the motion by default."""
         return self.limits
 
-    @abstractmethod
     def decoded(self, x: Matrix) -> Decoded[P]:
         """The motion of a search vector (d, 1), with its final time; symbolic or numeric."""
+        decoded, limits = self.encoding.decode(x), self.encoding.slowing(self.limits)
+        peaks = self.peaks(decoded.parameters, limits) if limits else []
+        return replace(decoded, parameters=self.encoding.timed(decoded.parameters, limits, peaks, x))
 
-    @abstractmethod
+    def peaks(self, shape: P, limits: Sequence[Limit]) -> list[Matrix]:
+        """The largest magnitudes of limits that scale with time, at the samples of a shape; a row for each limit."""
+        samples = self.motion.samples(shape)
+        return [peaks_of(limit, samples) for limit in limits]
+
     def point_constraints(self, parameters: P) -> list[Constraint]:
-        """Constraints of the task on single points of a motion, as a search sees them."""
+        """Constraints on single points of a motion, as a search sees them: by default on steps between samples."""
+        if not self.encoding.step_limits:
+            return []
+        steps = self.motion.samples(parameters).steps
+        return [constraint for limit in self.encoding.step_limits for constraint in limit.between(*steps)]
 
     def duration_constraints(self, parameters: P) -> list[Constraint]:
         """The bounds of the durations of a motion's parts, as a search sees them; none where nothing is promised."""
@@ -131,10 +141,6 @@ class Problem(Criteria, ABC, Generic[P]):
     @abstractmethod
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """The robot's own quantities (the paper's symbols) of one candidate (d,)."""
-
-    @abstractmethod
-    def objective_bound(self) -> float:
-        """An upper bound of the objective over the search box, in its unit."""
 
     @cached_property
     def model(self) -> Model:
@@ -157,16 +163,15 @@ class Problem(Criteria, ABC, Generic[P]):
     @cached_property
     def weights(self) -> CostWeights:
         """The weights in the cost."""
-        samples = self.motion.samples(self._middle.parameters)
-        penalised = self.encoding.penalised(self.limits)
-        constraints = [c for limit in penalised for c in limit.constraints(samples, SAMPLING_MARGIN)]
-        constraints += self.point_constraints(self._middle.parameters)
-        return self.encoding.weights(self.objective_bound(), constraints)
+        bound = self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
+        return self.encoding.weights(bound, self._penalised_constraints)
 
-    @cached_property
-    def _middle(self) -> Decoded[P]:
-        """The motion in the middle of the search box: any one, of which only the constraints' shapes matter."""
-        return self.decoded(ca.DM(np.mean(self.bounds, axis=0)))
+    def _penalised_constraints(self) -> list[Constraint]:
+        """Of the motion in the middle of the search box: any one, of which only the constraints' shapes matter."""
+        parameters = self.decoded(ca.DM(np.mean(self.bounds, axis=0))).parameters
+        samples, penalised = self.motion.samples(parameters), self.encoding.penalised(self.limits)
+        constraints = [c for limit in penalised for c in limit.constraints(samples, SAMPLING_MARGIN)]
+        return constraints + self.point_constraints(parameters)
 
     @property
     def objective_upper_bound(self) -> float:

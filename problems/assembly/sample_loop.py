@@ -18,7 +18,6 @@ import casadi as ca
 import numpy as np
 
 from problems.assembly.encoding import CostWeights, Encoding
-from problems.assembly.path_timing import Slowness
 from problems.assembly.problem import Problem
 from problems.base import Arguments, Matrix, total
 from problems.evaluation import Loop, Program, Step
@@ -53,7 +52,7 @@ class RepeatedLoop:
     @property
     def timed(self) -> bool:
         """Whether times are needed."""
-        return any(repetition.timed for repetition in self.repetitions)
+        return any(repetition.is_time_dependent for repetition in self.repetitions)
 
     def places(self, now: Samples) -> Matrix:
         """Their positions at one sample, one after the other, m, and the time, s, where it is needed: a column."""
@@ -82,14 +81,14 @@ class RepeatedLoop:
         unused = ca.DM.nan(1, dim)
         positions = tuple(places.get(frame, unused) for frame in range(max(self.frames) + 1))
         times = window[size:] if self.timed else None
-        duration = ca.sum1(durations) if repetition.timed else ca.SX(1)
+        duration = ca.sum1(durations) if repetition.is_time_dependent else ca.SX(1)
         now = Samples(robot=self.robot, derivatives=(), duration=duration, times=times, known_positions=positions)
         entries = ca.vertsplit(sums)
         for limit in repetition.limits:
             found = sum((penalty(constraint) for constraint in limit.constraints_at(now, SAMPLING_MARGIN)), ca.DM(0))
             near = limit.may_break(now, SAMPLING_MARGIN)
             entries[number] += found if near is None else ca.if_else(near, found, 0.0)
-        clock = {"durations": durations} if repetition.timed else {}
+        clock = {"durations": durations} if repetition.is_time_dependent else {}
         inputs = {"p": p, **clock, "window": window, "row": repetition.symbols, REPEATED: sums}
         outputs = {REPEATED: ca.vertcat(*entries)}
         things = len(repetition.numbers)
@@ -324,14 +323,15 @@ class CostSteps(ABC, Generic[P]):
         """All numbers of the statement, (q, 1)."""
         return self.arguments.symbols
 
-    def choice_of_duration(self, slowness: Slowness | None) -> dict[str, ca.SX]:
-        """The search vector, for the step that times a motion, where the duration is a variable."""
-        return {} if slowness is None else {"x": self.x}
+    @property
+    def time_scale_inputs(self) -> dict[str, ca.SX]:
+        """What the step that scales time reads of the statement: its numbers, the search vector where it says how."""
+        return {"p": self.p, **({} if self.encoding.time_scale is None else {"x": self.x})}
 
     @property
-    def restored(self) -> list[Limit]:
-        """The limits that scaling time restores."""
-        return self.encoding.restored(self.limits)
+    def slowing(self) -> list[Limit]:
+        """The limits whose peaks the step that scales time has to know."""
+        return self.encoding.slowing(self.limits)
 
     def program(self) -> Program:
         """The program of all steps."""
@@ -386,7 +386,7 @@ class CostSteps(ABC, Generic[P]):
 
     def peaks_of_each(self, peaks: ca.SX) -> list[Matrix]:
         """The peaks of all limits that time scaling restores, as a row for each."""
-        sizes = Instant(self.motion).widths(self.restored)
+        sizes = Instant(self.motion).widths(self.slowing)
         return [part.T for part in ca.vertsplit(peaks, np.cumsum([0, *sizes]).tolist())]
 
     def _finish(self, loop: SampleLoop | None) -> Step:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -36,6 +36,36 @@ MASSES = (1e-9, 1e9)  # kg
 INERTIAS = (0.0, 1e12)  # kg m^2
 ACCELERATIONS = (-1e6, 1e6)  # m/s^2, of gravity
 TIMES = (1e-9, 1e9)  # s
+
+
+class Quantity(NamedTuple):
+    """What the numbers of a field are, as its type says: ``Annotated[float, Quantity(LENGTHS, "m")]``.
+
+    Attributes:
+        bounds: the least and the largest that such a number may be.
+        unit: of it.
+    """
+
+    bounds: tuple[float, float]
+    unit: str
+
+    def __repr__(self) -> str:
+        return repr(self.unit)
+
+
+class Count(NamedTuple):
+    """How many entries a field of any length may have, as its type says."""
+
+    least: int
+    most: int
+
+    def __repr__(self) -> str:
+        return repr(f"{self.least} to {self.most}")
+
+
+Length: TypeAlias = Annotated[float, Quantity(LENGTHS, "m")]
+Coordinate: TypeAlias = Annotated[float, Quantity(COORDINATES, "m")]
+Angle: TypeAlias = Annotated[float, Quantity(ANGLES, "rad")]
 
 
 UNIT_TOLERANCE = 1e-3  # by which the length of a stated quaternion may differ from 1

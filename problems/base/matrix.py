@@ -61,6 +61,17 @@ def repeated(values: Sequence[float] | FloatArray, rows: int) -> ca.DM:
     return ca.repmat(row(values), rows, 1)
 
 
+def rotation_of(quaternion: Sequence[Operand]) -> list[list[Operand]]:
+    """The rows of the rotation matrix of a quaternion (x, y, z, w) of any length."""
+    x, y, z, w = quaternion
+    s: Operand = 2.0 / (x * x + y * y + z * z + w * w)
+    return [
+        [1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+        [s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w)],
+        [s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)],
+    ]
+
+
 def constant(array: FloatArray) -> ca.DM:
     """A constant matrix whose zeros are structural, so that they cost no operation in a product."""
     return ca.sparsify(ca.DM(array))

@@ -13,6 +13,7 @@ import numpy as np
 from problems.base.matrix import FloatArray
 
 MAX_HALVINGS = 40  # halvings of a piece
+PEAK_RESOLUTION = 1e-11  # relative
 
 
 def bernstein(coefficients: FloatArray, durations: FloatArray) -> FloatArray:
@@ -39,21 +40,38 @@ def within(curves: FloatArray, lower: FloatArray, upper: FloatArray) -> bool:
     Returns:
         False where a curve breaks a bound, and where ``MAX_HALVINGS`` halvings could not decide.
     """
-    n = curves.shape[0] - 1
-    half = np.array([[comb(i, j) / 2**i if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
     shape = curves.shape[1:]
-    flat = curves.reshape(n + 1, -1)
+    flat = curves.reshape(len(curves), -1)
     low, high = (np.broadcast_to(bound, shape).ravel() for bound in (lower, upper))
     for _ in range(MAX_HALVINGS):
-        ends = flat[[0, n]]
+        ends = flat[[0, -1]]
         if (ends < low).any() or (ends > high).any():
             return False
         unproven = (flat < low).any(axis=0) | (flat > high).any(axis=0)
         if not unproven.any():
             return True
         flat, low, high = flat[:, unproven], np.tile(low[unproven], 2), np.tile(high[unproven], 2)
-        flat = np.concatenate([half @ flat, (half @ flat[::-1])[::-1]], axis=1)
+        flat = _halved(flat)
     return False
+
+
+def peak(curves: FloatArray) -> float:
+    """An upper bound of the largest absolute value of curves in Bernstein form, (n + 1, m): 1e-11 too large at most."""
+    reached = 0.0
+    for _ in range(MAX_HALVINGS):
+        reached = max(reached, float(np.abs(curves[[0, -1]]).max()))
+        undecided = np.abs(curves).max(axis=0) > reached * (1.0 + PEAK_RESOLUTION)
+        if not undecided.any():
+            return reached * (1.0 + PEAK_RESOLUTION)
+        curves = _halved(curves[:, undecided])
+    return float(np.abs(curves).max())
+
+
+def _halved(curves: FloatArray) -> FloatArray:
+    """The first and the second halves of curves in Bernstein form, (n + 1, 2 m)."""
+    n = len(curves) - 1
+    half = np.array([[comb(i, j) / 2**i if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
+    return np.concatenate([half @ curves, (half @ curves[::-1])[::-1]], axis=1)
 
 
 def derivative(polynomials: FloatArray) -> FloatArray:

@@ -1,7 +1,13 @@
 """Proofs about a finished motion, for all t."""
 
-from problems.certify.clearance import ClearanceProof, ClosestApproach, closest_approach, prove_clearance
-from problems.certify.pairs import Travel, halves
+from problems.certify.clearance import (
+    ClearanceProof,
+    ClosestApproach,
+    Travel,
+    closest_approach,
+    halves,
+    prove_clearance,
+)
 from problems.certify.structure import freedom, jacobian_pattern, structure_of
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
 from problems.certify.verification import (

@@ -1,4 +1,8 @@
-"""The structure of a program: sparsity, degrees, kinks, duplicates, freedom."""
+"""The structure of a program: sparsity, degrees, kinks, duplicates, freedom; what no point of a box can break.
+
+The bounds of rows in a box come from interval arithmetic. They hold up to rounding, and are wider than need be where a
+variable occurs more than once.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray, Matrix
-from problems.certify.interval import bounds
+from problems.certify.cells import BINARY, UNARY, Range, Ranges
+from problems.evaluation import interpret
 from problems.limits import Constraint
 
 KINKS = {
@@ -147,3 +152,41 @@ def freedom(constraints: Sequence[Constraint], x: ca.SX) -> int:
     if not equalities:
         return int(x.shape[0])
     return int(x.shape[0] - ca.sprank(ca.jacobian(ca.vertcat(*equalities), x)))
+
+
+class _Bounds(Ranges):
+    """Interval arithmetic in one box that may be unbounded, without room for rounding."""
+
+    def unary(self, name: str, a: Range) -> Range:
+        """One operation."""
+        return _known(UNARY[name](*a) if name in UNARY else self._undefined)
+
+    def binary(self, name: str, a: Range, b: Range) -> Range:
+        """One operation; nothing times anything is nothing."""
+        if name == "div":
+            name, b = "mul", _known(UNARY["inv"](*b))
+        if name == "mul":
+            corners = [np.where((x == 0.0) | (y == 0.0), 0.0, x * y) for x in a for y in b]
+            return np.minimum.reduce(corners), np.maximum.reduce(corners)
+        return _known(BINARY[name](a, b) if name in BINARY else self._undefined)
+
+
+def _known(found: Range) -> Range:
+    """Without bounds where nothing is known."""
+    low, high = found
+    return np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
+
+
+def bounds(function: ca.Function, lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper bounds of the dense first output of an SX function of one vector, both (outputs,).
+
+    Args:
+        function: of one input (n,).
+        lower: of the input, (n,); -inf where there is none.
+        upper: likewise.
+    """
+    box = list(zip(lower[:, None], upper[:, None], strict=True))
+    with np.errstate(all="ignore"):
+        ranges = interpret(function, [box], _Bounds(1))[0]
+    least, most = (np.array([float(range_[side][0]) for range_ in ranges]) for side in (0, 1))
+    return least, most

@@ -201,6 +201,12 @@ class TimeCells:
         both = np.concatenate([middles - halves, middles + halves])
         return TimeCells(self.trajectory, np.tile(pieces, 2), both, np.tile(halves, 2))
 
+    def divided(self, most: int) -> list[TimeCells]:
+        """The same in parts of at most so many."""
+        edges = np.arange(most, len(self), most)
+        parts = (np.split(values, edges) for values in (self.pieces, self.middles, self.halves))
+        return [TimeCells(self.trajectory, *part) for part in zip(*parts, strict=True)] if len(self) else []
+
     def moments(self, shares: FloatArray) -> Moments:
         """A time in each cell, (n,): -1 at its start, 1 at its end."""
         return Moments(self.trajectory, self.pieces, self.middles + shares * self.halves)

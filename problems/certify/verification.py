@@ -12,10 +12,8 @@ from functools import singledispatch
 import numpy as np
 
 from problems.base import FloatArray
-from problems.certify.clearance import prove_clearance
-from problems.certify.expressions import prove_expression
-from problems.certify.interval import prove_by_cells
-from problems.certify.pairs import MovingPairs, halves
+from problems.certify.cells import prove_by_cells
+from problems.certify.clearance import MovingPairs, halves, prove_clearance
 from problems.certify.torque import prove_torques, torque_time_scale
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
 from problems.limits import (
@@ -28,7 +26,7 @@ from problems.limits import (
     minimum_time_scale,
     peaks_of,
     scaling,
-    timed,
+    time_dependent_parts,
 )
 from problems.motions import Trajectory
 from problems.robots import Robot
@@ -103,8 +101,8 @@ def _(limit: TorqueLimit, trajectory: Trajectory) -> list[Verdict]:
 
 @prove.register
 def _(limit: ExpressionLimit, trajectory: Trajectory) -> list[Verdict]:
-    """The verdict on an expression of a user's own."""
-    return [prove_expression(limit, trajectory)]
+    """The verdict on an expression of a user's own; where accelerations jump, jerk is infinite for a moment."""
+    return prove_by_cells(limit, trajectory, trajectory.jump_time(2) if limit.function.uses("jerk") else None)
 
 
 DENSE_SAMPLES = 401  # of a finished motion, for a limit whose peaks have no closed form
@@ -167,7 +165,7 @@ def stay_verdicts(limits: Iterable[Limit], trajectory: Trajectory, seconds: floa
     standing = _standing(trajectory, seconds)
     return [
         replace(verdict, name=f"{verdict.name}{AT_GOAL}")
-        for limit in timed(list(limits))
+        for limit in time_dependent_parts(list(limits))
         for verdict in prove(limit, standing)
     ]
 
@@ -184,7 +182,7 @@ def at_goal(limits: Iterable[Limit], obstacles: Sequence[Obstacle], trajectory: 
     Proven as in :mod:`problems.certify.clearance`: where the distance in the middle of a time cell is larger than what
     the obstacle moves within it.
     """
-    moving = [limit for limit in timed(list(limits)) if isinstance(limit, Proximity)]
+    moving = [limit for limit in time_dependent_parts(list(limits)) if isinstance(limit, Proximity)]
     if not moving:
         return None
     arrival, around = trajectory.duration, max(_around(limit.robot) for limit in moving)

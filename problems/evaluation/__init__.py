@@ -9,6 +9,7 @@ The numbers of a scene are arguments of compiled code: another scene of the same
 backends give the same bits, so that ``population`` may change from one to the other during a search.
 """
 
+from problems.evaluation.interpreter import BINARY, UNARY, Symbolic, UnsupportedOperation, interpret, rebuilt
 from problems.evaluation.population import (
     BACKENDS,
     EvaluationOptions,
@@ -16,16 +17,24 @@ from problems.evaluation.population import (
     PopulationFunction,
     processors,
 )
-from problems.evaluation.program import InvalidProgram, Loop, Program, Step
+from problems.evaluation.program import PARAMETERS, InvalidProgram, Loop, Program, RowFunction, Step
 
 __all__ = [
     "BACKENDS",
+    "BINARY",
+    "PARAMETERS",
+    "UNARY",
     "EvaluationOptions",
     "InvalidEvaluation",
     "InvalidProgram",
     "Loop",
     "PopulationFunction",
     "Program",
+    "RowFunction",
     "Step",
+    "Symbolic",
+    "UnsupportedOperation",
+    "interpret",
     "processors",
+    "rebuilt",
 ]

@@ -7,7 +7,16 @@ from problems.base import InvalidProblem
 from problems.limits.accuracy import Accuracy, AngularAccuracy, shares_along
 from problems.limits.clearance import MAX_STEP_SHARE, Clearance, CollisionPair, StepLimit, reachable_pairs
 from problems.limits.expression import ExpressionLimit, StatedExpression
-from problems.limits.joint_limits import AccelerationLimit, DurationBounds, JerkLimit, JointRange, SpeedLimit
+from problems.limits.joint_limits import (
+    AccelerationLimit,
+    DurationBounds,
+    JerkLimit,
+    JointRange,
+    SpeedLimit,
+    TorqueLimit,
+    can_hold,
+    holding_torques,
+)
 from problems.limits.limit import (
     LARGEST_SLOWDOWN,
     SAMPLING_MARGIN,
@@ -23,10 +32,8 @@ from problems.limits.limit import (
     reach_limit,
     scaling,
 )
-from problems.limits.proximity import Pair, Proximity, clearances
-from problems.limits.self_clearance import SelfClearance
-from problems.limits.staying import AT_GOAL, TaperedMargin, looks, stay_constraints, stay_matters, timed
-from problems.limits.torque import TorqueLimit, can_hold, holding_torques
+from problems.limits.proximity import Pair, Proximity, SelfClearance, clearances
+from problems.limits.staying import AT_GOAL, TaperedMargin, looks, stay_constraints, stay_matters, time_dependent_parts
 from problems.robots import Robot
 from problems.scene import Obstacle
 
@@ -103,5 +110,5 @@ __all__ = [
     "shares_along",
     "stay_constraints",
     "stay_matters",
-    "timed",
+    "time_dependent_parts",
 ]

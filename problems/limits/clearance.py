@@ -70,11 +70,6 @@ class CollisionPair(Pair):
         return replace(self, obstacle=self.obstacle.without_growth())
 
     @property
-    def thickness(self) -> Operand:
-        """The body's radius."""
-        return self.body.radius
-
-    @property
     def dim(self) -> int:
         """That of the obstacle."""
         return self.obstacle.dim
@@ -90,7 +85,7 @@ class CollisionPair(Pair):
         return self.body.frames
 
     @property
-    def timed(self) -> bool:
+    def is_time_dependent(self) -> bool:
         """Whether the obstacle moves."""
         return self.obstacle.moves
 
@@ -195,7 +190,7 @@ def _repetition(robot: Robot, clusters: Sequence[Cluster], pairs: Sequence[Colli
         symbols=arguments[0].symbols,
         numbers=np.array([own.values for own in arguments]),
         frames=tuple(body.start for cluster in clusters for body in cluster.bodies),
-        timed=pairs[0].timed,
+        is_time_dependent=pairs[0].is_time_dependent,
     )
 
 

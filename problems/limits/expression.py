@@ -55,10 +55,14 @@ class ExpressionLimit(Limit):
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The bounds at each sample, kept by a share ``margin`` of the scale."""
         searched = any(isinstance(part, ca.SX) for part in (*samples.derivatives, samples.times))
-        return self.bounding(self.function.at(samples, smooth=searched), margin)
+        return self._bounding(self.function.at(samples, smooth=searched), margin)
 
-    def bounding(self, values: Matrix, margin: float = 0.0) -> list[Constraint]:
-        """The same of values (n, m) that are known."""
+    def exact_constraints_at(self, samples: Samples) -> list[Constraint]:
+        """Lengths with the corner where they are zero."""
+        return self._bounding(self.function.at(samples), 0.0)
+
+    def _bounding(self, values: Matrix, margin: float) -> list[Constraint]:
+        """The bounds of values (n, m)."""
         scale = ca.horzcat(*self.scale)
         spare = margin * scale if margin else ca.DM.zeros(1, len(self.scale))
         is_length = self.function.is_root and self.lower is None

@@ -1,25 +1,32 @@
-"""Limits of the joints one by one: range, speed, acceleration, jerk, duration of a motion."""
+"""Limits of the joints one by one: their derivatives, range, torque; duration of a motion.
+
+Running a motion more slowly takes away what inertia and viscous friction ask for, but not gravity and Coulomb friction:
+a posture in which these take more than there is cannot be passed at any speed at which inertia does not help. That is
+:class:`StaticTorque`, which stays to be kept where the rest is restored by time.
+"""
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
-from problems.base import FloatArray, Matrix, Operand, Parametric, largest
+from problems.base import FloatArray, InvalidProblem, Matrix, Operand, Parametric, as_array, largest
 from problems.limits.limit import Constraint, Limit, PenaltyKind
-from problems.motions import Samples
-from problems.robots import Robot
+from problems.motions import LEAST_ROOM, Samples
+from problems.robots import Robot, time_scales
 from problems.scene import Obstacle
 
 
 @dataclass(frozen=True)
 class DerivativeLimit(Limit):
     """``|d^n theta_i / dt^n| <= bound_i`` for every joint i.
+
+    A kind states its order; its name is that of the bounds in the robot's record. All else is derived.
 
     Args:
         robot: whose joints.
@@ -42,29 +49,17 @@ class DerivativeLimit(Limit):
         return None if cls(robot).bounds is None else cls(robot)
 
     @property
-    @abstractmethod
     def bounds(self) -> tuple[float, ...] | None:
         """The robot's bound of each joint, in ``unit``; None where it has none."""
+        bounds: tuple[float, ...] | None = getattr(self.robot.limits, self.name)
+        return bounds
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The limit at each sample; no margin, as time scaling makes up for what lies between."""
         assert self.bounds is not None
-        bound = ca.horzcat(*self.bounds)
-        return [
-            Constraint(
-                name=self.name,
-                equation=self.equation,
-                unit=self.unit,
-                expression=samples.derivative(self.order),
-                lower=-bound,
-                upper=bound,
-                symmetric=True,
-                columns=self.robot.joint_names,
-                scale=bound,
-                penalty=PenaltyKind.MAGNITUDE,
-                formula=f"|{self.symbol}(t_j)| <= max_{self.name}_i, at every sample t_j",
-            )
-        ]
+        formula = f"|{self.symbol}(t_j)| <= max_{self.name}_i, at every sample t_j"
+        within = _within(self, samples.derivative(self.order), ca.horzcat(*self.bounds), self.unit, formula)
+        return [replace(within, equation=self.equation)]
 
     @property
     def scales_with_time(self) -> bool:
@@ -92,11 +87,6 @@ class SpeedLimit(DerivativeLimit):
     unit: ClassVar[str] = "rad/s"
     equation: ClassVar[str] = "(11), (16)"
 
-    @property
-    def bounds(self) -> tuple[float, ...] | None:
-        """The robot's largest joint speeds, rad/s."""
-        return self.robot.limits.speed
-
 
 @dataclass(frozen=True)
 class AccelerationLimit(DerivativeLimit):
@@ -107,11 +97,6 @@ class AccelerationLimit(DerivativeLimit):
     unit: ClassVar[str] = "rad/s^2"
     equation: ClassVar[str] = "(12), (17)"
 
-    @property
-    def bounds(self) -> tuple[float, ...] | None:
-        """The robot's largest joint accelerations, rad/s^2."""
-        return self.robot.limits.acceleration
-
 
 @dataclass(frozen=True)
 class JerkLimit(DerivativeLimit):
@@ -121,11 +106,6 @@ class JerkLimit(DerivativeLimit):
     order: ClassVar[int] = 3
     unit: ClassVar[str] = "rad/s^3"
     equation: ClassVar[str] = "-"
-
-    @property
-    def bounds(self) -> tuple[float, ...] | None:
-        """The robot's largest jerks, rad/s^3."""
-        return self.robot.limits.jerk
 
 
 @dataclass(frozen=True)
@@ -163,6 +143,133 @@ class JointRange(Limit):
                 formula="lowest_i <= theta_i(t_j) <= highest_i, at every sample t_j",
             )
         ]
+
+
+@dataclass(frozen=True)
+class TorqueLimit(Limit):
+    """``|tau_i(t)| <= max_torque_i`` for every joint i, with tau = M(q) a + C(q, v) v + g(q) + friction.
+
+    Args:
+        robot: whose masses are known.
+    """
+
+    name: ClassVar[str] = "torque"
+
+    robot: Robot
+
+    @classmethod
+    def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
+        """The limit, where the robot has one.
+
+        Raises:
+            InvalidProblem: it has one, but its masses are not known.
+        """
+        if robot.limits.torque is None:
+            return None
+        if robot.rigid_chain is None:
+            raise InvalidProblem("max_torque", "torques can be limited only where masses are known")
+        return cls(robot)
+
+    @property
+    def bounds(self) -> tuple[float, ...]:
+        """The robot's largest torques, N m."""
+        assert self.robot.limits.torque is not None
+        return self.robot.limits.torque
+
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """The limit at each sample; no margin, as running more slowly makes up for what lies between."""
+        formula = "|tau_i(t_j)| <= max_torque_i, at every sample t_j"
+        return [_within(self, samples.torque, ca.horzcat(*self.bounds), "N m", formula)]
+
+    @property
+    def scales_with_time(self) -> bool:
+        """Wherever the motors can hold the arm: what inertia takes falls with the square of the duration."""
+        return True
+
+    @property
+    def kept_by_scan(self) -> bool:
+        """Where there is no viscous friction, which is not linear in (du/dt)^2."""
+        return not self.robot.massive.has_damping
+
+    @property
+    def static_limits(self) -> tuple[Limit, ...]:
+        """That the motors can hold the arm."""
+        return (StaticTorque(self.robot),)
+
+    def magnitudes(self, samples: Samples) -> Matrix:
+        """By what factor each sample has to be run more slowly for each joint, (n, dof); below 1 where faster will do.
+
+        Run s times slower, torques are inertial / s^2 + viscous / s + held, so that with what gravity and Coulomb
+        friction leave of the limit, s is the larger root of a quadratic equation.
+        """
+        chain, bound = samples.moving.massive, ca.repmat(ca.horzcat(*self.bounds), samples.count, 1)
+        theta, speed, acceleration = (samples.derivative_or_zero(order) for order in range(3))
+        inertial = chain.inertial(theta, speed, acceleration)
+        viscous = chain.viscous(speed)
+        held = chain.gravitational(theta) + chain.coulomb(speed)
+        above = time_scales(inertial, viscous, ca.fmax(bound - held, LEAST_ROOM * bound))
+        below = time_scales(-inertial, -viscous, ca.fmax(bound + held, LEAST_ROOM * bound))
+        return ca.fmax(above, below)
+
+    def time_scale(self, peaks: Matrix) -> Matrix:
+        """The largest of the factors."""
+        return largest(peaks)
+
+
+@dataclass(frozen=True)
+class StaticTorque(Limit):
+    """``|g_i(q) + friction_i sign(v_i)| <= (1 - share) max_torque_i``: a motion can be run slowly enough.
+
+    Args:
+        robot: whose masses are known and whose torques are limited.
+    """
+
+    name: ClassVar[str] = "static torque"
+
+    robot: Robot
+
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """The limit at each sample, with so much left that the motion need not be slowed down endlessly."""
+        chain = samples.moving.massive
+        held = chain.gravitational(samples.derivative_or_zero(0))
+        if chain.has_friction:
+            held = held + chain.coulomb(samples.speed)
+        room = (1.0 - LEAST_ROOM) * ca.horzcat(*TorqueLimit(self.robot).bounds)
+        formula = "|g_i(theta(t_j)) + friction| <= max_torque_i, at every sample t_j"
+        return [_within(self, held, room, "N m", formula)]
+
+
+def _within(
+    limit: DerivativeLimit | TorqueLimit | StaticTorque, values: Matrix, bound: Matrix, unit: str, formula: str
+) -> Constraint:
+    """Values (n, dof) whose sizes are no larger than bounds (1, dof)."""
+    return Constraint(
+        name=limit.name,
+        unit=unit,
+        expression=values,
+        lower=-bound,
+        upper=bound,
+        symmetric=True,
+        columns=limit.robot.joint_names,
+        scale=bound,
+        penalty=PenaltyKind.MAGNITUDE,
+        formula=formula,
+    )
+
+
+def holding_torques(robot: Robot, theta: FloatArray) -> FloatArray | None:
+    """What holds postures (n, dof) where they are, (n, dof), N m; None for a robot without torque limits."""
+    if robot.limits.torque is None or robot.rigid_chain is None:
+        return None
+    return as_array(robot.rigid_chain.gravitational(ca.DM(theta)))
+
+
+def can_hold(robot: Robot, theta: FloatArray) -> NDArray[np.bool_]:
+    """Which postures (n, dof) the motors can hold, (n,)."""
+    torques = holding_torques(robot, theta)
+    if torques is None:
+        return np.ones(len(theta), dtype=bool)
+    return np.asarray((np.abs(torques) <= np.array(robot.limits.torque)).all(axis=1))
 
 
 @dataclass(frozen=True)

@@ -182,6 +182,10 @@ class Limit(Parametric, ABC):
             margin: to keep at the samples for what lies between them, a share of the limit's own size.
         """
 
+    def exact_constraints_at(self, samples: Samples) -> list[Constraint]:
+        """The same without what may be rounded off for a search or a program; by default there is nothing such."""
+        return self.constraints_at(samples)
+
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """Constraints with one row per step from one sample to the next; none by default."""
         return []
@@ -214,12 +218,12 @@ class Limit(Parametric, ABC):
         return self if any(constraint.room < FAR for constraint in self.constraints(samples)) else None
 
     @property
-    def timed(self) -> Limit | None:
+    def time_dependent_part(self) -> Limit | None:
         """The limit as far as it matters at which time a posture is reached: nothing of it by default."""
         return None
 
     @property
-    def untimed(self) -> Limit | None:
+    def time_independent_part(self) -> Limit | None:
         """The limit as far as it does not matter at which time a posture is reached: all of it by default."""
         return self
 
@@ -268,14 +272,14 @@ class Repetition:
         symbols: the numbers of that one, (r, 1).
         numbers: of all of them, (things, r).
         frames: of which positions it needs.
-        timed: whether it also needs the time.
+        is_time_dependent: whether it also needs the time.
     """
 
     limits: tuple[Limit, ...]
     symbols: ca.SX
     numbers: FloatArray
     frames: tuple[int, ...]
-    timed: bool = False
+    is_time_dependent: bool = False
 
 
 UNREACHED_TIME_SCALE = 1e12  # a factor that no motion needs
@@ -336,8 +340,8 @@ def _depends_on_time(limit: Limit) -> bool:
     expressions = [ca.vec(constraint.expression) for constraint in limit.constraints_at(now)]
     if not expressions:
         return False
-    timed = (*now.derivatives[1:], now.duration, now.times, now.weights)
-    symbols = ca.vertcat(*(ca.vec(matrix) for matrix in timed if matrix is not None))
+    timing = (*now.derivatives[1:], now.duration, now.times, now.weights)
+    symbols = ca.vertcat(*(ca.vec(matrix) for matrix in timing if matrix is not None))
     return any(ca.which_depends(ca.vertcat(*expressions), symbols, 1, False))
 
 

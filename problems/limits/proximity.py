@@ -1,24 +1,22 @@
-"""What keeps clear of what: pairs of bodies, clustered, with their clearance."""
+"""What keeps clear of what: pairs, balls in clusters, clearances; and a robot's own bodies."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Self
+from functools import reduce
+from operator import add
+from typing import ClassVar, Self
 
 import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray, Matrix, Operand, Parametric, as_array, columns, is_zero
-from problems.limits.limit import Constraint, Limit
+from problems.limits.limit import Constraint, Limit, Repetition
 from problems.motions import Samples
-from problems.robots import Robot
-from problems.scene import Frames
-
-if TYPE_CHECKING:
-    from problems.robots import Body
-
+from problems.robots import Body, Robot
+from problems.scene import Frames, Obstacle, crossing_clearance
 
 MOST_BALLS = 8  # in a cluster
 LEAST_PAIRS = 4  # for which the one around them is looked at first
@@ -88,9 +86,9 @@ class Pair(Parametric, ABC):
         return str(self)
 
     @property
-    @abstractmethod
     def thickness(self) -> Operand:
         """What the widths of the two take from the distance between their middle lines, m."""
+        return reduce(add, self.radii)
 
     @property
     @abstractmethod
@@ -112,7 +110,7 @@ class Pair(Parametric, ABC):
         return tuple(positions[frame] for frame in self.frames)
 
     @property
-    def timed(self) -> bool:
+    def is_time_dependent(self) -> bool:
         """Whether it matters at which times; not by default."""
         return False
 
@@ -210,7 +208,7 @@ def clearances(pairs: Sequence[Pair], positions: Sequence[Matrix], times: Matrix
     found: list[Matrix] = [ca.DM()] * len(pairs)
     for members in groups.values():
         stacked = [ca.vertcat(*ends) for ends in zip(*(pairs[i].ends(positions) for i in members), strict=True)]
-        clock = ca.repmat(times, len(members), 1) if times is not None and pairs[members[0]].timed else None
+        clock = ca.repmat(times, len(members), 1) if times is not None and pairs[members[0]].is_time_dependent else None
         distances = ca.vertsplit(pairs[members[0]].between(*stacked, times=clock), positions[0].shape[0])
         for i, distance in zip(members, distances, strict=True):
             found[i] = pairs[i].narrowed(distance)
@@ -275,17 +273,17 @@ class Proximity(Limit):
         """The pairs within a share of the reach of what they have to keep, and those that time may bring near."""
         room = as_array(self.clearances(samples)).min(axis=0) - float(self.kept(0.0))
         near, pairs = NEAR * float(self.robot.radius), zip(self.pairs, room, strict=True)
-        return self._of(tuple(pair for pair, left in pairs if pair.timed or left < near))
+        return self._of(tuple(pair for pair, left in pairs if pair.is_time_dependent or left < near))
 
     @property
-    def timed(self) -> Self | None:
+    def time_dependent_part(self) -> Self | None:
         """The pairs with an obstacle that moves."""
-        return self._of(tuple(pair for pair in self.pairs if pair.timed))
+        return self._of(tuple(pair for pair in self.pairs if pair.is_time_dependent))
 
     @property
-    def untimed(self) -> Self | None:
+    def time_independent_part(self) -> Self | None:
         """The other pairs."""
-        return self._of(tuple(pair for pair in self.pairs if not pair.timed))
+        return self._of(tuple(pair for pair in self.pairs if not pair.is_time_dependent))
 
     def _of(self, pairs: tuple[Pair, ...]) -> Self | None:
         """The limit of some of its pairs, if there are any."""
@@ -298,3 +296,107 @@ class Proximity(Limit):
     def _smooth(self, clearances: Matrix) -> Matrix:
         each = zip(self.pairs, columns(clearances), strict=True)
         return ca.horzcat(*(pair.smooth(column) for pair, column in each))
+
+
+TINY_SQUARED = 1e-30  # m^2: keeps the gradient of no distance finite
+
+
+@dataclass(frozen=True)
+class BodyPair(Pair):
+    """Two bodies of the robot, the one nearer the base first: lines in the plane, or balls."""
+
+    first: Body
+    second: Body
+
+    def __str__(self) -> str:
+        return f"{self.first.name}, {self.second.name}"
+
+    @property
+    def group(self) -> Hashable:
+        """Lines, or balls."""
+        return self.first.is_ball, self.second.is_ball
+
+    @property
+    def form(self) -> BodyPair:
+        """Of bodies without a name."""
+        return BodyPair(self.first.form, self.second.form)
+
+    @property
+    def dim(self) -> int:
+        """That of the bodies: lines in the plane, balls in space."""
+        return 3 if self.first.is_ball else 2
+
+    @property
+    def radii(self) -> tuple[Operand, ...]:
+        """Those of both bodies."""
+        return self.first.radius, self.second.radius
+
+    @property
+    def frames(self) -> tuple[int, ...]:
+        """Those of both bodies."""
+        return *self.first.frames, *self.second.frames
+
+    def opposite(self, positions: Sequence[Matrix], times: FloatArray) -> FloatArray:
+        """The middle line of the second body."""
+        return np.stack([as_array(positions[frame]) for frame in self.second.frames], axis=1)
+
+    def apart(self, *ends: Matrix) -> Matrix:
+        """Between two lines in the plane, exact, or between two points."""
+        if len(ends) == 2:
+            apart = ends[0] - ends[1]
+            return ca.sqrt(ca.sum2(apart * apart) + TINY_SQUARED)
+        return crossing_clearance((ends[0], ends[1]), (ends[2], ends[3]))
+
+    def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
+        """Only the joints between the two move them as seen from each other."""
+        return robot.relative_motion(self.first, self.second)
+
+
+@dataclass(frozen=True)
+class SelfClearance(Proximity):
+    """No two bodies that no joint connects come nearer to each other than the robot's margin.
+
+    Args:
+        robot: whose bodies.
+        pairs: of bodies that may touch.
+    """
+
+    name: ClassVar[str] = "self clearance"
+
+    pairs: tuple[BodyPair, ...]
+
+    @classmethod
+    def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
+        """The limit, where it is asked for and there are bodies that could touch."""
+        pairs = tuple(BodyPair(*pair) for pair in robot.own_pairs) if robot.self_collision else ()
+        return cls(robot, pairs) if pairs else None
+
+    def repetitions(self, symbolic_copy: SelfClearance) -> list[Repetition]:
+        """Among balls, pairs of the same two clusters together; nothing is repeated."""
+        bodies = dict.fromkeys(body for pair in self.pairs for body in (pair.first, pair.second))
+        if not all(body.is_ball for body in bodies):
+            return []
+        clusters = clusters_of(self.robot, list(bodies))
+        number = {body: k for k, cluster in enumerate(clusters) for body in cluster.bodies}
+        groups: dict[tuple[int, int], list[BodyPair]] = {}
+        for pair, own in zip(self.pairs, symbolic_copy.pairs, strict=True):
+            groups.setdefault((number[pair.first], number[pair.second]), []).append(own)
+        limits = []
+        for (one, two), pairs in groups.items():
+            first, second = clusters[one], clusters[two]
+            around = BodyPair(first.bodies[0], second.bodies[0]), first.radius + second.radius
+            limits.append(
+                SelfClearance(symbolic_copy.robot, tuple(pairs), around if len(pairs) >= LEAST_PAIRS else None)
+            )
+        frames = tuple(body.start for body in bodies)
+        return [Repetition(limits=tuple(limits), symbols=ca.SX(0, 1), numbers=np.empty((1, 0)), frames=frames)]
+
+    def repeated_numbers(self) -> list[FloatArray]:
+        """None: nothing is repeated."""
+        bodies = (body for pair in self.pairs for body in (pair.first, pair.second))
+        return [np.empty((1, 0))] if all(body.is_ball for body in bodies) else []
+
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """The bodies at each sample, kept apart by a share ``margin`` of the reach on top of the robot's margin."""
+        formula = "clearance(link i at t_j, link l at t_j) >= margin, for links with another in between"
+        return [self.constraint(self.name, "", self.clearances(samples), margin, formula)]

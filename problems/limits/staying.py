@@ -57,7 +57,7 @@ class TaperedMargin(Limit):
     def repetitions(self, symbolic_copy: TaperedMargin) -> list[Repetition]:
         """Those of the limit, each eased; they need the time."""
         return [
-            replace(each, limits=tuple(map(TaperedMargin, each.limits)), timed=True)
+            replace(each, limits=tuple(map(TaperedMargin, each.limits)), is_time_dependent=True)
             for each in self.limit.repetitions(symbolic_copy.limit)
         ]
 
@@ -128,16 +128,16 @@ def stay_constraints(
     samples = staying(robot, theta, arrival, since)
     return [
         replace(constraint, name=f"{constraint.name}{AT_GOAL}")
-        for limit in timed(limits)
+        for limit in time_dependent_parts(limits)
         for constraint in limit.constraints_at(samples, margin)
     ]
 
 
-def timed(limits: Sequence[Limit]) -> list[Limit]:
+def time_dependent_parts(limits: Sequence[Limit]) -> list[Limit]:
     """What of limits depends on the time itself."""
-    return [kept for limit in limits if (kept := limit.timed) is not None]
+    return [kept for limit in limits if (kept := limit.time_dependent_part) is not None]
 
 
 def stay_matters(limits: Sequence[Limit], seconds: Operand) -> bool:
     """Whether anything is asked for after arrival."""
-    return bool(timed(limits)) and not is_zero(seconds)
+    return bool(time_dependent_parts(limits)) and not is_zero(seconds)

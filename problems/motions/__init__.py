@@ -1,21 +1,17 @@
 """How it moves: families of trajectories, their samples and their exact polynomial pieces."""
 
 from problems.motions.expression_text import InvalidText, SampleFunction, Stated, random_states, read, traced
-from problems.motions.joint_path import JointPath
-from problems.motions.path_scan import (
-    LEAST_ROOM,
-    Bounds,
-    TorqueSlopes,
-    advance,
-    before,
-    gap,
-    interval_time,
-    limited,
-    paced,
+from problems.motions.path_scan import LEAST_ROOM, Bounds, TorqueSlopes, advance, before, gap, interval_time, limited
+from problems.motions.path_spline import ALONG, SUPPORT, JointPath, PathSpline, Rates, TimedPath, in_time
+from problems.motions.samples import MotionView, Samples, increasing_choice
+from problems.motions.splines import (
+    DEGREE,
+    ClampedSpline,
+    InterpolatingSpline,
+    SplineInTime,
+    SplineShape,
+    without_rounding,
 )
-from problems.motions.path_spline import ALONG, SUPPORT, PathSpline, Rates, TimedPath, in_time
-from problems.motions.quantities import MotionView
-from problems.motions.samples import Samples, increasing_choice
 from problems.motions.trajectory import (
     CONTINUOUS_ORDERS,
     SAMPLED_ORDERS,
@@ -29,12 +25,15 @@ from problems.motions.trajectory import (
 __all__ = [
     "ALONG",
     "CONTINUOUS_ORDERS",
+    "DEGREE",
     "LEAST_ROOM",
     "SAMPLED_ORDERS",
     "SLIVER",
     "SMOOTH_ORDERS",
     "SUPPORT",
     "Bounds",
+    "ClampedSpline",
+    "InterpolatingSpline",
     "InvalidText",
     "JointPath",
     "Motion",
@@ -44,6 +43,8 @@ __all__ = [
     "SampleFunction",
     "SampleGrid",
     "Samples",
+    "SplineInTime",
+    "SplineShape",
     "Stated",
     "TimedPath",
     "TorqueSlopes",
@@ -55,8 +56,8 @@ __all__ = [
     "increasing_choice",
     "interval_time",
     "limited",
-    "paced",
     "random_states",
     "read",
     "traced",
+    "without_rounding",
 ]

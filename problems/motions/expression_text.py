@@ -25,9 +25,8 @@ import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray, InvalidProblem, Matrix
-from problems.evaluation.interpreter import BINARY, UNARY, Symbolic, UnsupportedOperation, interpret, rebuilt
-from problems.motions.quantities import MISSING, MotionView, quantity_named
-from problems.motions.samples import Samples
+from problems.evaluation import BINARY, UNARY, Symbolic, UnsupportedOperation, interpret, rebuilt
+from problems.motions.samples import MISSING, MotionView, Samples, quantity_named
 from problems.motions.trajectory import SAMPLED_ORDERS
 from problems.robots import Robot
 

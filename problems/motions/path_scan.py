@@ -191,11 +191,6 @@ def _where_two_meet(bounds: Bounds, symmetric: int) -> list[Matrix]:
     return found
 
 
-def paced(speed: Sequence[Operand], pace: Matrix) -> list[Operand]:
-    """Speed limits of which only a share is made use of."""
-    return [limit * pace for limit in speed]
-
-
 def advance(bounds: Bounds, step: Matrix, b: Matrix, most: Matrix) -> tuple[Matrix, Matrix]:
     """The largest c at b that keeps below ``most`` at the next grid point, and b there; 0 where the step is."""
     c = ca.fmin(bounds.steepest(b), (most - b) / ca.fmax(step, TINY))
@@ -234,7 +229,7 @@ def scan(
     acceleration: Sequence[Operand],
     stops: Collection[int] = (),
     torques: tuple[TorqueSlopes, Sequence[Operand]] | None = None,
-    pace: Matrix | None = None,
+    shares: Matrix | None = None,
 ) -> Scan:
     """All of it at once.
 
@@ -247,7 +242,7 @@ def scan(
         acceleration: the same, rad/s^2.
         stops: grid points at which the motion comes to rest; after each there is another one in the same place.
         torques: of all grid points, and their limits, N m or N; None where they are not limited.
-        pace: shares of the speed limits that are made use of at the grid points, (n, 1); all of them where None.
+        shares: of the speed limits that are made use of at the grid points, (n, 1); all of them where None.
     """
     slopes = [(first[i, :], second[i, :]) for i in range(first.shape[0])]
     most, least = ca.DM(0.0) if ends[1] is None else ends[1], ends[1]
@@ -261,7 +256,7 @@ def scan(
             far = torques[0].row(min(i + 1, last)).seen_before(ca.DM(step))
             bounds = bounds.with_torques((torques[0].row(i), far), torques[1])
         found.append((bounds, most))
-        allowed = speed if pace is None else paced(speed, pace[i])
+        allowed = speed if shares is None else [limit * shares[i] for limit in speed]
         most, least, between = before(here, bounds, ca.DM(step), most, least, allowed)
         most = ca.DM(0.0) if i in stops else most
         gaps.append(between)

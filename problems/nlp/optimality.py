@@ -25,7 +25,7 @@ from scipy.optimize import nnls
 
 from problems.base import Arguments, FloatArray, Parametric, as_array
 from problems.limits import SAMPLING_MARGIN, Constraint
-from problems.nlp.program import NonlinearProgram, TimedProgram
+from problems.nlp.program import MotionProgram, NonlinearProgram
 from problems.robots import Payload, Robot
 
 TECHNICAL = ("slack", "h[", "miss")  # beginnings of the names of variables whose bounds say nothing about the motion
@@ -304,7 +304,7 @@ PAYLOAD = "payload"
 
 
 def payload_price(
-    program: TimedProgram, z: FloatArray, multipliers: FloatArray, objective_unit: str
+    program: MotionProgram, z: FloatArray, multipliers: FloatArray, objective_unit: str
 ) -> Sensitivity | None:
     """What a payload that is lighter by one unit of mass is worth; None where nothing with a mass is carried.
 
@@ -329,7 +329,7 @@ def payload_of(robot: Robot) -> Payload | None:
 
 
 def parameter_slopes(
-    program: TimedProgram, z: FloatArray, multipliers: FloatArray, statement: Parametric, field: str
+    program: MotionProgram, z: FloatArray, multipliers: FloatArray, statement: Parametric, field: str
 ) -> FloatArray:
     """Derivatives of the optimum with respect to the numbers of a field of a statement, (m,), in their units.
 

@@ -232,7 +232,7 @@ def slack_constraints(objective: Objective, samples: Samples, slack: Matrix) -> 
     ]
 
 
-class TimedProgram(NonlinearProgram):
+class MotionProgram(NonlinearProgram):
     """A program of an objective and limits, which decide whether durations are variables or follow from the shape."""
 
     task: Task
@@ -245,9 +245,9 @@ class TimedProgram(NonlinearProgram):
         return self.objective.size(self.task.robot)
 
     @property
-    def timed(self) -> bool:
+    def has_free_durations(self) -> bool:
         """Whether durations are variables."""
-        return self.objective.timed or self.held or self.task.duration_bounds is not None
+        return self.objective.is_time_dependent or self.held or self.task.duration_bounds is not None
 
     def duration_rows(self, durations: Matrix, margin: float) -> list[Constraint]:
         """The task's upper bounds of durations (1, n) in s; the lower ones are bounds of the variables."""
@@ -257,7 +257,7 @@ class TimedProgram(NonlinearProgram):
     @property
     def sampled_limits(self) -> list[Limit]:
         """The limits that may become rows; where durations follow from the shape, what slowness leaves of them."""
-        if self.timed:
+        if self.has_free_durations:
             return list(self.limits)
         return [each for limit in self.limits for each in (limit.static_limits if limit.scales_with_time else (limit,))]
 

@@ -8,15 +8,4 @@ OBJECTIVES: dict[str, Objective] = {
     objective.name: objective for objective in (ExecutionTime(), JointRotation(), TipTravel(), Energy(), Work())
 }
 
-__all__ = [
-    "OBJECTIVES",
-    "Energy",
-    "ExecutionTime",
-    "ExpressionObjective",
-    "JointRotation",
-    "MotionBounds",
-    "Objective",
-    "TipTravel",
-    "WeightedSum",
-    "Work",
-]
+__all__ = ["OBJECTIVES", "ExpressionObjective", "MotionBounds", "Objective", "WeightedSum"]

@@ -10,7 +10,7 @@ import numpy as np
 
 from problems.base import FloatArray, Matrix, as_array, total
 from problems.motions import Samples, Trajectory
-from problems.objectives.objective import MotionBounds, Objective, integral
+from problems.objectives.objective import MotionBounds, Objective, integral, usual_state
 from problems.robots import Robot
 
 
@@ -43,7 +43,7 @@ class JointRotation(Objective):
     symbol: ClassVar[str] = "F_q"
     equation: ClassVar[str] = "(9)"
     unit: ClassVar[str] = "rad"
-    timed: ClassVar[bool] = False
+    is_time_dependent: ClassVar[bool] = False
     sooner_is_better: ClassVar[bool] = True
     norm: ClassVar[float] = 1.0
     program_steps: ClassVar[int | None] = 12  # the sum of increments is exact up to a turn between two samples
@@ -99,7 +99,7 @@ class TipTravel(Objective):
     symbol: ClassVar[str] = "F_d"
     equation: ClassVar[str] = "(10)"
     unit: ClassVar[str] = "m"
-    timed: ClassVar[bool] = False
+    is_time_dependent: ClassVar[bool] = False
     sooner_is_better: ClassVar[bool] = True
     norm: ClassVar[float] = 1.0
     program_steps: ClassVar[int | None] = 12
@@ -136,13 +136,12 @@ class TipTravel(Objective):
 
 
 FLOOR = 1e-15  # in the unit of the integral: no motor notices less
-USUAL_SHARE = 0.1  # of the acceleration limits, in a motion of the usual size
 
 
 class TorqueIntegral(Objective):
     """The integral of a function of each joint's torque and speed, summed over the joints; masses have to be known."""
 
-    timed: ClassVar[bool] = True
+    is_time_dependent: ClassVar[bool] = True
     sooner_is_better: ClassVar[bool] = False
     needs_masses: ClassVar[bool] = True
     is_integral: ClassVar[bool] = True
@@ -185,9 +184,7 @@ class TorqueIntegral(Objective):
 
     def size(self, robot: Robot) -> float:
         """That of a second at a tenth of speed and acceleration limits, in the middle of the joint ranges."""
-        limits, ranges = robot.limits, robot.limits.position or ((0.0, 0.0),) * robot.dof
-        theta = ca.DM([sum(bounds) / 2.0 for bounds in ranges]).T
-        speed, acceleration = (USUAL_SHARE * ca.horzcat(*values) for values in (limits.speed, limits.acceleration))
+        theta, speed, acceleration = (ca.DM(values).T for values in usual_state(robot))
         torque = robot.inverse_dynamics(theta, ca.DM.zeros(1, robot.dof), acceleration)
         return float(ca.sum2(self.rate(torque, speed)))
 

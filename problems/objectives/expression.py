@@ -9,11 +9,10 @@ import numpy as np
 
 from problems.base import FloatArray, InvalidProblem, Matrix, Parametric, as_array, total
 from problems.motions import SAMPLED_ORDERS, SampleFunction, Samples, Trajectory
-from problems.objectives.objective import Objective, integral
+from problems.objectives.objective import Objective, integral, usual_state
 from problems.robots import Robot
 
 FLOOR = 1e-15  # in the unit of the integral: what nobody notices
-USUAL_SHARE = 0.1  # of the speed and acceleration limits, in a motion of the usual size
 NAMED_SYMBOL = "J"
 
 
@@ -114,10 +113,7 @@ class ExpressionObjective(Parametric, Objective):
 
     def size(self, robot: Robot) -> float:
         """That of a second at a tenth of the limits in the middle of the joint ranges; 1 where that is nothing."""
-        limits, ranges = robot.limits, robot.limits.position or ((0.0, 0.0),) * robot.dof
-        middle = [sum(bounds) / 2.0 for bounds in ranges]
-        rates = [USUAL_SHARE * value for value in (*limits.speed, *limits.acceleration)]
-        state = np.array([[*middle, *rates, *[0.0] * robot.dof, 0.5]])
+        state = np.concatenate([*usual_state(robot), np.zeros(robot.dof), [0.5]])[None]
         size = abs(float(self.terminal(ca.DM(1.0))))
         if self.rate is not None:
             size += abs(float(self.rate.probed(robot, state)[0, 0]))

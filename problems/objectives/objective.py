@@ -67,7 +67,7 @@ class Objective(ABC):
         """Of its value."""
 
     @property
-    def timed(self) -> bool:
+    def is_time_dependent(self) -> bool:
         """Whether it depends on how long a motion takes; if not, a nonlinear program leaves time out."""
         return True
 
@@ -112,7 +112,7 @@ class Objective(ABC):
     @property
     def chooses_duration(self) -> bool:
         """Whether a motion may have to be run more slowly than it could: its duration is then one more variable."""
-        return self.timed and not self.sooner_is_better
+        return self.is_time_dependent and not self.sooner_is_better
 
     def check(self, robot: Robot) -> None:
         """That it is defined for a robot.
@@ -169,6 +169,16 @@ class Objective(ABC):
     def slack_rows(self, samples: Samples, slack: Matrix) -> list[tuple[str, str, Matrix]]:
         """Expressions that must not be negative, which define the slacks: name, formula, (steps, dof)."""
         return []
+
+
+USUAL_SHARE = 0.1  # of the limits of each derivative, in a motion of the usual size
+
+
+def usual_state(robot: Robot) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The middle of the joint ranges, and a tenth of speed and acceleration limits: (dof,) each."""
+    speed, acceleration, *_ = robot.limits.by_order
+    middle = [sum(bounds) / 2.0 for bounds in robot.limits.position or ((0.0, 0.0),) * robot.dof]
+    return np.array(middle), USUAL_SHARE * speed, USUAL_SHARE * acceleration
 
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -260,9 +270,9 @@ class WeightedSum(Parametric, Objective):
         return " + ".join(word if weight == 1.0 else f"{weight:g} {word}" for weight, word in each)
 
     @property
-    def timed(self) -> bool:
+    def is_time_dependent(self) -> bool:
         """Whether any of them is."""
-        return any(objective.timed for objective in self.objectives)
+        return any(objective.is_time_dependent for objective in self.objectives)
 
     @property
     def sooner_is_better(self) -> bool:

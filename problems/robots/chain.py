@@ -11,8 +11,8 @@ import numpy as np
 
 from problems.base import FRICTIONS, FloatArray, InvalidProblem, Matrix, Operand, Parametric, check_within, columns
 from problems.robots.dynamics import RigidJoint, regrouped
-from problems.robots.inertia import Inertia, Matrix3, Point3
-from problems.robots.transform import Transform, moved
+from problems.robots.inertia import Inertia
+from problems.robots.transform import Matrix3, Point3, Transform, moved
 
 UNTURNED: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar
 
 import numpy as np
 
 from problems.base import COORDINATES, INERTIAS, MASSES, InvalidProblem, Operand, Parametric, check_within
 from problems.robots.transform import (
+    Matrix3,
+    Point3,
     Rotation,
     Transform,
     Vector,
@@ -22,8 +24,6 @@ from problems.robots.transform import (
     transposed,
 )
 
-Point3: TypeAlias = tuple[float, float, float]
-Matrix3: TypeAlias = tuple[Point3, Point3, Point3]  # rows
 ROUNDING = 1e-6  # of the largest principal moment: what figures with few digits may be off by
 MASSLESS: Matrix3 = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from typing import Any, ClassVar, Self
 
@@ -31,6 +31,21 @@ class JointLimits:
     position: tuple[tuple[float, float], ...] | None = None
     jerk: tuple[float, ...] | None = None
     torque: tuple[float, ...] | None = None
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return len(self.speed)
+
+    @property
+    def by_order(self) -> tuple[FloatArray, ...]:
+        """Bounds (dof,) of the absolute values of dq/dt, d2q/dt2 and so on, as far as they are limited."""
+        return tuple(np.array(bound) for bound in (self.speed, self.acceleration, self.jerk) if bound is not None)
+
+    @staticmethod
+    def time_scale(shares: Iterable[float]) -> float:
+        """The least factor by which time has to be multiplied, given the peak of each order as a share of its bound."""
+        return max(float(share ** (1.0 / order)) for order, share in enumerate(shares, start=1))
 
 
 @dataclass(frozen=True)

@@ -25,11 +25,10 @@ from problems.base import (
 )
 from problems.robots.chain import UNTURNED, Chain
 from problems.robots.dynamics import RigidChain
-from problems.robots.inertia import Matrix3, Moments, Payload, Point3
-from problems.robots.orientations import quaternions_of
+from problems.robots.inertia import Moments, Payload
 from problems.robots.robot import Body, JointLimits, Robot
 from problems.robots.spheres import Sphere
-from problems.robots.transform import Transform, as_rows
+from problems.robots.transform import Matrix3, Point3, Transform, as_rows, quaternions_of
 
 
 def levers_of(chain: Chain, sphere: Sphere) -> FloatArray:

@@ -8,9 +8,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from problems.base import FloatArray, Parametric
-from problems.robots.inertia import Point3
-from problems.robots.orientations import as_point, numbers_of
-from problems.robots.transform import Transform
+from problems.robots.transform import Point3, Transform, as_point, numbers_of
 
 
 @dataclass(frozen=True)

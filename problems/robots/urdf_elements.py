@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from problems.base import COORDINATES, FloatArray, InvalidProblem, shown
-from problems.robots.inertia import Inertia, Matrix3, Point3
-from problems.robots.orientations import as_point, from_angles
+from problems.robots.inertia import Inertia
 from problems.robots.spheres import Ball, cover_box, cover_cylinder, covered_capsule
-from problems.robots.transform import Transform
+from problems.robots.transform import Matrix3, Point3, Transform, as_point, from_angles
 
 MOST_CHARACTERS = 10_000_000
 NUMBERS = (-1e12, 1e12)  # of any attribute; masses and inertias included

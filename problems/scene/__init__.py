@@ -1,18 +1,26 @@
 """Obstacles that the robot has to keep clear of."""
 
-from problems.scene.convex import crossing_clearance
 from problems.scene.ellipse import Ellipse
-from problems.scene.moving import ConstantVelocity, MovingObstacle
+from problems.scene.moving import ConstantVelocity, MovingObstacle, ObstacleMotion
 from problems.scene.obstacle import Frames, Obstacle, standing
-from problems.scene.polygon import MAX_CORNERS, Polygon, Rectangle
+from problems.scene.polygon import Polygon, Rectangle, crossing_clearance
 from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
 from problems.scene.tabulated import Tabulated, first_fault
 
+# by the names that scenarios have for them; one of the plane may have a namesake in space
 OBSTACLES: dict[str, type[Obstacle]] = {"ellipse": Ellipse, "box": Rectangle, "polygon": Polygon}
+SOLIDS: dict[str, type[Obstacle]] = {
+    "box": Box,
+    "sphere": Ball,
+    "capsule": Capsule,
+    "cylinder": Cylinder,
+    "half-space": HalfSpace,
+    "ellipsoid": Ellipsoid,
+}
 
 __all__ = [
-    "MAX_CORNERS",
     "OBSTACLES",
+    "SOLIDS",
     "Ball",
     "Box",
     "Capsule",
@@ -24,6 +32,7 @@ __all__ = [
     "HalfSpace",
     "MovingObstacle",
     "Obstacle",
+    "ObstacleMotion",
     "Polygon",
     "Rectangle",
     "Tabulated",

@@ -21,7 +21,20 @@ import casadi as ca
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from problems.base import ANGLES, COORDINATES, LENGTHS, FloatArray, Matrix, Operand, check_within, columns, is_zero
+from problems.base import (
+    ANGLES,
+    COORDINATES,
+    LENGTHS,
+    Angle,
+    Coordinate,
+    FloatArray,
+    Length,
+    Matrix,
+    Operand,
+    check_within,
+    columns,
+    is_zero,
+)
 from problems.scene.obstacle import Obstacle
 
 # All three are squared and dimensionless: in units of the semi-axes.
@@ -48,9 +61,9 @@ class Ellipse(Obstacle):
     numbers: ClassVar[tuple[str, ...]] = ("center", "semi_axes", "angle")
     zero_is_structure: ClassVar[tuple[str, ...]] = ("angle",)
 
-    center: tuple[float, float]
-    semi_axes: tuple[float, float]
-    angle: float = 0.0
+    center: tuple[Coordinate, Coordinate]
+    semi_axes: tuple[Length, Length]
+    angle: Angle = 0.0
 
     def __post_init__(self) -> None:
         check_within("center", self.center, COORDINATES, "m")

@@ -282,11 +282,6 @@ class MovingObstacle(Obstacle):
         """Points on the boundary for drawing, (n, dim), m."""
         return self.motion.placed(self.still.outline(count), self.now)
 
-    def bounding_box(self) -> FloatArray:
-        """A box around it with sides along the axes: lower and upper corner, (2, dim), m."""
-        outline = self.outline()
-        return np.array([outline.min(axis=0), outline.max(axis=0)])
-
     def surface(self) -> tuple[FloatArray, list[list[int]]]:
         """Of one in space: vertices (n, 3), m; polygons of their numbers."""
         vertices, polygons = self.still.surface()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -43,8 +44,14 @@ class Frames:
 class Obstacle(Parametric, ABC):
     """Something that no body of the robot may touch. A subclass is a frozen dataclass.
 
+    The fields of that dataclass, with the units in their types, are the keys of the table in a scenario that states it.
     One that moves is seen from a frame that moves with it: :mod:`problems.scene.moving`.
+
+    Attributes:
+        not_stated: fields that are no keys, because they change nothing.
     """
+
+    not_stated: ClassVar[tuple[str, ...]] = ()
 
     @property
     def dim(self) -> int:
@@ -55,6 +62,11 @@ class Obstacle(Parametric, ABC):
     @abstractmethod
     def place(self) -> tuple[float, ...]:
         """A point of it, m, for messages."""
+
+    @property
+    def complexity(self) -> int:
+        """How much it adds to a model, in corners of a polygon; as one corner by default."""
+        return 1
 
     @property
     def moves(self) -> bool:
@@ -177,17 +189,18 @@ class Obstacle(Parametric, ABC):
         """An increasing function of a clearance in m that a nonlinear program bounds instead; itself by default."""
         return clearance
 
-    @abstractmethod
     def distance_to(self, point: tuple[float, ...]) -> float:
         """A lower bound in m of the distance from a point; from the base, bodies that reach less can never touch."""
+        return max(0.0, self.distance_of(point, point))
 
     @abstractmethod
     def outline(self, count: int = 96) -> FloatArray:
         """Points on the boundary for drawing, counter-clockwise, (n, dim), m: corners, or ``count`` on a curve."""
 
-    @abstractmethod
     def bounding_box(self) -> FloatArray:
-        """The smallest box around it with sides along the axes: lower and upper corner, (2, dim), m."""
+        """The smallest box around its outline with sides along the axes: lower and upper corner, (2, dim), m."""
+        outline = self.outline()
+        return np.array([outline.min(axis=0), outline.max(axis=0)])
 
     def surface(self) -> tuple[FloatArray, list[list[int]]]:
         """Of an obstacle in space, for drawing: vertices (n, 3), m; polygons of their numbers.

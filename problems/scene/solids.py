@@ -10,10 +10,10 @@ it is no less than 0.999 of the distance at semi-axes up to 16:1, and 0.8 at 60:
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 from functools import reduce
-from itertools import product
-from typing import ClassVar
+from itertools import pairwise, product
+from typing import ClassVar, TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -21,17 +21,67 @@ import numpy as np
 from problems.base import (
     COORDINATES,
     LENGTHS,
+    Coordinate,
     FloatArray,
     InvalidProblem,
+    Length,
     Matrix,
     Operand,
     as_array,
     check_within,
     columns,
     is_of_length_one,
+    rotation_of,
 )
 from problems.scene.obstacle import Obstacle
-from problems.scene.surface import Surface, revolved, rounded
+
+Surface: TypeAlias = tuple[FloatArray, list[list[int]]]  # vertices (n, 3), m; polygons, counter-clockwise from outside
+
+SIDES = 24  # of the polygon in the place of a circle
+BANDS = 6  # from the equator of a ball to its pole
+
+
+def revolved(profile: FloatArray) -> Surface:
+    """What a curve draws around the z axis.
+
+    Args:
+        profile: (radius, z) from bottom to top, (m, 2), m; where it does not end on the axis, a disc closes it.
+    """
+    phase = 2.0 * np.pi * np.arange(SIDES) / SIDES
+    circle = np.column_stack([np.cos(phase), np.sin(phase)])
+    vertices: list[FloatArray] = []
+    rings: list[list[int]] = []
+    for radius, z in profile:
+        points = radius * circle if radius > 0.0 else np.zeros((1, 2))
+        first = sum(map(len, vertices))
+        rings.append((first + np.arange(len(points))).tolist() * (SIDES // len(points)))
+        vertices.append(np.column_stack([points, np.full(len(points), z)]))
+    polygons = [_band_side(below, above, side) for below, above in pairwise(rings) for side in range(SIDES)]
+    discs = [ring for ring in (rings[0][::-1], rings[-1]) if len(set(ring)) == SIDES]
+    return np.concatenate(vertices), [*polygons, *discs]
+
+
+def _band_side(below: list[int], above: list[int], side: int) -> list[int]:
+    """The corners of one side between two rings, each once: a triangle where one of the rings is a point."""
+    ahead = (side + 1) % SIDES
+    return list(dict.fromkeys([below[side], below[ahead], above[ahead], above[side]]))
+
+
+def quarter_circle() -> FloatArray:
+    """(radius, z) on the unit circle from the equator to the pole, (BANDS + 1, 2)."""
+    angle = 0.5 * np.pi * np.arange(BANDS + 1) / BANDS
+    points = np.column_stack([np.cos(angle), np.sin(angle)])
+    points[-1] = 0.0, 1.0
+    return points
+
+
+def rounded(radius: float, half_length: float) -> FloatArray:
+    """The profile of a capsule along z, or of a ball where its half length is 0; (radius, z) from bottom to top, m."""
+    cap = radius * quarter_circle()
+    top = cap + np.array([0.0, half_length])
+    bottom = top[::-1] * np.array([1.0, -1.0])
+    return np.concatenate([bottom, top if half_length > 0.0 else top[1:]])
+
 
 TINY_SQUARED = 1e-30  # m^2: keeps the gradient of no distance finite
 
@@ -44,19 +94,31 @@ class Solid(Obstacle):
         center: (x, y, z), m.
         quaternion: how it is turned, (x, y, z, w), of length 1; None where it is not.
 
+    Attributes:
+        lengths: the names of its fields that are lengths, or tuples of them.
+
     Raises:
         InvalidProblem: a number is out of range, or the quaternion is not of length 1.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("center", "quaternion")
+    lengths: ClassVar[tuple[str, ...]] = ()
 
-    center: tuple[float, float, float]
+    center: tuple[Coordinate, Coordinate, Coordinate]
     quaternion: tuple[float, float, float, float] | None = None
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "numbers" not in vars(cls):
+            cls.numbers = (*Solid.numbers, *cls.lengths)
 
     def __post_init__(self) -> None:
         check_within("center", self.center, COORDINATES, "m")
         if self.quaternion is not None and not is_of_length_one(self.quaternion):
             raise InvalidProblem("quaternion", f"{self.quaternion} is not of length 1")
+        for name in self.lengths:
+            value = getattr(self, name)
+            check_within(name, value if np.ndim(value) else (value,), LENGTHS, "m")
 
     @property
     def dim(self) -> int:
@@ -73,13 +135,7 @@ class Solid(Obstacle):
         """From its own axes to those outside, (3, 3)."""
         if self.quaternion is None:
             return ca.DM.eye(3)
-        x, y, z, w = self.quaternion
-        s: Operand = 2.0 / (x * x + y * y + z * z + w * w)
-        return ca.vertcat(
-            ca.horzcat(1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)),
-            ca.horzcat(s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w)),
-            ca.horzcat(s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)),
-        )
+        return ca.vertcat(*(ca.horzcat(*row) for row in rotation_of(self.quaternion)))
 
     def local(self, points: Matrix) -> list[Matrix]:
         """Points (n, 3) in its own axes, from its centre: x, y and z, each (n, 1), m."""
@@ -101,13 +157,14 @@ class Solid(Obstacle):
         """The distance of a point, given twice, m; 0 or less where it is inside."""
         return float(self.point_clearance(ca.DM([start])))
 
-    def distance_to(self, point: tuple[float, ...]) -> float:
-        """A lower bound in m of the distance from a point."""
-        return max(0.0, float(self.point_clearance(ca.DM([point]))))
-
     @abstractmethod
+    def own_surface(self) -> Surface:
+        """Its surface for drawing, in its own axes."""
+
     def surface(self) -> Surface:
         """Its surface for drawing: vertices (n, 3), m; polygons of their numbers, counter-clockwise from outside."""
+        vertices, polygons = self.own_surface()
+        return np.asarray(vertices @ self.axes.T + np.array(self.center)), polygons
 
     @property
     @abstractmethod
@@ -127,10 +184,6 @@ class Solid(Obstacle):
         """Its own axes as seen from outside, one in each column, (3, 3)."""
         return as_array(self.rotation)
 
-    def placed(self, vertices: FloatArray) -> FloatArray:
-        """Points (n, 3) of its own axes as seen from outside, m."""
-        return np.asarray(vertices @ self.axes.T + np.array(self.center))
-
 
 @dataclass(frozen=True, kw_only=True)
 class Ball(Solid):
@@ -140,13 +193,10 @@ class Ball(Solid):
         radius: m, positive.
     """
 
-    numbers: ClassVar[tuple[str, ...]] = (*Solid.numbers, "radius")
+    lengths: ClassVar[tuple[str, ...]] = ("radius",)
+    not_stated: ClassVar[tuple[str, ...]] = ("quaternion",)
 
-    radius: float
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_within("radius", (self.radius,), LENGTHS, "m")
+    radius: Length
 
     @property
     def width(self) -> float:
@@ -163,10 +213,9 @@ class Ball(Solid):
         x, y, z = self.local(points)
         return ca.sqrt(x * x + y * y + z * z + TINY_SQUARED) - self.radius
 
-    def surface(self) -> Surface:
+    def own_surface(self) -> Surface:
         """Bands from pole to pole."""
-        vertices, polygons = revolved(rounded(self.radius, 0.0))
-        return self.placed(vertices), polygons
+        return revolved(rounded(self.radius, 0.0))
 
 
 FACES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -180,13 +229,9 @@ class Box(Solid):
         size: along its own axes, m, positive.
     """
 
-    numbers: ClassVar[tuple[str, ...]] = (*Solid.numbers, "size")
+    lengths: ClassVar[tuple[str, ...]] = ("size",)
 
-    size: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_within("size", self.size, LENGTHS, "m")
+    size: tuple[Length, Length, Length]
 
     @property
     def width(self) -> float:
@@ -195,7 +240,7 @@ class Box(Solid):
 
     @property
     def half_extents(self) -> FloatArray:
-        """Half the size of the smallest box around it with sides along the axes, (3,), m."""
+        """Along the axes outside, m."""
         return np.asarray(np.abs(self.axes) @ np.array(self.size) / 2.0)
 
     def point_clearance(self, points: Matrix) -> Matrix:
@@ -205,10 +250,10 @@ class Box(Solid):
         x, y, z = (ca.fmax(part, 0.0) for part in beyond)
         return ca.if_else(deepest > 0.0, ca.sqrt(x * x + y * y + z * z + TINY_SQUARED), deepest)
 
-    def surface(self) -> Surface:
+    def own_surface(self) -> Surface:
         """Eight corners and six faces."""
         corners = np.array(list(product((-0.5, 0.5), repeat=3))) * np.array(self.size)
-        return self.placed(corners), FACES
+        return corners, FACES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,15 +265,10 @@ class Capsule(Solid):
         length: of the line, along its own z axis, m, positive.
     """
 
-    numbers: ClassVar[tuple[str, ...]] = (*Solid.numbers, "radius", "length")
+    lengths: ClassVar[tuple[str, ...]] = ("radius", "length")
 
-    radius: float
-    length: float
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_within("radius", (self.radius,), LENGTHS, "m")
-        check_within("length", (self.length,), LENGTHS, "m")
+    radius: Length
+    length: Length
 
     @property
     def width(self) -> float:
@@ -237,7 +277,7 @@ class Capsule(Solid):
 
     @property
     def half_extents(self) -> FloatArray:
-        """Half the size of the smallest box around it with sides along the axes, (3,), m."""
+        """Along the axes outside, m."""
         return np.asarray(np.abs(self.axes[:, 2]) * self.length / 2.0 + self.radius)
 
     def point_clearance(self, points: Matrix) -> Matrix:
@@ -246,10 +286,9 @@ class Capsule(Solid):
         beyond = ca.fmax(ca.fabs(z) - self.length / 2.0, 0.0)
         return ca.sqrt(x * x + y * y + beyond * beyond + TINY_SQUARED) - self.radius
 
-    def surface(self) -> Surface:
+    def own_surface(self) -> Surface:
         """Bands from pole to pole."""
-        vertices, polygons = revolved(rounded(self.radius, self.length / 2.0))
-        return self.placed(vertices), polygons
+        return revolved(rounded(self.radius, self.length / 2.0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -261,15 +300,10 @@ class Cylinder(Solid):
         length: along its own z axis, m, positive.
     """
 
-    numbers: ClassVar[tuple[str, ...]] = (*Solid.numbers, "radius", "length")
+    lengths: ClassVar[tuple[str, ...]] = ("radius", "length")
 
-    radius: float
-    length: float
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_within("radius", (self.radius,), LENGTHS, "m")
-        check_within("length", (self.length,), LENGTHS, "m")
+    radius: Length
+    length: Length
 
     @property
     def width(self) -> float:
@@ -278,7 +312,7 @@ class Cylinder(Solid):
 
     @property
     def half_extents(self) -> FloatArray:
-        """Half the size of the smallest box around it with sides along the axes, (3,), m."""
+        """Along the axes outside, m."""
         along = np.abs(self.axes[:, 2])
         return np.asarray(along * self.length / 2.0 + self.radius * np.hypot(self.axes[:, 0], self.axes[:, 1]))
 
@@ -290,11 +324,10 @@ class Cylinder(Solid):
         deepest, u, v = ca.fmax(around, along), ca.fmax(around, 0.0), ca.fmax(along, 0.0)
         return ca.if_else(deepest > 0.0, ca.sqrt(u * u + v * v + TINY_SQUARED), deepest)
 
-    def surface(self) -> Surface:
+    def own_surface(self) -> Surface:
         """The side, and a disc at either end."""
         half = self.length / 2.0
-        vertices, polygons = revolved(np.array([[self.radius, -half], [self.radius, half]]))
-        return self.placed(vertices), polygons
+        return revolved(np.array([[self.radius, -half], [self.radius, half]]))
 
 
 NEWTON_STEPS = 4
@@ -308,13 +341,9 @@ class Ellipsoid(Solid):
         semi_axes: along its own axes, m, positive.
     """
 
-    numbers: ClassVar[tuple[str, ...]] = (*Solid.numbers, "semi_axes")
+    lengths: ClassVar[tuple[str, ...]] = ("semi_axes",)
 
-    semi_axes: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_within("semi_axes", self.semi_axes, LENGTHS, "m")
+    semi_axes: tuple[Length, Length, Length]
 
     @property
     def width(self) -> float:
@@ -323,7 +352,7 @@ class Ellipsoid(Solid):
 
     @property
     def half_extents(self) -> FloatArray:
-        """Half the size of the smallest box around it with sides along the axes, (3,), m."""
+        """Along the axes outside, m."""
         return np.asarray(np.linalg.norm(self.axes * np.array(self.semi_axes), axis=1))
 
     def point_clearance(self, points: Matrix) -> Matrix:
@@ -342,14 +371,26 @@ class Ellipsoid(Solid):
         length = ca.sqrt(_sum([n * n for n in normal]) + TINY_SQUARED / reduce(ca.fmin, squares))
         return (_sum([n * x for n, x in zip(normal, p, strict=True)]) - extent) / length
 
-    def surface(self) -> Surface:
+    def own_surface(self) -> Surface:
         """A ball's, stretched."""
         vertices, polygons = revolved(rounded(1.0, 0.0))
-        return self.placed(vertices * np.array(self.semi_axes)), polygons
+        return vertices * np.array(self.semi_axes), polygons
 
 
 def _sum(terms: list[Matrix]) -> Matrix:
     return reduce(lambda a, b: a + b, terms)
+
+
+def _turned_up_to(normal: tuple[float, float, float]) -> tuple[float, float, float, float] | None:
+    """The shortest turn from the z axis to a normal of any length; None where there is nothing to turn."""
+    length = float(np.linalg.norm(normal))
+    if not length > 0.0:
+        raise InvalidProblem("normal", "a vector of no length has no direction")
+    x, y, z = (part / length for part in normal)
+    if x == y == 0.0:
+        return None if z > 0.0 else (1.0, 0.0, 0.0, 0.0)
+    w = float(np.sqrt((1.0 + z) / 2.0)) if z > 0.0 else float(np.hypot(x, y) / np.sqrt(2.0 * (1.0 - z)))
+    return -y / (2.0 * w), x / (2.0 * w), 0.0, w
 
 
 DRAWN = 2.0  # m: the side of the square that is drawn of its face
@@ -357,7 +398,23 @@ DRAWN = 2.0  # m: the side of the square that is drawn of its face
 
 @dataclass(frozen=True, kw_only=True)
 class HalfSpace(Solid):
-    """Everything on one side of a plane: below its centre, a point of the plane, as seen along its own z axis."""
+    """Everything on one side of a plane: below its centre, a point of the plane, as seen along its own z axis.
+
+    Args:
+        normal: what the z axis is to be, (x, y, z) of any length, in place of a quaternion.
+
+    Raises:
+        InvalidProblem: both are given, or the normal has no length.
+    """
+
+    normal: InitVar[tuple[Coordinate, Coordinate, Coordinate] | None] = None
+
+    def __post_init__(self, normal: tuple[float, float, float] | None) -> None:
+        if normal is not None:
+            if self.quaternion is not None:
+                raise InvalidProblem("normal", "the quaternion says already how the half-space is turned")
+            object.__setattr__(self, "quaternion", _turned_up_to(normal))
+        super().__post_init__()
 
     @property
     def width(self) -> float:
@@ -378,7 +435,7 @@ class HalfSpace(Solid):
         """Signed distances, exact."""
         return self.local(points)[2]
 
-    def surface(self) -> Surface:
+    def own_surface(self) -> Surface:
         """A square of its face around its centre."""
         corners = np.array([[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [-0.5, 0.5, 0.0]])
-        return self.placed(DRAWN * corners), [[0, 1, 2, 3]]
+        return DRAWN * corners, [[0, 1, 2, 3]]

@@ -24,6 +24,7 @@ from problems.base import (
     check_within,
     columns,
     is_of_length_one,
+    rotation_of,
 )
 from problems.scene.moving import ObstacleMotion
 from problems.scene.obstacle import Frames
@@ -285,14 +286,8 @@ def turned_back(away: Sequence[Matrix], turn: Sequence[Matrix]) -> list[Matrix]:
         cosine, sine = ca.cos(turn[0]), ca.sin(turn[0])
         x, y = away
         return [cosine * x + sine * y, cosine * y - sine * x]
-    x, y, z, w = turn
-    s = 2.0 / (x * x + y * y + z * z + w * w)
     u, v, t = away
-    rotation = [
-        [1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
-        [s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w)],
-        [s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)],
-    ]
+    rotation = rotation_of(turn)
     return [u * rotation[0][axis] + v * rotation[1][axis] + t * rotation[2][axis] for axis in range(3)]
 
 

@@ -22,7 +22,7 @@ NEWLY_BROKEN = 1e-4  # m
 MOST_PROGRAMS = 5  # for one step
 MOST_CHANGE = 0.8  # of a speed, in one step
 SPEED_CHANGE = 0.25 / 0.06  # share of a speed that may change, for each rad of the path
-PACING = 0.25  # share of a speed that may change where the path stays
+SPEED_SHARE = 0.25  # share of a speed that may change where the path stays
 SLOWEST = 0.2  # of a constant speed, where times matter: to stand still between two samples is to look away
 NONE = 1e-9  # slopes that are none
 
@@ -36,25 +36,25 @@ class ClearanceRows:
         reach: by how much each changes in a step at most, (m,), m.
         gradients: with respect to the joints, (m, k).
         basis: of the path at their samples, (m, N).
-        by_pace: slopes with respect to the speeds, (m, M); where an obstacle moves also to the delay, (m, M + 1).
+        by_timing: slopes with respect to the speeds, (m, M); where an obstacle moves also to the delay, (m, M + 1).
     """
 
     room: FloatArray
     reach: FloatArray
     gradients: FloatArray
     basis: FloatArray
-    by_pace: FloatArray
+    by_timing: FloatArray
 
     def slopes(self, chosen: NDArray[np.intp], moves: FloatArray) -> FloatArray:
-        """Of some with respect to moves (N k, free) of the control points, and to the pace."""
+        """Of some with respect to moves (N k, free) of the control points, and to the timing."""
         outer = self.basis[chosen, :, None] * self.gradients[chosen, None, :]
         by_path = outer.reshape(chosen.size, moves.shape[0]) @ moves
-        return np.concatenate([by_path, self.by_pace[chosen]], axis=1)
+        return np.concatenate([by_path, self.by_timing[chosen]], axis=1)
 
-    def left(self, change: FloatArray, pace: FloatArray) -> FloatArray:
-        """The room that a change (N, k) of the control points, and one of the pace, leaves."""
+    def left(self, change: FloatArray, timing: FloatArray) -> FloatArray:
+        """The room that a change (N, k) of the control points, and one of the timing, leaves."""
         by_path = ((self.basis @ change) * self.gradients).sum(axis=1)
-        return np.asarray(self.room + by_path + self.by_pace @ pace)
+        return np.asarray(self.room + by_path + self.by_timing @ timing)
 
 
 @dataclass(frozen=True)
@@ -131,16 +131,16 @@ def best_step(
     return Step(moved, float(-costs[free:] @ found[free : costs.size]))
 
 
-def paced(motion: PathSpeed, limits: KeptLimits, linear: LinearLimits, grid: Grid) -> PathSpeed:
+def at_best_speed(motion: PathSpeed, limits: KeptLimits, linear: LinearLimits, grid: Grid) -> PathSpeed:
     """The same path as fast as its limits allow on a grid: evenly, or at a speed that a linear program makes of it."""
-    even = motion.slowed(limits.stretch(motion, grid))
-    width = PACING * motion.speeds
+    even = motion.time_scaled(limits.time_scale(motion, grid))
+    width = SPEED_SHARE * motion.speeds
     rows, bounds = useful_rows(linear.values, linear.by_speeds, width)
     found = minimizer(motion.duration_slopes, csr_array(rows), bounds, np.stack([-width, width], axis=1))
     if found is None:
         return even
     other = replace(motion, speeds=motion.speeds + found)
-    other = other.slowed(limits.stretch(other, grid))
+    other = other.time_scaled(limits.time_scale(other, grid))
     return min(even, other, key=lambda each: each.duration)
 
 
@@ -170,7 +170,7 @@ ITERATIONS = 40
 WAIT_SAMPLES = 24  # of the clearance while it stands still at its start
 SHIFT = 1.0  # s/rad: by how much times may change in a step, of the trust region
 FIRST_TRUST, LEAST_TRUST, LARGEST_TRUST = 0.1, 2e-3, 0.25  # rad, how far a control point may move
-TIMED_TRUST, LARGEST_TIMED = 0.04, 0.1  # rad, the first and the largest where obstacles move
+MOVING_TRUST, LARGEST_MOVING = 0.04, 0.1  # rad, the first and the largest where obstacles move
 GROWS, SHRINKS, FAILS = 1.6, 0.5, 0.3  # the trust region
 GOOD, POOR = 0.5, 0.1  # shares of the promised gain
 HOPELESS = 1.5  # of a duration to beat
@@ -178,7 +178,7 @@ LEAST_GAIN, PATIENCE = 2e-4, 3  # of the duration; and how many iterations may g
 ENOUGH, AT_ENDS = 0.5, 0.8  # of the spare clearance, and of that of the ends
 LOOKED_AT = 1.0  # m/rad: pairs are looked at that come no farther than that beyond what is kept, of the trust region;
 # and by no more than that an obstacle may be elsewhere after a step, because the motion passes it at another time
-PACE = 0.06  # rad: speeds alone may change as much as in a trust region of this size
+SPEED_TRUST = 0.06  # rad: speeds alone may change as much as in a trust region of this size
 
 
 @dataclass(frozen=True)
@@ -230,7 +230,7 @@ class Descent:
 
     @cached_property
     def _clock(self) -> Clock:
-        waits = WAIT_SAMPLES if self.nearness.timed else 0
+        waits = WAIT_SAMPLES if self.nearness.is_time_dependent else 0
         even = self.space.even(self.clearance_samples)
         return Clock(self.space, np.concatenate([np.zeros(waits), even]), waits)
 
@@ -241,7 +241,7 @@ class Descent:
     @cached_property
     def _moving(self) -> NDArray[np.bool_]:
         """Which pairs are with an obstacle that moves, (pairs,)."""
-        return np.array([pair.timed for pair in self.nearness.pairs], dtype=bool)
+        return np.array([pair.is_time_dependent for pair in self.nearness.pairs], dtype=bool)
 
     def __call__(self, start: PathSpeed, to_beat: float = np.inf) -> Reached:
         """The best motion that steps from a start lead to.
@@ -250,7 +250,9 @@ class Descent:
             start: of the descent.
             to_beat: the duration in s of a motion that is known: what becomes much slower is given up.
         """
-        trust, largest = (TIMED_TRUST, LARGEST_TIMED) if self.nearness.timed else (FIRST_TRUST, LARGEST_TRUST)
+        trust, largest = (
+            (MOVING_TRUST, LARGEST_MOVING) if self.nearness.is_time_dependent else (FIRST_TRUST, LARGEST_TRUST)
+        )
         best, idle = self.begun(start), 0
         for _ in range(ITERATIONS):
             step = self._step(best, self.freedom.moves(best.motion.controls), trust)
@@ -279,15 +281,17 @@ class Descent:
         It is as fast as it may be, unless it matters at which times it passes: then it is no slower than it has to be,
         or as a linear program of its speeds alone makes it.
         """
-        if not self.nearness.timed:
-            return self.measured(paced(motion, self.limits, self._linear(motion), self._grid), trust)
-        even = self.measured(motion.slowed(max(1.0, self.limits.stretch(motion, self._grid))), max(trust, PACE))
+        if not self.nearness.is_time_dependent:
+            return self.measured(at_best_speed(motion, self.limits, self._linear(motion), self._grid), trust)
+        even = self.measured(
+            motion.time_scaled(max(1.0, self.limits.time_scale(motion, self._grid))), max(trust, SPEED_TRUST)
+        )
         still = np.empty((motion.controls.size, 0))
-        step = self._step(even, still, PACE)
+        step = self._step(even, still, SPEED_TRUST)
         if step is None:
             return even
-        stretch = max(1.0, self.limits.stretch(step.motion, self._grid))
-        other = self.measured(step.motion.slowed(stretch), trust)
+        scale = max(1.0, self.limits.time_scale(step.motion, self._grid))
+        other = self.measured(step.motion.time_scaled(scale), trust)
         return other if other.better_than(even) else even
 
     def _linear(self, motion: PathSpeed) -> LinearLimits:
@@ -296,7 +300,7 @@ class Descent:
     def _step(self, around: Reached, moves: FloatArray, trust: float) -> Step | None:
         """The best one of some moves within a trust region."""
         motion, linear = around.motion, self._linear(around.motion)
-        if not self.nearness.timed:
+        if not self.nearness.is_time_dependent:
             none = np.zeros((self._clock.u.size, motion.speeds.size))
             return best_step(motion, self.limits.joints, linear, self._clearances(around, none, trust), moves, trust)
         passing = self._clock.slopes(motion)
@@ -307,7 +311,7 @@ class Descent:
     def measured(self, motion: PathSpeed, trust: float) -> Reached:
         """How near a motion comes that keeps its limits."""
         theta, times = self._clearance_basis @ motion.controls, self._clock.times(motion)
-        looked_at = LOOKED_AT * trust * (2.0 if self.nearness.timed else 1.0)
+        looked_at = LOOKED_AT * trust * (2.0 if self.nearness.is_time_dependent else 1.0)
         near = self.nearness.near(theta, times, self.kept + self.spare + looked_at)
         spares = self._spares(near)
         missing = np.maximum(self.kept + ENOUGH * spares[near.pairs] - near.clearances, 0.0)
@@ -329,7 +333,7 @@ class Descent:
 
         Args:
             around: the motion.
-            passing: how the times of its samples change with its pace, (samples, M) or (samples, M + 1).
+            passing: how the times of its samples change with its timing, (samples, M) or (samples, M + 1).
             trust: how far a control point may move, rad.
         """
         near = around.near.thinned(CLEARANCE_ROWS)
@@ -337,9 +341,9 @@ class Descent:
         gradients, by_time = self.nearness.gradients(theta, times, near)
         room = near.clearances - self.kept - around.spares[near.pairs]
         reach = np.abs(gradients).sum(axis=1) * trust
-        if self.nearness.timed:
+        if self.nearness.is_time_dependent:
             reach += np.abs(by_time) * SHIFT * trust
         some = room < reach
         samples = near.samples[some]
-        by_pace = by_time[some, None] * passing[samples]
-        return ClearanceRows(room[some], reach[some], gradients[some], self._clearance_basis[samples], by_pace)
+        by_timing = by_time[some, None] * passing[samples]
+        return ClearanceRows(room[some], reach[some], gradients[some], self._clearance_basis[samples], by_timing)

@@ -73,7 +73,7 @@ class JointTorques:
         return values.reshape(len(state), self.dof, STATE, self.dof)
 
     def time_scale(self, state: FloatArray) -> float:
-        """The factor by which a motion has to be slowed to keep its limits at samples; below 1 where time can be saved.
+        """The time scale at which a motion keeps its limits at samples; below 1 where time can be saved.
 
         That is exact: inertia takes less by the square of it, viscous friction by the factor itself, gravity nothing.
         """
@@ -86,22 +86,24 @@ NEARLY = 0.5  # of a limit: a share that a peak between the samples of rows has 
 
 @dataclass(frozen=True)
 class LimitRows:
-    """Shares of limits at some samples, of some joints, to first order: each depends on the path of its joint alone.
+    """Shares of limits at some samples, of some joints, to first order.
 
     Attributes:
         values: (rows,).
-        by_controls: slopes with respect to the control points of their joint, (rows, N).
+        by_controls: slopes with respect to all control points, (rows, N k), or to those of their joint, (rows, N).
         by_speeds: with respect to the speeds, (rows, M).
-        joints: numbers, (rows,).
+        joints: numbers, (rows,), where each depends on the path of its joint alone; else None.
     """
 
     values: FloatArray
     by_controls: FloatArray
     by_speeds: FloatArray
-    joints: NDArray[np.intp]
+    joints: NDArray[np.intp] | None = None
 
     def slopes(self, moves: FloatArray) -> FloatArray:
         """With respect to moves (N k, free) of all control points, and to the speeds: (rows, free + M)."""
+        if self.joints is None:
+            return np.concatenate([self.by_controls @ moves, self.by_speeds], axis=1)
         count = self.by_controls.shape[1]
         k = moves.shape[0] // count
         of_joint = moves.reshape(count, k, moves.shape[1])
@@ -128,13 +130,10 @@ def limit_rows(motion: PathSpeed, grid: Grid, every: int, limits: JointLimits) -
         (3.0 * q3 * w**2 + 6.0 * q2 * w * w1 + q1 * (w1**2 + 2.0 * w * w2), 3.0 * q2 * w**2 + 2.0 * q1 * w * w1,
          q1 * w**2),
     ]  # fmt: skip
-    bounds = (limits.speed, limits.acceleration, limits.jerk)
-    for derivative, bound, path, speed in zip(motion.derivatives(grid), bounds, along, across, strict=True):
-        if bound is None:
-            continue
-        shares = derivative / np.array(bound)
+    for derivative, bound, path, speed in zip(motion.derivatives(grid), limits.by_order, along, across, strict=False):
+        shares = derivative / bound
         samples, joints = looked_at(shares, every)
-        scale = np.array(bound)[joints, None]
+        scale = bound[joints, None]
         by_controls = sum(f[samples] * m[samples] for f, m in zip(path, grid.path[1:], strict=False)) / scale
         by_speeds = (
             sum(f[samples, joints][:, None] * m[samples] for f, m in zip(speed, grid.speed, strict=False)) / scale
@@ -157,26 +156,7 @@ def _peaks(sizes: FloatArray) -> NDArray[np.bool_]:
     return (sizes >= padded[:-2]) & (sizes >= padded[2:]) & (sizes > NEARLY)
 
 
-@dataclass(frozen=True)
-class TorqueRows:
-    """Shares of torque limits at some samples, of some joints, to first order: each depends on the path of all joints.
-
-    Attributes:
-        values: (rows,).
-        by_controls: slopes with respect to all control points, (rows, N k).
-        by_speeds: with respect to the speeds, (rows, M).
-    """
-
-    values: FloatArray
-    by_controls: FloatArray
-    by_speeds: FloatArray
-
-    def slopes(self, moves: FloatArray) -> FloatArray:
-        """With respect to moves (N k, free) of all control points, and to the speeds: (rows, free + M)."""
-        return np.concatenate([self.by_controls @ moves, self.by_speeds], axis=1)
-
-
-def torque_rows(motion: PathSpeed, grid: Grid, every: int, torques: JointTorques) -> TorqueRows:
+def torque_rows(motion: PathSpeed, grid: Grid, every: int, torques: JointTorques) -> LimitRows:
     """Torques at every so many samples of a grid, and wherever they are extreme."""
     state = motion.state(grid)
     shares = torques.shares(state)
@@ -190,7 +170,7 @@ def torque_rows(motion: PathSpeed, grid: Grid, every: int, torques: JointTorques
     by_w = (of_speed * q1 + of_acceleration * (2.0 * q2 * w + q1 * w1)).sum(axis=1)
     by_w1 = (of_acceleration * q1 * w).sum(axis=1)
     by_speeds = by_w[:, None] * grid.speed[0][samples] + by_w1[:, None] * grid.speed[1][samples]
-    return TorqueRows(shares[samples, joints], np.reshape(by_controls, (samples.size, -1)), by_speeds)
+    return LimitRows(shares[samples, joints], np.reshape(by_controls, (samples.size, -1)), by_speeds)
 
 
 @dataclass(frozen=True)
@@ -201,7 +181,7 @@ class LinearLimits:
         parts: of one kind each.
     """
 
-    parts: tuple[LimitRows | TorqueRows, ...]
+    parts: tuple[LimitRows, ...]
 
     @property
     def values(self) -> FloatArray:
@@ -230,9 +210,9 @@ class KeptLimits:
     joints: JointLimits
     torques: JointTorques | None = None
 
-    def stretch(self, motion: PathSpeed, grid: Grid) -> float:
-        """The factor by which a motion has to be slowed to keep them on a grid; below 1 where time can be saved."""
-        factor = motion.stretch(grid, self.joints)
+    def time_scale(self, motion: PathSpeed, grid: Grid) -> float:
+        """The time scale at which a motion keeps them on a grid; below 1 where time can be saved."""
+        factor = motion.time_scale(grid, self.joints)
         return factor if self.torques is None else max(factor, self.torques.time_scale(motion.state(grid)))
 
     def linear(self, motion: PathSpeed, grid: Grid, every: int) -> LinearLimits:

@@ -49,12 +49,12 @@ class NearPairs:
 class _Group:
     """Pairs that are computed alike: their numbers, the frames of their ends (pairs, ends), the distance.
 
-    Distance and gradient are functions of the ends, and, of pairs that are timed, of the time.
+    Distance and gradient are functions of the ends, and, of pairs that depend on it, of the time.
     """
 
     numbers: NDArray[np.intp]
     frames: NDArray[np.intp]
-    timed: bool
+    is_time_dependent: bool
     distance: ca.Function
     gradient: ca.Function
 
@@ -70,7 +70,7 @@ class _Group:
         if not samples.size:
             return np.empty((0, function.size1_out(0)))
         inputs = positions[samples[:, None], self.frames[columns]].reshape(samples.size, -1).T
-        return as_array(function(np.vstack([inputs, times[samples]]) if self.timed else inputs)).T
+        return as_array(function(np.vstack([inputs, times[samples]]) if self.is_time_dependent else inputs)).T
 
 
 @dataclass(frozen=True)
@@ -104,14 +104,14 @@ class Nearness:
     def _group(self, numbers: NDArray[np.intp]) -> _Group:
         frames = np.array([self.pairs[number].frames for number in numbers])
         pair, ends = self.pairs[numbers[0]], ca.SX.sym("ends", self.robot.dim, frames.shape[1])
-        time = ca.SX.sym("time") if pair.timed else None
+        time = ca.SX.sym("time") if pair.is_time_dependent else None
         distance = pair.between(*(end.T for end in ca.horzsplit(ends)), times=time)
         inputs = ca.vec(ends) if time is None else ca.vertcat(ca.vec(ends), time)
         gradient = ca.gradient(distance, inputs)
         return _Group(
             numbers,
             frames,
-            pair.timed,
+            pair.is_time_dependent,
             ca.Function("distance", [inputs], [ca.densify(distance)], {"cse": True}),
             ca.Function("gradient", [inputs], [ca.densify(gradient)], {"cse": True}),
         )
@@ -139,14 +139,14 @@ class Nearness:
         return values.reshape(len(theta), len(self._frames), self.robot.dim)
 
     @cached_property
-    def timed(self) -> bool:
+    def is_time_dependent(self) -> bool:
         """Whether it matters at which times: an obstacle moves."""
-        return any(pair.timed for pair in self.pairs)
+        return any(pair.is_time_dependent for pair in self.pairs)
 
     @property
     def standing(self) -> Nearness:
         """The same of those pairs alone that do not move by themselves."""
-        kept = [tuple(pair for pair in limit.pairs if not pair.timed) for limit in self.limits]
+        kept = [tuple(pair for pair in limit.pairs if not pair.is_time_dependent) for limit in self.limits]
         return replace(self, limits=tuple(replace(one, pairs=p) for one, p in zip(self.limits, kept, strict=True)))
 
     def near(self, theta: FloatArray, times: FloatArray, cutoff: float) -> NearPairs:
@@ -167,7 +167,7 @@ class Nearness:
         for group in self._groups:
             coarse = self._distances(group, positions[::COARSE], times[::COARSE])
             low = coarse[nearest // COARSE] - moved[:, group.frames].sum(axis=2)
-            if group.timed:
+            if group.is_time_dependent:
                 low -= self.pairs[group.numbers[0]].own_travel(self.robot, around)[:, None]
             samples, columns = np.nonzero(low < cutoff)
             distances = group.at(group.distance, positions, times, samples, columns)[:, 0]
@@ -199,6 +199,6 @@ class Nearness:
             ends = jacobians[places[rows][:, None], group.frames[columns]]
             normals = slopes[:, : ends.shape[1] * dim].reshape(*ends.shape[:-1])
             by_joints[rows] = np.einsum("med,medk->mk", normals, ends)
-            if group.timed:
+            if group.is_time_dependent:
                 by_time[rows] = slopes[:, -1]
         return by_joints, by_time

@@ -152,14 +152,12 @@ class PathSpeed:
         """Angles, velocities and accelerations, (n, 3 k)."""
         return np.concatenate([self.theta(grid), *self.derivatives(grid)[:2]], axis=1)
 
-    def stretch(self, grid: Grid, limits: JointLimits) -> float:
-        """The factor by which it has to be slowed to keep its limits on a grid; below 1 where time can be saved."""
-        bounds = (limits.speed, limits.acceleration, limits.jerk)
-        peaks = zip(self.derivatives(grid), bounds, strict=True)
-        ratios = [0.0 if bound is None else float((np.abs(d) / np.array(bound)).max()) for d, bound in peaks]
-        return max(float(ratio ** (1.0 / order)) for order, ratio in enumerate(ratios, start=1))
+    def time_scale(self, grid: Grid, limits: JointLimits) -> float:
+        """The time scale at which it keeps its limits on a grid; below 1 where time can be saved."""
+        limited = zip(self.derivatives(grid), limits.by_order, strict=False)
+        return limits.time_scale(float((np.abs(derivative) / bound).max()) for derivative, bound in limited)
 
-    def slowed(self, factor: float) -> PathSpeed:
+    def time_scaled(self, factor: float) -> PathSpeed:
         """The same, so many times slower."""
         return replace(self, speeds=self.speeds / factor)
 

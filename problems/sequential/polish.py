@@ -16,7 +16,7 @@ from problems.sequential.kept_limits import JointTorques, KeptLimits
 from problems.sequential.nearness import Nearness
 from problems.sequential.path_speed import RESTING, Clock, Freedom, MotionSpace, PathSpeed
 from problems.tasks import Move
-from problems.timing.free_space import rest_to_rest
+from problems.timing import rest_to_rest
 
 SAMPLES = 400
 
@@ -55,7 +55,7 @@ LEAST_DELAY = 1e-6  # s
 IN_PIECE = 8  # pieces in time for each of the speed
 
 
-def timed(motion: PathSpeed, in_piece: int = IN_PIECE) -> Trajectory:
+def with_timing(motion: PathSpeed, in_piece: int = IN_PIECE) -> Trajectory:
     """Polynomials of degree 5 in time that agree with it in angles, velocities and accelerations where they meet."""
     grid = motion.space.grid(motion.space.even(in_piece))
     q, (v, a, _) = motion.theta(grid), motion.derivatives(grid)
@@ -73,7 +73,7 @@ def timed(motion: PathSpeed, in_piece: int = IN_PIECE) -> Trajectory:
 
 
 SPACE = MotionSpace(path_pieces=12, speed_pieces=24)
-TIMED_SPACE = replace(SPACE, parts=IN_PIECE)  # where obstacles move
+MOVING_SPACE = replace(SPACE, parts=IN_PIECE)  # where obstacles move
 SPARES = (6e-3, 1.2e-2, 2.4e-2)  # m, kept at samples on top of the margin: one after the other where proofs fail
 LEAST_SPARE = 2e-3  # m, likewise, tried first among obstacles that move, where a little room is much time
 NEAR_BOUND = 1.02  # of the duration in free space: what is as fast needs no other start
@@ -113,28 +113,28 @@ class Polish:
         """
         best = self._best(start)
         held_up = best.motion.duration > NEAR_BOUND * self._free(start).duration
-        if self._nearness.timed and best.missing == 0.0 and held_up:
-            yield timed(self._descent(best.motion, LEAST_SPARE, self._nearness)(best.motion).motion)
+        if self._nearness.is_time_dependent and best.missing == 0.0 and held_up:
+            yield with_timing(self._descent(best.motion, LEAST_SPARE, self._nearness)(best.motion).motion)
         for spare in SPARES:
             if spare != SPARES[0]:
                 best = self._descent(best.motion, spare, self._nearness)(best.motion)
             if best.missing > 0.0:
                 return
-            yield timed(best.motion)
+            yield with_timing(best.motion)
 
     def _best(self, start: Trajectory) -> Reached:
         """The best that a few starts lead to."""
         starts, bound = self._starts(start), NEAR_BOUND * self._free(start).duration
-        if not self._nearness.timed:
+        if not self._nearness.is_time_dependent:
             return self._best_of(starts, self._nearness, bound)
         standing = self._best_of(starts, self._nearness.standing, bound).motion
-        return self._best_of(self._timed_starts(start, standing), self._nearness, NEAR_BOUND * standing.duration)
+        return self._best_of(self._starts_among_moving(start, standing), self._nearness, NEAR_BOUND * standing.duration)
 
     def _best_of(self, starts: Iterator[PathSpeed], nearness: Nearness, bound: float) -> Reached:
         """The best that starts lead to, until it is as fast as a bound in s, or clear after a few of them."""
         best: Reached | None = None
         for number, motion in enumerate(starts, start=1):
-            clear_one = best is not None and best.missing == 0.0 and nearness.timed
+            clear_one = best is not None and best.missing == 0.0 and nearness.is_time_dependent
             to_beat = best.motion.duration if best is not None and clear_one else np.inf
             reached = self._descent(motion, SPARES[0], nearness)(motion, to_beat)
             best = reached if best is None or reached.better_than(best) else best
@@ -165,9 +165,9 @@ class Polish:
         for _ in range(BENT):
             yield bent(motion, rng.normal(0.0, BEND, self.task.robot.dof))
 
-    def _timed_starts(self, start: Trajectory, standing: PathSpeed) -> Iterator[PathSpeed]:
+    def _starts_among_moving(self, start: Trajectory, standing: PathSpeed) -> Iterator[PathSpeed]:
         """Where obstacles move: the motion itself, the best among those that stand, and both begun later."""
-        own, standing = fitted(start, TIMED_SPACE), replace(standing, space=TIMED_SPACE)
+        own, standing = fitted(start, MOVING_SPACE), replace(standing, space=MOVING_SPACE)
         yield from (own, self._later(standing), standing, self._later(own))
         for motion in self._bent(standing):
             yield from (motion, self._later(motion))

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray, InvalidProblem, as_array
-from problems.limits import Constraint, DurationBounds
+from problems.limits import Constraint
 from problems.motions import JointPath, Trajectory
 from problems.robots import Robot
 from problems.scene import Obstacle
@@ -91,11 +91,6 @@ class JointFollowing(Task):
         """Along the path, (2, dof), rad/s."""
         slopes = self.path.at(self.path.breakpoints[[0, -1]], 1)
         return np.asarray(slopes * np.array(self.rates)[:, None])
-
-    @property
-    def duration_bounds(self) -> DurationBounds | None:
-        """The bounds of T, where they are stated."""
-        return None if self.total_time is None else DurationBounds("total time", "T", *self.total_time)
 
     @property
     def given_postures(self) -> FloatArray:

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import TIMES, FloatArray, InvalidProblem, as_array, check_within
-from problems.limits import Constraint, DurationBounds
+from problems.limits import Constraint
 from problems.motions import Trajectory, increasing_choice
 from problems.robots import Robot
 from problems.scene import Obstacle, standing
@@ -249,11 +249,6 @@ class Move(Task):
         given = [place for place in places if not (place.chosen_by_inverse_kinematics or place.choices(self.robot))]
         rows = [as_array(place.posture(self.robot, ca.DM(0, 1), 1.0, None)[0]) for place in given]
         return np.concatenate([np.empty((0, self.robot.dof)), *rows])
-
-    @property
-    def duration_bounds(self) -> DurationBounds | None:
-        """The bounds of T, where they are stated."""
-        return None if self.total_time is None else DurationBounds("total time", "T", *self.total_time)
 
     def reached_goal(self, theta: FloatArray) -> Place:
         """The goal that a posture (dof,) misses least, of its tolerance."""

@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import LENGTHS, FloatArray, InvalidProblem, as_array, check_within, largest, shown
-from problems.limits import Accuracy, Constraint, DurationBounds
+from problems.limits import Accuracy, Constraint
 from problems.motions import Trajectory, increasing_choice
 from problems.robots import Robot, SpatialArm
 from problems.scene import Obstacle, standing
@@ -56,6 +56,7 @@ class PathFollowing(Task):
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("total_time",)
+    duration_symbol: ClassVar[str] = "t_T"
     equations: ClassVar[Mapping[str, str]] = MappingProxyType(
         {
             "speed": "(21), (16)",
@@ -115,11 +116,6 @@ class PathFollowing(Task):
     def accuracy_of(self, trajectory: Trajectory) -> float:
         """Trajectory accuracy: the largest distance from a given point, m."""
         return float(largest(self.accuracy_constraint(trajectory).expression))
-
-    @property
-    def duration_bounds(self) -> DurationBounds | None:
-        """The bounds of t_T, where they are stated."""
-        return None if self.total_time is None else DurationBounds("total time", "t_T", *self.total_time)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """Accuracy at every point; start and goal."""
@@ -191,20 +187,13 @@ class ToolTracing(Task):
         robot: that moves.
         path: the points P*.
         accuracy: the largest distance from the path, m.
-        obstacles: to keep clear of.
-        total_time: bounds of T in s; None where nothing is promised.
+        angular_accuracy: the largest angle to the path's orientation, rad; None where that is free.
     """
 
     robot: Robot
     path: Path
     accuracy: float
-    obstacles: tuple[Obstacle, ...]
-    total_time: tuple[float, float] | None
-
-    @property
-    def duration_bounds(self) -> DurationBounds | None:
-        """The bounds of T, where they are stated."""
-        return None if self.total_time is None else DurationBounds("total time", "T", *self.total_time)
+    angular_accuracy: float | None = None
 
     @abstractmethod
     def point_times(self, trajectory: Trajectory) -> FloatArray:

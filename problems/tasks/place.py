@@ -173,6 +173,11 @@ class Place(Parametric, ABC):
         """The place with a posture (dof,) that is there as its branch; itself where it has none."""
         return self
 
+    @property
+    def branch_angles(self) -> tuple[float, ...]:
+        """The posture that :meth:`on_branch` was given, digit for digit, rad; empty where there is none."""
+        return ()
+
     @abstractmethod
     def posture(
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None

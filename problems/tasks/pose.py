@@ -10,7 +10,17 @@ import casadi as ca
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from problems.base import COORDINATES, FloatArray, InvalidProblem, Matrix, Operand, as_array, check_within, columns
+from problems.base import (
+    COORDINATES,
+    FloatArray,
+    InvalidProblem,
+    Matrix,
+    Operand,
+    as_array,
+    check_within,
+    columns,
+    rotation_of,
+)
 from problems.limits import SAMPLING_MARGIN, can_hold
 from problems.robots import Robot, SpatialArm, postures, project
 from problems.scene import Obstacle
@@ -23,13 +33,7 @@ TINY = 1e-60  # keeps a root's derivative finite
 
 def rotation_rows(quaternion: tuple[Operand, ...]) -> Matrix:
     """The rotation of a quaternion (x, y, z, w), row by row, (1, 9)."""
-    x, y, z, w = quaternion
-    s: Operand = 2.0 / (x * x + y * y + z * z + w * w)
-    return ca.horzcat(
-        *(1.0 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)),
-        *(s * (x * y + z * w), 1.0 - s * (x * x + z * z), s * (y * z - x * w)),
-        *(s * (x * z - y * w), s * (y * z + x * w), 1.0 - s * (x * x + y * y)),
-    )
+    return ca.horzcat(*(entry for row in rotation_of(quaternion) for entry in row))
 
 
 def turn_between(wanted: Matrix, rotation: Matrix) -> Matrix:
@@ -164,6 +168,11 @@ class Pose(Place):
     def on_branch(self, theta: FloatArray) -> Place:
         """The same pose, with postures near this one."""
         return replace(self, branch=tuple(theta.tolist()))
+
+    @property
+    def branch_angles(self) -> tuple[float, ...]:
+        """The posture that the branch is near, rad."""
+        return self.branch
 
     def posture(
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None

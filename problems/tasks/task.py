@@ -114,12 +114,18 @@ class Task(Parametric, ABC):
 
     Attributes:
         equations: where the paper states a constraint of this task, by its name, if elsewhere than for other tasks.
+        duration_symbol: of the total time.
+        robot: that moves.
+        obstacles: to keep clear of.
+        total_time: bounds of the duration of the whole motion, s; None where nothing is promised.
     """
 
     equations: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    duration_symbol: ClassVar[str] = "T"
 
     robot: Robot
     obstacles: tuple[Obstacle, ...]
+    total_time: tuple[float, float] | None = None
 
     @property
     def end_velocities(self) -> FloatArray:
@@ -152,8 +158,8 @@ class Task(Parametric, ABC):
 
     @property
     def duration_bounds(self) -> DurationBounds | None:
-        """The bounds of the durations of the finished motion; None where nothing is promised."""
-        return None
+        """The bounds of the durations of the finished motion; of the total time by default, None without any."""
+        return None if self.total_time is None else DurationBounds("total time", self.duration_symbol, *self.total_time)
 
     def durations(self, trajectory: Trajectory) -> FloatArray:
         """The durations of a finished motion to which these bounds apply, (n,), s; that of the whole by default."""

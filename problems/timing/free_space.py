@@ -29,6 +29,8 @@ from problems.motions import Trajectory
 from problems.robots import JointLimits
 
 SAME_TIME = 1e-13  # of the duration: breakpoints of several joints that are one
+TRAPEZOID = np.array([1.0, 0.0, -1.0])  # signs of the highest derivative in the phases
+DOUBLE_S = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 SERIES = np.array([1.0, 1.0, 0.5, 1.0 / 6.0])  # q, q', q''/2, q'''/6
 
 
@@ -58,15 +60,15 @@ def rest_to_rest(start: FloatArray, goal: FloatArray, limits: JointLimits) -> Tr
     Raises:
         InvalidProblem: start and goal are the same posture, or are not k finite numbers each.
     """
-    start, goal = (_posture(name, values, len(limits.speed)) for name, values in (("start", start), ("goal", goal)))
+    start, goal = (_posture(name, values, limits.dof) for name, values in (("start", start), ("goal", goal)))
     phases = _phases(np.abs(goal - start), limits)
     durations = phases.sum(axis=-1)
     total = float(durations.max())
     if not total > 0.0:
         raise InvalidProblem("goal", "the same posture as the start: there is nothing to time")
-    slowed = phases * (total / np.where(durations > 0.0, durations, total))[:, None]
-    times = _merged(np.cumsum(slowed, axis=1), total)
-    return Trajectory(times, _pieces(start, goal - start, slowed, _signs(limits), times))
+    scaled = phases * (total / np.where(durations > 0.0, durations, total))[:, None]
+    times = _merged(np.cumsum(scaled, axis=1), total)
+    return Trajectory(times, _pieces(start, goal - start, scaled, times))
 
 
 def _posture(name: str, values: FloatArray, dof: int) -> FloatArray:
@@ -78,19 +80,14 @@ def _posture(name: str, values: FloatArray, dof: int) -> FloatArray:
     return posture
 
 
-def _signs(limits: JointLimits) -> FloatArray:
-    """Signs of the highest derivative in the phases, which are symmetric."""
-    return np.array([1.0, 0.0, -1.0] if limits.jerk is None else [1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
-
-
 def _phases(distances: FloatArray, limits: JointLimits) -> FloatArray:
     """Durations of the phases of each joint's own fastest move, (..., k, 3 or 7), s; distances (..., k) >= 0."""
-    speed, acceleration = np.array(limits.speed), np.array(limits.acceleration)
-    if limits.jerk is None:
+    speed, acceleration, *jerks = limits.by_order
+    if not jerks:
         ramp = np.minimum(speed / acceleration, np.sqrt(distances / acceleration))
         cruise = np.maximum(distances / speed - speed / acceleration, 0.0)
         return np.stack([ramp, cruise, ramp], axis=-1)
-    jerk = np.array(limits.jerk)
+    jerk = jerks[0]
     swing = np.minimum(acceleration / jerk, np.sqrt(speed / jerk))  # until the acceleration is at its largest
     ramp = swing + speed / (jerk * swing)  # until the speed is
     cruise = distances / speed - ramp
@@ -112,14 +109,13 @@ def _merged(switches: FloatArray, total: float) -> FloatArray:
     return np.concatenate([[0.0], inner[apart], [total]])
 
 
-def _pieces(
-    start: FloatArray, distances: FloatArray, phases: FloatArray, signs: FloatArray, times: FloatArray
-) -> FloatArray:
+def _pieces(start: FloatArray, distances: FloatArray, phases: FloatArray, times: FloatArray) -> FloatArray:
     """Coefficients (4, p, k) of the joints between the times: those of their phases, expanded around each time.
 
     The highest derivative is what covers the distance exactly in the given phases.
     """
-    count, order = signs.size, 2 if signs.size == 3 else 3
+    count = phases.shape[1]
+    order, signs = (2, TRAPEZOID) if count == TRAPEZOID.size else (3, DOUBLE_S)
     states = np.zeros((count + 1, start.size, SERIES.size))  # at the switches, for a unit of the highest derivative
     states[:-1, :, order] = signs[:, None]
     for phase in range(count):
@@ -324,7 +320,7 @@ def least_time_move(
 
 def _states(limits: JointLimits, **values: FloatArray) -> FloatArray:
     """Start, goal and both velocities, (4, k); all are within what they may be."""
-    dof = len(limits.speed)
+    dof = limits.dof
     arrays = {name: np.asarray(value, dtype=np.float64) for name, value in values.items()}
     for name, array in arrays.items():
         if array.shape != (dof,) or not np.isfinite(array).all():

@@ -115,29 +115,26 @@ def least_duration(state: MotionState, goal: FloatArray, limits: JointLimits) ->
     Raises:
         InvalidProblem: as :func:`fastest_stop`.
     """
-    speed, acceleration = np.array(limits.speed), np.array(limits.acceleration)
-    within = MotionState(
-        state.angles,
-        np.clip(state.velocity, -speed, speed),
-        np.clip(state.acceleration, -acceleration, acceleration),
-    )
-    wanted = _stated(within, replace(limits, jerk=limits.jerk or (inf,) * speed.size), share=1.0)
+    rates = zip((state.velocity, state.acceleration), limits.by_order, strict=False)
+    within = MotionState(state.angles, *(np.clip(rate, -bound, bound) for rate, bound in rates))
+    wanted = _stated(within, replace(limits, jerk=limits.jerk or (inf,) * limits.dof), share=1.0)
     wanted.target_position = goal.tolist()
     return float(_profiles(wanted).duration)
 
 
 def _stated(state: MotionState, limits: JointLimits, share: float = 1.0 - ALLOWANCE) -> InputParameter:
     """The state, a share of the limits, and rest as the target."""
-    dof = len(limits.speed)
+    dof = limits.dof
     if state.angles.size != dof:
         raise InvalidProblem("state", f"{state.angles.size} joints where the limits have {dof}")
-    jerk = limits.jerk or tuple(JERK_RATE * most for most in limits.acceleration)
+    if limits.jerk is None:
+        limits = replace(limits, jerk=tuple(JERK_RATE * most for most in limits.acceleration))
     wanted = InputParameter(dof)
     wanted.current_position = state.angles.tolist()
     wanted.current_velocity = state.velocity.tolist()
     wanted.current_acceleration = state.acceleration.tolist()
-    for name, bounds in (("velocity", limits.speed), ("acceleration", limits.acceleration), ("jerk", jerk)):
-        setattr(wanted, f"max_{name}", [share * bound for bound in bounds])
+    for name, bounds in zip(("velocity", "acceleration", "jerk"), limits.by_order, strict=True):
+        setattr(wanted, f"max_{name}", (share * bounds).tolist())
     return wanted
 
 

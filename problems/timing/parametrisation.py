@@ -14,8 +14,7 @@ from scipy.sparse import csr_array, diags_array, vstack
 from problems.base import FloatArray, composition
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
-from problems.timing.path_torques import PathTorques
-from problems.timing.prepared import PreparedPath
+from problems.timing.prepared import PathTorques, PreparedPath
 from problems.timing.speed_profile import Intervals
 
 DEGREE = 4
@@ -248,8 +247,7 @@ def parametrisation_rows(
         [q2 * a + q3 * v**2, 2.0 * q2 * v, q1],
         [q2 * j + 3.0 * q3 * v * a + q4 * v**3, 3.0 * q2 * a + 3.0 * q3 * v**2, 3.0 * q2 * v, q1],
     ]
-    every_limit = (limits.speed, limits.acceleration, limits.jerk)
-    scales = [np.array(bound) * duration ** (n + 1) for n, bound in enumerate(every_limit)]
+    scales = [bound * duration**order for order, bound in enumerate(limits.by_order, start=1)]
     slopes = [
         combined([part[:, joint] / scale[joint] for part in parts], basis)
         for parts, scale in zip(partial, scales, strict=True)
@@ -284,12 +282,13 @@ def torque_parametrisation_rows(
         controls: the control points.
         duration: in s.
     """
-    s, rate, change = _at_samples(motors, basis, controls)
-    v, a = rate[:, None] / duration, change[:, None] / duration**2
+    s, rate, change = along_path(motors.path, basis, controls, duration)
+    v, a = rate[:, None], change[:, None]
     (m, c, g), (m1, c1, g1) = (motors.at(s, order) for order in (0, 1))
     q1, q2 = (motors.path.at(s, order) for order in (1, 2))
     inertial, viscous = m * a + c * v**2, motors.viscous * q1 * v
-    sign, either = _friction(motors, s, q1 * v)
+    order = np.argsort(s, kind="stable")
+    sign, either = (part[np.argsort(order, kind="stable")] for part in motors.friction((q1 * v)[order]))
     bound = motors.bound - either
     parts = [  # with respect to s, s', s''
         (m1 * a + c1 * v**2 + motors.viscous * q2 * v + g1) / bound,
@@ -306,31 +305,9 @@ def torque_parametrisation_rows(
     )
 
 
-def parametrisation_time_scale(
-    motors: PathTorques, basis: list[csr_array], controls: FloatArray, duration: float
-) -> float:
-    """How many times slower a law has to be run for its torques, at samples in order.
-
-    Args:
-        motors: of the path.
-        basis: matrices that turn control points into s, s', s'' at the samples.
-        controls: the control points.
-        duration: in s.
-    """
-    s, rate, change = _at_samples(motors, basis, controls)
-    return motors.time_scale(s, rate / duration, change / duration**2)
-
-
-def _at_samples(
-    motors: PathTorques, basis: list[csr_array], controls: FloatArray
+def along_path(
+    path: JointPath, basis: list[csr_array], controls: FloatArray, duration: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The parameter at samples, ds/dt and d2s/dt2, (n,) each; arguments as of :func:`torque_parametrisation_rows`."""
     s, rate, change = (matrix @ controls for matrix in basis[:3])
-    return np.clip(s, *motors.path.breakpoints[[0, -1]]), rate, change
-
-
-def _friction(motors: PathTorques, s: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """As :meth:`PathTorques.friction`, of samples in any order."""
-    order = np.argsort(s, kind="stable")
-    back = np.argsort(order, kind="stable")
-    sign, either = motors.friction(velocity[order])
-    return sign[back], either[back]
+    return np.clip(s, *path.breakpoints[[0, -1]]), rate / duration, change / duration**2

@@ -1,20 +1,26 @@
-"""A path prepared for timing: polynomials between breaks, and the least time scale of a given timing.
+"""A path prepared for timing: polynomials between breaks, the time scale of a given timing, torques along the path.
 
 The joints have to stop where the path's derivative changes its direction. Where it only changes its length, the
 parametrisation jumps, not the path: the pieces after it get another length in the parameter.
+
+With b the square of du/dt, and u the path's parameter, the inverse dynamics are linear in b and in its slope:
+
+    tau = m(u) d2u/dt2 + c(u) b + g(u) + viscous q'(u) du/dt + coulomb sign(q'(u))
+    m = M(q) q',  c = M(q) q'' + C(q, q') q'
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import comb
 
+import casadi as ca
 import numpy as np
+from scipy.interpolate import PPoly
 
-from problems.base import FloatArray, InvalidProblem, bernstein
+from problems.base import FloatArray, InvalidProblem, as_array, bernstein, peak
 from problems.motions import JointPath, Trajectory
-from problems.robots import JointLimits
+from problems.robots import JointLimits, RigidChain, time_scales_of_arrays
 
 STANDS_STILL = 1e-12  # of the path's extent: how far a piece turns that is left out
 LARGEST_GAP = 1e-9  # of the path's extent: between pieces that join
@@ -136,36 +142,128 @@ def _end_derivatives(unit: FloatArray) -> tuple[FloatArray, FloatArray]:
     return starts, np.stack([(n * unit).sum(axis=0), (n * (n - 1) * unit).sum(axis=0)])
 
 
-MAX_HALVINGS = 40  # of a piece
-RESOLUTION = 1e-11  # relative, to which a peak is found; it is never found too small
-
-
 def minimum_time_scale(trajectory: Trajectory, limits: JointLimits) -> float:
     """The least factor, 1e-11 too large at most; below 1 where time can be saved."""
-    return max(float(ratio ** (1.0 / order)) for order, ratio in enumerate(peak_ratios(trajectory, limits), start=1))
+    return limits.time_scale(peak_ratios(trajectory, limits))
 
 
 def peak_ratios(trajectory: Trajectory, limits: JointLimits) -> list[float]:
-    """Bounds of the largest speed, acceleration and, where limited, jerk over all t, as shares of their limits."""
-    bounds = [limits.speed, limits.acceleration, *([] if limits.jerk is None else [limits.jerk])]
+    """Bounds of the peak of each limited derivative over all t, as shares of its limits."""
     durations = np.diff(trajectory.breakpoints)
     ratios = []
-    for order, bound in enumerate(bounds, start=1):
+    for order, bound in enumerate(limits.by_order, start=1):
         curves = bernstein(np.asarray(trajectory.derivative(order).c), durations)
-        ratios.append(_peak((curves / np.array(bound)).reshape(len(curves), -1)))
+        ratios.append(peak((curves / bound).reshape(len(curves), -1)))
     return ratios
 
 
-def _peak(curves: FloatArray) -> float:
-    """An upper bound of the largest absolute value of curves in Bernstein form, (n + 1, m), by halving them."""
-    n = len(curves) - 1
-    half = np.array([[comb(i, j) / 2**i if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
-    reached = 0.0
-    for _ in range(MAX_HALVINGS):
-        reached = max(reached, float(np.abs(curves[[0, -1]]).max()))
-        undecided = np.abs(curves).max(axis=0) > reached * (1.0 + RESOLUTION)
-        if not undecided.any():
-            return reached * (1.0 + RESOLUTION)
-        curves = curves[:, undecided]
-        curves = np.concatenate([half @ curves, (half @ curves[::-1])[::-1]], axis=1)
-    return float(np.abs(curves).max())
+NODES = 7  # through which a polynomial is drawn
+TRAVEL = 0.15  # rad (or m) that a joint turns at most while one polynomial holds
+FEWEST_POLYNOMIALS = 2  # polynomials for each piece of the path
+TRAVEL_SAMPLES = 9  # of a piece, to measure what its joints turn
+TORQUE_MARGIN = 1e-4  # of every torque limit: what is left to prove the motion by, and for what lies between samples
+LEAST_ROOM = 1e-6  # of a limit: what is left of it counts as at least this where friction takes all of it
+
+
+@dataclass(frozen=True)
+class PathTorques:
+    """The dynamics along a path.
+
+    Args:
+        path: of k joints.
+        curve: m, c and g, (3, k), N m for a rate of the parameter in 1/s.
+        bound: what the motors may give, the margin taken off, (k,), N m.
+        viscous: friction, (k,), N m s.
+        coulomb: friction, (k,), N m.
+    """
+
+    path: JointPath
+    curve: PPoly
+    bound: FloatArray
+    viscous: FloatArray
+    coulomb: FloatArray
+
+    @classmethod
+    def of(cls, path: JointPath, limits: JointLimits, chain: RigidChain | None) -> PathTorques | None:
+        """Those of a chain with torque limits; None where there is neither.
+
+        Raises:
+            InvalidProblem: the motors cannot hold the chain, or overcome its friction, somewhere on the path.
+        """
+        if chain is None or limits.torque is None:
+            return None
+        nodes = (1.0 - np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)) / 2.0
+        starts = _polynomial_starts(path)
+        lengths = np.diff(starts)
+        u = starts[:-1] + nodes[:, None] * lengths
+        values = _dynamics(path, chain, u.ravel()).reshape(3, *u.shape, -1)
+        ascending = np.linalg.solve(np.vander(nodes, increasing=True), values.swapaxes(0, 1).reshape(NODES, -1))
+        scaled = ascending.reshape(NODES, 3, lengths.size, -1).swapaxes(1, 2)
+        powers = lengths ** np.arange(NODES)[:, None]
+        one = ca.DM.ones(1, len(limits.torque))
+        viscous, coulomb = (as_array(part(one))[0] for part in (chain.viscous, chain.coulomb))
+        bound = np.array(limits.torque) * (1.0 - TORQUE_MARGIN)
+        made = cls(path, PPoly((scaled / powers[..., None, None])[::-1], starts), bound, viscous, coulomb)
+        made._check_held(np.union1d(u, starts))
+        return made
+
+    def at(self, u: FloatArray, derivative: int = 0) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """m, c and g, or derivatives of them, (..., k) at parameters (...)."""
+        inertia, bend, held = np.moveaxis(np.asarray(self.curve(u, derivative)), -2, 0)
+        return inertia, bend, held
+
+    def time_scale(self, u: FloatArray, rate: FloatArray, change: FloatArray) -> float:
+        """How many times slower a motion has to be run, at samples in order; below 1 where time can be saved.
+
+        Args:
+            u: parameters (n,).
+            rate: du/dt, (n,).
+            change: d2u/dt2, (n,).
+        """
+        inertia, bend, held = self.at(u)
+        velocity = self.path.at(u, 1) * rate[:, None]
+        inertial = inertia * change[:, None] + bend * rate[:, None] ** 2
+        viscous = self.viscous * velocity
+        sign, either = self.friction(velocity)
+        held, bound = held + sign, self.bound - either
+        over, under = (np.maximum(room, LEAST_ROOM * self.bound) for room in (bound - held, bound + held))
+        above = time_scales_of_arrays(inertial, viscous, over)
+        return float(np.maximum(above, time_scales_of_arrays(-inertial, -viscous, under)).max())
+
+    def friction(self, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Coulomb friction at samples in order, (n, k): what it is, and half of what it may be where it jumps."""
+        sign = np.sign(velocity)
+        padded = np.pad(sign, ((1, 1), (0, 0)), mode="edge")
+        sure = (sign == padded[:-2]) & (sign == padded[2:]) & (sign != 0.0)
+        return np.where(sure, sign, 0.0) * self.coulomb, np.where(sure, 0.0, 1.0) * self.coulomb
+
+    def _check_held(self, u: FloatArray) -> None:
+        """Whether the motors can run the chain along the path slowly."""
+        torque = np.abs(self.at(u)[2] + self.coulomb * np.sign(self.path.at(u, 1)))
+        where, joint = np.unravel_index(np.argmax(torque / self.bound), torque.shape)
+        if torque[where, joint] > self.bound[joint]:
+            share, stated = u[where] / self.path.breakpoints[-1], self.bound[joint] / (1.0 - TORQUE_MARGIN)
+            raise InvalidProblem(
+                "path",
+                f"joint {joint + 1} has to give {torque[where, joint]:.4g} N m to hold the arm {share:.0%} along the "
+                f"path, and may give {stated:g} N m, of which {TORQUE_MARGIN:.2%} is kept free",
+            )
+
+
+def _polynomial_starts(path: JointPath) -> FloatArray:
+    """Where polynomials begin, and the last ends: breakpoints of the path among them."""
+    shares = np.linspace(0.0, 1.0, TRAVEL_SAMPLES)[:, None]
+    lengths = np.diff(path.breakpoints)
+    inner = path.at(np.minimum(path.breakpoints[:-1] + shares * lengths, np.nextafter(path.breakpoints[1:], 0.0)))
+    turned = np.abs(np.diff(inner, axis=0)).sum(axis=0).max(axis=1)
+    counts = np.maximum(np.ceil(turned / TRAVEL).astype(int), FEWEST_POLYNOMIALS)
+    pieces = zip(path.breakpoints[:-1], lengths, counts, strict=True)
+    return np.concatenate([*(a + h * np.arange(n) / n for a, h, n in pieces), path.breakpoints[-1:]])
+
+
+def _dynamics(path: JointPath, chain: RigidChain, u: FloatArray) -> FloatArray:
+    """m, c and g at parameters (n,): (3, n, k)."""
+    theta, first, second = (ca.DM(path.at(u, order)) for order in range(3))
+    still = ca.DM.zeros(*theta.shape)
+    parts = chain.inertial(theta, still, first), chain.inertial(theta, first, second), chain.gravitational(theta)
+    return np.stack([as_array(part) for part in parts])

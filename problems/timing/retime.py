@@ -10,8 +10,7 @@ from problems.base import FloatArray, InvalidProblem
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits, RigidChain
 from problems.timing.free_space import SAME_TIME, rest_to_rest
-from problems.timing.path_torques import PathTorques
-from problems.timing.prepared import SAME, PreparedPath, minimum_time_scale, prepared
+from problems.timing.prepared import SAME, PathTorques, PreparedPath, minimum_time_scale, prepared
 from problems.timing.smooth_timing import smooth_timing
 from problems.timing.speed_profile import SpeedProfile, fastest_profile, profile_time_scale
 
@@ -19,7 +18,7 @@ BISECTIONS = 60
 LINE_SAMPLES = 2_000  # of a move along a line, to judge its torques by
 
 
-def timed_by_section(
+def _by_section(
     prepared: PreparedPath,
     limits: JointLimits,
     refined: bool = True,
@@ -72,9 +71,7 @@ def _along_line(path: JointPath, limits: JointLimits) -> Trajectory:
     """A line from rest to rest is the move of one joint, under what is left of each limit along it."""
     slope, length = np.abs(path.coefficients[-2, 0]), float(path.breakpoints[-1])
     with np.errstate(divide="ignore"):
-        speed, acceleration, jerk = (
-            (float((np.array(limit) / slope).min()),) for limit in (limits.speed, limits.acceleration, limits.jerk)
-        )
+        speed, acceleration, jerk = ((float((bound / slope).min()),) for bound in limits.by_order)
     one = JointLimits(speed=speed, acceleration=acceleration, jerk=jerk)
     move = _broken(rest_to_rest(np.zeros(1), np.array([length]), one), path.breakpoints[1:-1])
     coefficients = move.coefficients * path.coefficients[-2, 0]
@@ -146,7 +143,7 @@ def retime(
     if ceiling is not None and not np.array_equal(ready.path.breakpoints, path.breakpoints):
         raise InvalidProblem("path", "it stands still in places, which a given profile does not allow for")
     if limits.jerk is not None:
-        return timed_by_section(ready, limits, refined and ceiling is None, chain, ceiling)
+        return _by_section(ready, limits, refined and ceiling is None, chain, ceiling)
     profile, intervals = fastest_profile(ready, limits, motors, ceiling)
     trajectory = profile.trajectory(intervals)
     if ready.moves_at_an_end:
@@ -157,8 +154,8 @@ def retime(
 
 def _check_ends(path: JointPath, limits: JointLimits, rates: tuple[float, float]) -> None:
     joints = path.coefficients.shape[2]
-    if len(limits.speed) != joints:
-        raise InvalidProblem("path", f"{joints} joints for limits of {len(limits.speed)}")
+    if limits.dof != joints:
+        raise InvalidProblem("path", f"{joints} joints for limits of {limits.dof}")
     velocities = path.at(path.breakpoints[[0, -1]], 1) * np.array(rates)[:, None]
     for name, velocity in zip(("start", "goal"), velocities, strict=True):
         for joint, (value, most) in enumerate(zip(np.abs(velocity), limits.speed, strict=True), start=1):

@@ -24,15 +24,14 @@ from problems.timing.parametrisation import (
     Parametrisation,
     ParametrisationEnds,
     ParametrisationRows,
+    along_path,
     averaged_knots,
     graded_knots,
     operators,
     parametrisation_rows,
-    parametrisation_time_scale,
     torque_parametrisation_rows,
 )
-from problems.timing.path_torques import PathTorques
-from problems.timing.prepared import PreparedPath, minimum_time_scale
+from problems.timing.prepared import PathTorques, PreparedPath, minimum_time_scale
 from problems.timing.speed_profile import SpeedProfile, fastest_profile, minimizer
 
 SAMPLES = 4  # of each interval between knots
@@ -98,7 +97,7 @@ class ParametrisationSearch:
         law = Parametrisation(self.knots, self.ends.placed(self.knots, controls + EVEN * (even - controls), duration))
         scale = minimum_time_scale(law.trajectory(self.path, duration), self.limits)
         if self.motors is not None:
-            scale = max(scale, parametrisation_time_scale(self.motors, self._judged, law.controls, duration))
+            scale = max(scale, self.motors.time_scale(*along_path(self.path, self._judged, law.controls, duration)))
         return Candidate(law, duration, scale) if self.ends.moving else Candidate(law, duration * scale, 1.0)
 
     @cached_property
@@ -267,7 +266,8 @@ def _smoothed(
     """
     total = float(profile.times[-1])
     before, after = (given[0] if any(given) else 0.0 for given in (ends.start, ends.goal))
-    swing = float((np.array(limits.acceleration) / np.array(limits.jerk)).max())
+    _, acceleration, jerk = limits.by_order
+    swing = float((acceleration / jerk).max())
     for width in sorted({*(min(times * swing, total) for times in swings), total}):
         delay, tail = (0.0 if rate > 0.0 else width / 2.0 for rate in (before, after))
         duration = delay + total + tail

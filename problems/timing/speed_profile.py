@@ -24,8 +24,9 @@ from scipy.sparse import csr_array
 from problems.base import FloatArray, InvalidProblem, composition, derivative, in_bernstein_form, product
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
-from problems.timing.path_torques import LEAST_ROOM, PathTorques
-from problems.timing.prepared import PreparedPath
+from problems.timing.prepared import LEAST_ROOM, PathTorques, PreparedPath
+
+STEADY_JERK = 0.5  # of jerk limits: the share that a path may need where its speed is steady
 
 
 @dataclass(frozen=True)
@@ -60,24 +61,24 @@ class Intervals:
 
 
 def limit_rows(intervals: Intervals, limits: JointLimits) -> FloatArray:
-    """Coefficients (N, rows, 2): for each interval and row, their product with b at its two ends must be <= 1."""
+    """Coefficients (N, rows, 2): for each interval and row, their product with b at its two ends must be <= 1.
+
+    Of jerk, which is not linear in b, a share is kept of what the path needs at constant du/dt: d3q/du3 b^(3/2).
+    """
+    speed, acceleration, *jerks = (bound[:, None] for bound in limits.by_order)
     first = derivative(intervals.local)
     velocity = weighted(product(first, first))
     bend = weighted(derivative(first))
     change = np.zeros_like(bend)
     change[: len(first)] = 0.5 * first[..., None] * np.array([-1.0, 1.0])
     scale = intervals.lengths[:, None, None] ** 2
-    speed, most = (np.array(values)[:, None] for values in (limits.speed, limits.acceleration))
-    acceleration = in_bernstein_form((bend + change) / (scale * most))
-    rows = np.concatenate([in_bernstein_form(velocity / (scale * speed**2)), acceleration, -acceleration])
-    return rows.transpose(1, 0, 2, 3).reshape(scale.size, -1, 2)
-
-
-def steady_jerk_rows(intervals: Intervals, jerk: tuple[float, ...], share: float) -> FloatArray:
-    """Rows (N, 2, 2) that bound b by the jerk limits' share at constant du/dt, which is d3q/du3 b^(3/2)."""
-    third = derivative(derivative(derivative(intervals.local))) / intervals.lengths[:, None] ** 3
-    most = (np.abs(in_bernstein_form(third)).max(axis=0) / (share * np.array(jerk))).max(axis=1) ** (2.0 / 3.0)
-    return np.asarray(most[:, None, None] * np.eye(2))
+    bent = in_bernstein_form((bend + change) / (scale * acceleration))
+    rows = np.concatenate([in_bernstein_form(velocity / (scale * speed**2)), bent, -bent])
+    linear = rows.transpose(1, 0, 2, 3).reshape(scale.size, -1, 2)
+    third = derivative(derivative(first)) / intervals.lengths[:, None] ** 3
+    needed = [np.abs(in_bernstein_form(third)).max(axis=0) / (STEADY_JERK * jerk[:, 0]) for jerk in jerks]
+    steady = [(share.max(axis=1) ** (2.0 / 3.0))[:, None, None] * np.eye(2) for share in needed]
+    return np.concatenate([linear, *steady], axis=1)
 
 
 def ceiling_rows(ceiling: FloatArray) -> FloatArray:
@@ -278,7 +279,6 @@ FEWEST, MOST = 400, 4000  # intervals of a grid, unless it has so many pieces th
 LEAST_IN_PIECE = 4  # is more
 FIRST_SHARE = 0.25  # of the intervals: in the first grid, equally spaced in the parameter
 MARGIN = 1e-9  # of every limit where nothing can be slowed afterwards: more than the program's own tolerance
-STEADY_JERK = 0.5  # of jerk limits: the share that a path may need where its speed is steady
 UNBOUNDED = 1e4  # times the largest bound of those near it, where a square is not bounded by its own rows
 NEAR = 20  # nodes on either side: a path may be a million times slower in its parameter than elsewhere
 SAME_NODE = 1e-9  # of a piece: nodes nearer to a breakpoint are left out
@@ -366,8 +366,6 @@ def _solved(
     if ceiling is not None:
         below = np.interp(intervals.nodes, ceiling.nodes, ceiling.squares)
         every_row = np.append(every_row, ceiling_rows(below), axis=1)
-    if limits.jerk is not None:
-        every_row = np.append(every_row, steady_jerk_rows(intervals, limits.jerk, STEADY_JERK), axis=1)
     if motors is not None:
         around = _largest(every_row, fixed) if expected is None else expected
         every_row = np.append(every_row, torque_rows(motors, intervals, around, fixed == 0.0), axis=1)

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers.box import FloatArray
-from solvers.solver import Search
+from solvers.solver import FloatArray, Search
 
 LARGEST_COST = 1e100  # given to libraries in place of an infinite cost, which some of them refuse
 

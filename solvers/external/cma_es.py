@@ -12,9 +12,8 @@ from typing import Any, ClassVar
 import cma
 import numpy as np
 
-from solvers.box import Box
 from solvers.external.callbacks import LARGEST_COST
-from solvers.solver import Iterations, Search, Solver, require
+from solvers.solver import Box, Iterations, Search, Solver, require
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,8 @@ from typing import Any, ClassVar
 import mealpy
 import numpy as np
 
-from solvers.box import Box, FloatArray
 from solvers.external.callbacks import Cost, GlobalRandom, callback_to_generator
-from solvers.solver import Iterations, Search, Solver, require
+from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
 
 EPOCHS = 100_000  # of one of mealpy's runs, the most that it takes; the budget ends the search
 

@@ -13,9 +13,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from solvers.box import Box, FloatArray
 from solvers.external.callbacks import LARGEST_COST, GlobalRandom
-from solvers.solver import DEFAULT_EVALUATIONS, Iterations, Search, Solver, require
+from solvers.solver import DEFAULT_EVALUATIONS, Box, FloatArray, Iterations, Search, Solver, require
 
 with GlobalRandom(np.random.default_rng(1)).active():  # it draws random numbers as it is imported
     import nevergrad

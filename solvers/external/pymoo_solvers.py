@@ -20,9 +20,8 @@ from pymoo.core.problem import Problem
 from pymoo.core.termination import NoTermination
 from pymoo.problems.static import StaticProblem
 
-from solvers.box import Box, FloatArray
 from solvers.external.callbacks import LARGEST_COST
-from solvers.solver import Iterations, Search, Solver, require
+from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
 
 ALGORITHMS = {"pso": PSO, "de": DE, "ga": GA, "g3pcx": G3PCX}
 

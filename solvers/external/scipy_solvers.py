@@ -8,9 +8,8 @@ from typing import Any, ClassVar, Literal, get_args
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution, dual_annealing
 
-from solvers.box import Box
 from solvers.external.callbacks import Cost, callback_to_generator
-from solvers.solver import Iterations, Search, Solver, require
+from solvers.solver import Box, Iterations, Search, Solver, require
 
 Strategy = Literal["best1bin", "rand1bin", "currenttobest1bin"]
 UNLIMITED = 10**9  # iterations; the budget ends the search

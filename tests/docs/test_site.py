@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from helpers.browser import fetched, opened
-from helpers.manual_site import built
 
 import tpbso_casadi
 from tpbso_casadi.cli.tpbso import COMMANDS
 from tpbso_casadi.scenario.obstacles import SHAPES
 from tpbso_casadi.scenario.tasks import TASKS
 
+pytestmark = pytest.mark.process
+REPOSITORY = Path(__file__).parents[2]
 NARROW, WIDE = 420, 1280  # pixels
 FRAMES = """<!doctype html><title>frames</title><body>{frames}<pre id="result"></pre><script>
 addEventListener("load", () => {{
@@ -27,6 +31,19 @@ addEventListener("load", () => {{
 </script>"""
 
 
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The manual, built strictly; notebooks are not executed. A warning fails the test."""
+    pytest.importorskip("sphinx")
+    folder = tmp_path_factory.mktemp("manual")
+    options = ["-W", "--keep-going", "-q", "-d", str(folder / "doctrees"), "-D", "nb_execution_mode=off"]
+    command = [sys.executable, "-m", "sphinx", *options, str(REPOSITORY / "docs"), str(folder / "site")]
+    environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder / "site"
+
+
 def names_in(inventory: Path) -> set[str]:
     """The Python names that other manuals could refer to."""
     from sphinx.util.inventory import InventoryFile  # noqa: PLC0415 (optional)
@@ -35,8 +52,7 @@ def names_in(inventory: Path) -> set[str]:
     return {name for kind, entries in loaded.data.items() if kind.startswith("py:") for name in entries}
 
 
-def test_it_is_built_strictly_with_every_public_name_and_fetches_nothing(tmp_path: Path) -> None:
-    site = built(tmp_path)
+def test_it_is_built_strictly_with_every_public_name_and_fetches_nothing(site: Path) -> None:
     assert {f"tpbso_casadi.{name}" for name in tpbso_casadi.__all__} <= names_in(site / "objects.inv")
     commands = (site / "reference" / "commands.html").read_text()
     for command in COMMANDS:
@@ -55,8 +71,7 @@ def loaded_by(text: str) -> list[str]:
 
 
 @pytest.mark.slow
-def test_a_browser_shows_it_without_complaints_and_without_sideways_scrolling(tmp_path: Path) -> None:
-    site = built(tmp_path)
+def test_a_browser_shows_it_without_complaints_and_without_sideways_scrolling(site: Path, tmp_path: Path) -> None:
     pages = sorted(str(page.relative_to(site)) for page in site.rglob("*.html"))
     assert len(pages) > 30
     frames = "".join(

@@ -30,10 +30,7 @@ P = TypeVar("P", PointToPointProblem, PathFollowingProblem)
 REACH = 2.0
 OVAL = Ellipse((0.8, 0.8), (0.15, 0.25))
 THREE_METRES = PlanarArm((1.0, 1.0, 1.0), (100.0,) * 3, (3000.0,) * 3)
-PATHS = {
-    "pentagram": pentagram((0.0, 0.0), 0.9),
-    "closed-curve": closed_curve((0.0, 0.0), 1.45, 0.0, 6, -0.35, 50),
-}
+PATHS = {"pentagram": pentagram((0.0, 0.0), 0.9), "closed-curve": closed_curve((0.0, 0.0), 1.45, 0.0, 6, -0.35, 50)}
 BUILTIN = (
     *(f"time-{k}" for k in range(2, 6)),
     *(f"rotation-{k}" for k in range(2, 6)),

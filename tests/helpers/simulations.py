@@ -17,11 +17,7 @@ def content(**tables: Any) -> dict[str, Any]:
     """Two links of 1 m, from along x to along y and back; tables are added to, lists take the place of one."""
     stated: dict[str, Any] = {
         "arm": {"link_lengths": [1.0, 1.0], "max_speed": 20.0, "max_acceleration": 200.0},
-        "task": {
-            "kind": "point-to-point",
-            "start": {"joints": [0.0, 0.0]},
-            "goal": {"joints": [1.5, 0.0]},
-        },
+        "task": {"kind": "point-to-point", "start": {"joints": [0.0, 0.0]}, "goal": {"joints": [1.5, 0.0]}},
         "obstacles": [],
         "simulation": {"seconds": 3.0, "every": EVERY},
     }

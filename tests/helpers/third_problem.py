@@ -21,6 +21,7 @@ from problems.evaluation import Program, Step
 from problems.limits import Limit, limits_of
 from problems.motions import Motion, SampleGrid, Samples
 from problems.nlp import NonlinearProgram
+from problems.objectives import MotionBounds
 from problems.scene import Obstacle
 from problems.tasks import Task
 from tpbso_casadi.scenario import ModelSection, TaskSection
@@ -119,21 +120,15 @@ class Duration(FeasibilityFirst, Encoding[Matrix]):
     def decode(self, x: Matrix) -> Decoded[Matrix]:
         return Decoded(parameters=x[0])
 
+    def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
+        return MotionBounds(duration=MAX_DURATION, rotation=np.inf, radius=np.inf)
+
 
 @dataclass(frozen=True, kw_only=True)
 class JointMoveProblem(Problem[Matrix]):
     """All of them together."""
 
     motion: Blend
-
-    def decoded(self, x: Matrix) -> Decoded[Matrix]:
-        return self.encoding.decode(x)
-
-    def point_constraints(self, parameters: Matrix) -> list[Constraint]:
-        return []
-
-    def objective_bound(self) -> float:
-        return MAX_DURATION
 
     def cost_program(self) -> Program:
         return JointMoveSteps(self).program()

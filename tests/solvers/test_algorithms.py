@@ -9,7 +9,6 @@ from solvers import BSO, GA, LSHADE, PSO, AdaptiveBeetleSwarm, Box, Iterations, 
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
 from solvers.driver import Archive
 from solvers.lshade import SuccessMemory
-from solvers.swarm import linear_schedule
 
 BOX = Box(np.zeros(2), np.array([10.0, 20.0]))
 SEED = 5
@@ -87,10 +86,6 @@ def test_a_beetle_as_printed_keeps_all_of_its_velocity() -> None:
 def test_beetle_evaluates_three_candidates_an_iteration() -> None:
     sizes = [len(part) for part in drive(BSO(population=4), [1.0] * 4, [1.0] * 8, [1.0] * 4, [1.0] * 8)]
     assert sizes == [4, 8, 4, 8, 4]
-
-
-def test_inertia_is_linear_schedule() -> None:
-    assert [linear_schedule(0.9, 0.4, progress) for progress in (0.0, 0.5, 1.0)] == pytest.approx([0.9, 0.65, 0.4])
 
 
 def test_tournament_is_won_by_the_best() -> None:
@@ -204,17 +199,14 @@ def test_principal_axes_are_those_of_the_better_half() -> None:
     assert np.abs(axes.T @ along) == pytest.approx([0.0, 1.0])
 
 
-@pytest.mark.parametrize(("evaluations", "members"), [(600, 20), (2400, 20), (6000, 50), (10**6, 50), (None, 50)])
-def test_initial_population_fits_the_budget(evaluations: int | None, members: int) -> None:
-    x = initial_population(BOX, np.random.default_rng(0), None, 120, evaluations)
-    assert (x == BOX.sample(np.random.default_rng(0), members)).all()
-    assert len(initial_population(BOX, np.random.default_rng(0), 7, 120, evaluations)) == 7
-
-
-def test_initial_population_is_evaluated_at_once() -> None:
+def test_initial_population_fits_the_budget() -> None:
+    for evaluations, members in ((600, 20), (2400, 20), (6000, 50), (10**6, 50), (None, 50)):
+        x = initial_population(BOX, np.random.default_rng(0), None, 120, evaluations)
+        assert (x == BOX.sample(np.random.default_rng(0), members)).all()
+        assert len(initial_population(BOX, np.random.default_rng(0), 7, 120, evaluations)) == 7
     for solver in (LSHADE(effort=100), AdaptiveBeetleSwarm(effort=100)):
         search = solver.search(BOX, np.random.default_rng(SEED), Iterations([0.0], evaluations=3000))
-        assert len(next(search)) == 30
+        assert len(next(search)) == 30  # at once
 
 
 def test_a_shrinking_swarm() -> None:
@@ -242,16 +234,6 @@ def test_differences_are_of_two_others() -> None:
         for own, difference in zip(swarm.x.ravel(), differences, strict=True):
             others = [x for x in swarm.x.ravel() if x != own]
             assert any(difference == a - b for a in others for b in others if a != b)
-
-
-def test_binomial_mask_has_one_component_at_least() -> None:
-    assert binomial_mask(np.random.default_rng(0), 0.0, (200, 5)).sum(axis=1).tolist() == [1] * 200
-    assert binomial_mask(np.random.default_rng(0), 1.0, (3, 5)).all()
-
-
-def test_midpoint_repair() -> None:
-    parents, candidates = np.array([[2.0, 10.0]]), np.array([[-1.0, 30.0]])
-    assert midpoint_repair(BOX, candidates, parents).tolist() == [[1.0, 15.0]]
 
 
 def test_success_memory_learns_lehmer_means() -> None:

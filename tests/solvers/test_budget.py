@@ -21,41 +21,36 @@ USAGE = Usage(evaluations=60, requested=60, iterations=3, seconds=2.0, cost=0.5,
 Cost = Callable[[int], float]
 
 
-@pytest.mark.parametrize(
-    ("budget", "change", "reason"),
-    [
-        (Budget(60), {}, None),
-        (Budget(60), {"requested": 61}, StopReason.EVALUATIONS),
-        (Budget(iterations=4), {}, None),
-        (Budget(iterations=3), {}, StopReason.ITERATIONS),
-        (Budget(seconds=2.1), {}, None),
-        (Budget(seconds=2.0), {}, StopReason.SECONDS),
-        (Budget(90, target=0.4), {}, None),
-        (Budget(90, target=0.5), {}, StopReason.TARGET),
-        (Budget(90, stagnation=2), {}, None),
-        (Budget(90, stagnation=1), {}, StopReason.STAGNATION),
-        (Budget(90), {"interrupted": True}, StopReason.INTERRUPTED),
-        (Budget(10, 1, 1.0, 1.0, 1), {"interrupted": True}, StopReason.INTERRUPTED),
-        (Budget(10, 1, 1.0, 1.0, 1), {}, StopReason.TARGET),
-        (Budget(10, 1, 1.0, 0.1, 1), {}, StopReason.EVALUATIONS),
-    ],
-)
-def test_criteria(budget: Budget, change: dict[str, int], reason: StopReason | None) -> None:
-    assert budget.reached(replace(USAGE, **change)) is reason
+CRITERIA: list[tuple[Budget, dict[str, Any], StopReason | None]] = [
+    (Budget(60), {}, None),
+    (Budget(60), {"requested": 61}, StopReason.EVALUATIONS),
+    (Budget(iterations=4), {}, None),
+    (Budget(iterations=3), {}, StopReason.ITERATIONS),
+    (Budget(seconds=2.1), {}, None),
+    (Budget(seconds=2.0), {}, StopReason.SECONDS),
+    (Budget(90, target=0.4), {}, None),
+    (Budget(90, target=0.5), {}, StopReason.TARGET),
+    (Budget(90, stagnation=2), {}, None),
+    (Budget(90, stagnation=1), {}, StopReason.STAGNATION),
+    (Budget(90), {"interrupted": True}, StopReason.INTERRUPTED),
+    (Budget(10, 1, 1.0, 1.0, 1), {"interrupted": True}, StopReason.INTERRUPTED),
+    (Budget(10, 1, 1.0, 1.0, 1), {}, StopReason.TARGET),
+    (Budget(10, 1, 1.0, 0.1, 1), {}, StopReason.EVALUATIONS),
+]
+SHARES = [
+    (Budget(600), 0.1),
+    (Budget(600, 6), 0.5),
+    (Budget(600, seconds=2.0), 0.1),  # the clock does not count beside a repeatable limit
+    (Budget(seconds=8.0), 0.25),
+    (Budget(30), 1.0),
+]
 
 
-@pytest.mark.parametrize(
-    ("budget", "share"),
-    [
-        (Budget(600), 0.1),
-        (Budget(600, 6), 0.5),
-        (Budget(600, seconds=2.0), 0.1),  # the clock does not count beside a repeatable limit
-        (Budget(seconds=8.0), 0.25),
-        (Budget(30), 1.0),
-    ],
-)
-def test_share_used(budget: Budget, share: float) -> None:
-    assert budget.share_used(USAGE) == pytest.approx(share)
+def test_criteria_and_the_share_used() -> None:
+    for budget, change, reason in CRITERIA:
+        assert budget.reached(replace(USAGE, **change)) is reason, (budget, change)
+    for budget, share in SHARES:
+        assert budget.share_used(USAGE) == pytest.approx(share), budget
 
 
 def test_iterations_know_the_budget() -> None:
@@ -79,11 +74,11 @@ class OneByOne(Solver):
             yield box.sample(rng, 1)
 
 
-@pytest.mark.parametrize("budget", [Budget(40), Budget(40, 3), Budget(iterations=3), Budget(seconds=0.01)])
-def test_the_driver_tells_the_solver_its_budget(budget: Budget) -> None:
-    told: list[int | None] = []
-    minimize_over(lambda x: x[:, 0], Box(np.zeros(1), np.ones(1)), OneByOne(budgets=(told,)), budget, 1)
-    assert told == [budget.evaluations]
+def test_the_driver_tells_the_solver_its_budget() -> None:
+    for budget in (Budget(40), Budget(40, 3), Budget(iterations=3), Budget(seconds=0.01)):
+        told: list[int | None] = []
+        minimize_over(lambda x: x[:, 0], Box(np.zeros(1), np.ones(1)), OneByOne(budgets=(told,)), budget, 1)
+        assert told == [budget.evaluations]
 
 
 def minimize(cost: Cost, budget: Budget, callback: Callable[[Status], object] | None = None) -> Result:
@@ -131,7 +126,7 @@ DRIVERS = pytest.mark.parametrize("driver", [minimize, descend])
         (lambda number: -number, Budget(7), StopReason.EVALUATIONS, 7),
         (lambda number: -number, Budget(100, target=-5.0), StopReason.TARGET, 5),
         (lambda number: max(-number, -3), Budget(100, stagnation=4), StopReason.STAGNATION, 7),
-        (interrupts_at_third, Budget(100), StopReason.INTERRUPTED, 3),
+        pytest.param(interrupts_at_third, Budget(100), StopReason.INTERRUPTED, 3, marks=pytest.mark.process),
     ],
 )
 def test_both_drivers_stop_at_the_same_evaluation(
@@ -143,14 +138,10 @@ def test_both_drivers_stop_at_the_same_evaluation(
 
 
 @DRIVERS
-def test_both_drivers_report_the_same_progress(driver: Callable[..., Result]) -> None:
+def test_both_drivers_report_the_same_progress_and_count_iterations_and_seconds(driver: Callable[..., Result]) -> None:
     statuses: list[Status] = []
     driver(lambda number: -number, Budget(8, seconds=1e6), statuses.append)
     assert [status.progress for status in statuses] == [number / 8 for number in range(1, 9)]
-
-
-@DRIVERS
-def test_both_drivers_count_iterations_and_seconds(driver: Callable[..., Result]) -> None:
     result = driver(lambda number: -number, Budget(iterations=6))
     assert (result.stop_reason, result.iterations) == (StopReason.ITERATIONS, 6)
     assert driver(lambda number: -number, Budget(seconds=0.02)).stop_reason is StopReason.SECONDS
@@ -170,17 +161,23 @@ def test_what_solvers_state_about_themselves() -> None:
     assert (Solver.solves_program, IPOPT.solves_program) == (False, True)
 
 
-@pytest.mark.parametrize(
-    ("limits", "reason"),
-    [
-        ({"evaluations": 1.5}, "a budget of 1.5 evaluations: a whole number is needed"),
-        ({"evaluations": "5"}, "a budget of '5' evaluations: a whole number is needed"),
-        ({"evaluations": True}, "a budget of True evaluations: a whole number is needed"),
-        ({"evaluations": 5, "seconds": "1"}, "a budget of '1' seconds: a number is needed"),
-        ({"evaluations": 5, "target": "low"}, "a budget of 'low' target: a number is needed"),
-    ],
-)
-def test_a_limit_that_is_no_number(limits: dict[str, Any], reason: str) -> None:
-    with pytest.raises(TypeError) as caught:
-        Budget(**limits)
-    assert str(caught.value) == reason
+BAD: list[tuple[dict[str, Any], type[Exception], str]] = [
+    ({}, ValueError, "budget"),
+    ({"evaluations": 0}, ValueError, "a budget of 0 evaluations is not positive"),
+    ({"iterations": -1}, ValueError, "a budget of -1 iterations is not positive"),
+    ({"seconds": 0.0}, ValueError, "a budget of 0.0 seconds is not positive"),
+    ({"target": 1.0}, ValueError, "budget"),
+    ({"evaluations": 1, "stagnation": 0}, ValueError, "a budget of 0 stagnation is not positive"),
+    ({"evaluations": 1.5}, TypeError, "a budget of 1.5 evaluations: a whole number is needed"),
+    ({"evaluations": "5"}, TypeError, "a budget of '5' evaluations: a whole number is needed"),
+    ({"evaluations": True}, TypeError, "a budget of True evaluations: a whole number is needed"),
+    ({"evaluations": 5, "seconds": "1"}, TypeError, "a budget of '1' seconds: a number is needed"),
+    ({"evaluations": 5, "target": "low"}, TypeError, "a budget of 'low' target: a number is needed"),
+]
+
+
+def test_budgets_that_are_none() -> None:
+    for limits, error, reason in BAD:
+        with pytest.raises(error) as caught:
+            Budget(**limits)
+        assert reason in str(caught.value), limits

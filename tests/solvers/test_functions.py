@@ -16,28 +16,28 @@ ONES, TWOS = np.ones(3), np.full(2, 2.0)
 each_classical = pytest.mark.parametrize("family", CLASSICAL)
 
 
-@pytest.mark.parametrize(
-    ("name", "x", "value"),
-    [
-        ("sphere-3", ONES, 3.0),
-        ("ellipsoid-3", ONES, 1.0 + 1e3 + 1e6),
-        ("bent-cigar-3", ONES, 1.0 + 2e6),
-        ("rosenbrock-2", TWOS, 401.0),
-        ("rastrigin-2", np.full(2, 0.5), 2 * (0.25 + 20.0)),
-        ("ackley-2", ONES[:2], 20.0 - 20.0 * np.exp(-0.2)),
-        ("griewank-1", np.array([np.pi]), np.pi**2 / 4000.0 + 2.0),
-        ("schwefel-2", np.zeros(2), 2 * 418.9828872724338),
-        ("levy-1", np.array([3.0]), np.sin(np.pi * 1.5) ** 2 + 0.25),
-        ("zakharov-2", ONES[:2], 2.0 + 1.5**2 + 1.5**4),
-        ("dixon-price-2", TWOS, 1.0 + 2 * 36.0),
-        ("styblinski-tang-2", ONES[:2], -10.0),
-        ("salomon-2", np.array([3.0, 4.0]), 0.5),
-    ],
-)
-def test_values_by_hand(name: str, x: np.ndarray, value: float) -> None:
-    function = benchmark_function(name)
-    assert function(x) == pytest.approx(value, rel=1e-12)
-    assert function(np.stack([x, x])) == pytest.approx([value, value], rel=1e-12)
+BY_HAND = [
+    ("sphere-3", ONES, 3.0),
+    ("ellipsoid-3", ONES, 1.0 + 1e3 + 1e6),
+    ("bent-cigar-3", ONES, 1.0 + 2e6),
+    ("rosenbrock-2", TWOS, 401.0),
+    ("rastrigin-2", np.full(2, 0.5), 2 * (0.25 + 20.0)),
+    ("ackley-2", ONES[:2], 20.0 - 20.0 * np.exp(-0.2)),
+    ("griewank-1", np.array([np.pi]), np.pi**2 / 4000.0 + 2.0),
+    ("schwefel-2", np.zeros(2), 2 * 418.9828872724338),
+    ("levy-1", np.array([3.0]), np.sin(np.pi * 1.5) ** 2 + 0.25),
+    ("zakharov-2", ONES[:2], 2.0 + 1.5**2 + 1.5**4),
+    ("dixon-price-2", TWOS, 1.0 + 2 * 36.0),
+    ("styblinski-tang-2", ONES[:2], -10.0),
+    ("salomon-2", np.array([3.0, 4.0]), 0.5),
+]
+
+
+def test_values_by_hand() -> None:
+    for name, x, value in BY_HAND:
+        function = benchmark_function(name)
+        assert function(x) == pytest.approx(value, rel=1e-12), name
+        assert function(np.stack([x, x])) == pytest.approx([value, value], rel=1e-12), name
 
 
 def test_rosenbrock_against_scipy() -> None:
@@ -46,16 +46,16 @@ def test_rosenbrock_against_scipy() -> None:
     assert function(points) == pytest.approx(rosen(points.T), rel=1e-12)
 
 
-@pytest.mark.parametrize("suffix", ["", "@1", "@77"])
 @each_classical
-def test_no_point_is_below_the_minimum(family: str, suffix: str) -> None:
-    function = benchmark_function(f"{family}-4{suffix}")
-    rng = np.random.default_rng(3)
-    near = function.minimum + rng.standard_normal((500, 4)) * 10.0 ** rng.uniform(-6, 0, (500, 1)) * function.box.span
-    points = np.concatenate([function.box.sample(rng, 2000), function.box.clip(near)])
-    assert function(points).min() >= function.optimum
-    assert (function.minimum >= function.box.lower).all()
-    assert (function.minimum <= function.box.upper).all()
+def test_no_point_is_below_the_minimum(family: str) -> None:
+    for suffix in ("", "@1", "@77"):
+        function = benchmark_function(f"{family}-4{suffix}")
+        rng = np.random.default_rng(3)
+        steps = rng.standard_normal((500, 4)) * 10.0 ** rng.uniform(-6, 0, (500, 1)) * function.box.span
+        points = np.concatenate([function.box.sample(rng, 2000), function.box.clip(function.minimum + steps)])
+        assert function(points).min() >= function.optimum
+        assert (function.minimum >= function.box.lower).all()
+        assert (function.minimum <= function.box.upper).all()
 
 
 @each_classical
@@ -69,7 +69,7 @@ def test_an_instance_is_the_function_moved_and_rotated(family: str) -> None:
 
 
 @given(arrays(np.float64, 3, elements=st.floats(-4.0, 4.0)), st.integers(1, 10**6))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_a_sphere_stays_one(step: np.ndarray, instance: int) -> None:
     function = benchmark_function(f"sphere-3@{instance}")
     assert function(function.minimum + step) == pytest.approx(step @ step, abs=1e-10)
@@ -80,7 +80,7 @@ def test_schwefel_rises_outside_its_box() -> None:
     assert (schwefel(outside) > schwefel(np.clip(outside, -500.0, 500.0))).all()
 
 
-@pytest.mark.parametrize("number", [1, 8, 15, 24])
+@pytest.mark.parametrize("number", [1, 15, 24])
 def test_functions_of_coco(number: int) -> None:
     cocoex = pytest.importorskip("cocoex")
     function, first = benchmark_function(f"bbob-f{number}-3@2"), benchmark_function(f"bbob-f{number}-3")
@@ -106,25 +106,25 @@ def test_what_a_function_says() -> None:
         function(np.zeros(3))
 
 
-@pytest.mark.parametrize(
-    ("name", "reason"),
-    [
-        ("rastrigin", "'rastrigin' is not FUNCTION-D or FUNCTION-D@N, such as rastrigin-10 or rastrigin-10@3"),
-        ("rastrigin-0", "is not FUNCTION-D"),
-        ("rastrigin-3@0", "is not FUNCTION-D"),
-        ("rastrigin-3\n", "is not FUNCTION-D"),
-        ("rastrign-3", "no benchmark function 'rastrign'; did you mean rastrigin?"),
-        ("zzz-3", "no benchmark function 'zzz'; there are sphere, ellipsoid,"),
-        ("rosenbrock-1", "rosenbrock-1: needs 2 variables or more"),
-        ("sphere-1001", "sphere-1001: at most 1000 variables"),
-        ("bbob-f25-3", "no benchmark function 'bbob-f25'; did you mean bbob-f5?"),
-    ],
-)
-def test_names_that_are_none(name: str, reason: str) -> None:
-    with pytest.raises(InvalidFunction) as caught:
-        benchmark_function(name)
-    assert reason in str(caught.value)
-    assert "\n" not in str(caught.value)
+NO_NAMES = [
+    ("rastrigin", "'rastrigin' is not FUNCTION-D or FUNCTION-D@N, such as rastrigin-10 or rastrigin-10@3"),
+    ("rastrigin-0", "is not FUNCTION-D"),
+    ("rastrigin-3@0", "is not FUNCTION-D"),
+    ("rastrigin-3\n", "is not FUNCTION-D"),
+    ("rastrign-3", "no benchmark function 'rastrign'; did you mean rastrigin?"),
+    ("zzz-3", "no benchmark function 'zzz'; there are sphere, ellipsoid,"),
+    ("rosenbrock-1", "rosenbrock-1: needs 2 variables or more"),
+    ("sphere-1001", "sphere-1001: at most 1000 variables"),
+    ("bbob-f25-3", "no benchmark function 'bbob-f25'; did you mean bbob-f5?"),
+]
+
+
+def test_names_that_are_none() -> None:
+    for name, reason in NO_NAMES:
+        with pytest.raises(InvalidFunction) as caught:
+            benchmark_function(name)
+        assert reason in str(caught.value)
+        assert "\n" not in str(caught.value)
 
 
 def test_coco_in_one_variable_or_without_its_package(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,18 +1,21 @@
-"""The lookup of everything pluggable, and each of its errors."""
+"""The lookup of everything pluggable; plug-ins that raise, wherever they do: one line, and nothing half-written."""
 
 from __future__ import annotations
 
 import importlib
+import json
 import sys
 from collections import OrderedDict
 from numbers import Rational
 from pathlib import Path
-from typing import TypeGuard
+from typing import Any, TypeGuard
 
 import pytest
 
+from tpbso_casadi.cli.commands import audit, solve
 from tpbso_casadi.scenario import PluginError
 from tpbso_casadi.scenario.catalogues import Catalogue, subclass_of
+from tpbso_casadi.storage import sealed
 
 MODULE = """
 from fractions import Fraction
@@ -66,51 +69,49 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(tmp_path))
 
 
-def test_from_the_registry_directly_or_by_path() -> None:
+def test_by_registry_entry_point_and_path() -> None:
     assert CLASSES.find("plain") is dict
     assert CLASSES.find("ordered") is OrderedDict
-
-
-def test_by_entry_point_and_by_path() -> None:
     assert str(NUMBERS.find("third")) == "1/3"  # offered twice, but it is the same
     assert str(NUMBERS.find("fraction_plugin:third")) == "1/3"
     assert str(NUMBERS.find("fraction_plugin:Holder.half")) == "1/2"
-
-
-def test_the_registry_goes_before_entry_points() -> None:
-    assert NUMBERS.find("seven") == 7
+    assert NUMBERS.find("seven") == 7  # the registry goes before entry points
 
 
 def test_all_names() -> None:
     assert NUMBERS.names() == ["seven", "both", "broken", "class", "third"]
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("thrid", "no number 'thrid'; did you mean third?"),
-        ("qqq", "no number 'qqq'; there are both, broken, class, seven, third"),
-        ("both", "number 'both' is ambiguous: say fraction_plugin:Holder.half or fraction_plugin:third"),
-        ("broken", "cannot load number 'broken': importing broken_plugin failed: RuntimeError: two lines"),
-        (
-            "nowhere:x",
-            "cannot load number 'nowhere:x': importing nowhere failed: ModuleNotFoundError: No module named 'nowhere'",
-        ),
-        (
-            "fraction_plugin:thrid",
-            "cannot load number 'fraction_plugin:thrid': fraction_plugin has no thrid; did you mean third?",
-        ),
-        (":x", "cannot load number ':x': ':x' is not package.module:Attribute"),
-        ("x:", "cannot load number 'x:': 'x:' is not package.module:Attribute"),
-        (".x:y", "cannot load number '.x:y': '.x:y' is not package.module:Attribute"),
-        ("fraction_plugin:Shape", "number 'fraction_plugin:Shape' is not a rational number"),
-        ("class", "number 'class' is not a rational number"),
-    ],
-)
-def test_every_error_is_one_line(name: str, message: str) -> None:
+def error_of(catalogue: Catalogue[Any], name: str) -> str:
     with pytest.raises(PluginError) as caught:
-        NUMBERS.find(name)
-    assert str(caught.value) == message
+        catalogue.find(name)
+    return str(caught.value)
+
+
+WRONG = [
+    ("thrid", "no number 'thrid'; did you mean third?"),
+    ("qqq", "no number 'qqq'; there are both, broken, class, seven, third"),
+    ("both", "number 'both' is ambiguous: say fraction_plugin:Holder.half or fraction_plugin:third"),
+    ("broken", "cannot load number 'broken': importing broken_plugin failed: RuntimeError: two lines"),
+    (
+        "nowhere:x",
+        "cannot load number 'nowhere:x': importing nowhere failed: ModuleNotFoundError: No module named 'nowhere'",
+    ),
+    (
+        "fraction_plugin:thrid",
+        "cannot load number 'fraction_plugin:thrid': fraction_plugin has no thrid; did you mean third?",
+    ),
+    (":x", "cannot load number ':x': ':x' is not package.module:Attribute"),
+    ("x:", "cannot load number 'x:': 'x:' is not package.module:Attribute"),
+    (".x:y", "cannot load number '.x:y': '.x:y' is not package.module:Attribute"),
+    ("fraction_plugin:Shape", "number 'fraction_plugin:Shape' is not a rational number"),
+    ("class", "number 'class' is not a rational number"),
+]
+
+
+def test_every_error_is_one_line() -> None:
+    for name, message in WRONG:
+        assert error_of(NUMBERS, name) == message
 
 
 @pytest.mark.parametrize(
@@ -130,9 +131,7 @@ def test_whatever_a_module_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     (tmp_path / "odd_plugin.py").write_text(text + "\n")
     monkeypatch.delitem(sys.modules, "odd_plugin", raising=False)
     importlib.invalidate_caches()
-    with pytest.raises(PluginError) as caught:
-        NUMBERS.find("odd_plugin:third")
-    assert str(caught.value).startswith("cannot load number 'odd_plugin:third': " + reason)
+    assert error_of(NUMBERS, "odd_plugin:third").startswith(f"cannot load number 'odd_plugin:third': {reason}")
 
 
 def test_what_a_module_prints_is_no_result(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -149,19 +148,17 @@ def test_interruption_passes(tmp_path: Path) -> None:
         NUMBERS.find("stopped_plugin:third")
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("rare", "rare needs the package no_such_package: pip install 'tpbso-casadi[no_such_package]'"),
-        ("list", "mapping 'list' is not a subclass of dict"),
-        ("plane", "no mapping 'plane'; did you mean plain?"),
-        ("fraction_plugin:third", "mapping 'fraction_plugin:third' is not a subclass of dict"),
-    ],
-)
-def test_errors_of_a_catalogue_of_classes(name: str, message: str) -> None:
-    with pytest.raises(PluginError) as caught:
-        CLASSES.find(name)
-    assert str(caught.value) == message
+WRONG_CLASSES = [
+    ("rare", "rare needs the package no_such_package: pip install 'tpbso-casadi[no_such_package]'"),
+    ("list", "mapping 'list' is not a subclass of dict"),
+    ("plane", "no mapping 'plane'; did you mean plain?"),
+    ("fraction_plugin:third", "mapping 'fraction_plugin:third' is not a subclass of dict"),
+]
+
+
+def test_errors_of_a_catalogue_of_classes() -> None:
+    for name, message in WRONG_CLASSES:
+        assert error_of(CLASSES, name) == message
 
 
 def test_an_empty_catalogue_has_nothing_to_offer() -> None:
@@ -170,3 +167,164 @@ def test_an_empty_catalogue_has_nothing_to_offer() -> None:
     )
     with pytest.raises(PluginError, match="no limit 'x'; there are none"):
         empty.find("x")
+
+
+RAISING = """
+from dataclasses import dataclass
+from typing import ClassVar
+
+from problems import Constraint, Limit, PlanarArm
+from pydantic import model_validator
+from solvers import Solver
+from tpbso_casadi.scenario.model import TaskSection
+
+
+@dataclass(frozen=True)
+class Raising(Limit):
+    name: ClassVar[str] = "raising"
+
+    @classmethod
+    def for_robot(cls, robot, obstacles):
+        return cls()
+
+    def constraints_at(self, samples, margin=0.0):
+        raise RuntimeError("no such\\nsensor")
+
+
+@dataclass(frozen=True)
+class Speed(Raising):
+    name: ClassVar[str] = "speed"
+
+
+@dataclass(frozen=True)
+class Broken(Solver):
+    population: int = 5
+
+    def search(self, box, rng, iterations):
+        yield box.sample(rng, self.population)
+        raise KeyError("step")
+
+
+@dataclass(frozen=True)
+class Torn(PlanarArm):
+    def positions(self, theta):
+        raise ZeroDivisionError("no tool")
+
+
+class Own(BaseException):
+    pass
+
+
+@dataclass(frozen=True)
+class Exits(Broken):
+    def search(self, box, rng, iterations):
+        yield box.sample(rng, self.population)
+        raise SystemExit(0)
+
+
+@dataclass(frozen=True)
+class NoFile(Broken):
+    def search(self, box, rng, iterations):
+        open("/no/such/file")
+        yield
+
+
+class Unmade(Solver):
+    def __init__(self):
+        raise Own("not today")
+
+    def search(self, box, rng, iterations):
+        yield
+
+
+@dataclass(frozen=True)
+class Bye(PlanarArm):
+    @classmethod
+    def from_settings(cls, settings):
+        raise SystemExit(0)
+
+
+class Chore(TaskSection):
+    @model_validator(mode="after")
+    def check(self):
+        raise RuntimeError("no work")
+
+
+class Mute(TaskSection):
+    def with_files(self, folder):
+        raise Silent
+
+
+class Silent(Exception):
+    def __str__(self):
+        raise ValueError
+"""
+TASK = """
+[task]
+kind = "point-to-point"
+start = [1.0, 0.0]
+goal = [0.5, 1.5]
+objective = "time"
+"""
+ARM = "[arm]\nlink_lengths = [1.0, 1.0]\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
+TORN = (
+    '[robot]\nmodel = "raising:Torn"\n'
+    "settings = { link_lengths = [1.0, 1.0], max_speed = 4.0, max_acceleration = 20.0 }\n"
+)
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "raising.py").write_text(RAISING)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return tmp_path
+
+
+def scenario(folder: Path, text: str) -> str:
+    path = folder / "own.toml"
+    path.write_text(text)
+    return str(path)
+
+
+FAILING = {
+    "a limit": (ARM + TASK + '[model]\nlimits = ["raising:Raising"]\n', "RuntimeError: no such sensor"),
+    "a robot": (TORN + TASK, "ZeroDivisionError: no tool"),
+    "a solver": (ARM + TASK + '[solver]\nname = "raising:Broken"\n', "KeyError: 'step'"),
+    "a solver that exits": (ARM + TASK + '[solver]\nname = "raising:Exits"\n', "SystemExit: 0"),
+    "a solver without its file": (ARM + TASK + '[solver]\nname = "raising:NoFile"\n', "FileNotFoundError: "),
+    "a solver that cannot be made": (ARM + TASK + '[solver]\nname = "raising:Unmade"\n', "Own: not today"),
+    "a robot that exits": (TORN.replace("Torn", "Bye") + TASK, "SystemExit: 0"),
+    "a task that fails its check": (ARM + '[task]\nkind = "raising:Chore"\n', "task.kind: plug-in"),
+    "a task that cannot say why": (ARM + '[task]\nkind = "raising:Mute"\n', "Silent: "),
+    "a limit of a name there is": (ARM + TASK + '[model]\nlimits = ["raising:Speed"]\n', "'speed' is there twice"),
+}
+
+
+@pytest.mark.parametrize(("text", "reason"), FAILING.values(), ids=FAILING)
+def test_solve(module: Path, capsys: pytest.CaptureFixture[str], text: str, reason: str) -> None:
+    path = scenario(module, text)
+    assert solve.main([path, "--evaluations", "200", "--out", str(module / "run"), "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and path in said and reason in said
+    assert not (module / "run").exists() or not list((module / "run").iterdir())
+
+
+@pytest.mark.parametrize("case", ["a limit", "a robot", "a limit of a name there is"])
+def test_audit_of_a_scenario(module: Path, capsys: pytest.CaptureFixture[str], case: str) -> None:
+    text, reason = FAILING[case]
+    path = scenario(module, text)
+    assert audit.main([path]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and path in said and reason in said
+
+
+def test_audit_of_a_run(module: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, run = scenario(module, ARM + TASK), module / "run"
+    assert solve.main([path, "--evaluations", "2000", "--out", str(run), "--quiet", "--no-plots"]) == 0
+    result = json.loads((run / "result.json").read_text())
+    result["scenario"]["model"]["limits"] = ["raising:Raising"]
+    del result["seal"]
+    (run / "result.json").write_text(json.dumps(sealed(result)))
+    assert audit.main([str(run)]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and str(run) in said and "RuntimeError: no such sensor" in said

@@ -1,9 +1,4 @@
-"""Films: a figure for each frame.
-
-Imported only where a film is made: matplotlib is slow to load.
-
-Imported only where a film is made: matplotlib is slow to load.
-"""
+"""Films: a figure for each frame."""
 
 from __future__ import annotations
 

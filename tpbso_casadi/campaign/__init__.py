@@ -9,6 +9,7 @@ from tpbso_casadi.campaign.executors import (
     in_process,
     processes,
 )
+from tpbso_casadi.campaign.functions import PREFIX
 from tpbso_casadi.campaign.grid import (
     FUNCTION_SOLVERS,
     USUAL_RUNS,
@@ -24,7 +25,7 @@ from tpbso_casadi.campaign.grid import (
     parse_solvers,
 )
 from tpbso_casadi.campaign.results import Best, Results, best_runs, results_of
-from tpbso_casadi.campaign.run import AnyRun, Outcome, Record, Run, run_one
+from tpbso_casadi.campaign.run import AnyRun, Outcome, Record, Run
 from tpbso_casadi.campaign.runner import campaign_seconds, run_campaign
 from tpbso_casadi.campaign.statistics import (
     SIGNIFICANCE_LEVEL,
@@ -45,6 +46,7 @@ from tpbso_casadi.campaign.tables import HEADER, check_export, export, files_of,
 __all__ = [
     "FUNCTION_SOLVERS",
     "HEADER",
+    "PREFIX",
     "SIGNIFICANCE_LEVEL",
     "STORE",
     "USUAL_RUNS",
@@ -90,7 +92,6 @@ __all__ = [
     "results_of",
     "rows",
     "run_campaign",
-    "run_one",
     "smallest_p",
     "summarise",
     "write_comparison",

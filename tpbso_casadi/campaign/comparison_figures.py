@@ -18,9 +18,8 @@ from problems.base import FloatArray
 from tpbso_casadi.campaign.measures import Measure, quantile
 from tpbso_casadi.campaign.results import FEWEST_FOR_QUARTILES, GapCurve, Results, gap_curve, gaps_of, shares_reached
 from tpbso_casadi.campaign.statistics import Ranking, Summary, p_text, ranking
-from tpbso_casadi.figures.labels import EndLabel, label_ends
 from tpbso_casadi.figures.palette import colour_of, line_of, marker_of
-from tpbso_casadi.figures.style import SMALL, TWO_COLUMNS, in_print
+from tpbso_casadi.figures.style import SMALL, TWO_COLUMNS, EndLabel, in_print, label_ends
 
 
 def draw_points(

@@ -18,7 +18,7 @@ from threading import Thread
 from typing import Any, TypeVar
 
 from problems.evaluation import processors
-from solvers.budget import Interruption
+from solvers import Interruption
 from tpbso_casadi.campaign.run import difference
 from tpbso_casadi.plain import one_line, versions
 

@@ -9,8 +9,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from problems.base import FloatArray
-from solvers import Solver, minimize
-from solvers.functions import BenchmarkFunction, InvalidFunction, benchmark_function
+from solvers import BenchmarkFunction, InvalidFunction, Solver, benchmark_function, minimize
 from tpbso_casadi.plain import as_json, plain, settings_of
 from tpbso_casadi.scenario import ScenarioError, SolverSection, describe
 

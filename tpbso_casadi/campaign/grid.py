@@ -13,8 +13,7 @@ from math import inf
 from typing import Any
 
 from problems.base import FloatArray
-from solvers import Box
-from solvers.solver import Preset
+from solvers import Box, Preset
 from tpbso_casadi.campaign.functions import KEY, PREFIX, StoredMinimum, find_function, section_of
 from tpbso_casadi.campaign.measures import VALUES, Measure
 from tpbso_casadi.campaign.run import AnyRun, Run, RunFinding, problem_of

@@ -21,8 +21,7 @@ from tpbso_casadi.campaign.run import AnyRun, Record, RunFinding
 from tpbso_casadi.campaign.statistics import Summary, a12, summarise, with_ties
 from tpbso_casadi.campaign.store import Store, StoreError
 from tpbso_casadi.scenario import ScenarioError
-from tpbso_casadi.storage import HistoryResult, InvalidResult
-from tpbso_casadi.storage.recomputation import Contradiction
+from tpbso_casadi.storage import Contradiction, HistoryResult, InvalidResult
 
 
 @dataclass(frozen=True, kw_only=True)

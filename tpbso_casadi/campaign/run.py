@@ -24,8 +24,7 @@ from tpbso_casadi.campaign.measures import PLANS, Measure
 from tpbso_casadi.plain import one_line, settings_of, versions, visible
 from tpbso_casadi.planning import INFEASIBLE_MERIT, PlannedMotion, plan
 from tpbso_casadi.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named
-from tpbso_casadi.storage import RunResult, checked, result_of
-from tpbso_casadi.storage.recomputation import Contradiction
+from tpbso_casadi.storage import Contradiction, RunResult, checked, result_of
 
 Number: TypeAlias = Annotated[float, Strict(), AllowInfNan(False)]
 

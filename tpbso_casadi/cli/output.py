@@ -12,7 +12,7 @@ from itertools import count
 from pathlib import Path
 from typing import Self
 
-from solvers.budget import Interruption
+from solvers import Interruption
 from tpbso_casadi.cli.options import (
     add_figures_option,
     add_json,
@@ -26,6 +26,7 @@ from tpbso_casadi.cli.options import (
     path,
     positive_number,
 )
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import PlannedMotion, Progress
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage import (
@@ -37,7 +38,6 @@ from tpbso_casadi.storage import (
     check_run_folder,
     export_motion,
     stored_content,
-    write_run,
 )
 
 

@@ -14,8 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColu
 from rich.progress import Progress as Bars
 
 from problems import Problem
-from solvers import Status
-from solvers.solver import STARTS
+from solvers import STARTS, Status
 from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.planning import INFEASIBLE_MERIT, Progress
 

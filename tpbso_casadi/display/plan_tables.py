@@ -12,7 +12,7 @@ from problems import CertificateStatus, Verdict
 from problems.certify import AtGoal
 from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
 from tpbso_casadi.planning import Motion, PlannedMotion, Polish, Retiming, SearchedMotion
-from tpbso_casadi.scenario.cases import DEFAULT, TITLES, best_known
+from tpbso_casadi.scenario import DEFAULT, TITLES, best_known
 
 MARKS = {
     CertificateStatus.CERTIFIED: Text("holds", "green"),

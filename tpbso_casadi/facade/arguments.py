@@ -16,8 +16,18 @@ from problems.base import FloatArray
 from solvers import GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
 from tpbso_casadi.campaign import ExecutorError
 from tpbso_casadi.plain import nearest, settings_of
-from tpbso_casadi.scenario import ModelSection, PointsTask, ScenarioError, Section, SolverSection, TaskSection, shown
-from tpbso_casadi.scenario.tasks import PointToPointTask
+from tpbso_casadi.scenario import (
+    ModelSection,
+    PointsTask,
+    PointToPointTask,
+    ScenarioError,
+    Section,
+    SolverSection,
+    TaskSection,
+    path_of,
+    plain,
+    shown,
+)
 from tpbso_casadi.storage import OutputError
 
 KEY = re.compile(r"^(?:task|model|solver|arm|robot)\.(?:settings\.)?(\w+)")
@@ -78,30 +88,6 @@ def in_words_of_python() -> Iterator[None]:
         raise ScenarioError(as_argument(str(error))) from error
     except (ScenarioError, OutputError, ExecutorError) as error:
         raise type(error)(as_argument(str(error))) from error
-
-
-def plain(value: Any) -> Any:
-    """The same with lists in place of arrays and tuples, and text in place of paths and classes."""
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
-    if isinstance(value, Mapping):
-        return {plain(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(entry) for entry in value]
-    if isinstance(value, type):
-        return path_of(value)
-    return str(value) if isinstance(value, Path) else value
-
-
-def path_of(kind: type) -> str:
-    """``package.module:Class``, as a scenario names classes of anyone.
-
-    Raises:
-        ScenarioError: it is defined in a function, where nobody finds it by its name.
-    """
-    if "<locals>" in kind.__qualname__:
-        raise ScenarioError(f"{kind.__name__}: a plan names its classes; define it in a module or a notebook's cell")
-    return f"{kind.__module__}:{kind.__qualname__}"
 
 
 def file_path(name: str, value: Any) -> Path:

@@ -15,11 +15,11 @@ import numpy as np
 from rich.console import Console
 
 from problems.base import FloatArray
-from solvers import AnySolver
-from solvers.budget import deferred_interrupt
+from solvers import AnySolver, deferred_interrupt
 from tpbso_casadi.campaign import (
     FUNCTION_SOLVERS,
     HEADER,
+    PREFIX,
     STORE,
     USUAL_RUNS,
     USUAL_SOLVERS,
@@ -46,7 +46,6 @@ from tpbso_casadi.campaign import (
     run_campaign,
     write_comparison,
 )
-from tpbso_casadi.campaign.functions import PREFIX
 from tpbso_casadi.facade.arguments import AnySolverChoice, function, in_words_of_python, solver_table
 from tpbso_casadi.facade.showing import chosen, data_frame
 from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, scenario_of

@@ -9,8 +9,11 @@ from typing import Any, TypeAlias
 
 from problems import OBJECTIVES, InvalidProblem, Limit, Objective, Robot
 from problems.motions import Stated, traced
-from tpbso_casadi.facade.arguments import path_of, plain
-from tpbso_casadi.scenario import ScenarioError
+from tpbso_casadi.scenario import (
+    ScenarioError,
+    path_of,
+    plain,
+)
 
 Table: TypeAlias = dict[str, Any]
 

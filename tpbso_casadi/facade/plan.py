@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from html import escape
 from math import isfinite
 from pathlib import Path
@@ -17,20 +16,12 @@ from tpbso_casadi.audit_report import audit_run
 from tpbso_casadi.facade.arguments import file_path, in_words_of_python, positive, times_array
 from tpbso_casadi.facade.audit import RunAudit
 from tpbso_casadi.facade.showing import chosen, data_frame, exports_of
+from tpbso_casadi.figures import figure_writers, write_run
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import Motion, PlannedMotion
 from tpbso_casadi.scenario import Scenario
-from tpbso_casadi.storage import (
-    DEFAULT_RATE,
-    RunResult,
-    StoredRun,
-    replace_folder,
-    result_of,
-    table_of,
-    write_motion,
-    write_run,
-)
+from tpbso_casadi.storage import DEFAULT_RATE, RunResult, StoredRun, replace_folder, result_of, table_of, write_motion
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -296,12 +287,7 @@ class StoredPlan(Plan):
         replace_folder(
             place,
             needed=[lambda staged: write_motion(staged / "trajectory.csv", self.motion, self.times)],
-            further=[*([partial(self._draw, formats)] if formats else []), *exports],
+            further=[*figure_writers(self.planned, formats), *exports],
             result=lambda files: self.result.model_copy(update={"files": files}).to_json(),
         )
         return place
-
-    def _draw(self, formats: Sequence[str], folder: Path) -> None:
-        from tpbso_casadi.figures.run import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
-
-        draw_figures(folder, self.planned, formats)

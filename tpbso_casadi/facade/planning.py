@@ -19,8 +19,7 @@ from tpbso_casadi.planning import SILENT, PlannedMotion, Progress
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.replanning import Step
 from tpbso_casadi.replanning import replan as replan_motion
-from tpbso_casadi.scenario import Scenario, is_folder, plugin_failures_named, shown
-from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.scenario import TITLES, Scenario, is_folder, plugin_failures_named, shown
 from tpbso_casadi.storage import read_run as read_stored_run
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from problems import Limit, Obstacle, Trajectory
 from problems.base import FloatArray
 from problems.motions import JointPath
-from tpbso_casadi.facade.arguments import in_words_of_python, plain
+from tpbso_casadi.facade.arguments import in_words_of_python
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planning import read_run
 from tpbso_casadi.facade.robots import AnyRobot
@@ -24,6 +24,7 @@ from tpbso_casadi.scenario import (
     ScenarioError,
     parse_scenario,
     pieces_table,
+    plain,
     read_joint_rows,
     shown,
 )

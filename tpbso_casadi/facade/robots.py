@@ -11,18 +11,21 @@ from typing import Any, TypeAlias
 from problems import InvalidProblem, PlanarArm, Robot
 from problems.base import FloatArray
 from problems.robots import BUILT_IN, SpatialArm
-from tpbso_casadi.facade.arguments import as_argument, check_keywords, in_words_of_python, plain
-from tpbso_casadi.facade.tables import OF_THE_MODEL, arm_table, settings_table
+from tpbso_casadi.facade.arguments import as_argument, check_keywords, in_words_of_python
 from tpbso_casadi.scenario import (
+    OF_THE_MODEL,
+    TITLES,
     ArmSection,
     InputFolder,
     RobotSection,
     ScenarioError,
     SpatialRobotSection,
+    arm_table,
     hint,
+    plain,
     read_table,
+    settings_table,
 )
-from tpbso_casadi.scenario.cases import TITLES
 
 AnyTable: TypeAlias = ArmSection | RobotSection | SpatialRobotSection
 MOST_KNOWN = 64

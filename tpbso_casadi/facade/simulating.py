@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from problems import InvalidProblem, Trajectory
-from solvers.budget import deferred_interrupt
+from solvers import deferred_interrupt
 from tpbso_casadi.facade.arguments import file_path, function
 from tpbso_casadi.facade.showing import chosen
 from tpbso_casadi.facade.statement import HasScenario, given_scenario

@@ -8,30 +8,34 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
+from problems import InvalidProblem, Obstacle, Place, Robot
 from problems import Path as PathOfPoints
-from problems import Robot
-from problems.tasks import Task
+from problems.tasks import Pose, Task
 from tpbso_casadi.facade.arguments import (
     AnySolverChoice,
     in_words_of_python,
-    plain,
     solver_table,
     sorted_into_tables,
     whole_or_not,
 )
 from tpbso_casadi.facade.own import constraints_table, objective_table
 from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
-from tpbso_casadi.facade.tables import (
-    STATEMENTS,
-    goals_table,
+from tpbso_casadi.scenario import (
+    STATED,
+    TITLES,
+    InputFolder,
+    Scenario,
+    ScenarioError,
+    load,
     obstacle_table,
-    path_table,
-    place_table,
-    places_table,
-    tables_of,
+    overridden,
+    parse_scenario,
+    plain,
+    points_table,
+    shown,
+    stated_place,
+    task_tables,
 )
-from tpbso_casadi.scenario import InputFolder, Scenario, ScenarioError, load, overridden, parse_scenario, shown
-from tpbso_casadi.scenario.cases import TITLES
 
 What: TypeAlias = Scenario | Task | AnyRobot
 
@@ -83,7 +87,7 @@ def check_plannable(name: str, what: Any, also: str = "") -> None:
         ScenarioError: it cannot.
     """
     kinds = (str, Path, StatedRobot, Robot, Sequence, np.ndarray)
-    if isinstance(what, kinds) or type(what) in STATEMENTS or given_scenario(what) is not None:
+    if isinstance(what, kinds) or type(what) in STATED or given_scenario(what) is not None:
         return
     known = "a scenario, its file (.toml) or its name, a task such as tp.Move(...), or a robot, tp.robot(...)"
     raise ScenarioError(f"{name}: {f'{also}, ' if also else ''}{known}, is needed, not {shown(what)}")
@@ -99,7 +103,7 @@ def _overridden(
     tables["solver"] |= solver_table(solver)
     if polish is not None:
         tables["solver"]["polish_starts"] = whole_or_not("polish", polish)
-    if given is None and type(what) in STATEMENTS:
+    if given is None and type(what) in STATED:
         given = task_scenario(what)
     if given is None:
         arm = robot(what)
@@ -152,9 +156,9 @@ def new_scenario(arm: StatedRobot, tables: dict[str, dict[str, Any]]) -> Scenari
 
 def task_scenario(task: Task) -> Scenario:
     """A scenario of a task that is given as an object."""
-    tables, content = tables_of(task), robot(task.robot).content
-    content["model"] |= tables["model"]
-    return parse_scenario(content | {"task": tables["task"], "obstacles": obstacle_tables(task.obstacles)})
+    (stated, model), content = task_tables(task), robot(task.robot).content
+    content["model"] |= model
+    return parse_scenario(content | {"task": stated, "obstacles": obstacle_tables(task.obstacles)})
 
 
 def _task_keys(scenario: Scenario, task: dict[str, Any]) -> dict[str, Any]:
@@ -173,7 +177,7 @@ def _read(task: dict[str, Any], dof: int, dim: int) -> dict[str, Any]:
     table = {key: readers[key](value, dof, dim, key) if key in readers else value for key, value in task.items()}
     path = table.pop("path", None)
     if path is not None:
-        table |= path_table(path) if isinstance(path, PathOfPoints) else {"points": path}
+        table |= points_table(path) if isinstance(path, PathOfPoints) else {"points": path}
     return dict(plain(table))
 
 
@@ -187,4 +191,83 @@ def obstacle_tables(obstacles: Any) -> list[dict[str, Any]] | None:
         return None
     if isinstance(obstacles, str | Mapping) or not isinstance(obstacles, Iterable):
         raise ScenarioError("obstacles: a list is needed, [tp.Box(...)]")
-    return [obstacle_table(each) for each in obstacles]
+    return [_obstacle_table(each) for each in obstacles]
+
+
+def _obstacle_table(obstacle: Obstacle | Mapping[str, Any]) -> dict[str, Any]:
+    if isinstance(obstacle, Obstacle):
+        return obstacle_table(obstacle)
+    if isinstance(obstacle, dict):
+        return dict(plain(obstacle))
+    raise ScenarioError(f"obstacles: {shown(obstacle)} is none; say tp.Box(...) and the like, or a dict")
+
+
+def place_table(place: Any, dof: int, dim: int, name: str) -> Any:
+    """A place of a [task] table.
+
+    Args:
+        place: :class:`Joints`, :class:`Position`, :class:`Pose`, a table, a homogeneous matrix (4, 4), or numbers: a
+            point where there are as many as the space has dimensions, joint values where there are as many as joints.
+        dof: how many joints the robot has.
+        dim: of its space.
+        name: of the argument, for messages.
+
+    Raises:
+        ScenarioError: it is none of these.
+    """
+    if isinstance(place, Place):
+        return stated_place(place, name)
+    given = plain(place)
+    if isinstance(given, dict):
+        return given
+    if _is_matrix(place):
+        return stated_place(_pose(place, name), name)
+    if not isinstance(given, list) or not all(map(_is_number, given)):
+        raise ScenarioError(f"{name}: {shown(given)} is no place; {_forms(dof, dim)}")
+    if len(given) == dim == dof and dim > 2:
+        raise ScenarioError(f"{name}: {given} may be a point or joint values: say tp.Pose(...) or tp.Joints(...)")
+    if len(given) == dim:
+        return given if dim == 2 else {"position": given}
+    if len(given) != dof:
+        raise ScenarioError(f"{name}: {len(given)} numbers; {_forms(dof, dim)}")
+    return {"joints": given}
+
+
+def _forms(dof: int, dim: int) -> str:
+    pose = ", or a pose" if dim == 3 else ""
+    return f"{dof} joint values are needed, or {dim} coordinates of a point{pose}"
+
+
+def _pose(matrix: Any, name: str) -> Pose:
+    try:
+        return Pose.from_matrix(np.asarray(matrix))
+    except InvalidProblem as error:
+        raise ScenarioError(f"{name}: {error.reason}") from error
+
+
+def goals_table(goal: Any, dof: int, dim: int, name: str) -> Any:
+    """A goal, or a list of goals of which any will do."""
+    listed = isinstance(goal, list | tuple) or (isinstance(goal, np.ndarray) and goal.ndim > 1)
+    several = listed and len(goal) > 0 and not _is_matrix(goal) and not _is_number(goal[0])
+    return places_table(goal, dof, dim, name) if several else place_table(goal, dof, dim, name)
+
+
+def places_table(places: Any, dof: int, dim: int, name: str) -> list[Any]:
+    """A list of places; each may be anything that a place may be.
+
+    Raises:
+        ScenarioError: it is no list, or one of them is no place.
+    """
+    listed = isinstance(places, list | tuple | np.ndarray)
+    if not listed or _is_matrix(places) or (len(places) and _is_number(places[0])):
+        raise ScenarioError(f"{name}: a list of places is needed, not {shown(plain(places))}")
+    return [place_table(place, dof, dim, f"{name}[{number}]") for number, place in enumerate(places)]
+
+
+def _is_matrix(value: Any) -> bool:
+    """Whether it is a homogeneous matrix rather than a list of places: an array (4, 4)."""
+    return isinstance(value, np.ndarray) and value.shape == (4, 4)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(plain(value), int | float) and not isinstance(value, bool)

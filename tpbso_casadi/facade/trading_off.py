@@ -14,15 +14,20 @@ import numpy as np
 from problems import Objective
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers.budget import deferred_interrupt
-from tpbso_casadi.facade.arguments import in_words_of_python, plain
+from solvers import deferred_interrupt
+from tpbso_casadi.facade.arguments import in_words_of_python
 from tpbso_casadi.facade.plan import StoredPlan
 from tpbso_casadi.facade.showing import chosen, data_frame
 from tpbso_casadi.facade.statement import HasScenario, What, scenario_of
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import SILENT, Progress
-from tpbso_casadi.scenario import ScenarioError, hint, in_words
+from tpbso_casadi.scenario import (
+    ScenarioError,
+    hint,
+    in_words,
+    plain,
+)
 from tpbso_casadi.storage import read_run
 from tpbso_casadi.trade_off import METHODS, FrontWork, Objectives, Point, PointFront, TradeOff, open_front
 

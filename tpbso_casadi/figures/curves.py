@@ -1,11 +1,6 @@
 """Curves over time and over evaluations: joints, convergence, progress.
 
-Imported only where a figure is drawn: matplotlib is slow to load.
-
-Imported only where a figure is drawn: matplotlib is slow to load.
-
-Along a path these are the paper's two extra figures: trajectory accuracy and redundancy angle. Imported only where a
-figure is drawn: matplotlib is slow to load.
+Along a path these are the paper's two extra figures: trajectory accuracy and redundancy angle.
 """
 
 from __future__ import annotations
@@ -23,9 +18,8 @@ from matplotlib.ticker import MaxNLocator
 from problems import CertificateStatus
 from problems.base import FloatArray, Matrix, as_array
 from problems.tasks import BoundedCurve, ProgressMeasure
-from tpbso_casadi.figures.labels import LINE_HEIGHT, EndLabel, label_ends
 from tpbso_casadi.figures.palette import BLUE, GIVEN, GREEN, LIMIT, ORANGE, PATH, PURPLE, VERMILLION, colour_of, line_of
-from tpbso_casadi.figures.style import ONE_COLUMN, SMALL, TWO_COLUMNS, in_print
+from tpbso_casadi.figures.style import LINE_HEIGHT, ONE_COLUMN, SMALL, TWO_COLUMNS, EndLabel, in_print, label_ends
 from tpbso_casadi.planning import PlannedMotion, SearchedMotion, alternatives, convergence, first_feasible, step_name
 
 STATUSES = {

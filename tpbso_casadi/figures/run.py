@@ -1,7 +1,4 @@
-"""The figures of a run.
-
-Imported only where a figure is drawn: matplotlib is slow to load.
-"""
+"""The figures of a run."""
 
 from __future__ import annotations
 
@@ -11,9 +8,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from tpbso_casadi.figures.binding import limits_figure
 from tpbso_casadi.figures.curves import convergence_figure, curve_figure, curve_groups, joints_figure, progress_figure
-from tpbso_casadi.figures.distances import clearance_drawings
+from tpbso_casadi.figures.limits import clearance_drawings, limits_figure
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.figures.path import path_figure
 from tpbso_casadi.figures.style import write_figure

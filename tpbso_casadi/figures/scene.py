@@ -1,29 +1,26 @@
-"""Scenes in the plane: obstacles, bodies, what moves.
-
-Imported only where a figure is drawn: matplotlib is slow to load.
-
-Imported only where a figure is drawn: matplotlib is slow to load.
-"""
+"""Scenes in the plane: obstacles, bodies, what a task states, what moves."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Polygon
+from matplotlib.patches import PathPatch, Polygon
+from matplotlib.path import Path
 
 from problems import Obstacle, Robot
 from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.robots import Body
 from problems.scene import standing
-from problems.tasks import MarkerKind
-from tpbso_casadi.figures.labels import PlaceLabel
-from tpbso_casadi.figures.palette import COURSE, GIVEN, OBSTACLE
+from problems.tasks import Marker, MarkerKind
+from tpbso_casadi.figures.palette import COURSE, GIVEN, OBSTACLE, ORANGE
+from tpbso_casadi.figures.style import PlaceLabel
 
 
 @dataclass(frozen=True)
@@ -208,3 +205,44 @@ def draw_ways(axes: Axes, ways: Sequence[FloatArray]) -> None:
         if before.size:
             style = {"arrowstyle": "-|>", "color": COURSE, "linewidth": 0.9, "shrinkA": 0.0, "shrinkB": 0.0}
             axes.annotate("", way[seen[-1]], way[before[-1]], arrowprops=style, zorder=2)
+
+
+CORNERS = 48  # of a circle
+
+
+def draw_band(axes: Axes, marker: Marker) -> None:
+    """Shade what is near enough to the points of a marker, (n, 2), or to the lines between them, if it says so."""
+    if not marker.tolerance > 0.0:
+        return
+    pieces = outlines(marker.points, marker.tolerance, joined=marker.joined)
+    path = Path.make_compound_path(*(Path(piece, closed=True) for piece in pieces))
+    label = f"within {1000.0 * marker.tolerance:.4g} mm of {'the path' if marker.joined else 'a given point'}"
+    axes.add_patch(PathPatch(path, facecolor=GIVEN, alpha=0.16, linewidth=0.0, label=label, zorder=1))
+
+
+def outlines(points: FloatArray, width: float, *, joined: bool) -> Sequence[FloatArray]:
+    """Outlines (m, 2), all counter-clockwise, that together are all within a width of points (n, 2), or of lines."""
+    turn = np.linspace(0.0, 2.0 * np.pi, CORNERS + 1)
+    circle = width * np.column_stack([np.cos(turn), np.sin(turn)])
+    found = [point + circle for point in points]
+    for start, end in pairwise(points) if joined else ():
+        length = float(np.linalg.norm(end - start))
+        if length > 0.0:
+            across = width * np.array([[0.0, -1.0], [1.0, 0.0]]) @ (end - start) / length
+            corners = [start - across, end - across, end + across, start + across]
+            found.append(np.array([*corners, corners[0]]))
+    return found
+
+
+DIAMOND: dict[str, Any] = {
+    "marker": "D", "linestyle": "none", "color": ORANGE, "markeredgecolor": "0.1", "markeredgewidth": 0.6,
+    "markersize": 5.0, "zorder": 6,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Points:
+    """Positions (n, dim), m, and what they are called."""
+
+    label: str
+    places: FloatArray

@@ -1,7 +1,4 @@
-"""The figure of a simulation.
-
-Imported only where a figure is drawn: matplotlib is slow to load.
-"""
+"""The figure of a simulation."""
 
 from __future__ import annotations
 
@@ -17,9 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
 from problems.base import FloatArray
-from tpbso_casadi.figures.binding import spans
-from tpbso_casadi.figures.distances import DistanceCurve, distance_curves
-from tpbso_casadi.figures.labels import EndLabel, label_ends
+from tpbso_casadi.figures.limits import DistanceCurve, distance_curves, spans
 from tpbso_casadi.figures.palette import CLOSEST, DEFAULT, GIVEN, GREEN, LIMIT, OBSTACLE, PATH, line_of, shade_of
 from tpbso_casadi.figures.scene import (
     Course,
@@ -33,7 +28,7 @@ from tpbso_casadi.figures.scene import (
 )
 from tpbso_casadi.figures.space import VIEWS, Posture, draw_measurable, draw_solids
 from tpbso_casadi.figures.space_scene import Scene
-from tpbso_casadi.figures.style import SMALL, TWO_COLUMNS, in_print, write_figure
+from tpbso_casadi.figures.style import SMALL, TWO_COLUMNS, EndLabel, in_print, label_ends, write_figure
 from tpbso_casadi.planning import Motion
 from tpbso_casadi.simulation import MEANINGS, SimulationRecord, simulated_motion, stands
 

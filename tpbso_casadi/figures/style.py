@@ -1,20 +1,20 @@
-"""Figures for print: sizes, fonts, files that are the same to the byte.
-
-Imported only where a figure is drawn: matplotlib is slow to load.
-
-Imported only where a figure is drawn: matplotlib is slow to load.
-"""
+"""Figures for print: sizes, fonts, files that are the same to the byte, and labels that do not overlap."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial, wraps
 from pathlib import Path
 from typing import Any, ParamSpec
 
 import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.text import TextPath
 
+from problems.base import FloatArray
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.storage import write_with
 
@@ -90,3 +90,145 @@ def write_figure(folder: Path, name: str, figure: Figure, formats: Sequence[str]
             )
             for kind in formats
         ]
+
+
+LINE_HEIGHT = 1.2  # of the size of its letters
+LEADER = 8.0  # points from the end of a line to its label
+
+
+@dataclass(frozen=True)
+class EndLabel:
+    """What stands at the right end of a line.
+
+    Attributes:
+        text: of the label.
+        place: the line's last value.
+        colour: of both.
+    """
+
+    text: str
+    place: float
+    colour: Any
+
+
+def label_ends(axes: Axes, labels: Sequence[EndLabel]) -> None:
+    """Write labels to the right of axes whose limits are set, each as near to the end of its line as the others let it.
+
+    Labels of lines that end outside are written at the edge.
+    """
+    (_, bottom), (_, top) = axes.transAxes.transform([(0.0, 0.0), (0.0, 1.0)])
+    low, high = sorted(axes.get_ylim())
+    places = np.clip([label.place for label in labels], low, high)
+    ends = np.array([axes.transData.transform((1.0, place))[1] for place in places])
+    ends = (ends - bottom) / (top - bottom)
+    height = 72.0 * (top - bottom) / axes.get_figure(root=True).dpi  # type: ignore[union-attr]
+    moved = spread(ends, LINE_HEIGHT * SMALL / height)
+    for label, place, away in zip(labels, places, (moved - ends) * height, strict=True):
+        leader = {"arrowstyle": "-", "color": label.colour, "linewidth": 0.6, "shrinkA": 0.0, "shrinkB": 0.0}
+        axes.annotate(
+            label.text, (1.0, place), (LEADER, away), xycoords=axes.get_yaxis_transform(),
+            textcoords="offset points", color=label.colour, fontsize=SMALL, va="center", ha="left",
+            arrowprops=leader | {"relpos": (0.0, 0.5)}, annotation_clip=False, parse_math=False,
+        )  # fmt: skip
+
+
+def spread(places: FloatArray, gap: float) -> FloatArray:
+    """Places from 0 to 1, (n,), moved as little as possible, in squares, so that no two are nearer than a gap.
+
+    They keep their order, and stay from 0 to 1 if all fit there.
+    """
+    order = np.argsort(places, kind="stable")
+    blocks: list[list[float]] = []  # of neighbours that touch: where the lowest of all places would be, one by one
+    for rank, number in enumerate(order):
+        blocks.append([float(places[number]) - rank * gap])
+        while len(blocks) > 1 and np.mean(blocks[-2]) > np.mean(blocks[-1]):
+            last = blocks.pop()
+            blocks[-1] += last
+    lowest = np.array([np.mean(block) for block in blocks for _ in block])
+    spare = 1.0 - gap * max(len(order) - 1, 0)
+    lowest = np.clip(lowest, 0.0, spare) if spare > 0.0 else np.full(len(order), spare / 2.0)
+    moved = np.empty(len(order))
+    moved[order] = lowest + gap * np.arange(len(order))
+    return moved
+
+
+DIRECTIONS = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)], dtype=np.float64)
+DISTANCES = (6.0, 11.0, 20.0, 32.0)  # points from the place to the label
+MARKER = 4.0  # points: half the size of what marks a place
+JOINED = 15.0  # points, from which on a line joins the two
+COVERED, OUTSIDE, FAR = 100.0, 60.0, 0.15  # penalties: of another label, beyond the axes, for each point of distance
+SPACING = 3.0  # points between two looks along a line
+
+
+@dataclass(frozen=True)
+class PlaceLabel:
+    """What stands beside a point.
+
+    Attributes:
+        text: of the label.
+        place: the point, (2,), in data.
+        colour: of the text.
+    """
+
+    text: str
+    place: FloatArray
+    colour: Any = "0.1"
+
+
+def label_places(axes: Axes, labels: Sequence[PlaceLabel], lines: Sequence[FloatArray] = ()) -> None:
+    """Write labels beside points of axes whose limits and place are final, where they cover little.
+
+    Args:
+        axes: to write into.
+        labels: the first find a place first.
+        lines: what should not be covered, each (n, 2), in data.
+    """
+    scale = 72.0 / axes.get_figure(root=True).dpi  # type: ignore[union-attr]
+    ink = np.vstack([np.empty((0, 2)), *(dense(scale * axes.transData.transform(line)) for line in lines)])
+    frame = scale * axes.get_window_extent().get_points()
+    places = [scale * axes.transData.transform(label.place) for label in labels]
+    taken = [np.array([place - MARKER, place + MARKER]) for place in places]  # lower and upper corners, (2, 2), points
+    for label, place in zip(labels, places, strict=True):
+        middle, box = _best(place, size_of(label.text), ink, frame, taken)
+        taken.append(box)
+        far = float(np.linalg.norm(middle - place)) > JOINED
+        leader = {"arrowstyle": "-", "color": label.colour, "linewidth": 0.6, "shrinkA": 1.0, "shrinkB": 2.0}
+        axes.annotate(
+            label.text, tuple(label.place), tuple(middle - place), textcoords="offset points",
+            color=label.colour, fontsize=SMALL, ha="center", va="center", zorder=8, annotation_clip=False,
+            parse_math=False,
+            bbox={"boxstyle": "square,pad=0.08", "facecolor": "white", "alpha": 0.75, "linewidth": 0.0},
+            arrowprops=leader if far else None,
+        )  # fmt: skip
+
+
+def _best(
+    place: FloatArray, size: FloatArray, ink: FloatArray, frame: FloatArray, taken: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """The middle of the best box of a size around a place, and its corners, all in points."""
+    found: list[tuple[float, int, FloatArray, FloatArray]] = []
+    for distance in DISTANCES:
+        for direction in DIRECTIONS:
+            middle = place + direction * (size / 2.0 + distance / max(1.0, float(np.linalg.norm(direction))))
+            box = np.array([middle - size / 2.0, middle + size / 2.0])
+            inside = ((ink > box[0]) & (ink < box[1])).all(axis=1).sum()
+            covered = sum(bool(((box[0] < other[1]) & (other[0] < box[1])).all()) for other in taken)
+            outside = bool((box[0] < frame[0]).any() or (box[1] > frame[1]).any())
+            found.append((inside + COVERED * covered + OUTSIDE * outside + FAR * distance, len(found), middle, box))
+    _, _, middle, box = min(found)
+    return middle, box
+
+
+def size_of(text: str) -> FloatArray:
+    """Width and height of a label, (2,), points."""
+    extents = TextPath((0.0, 0.0), text.replace("$", "S"), size=SMALL).get_extents()
+    return np.array([extents.width + 2.0, 1.15 * SMALL])
+
+
+def dense(line: FloatArray) -> FloatArray:
+    """Points of a line (n, 2), in points, no farther apart than ``SPACING``."""
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    if lengths[-1] == 0.0:
+        return line[:1]
+    at = np.linspace(0.0, lengths[-1], int(np.ceil(lengths[-1] / SPACING)) + 1)
+    return np.column_stack([np.interp(at, lengths, column) for column in line.T])

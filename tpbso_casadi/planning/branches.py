@@ -89,7 +89,7 @@ def _finalists(raced: Sequence[RacedBranch]) -> list[RacedBranch]:
 def _in_time(branch: Problem[Any]) -> float:
     """What the objective is in the time that the branch's own posture takes in free space; none where time may help."""
     objective = branch.objective
-    if not (objective.timed and objective.sooner_is_better):
+    if not (objective.is_time_dependent and objective.sooner_is_better):
         return -inf
     return float(objective.terminal(ca.DM(branch.free_space_time)))
 

@@ -14,8 +14,7 @@ import numpy as np
 from problems import InvalidProblem, Problem, Trajectory, Verdict
 from problems.assembly import Criteria
 from problems.base import FloatArray, as_array
-from problems.timing import retime
-from problems.timing.free_space import least_time_move, rest_to_rest
+from problems.timing import least_time_move, rest_to_rest, retime
 from solvers import IPOPT, Archive, Budget, Descent, DescentResult, Result, Solution, Status, StopReason, descend
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.progress import Progress, log_search
@@ -198,7 +197,7 @@ def is_better(motion: Motion, before: Motion) -> bool:
     objective = motion.problem.objective
     if not motion.feasible or not before.feasible:
         return motion.feasible
-    if objective.timed or not objective.sooner_is_better:
+    if objective.is_time_dependent or not objective.sooner_is_better:
         return motion.objective < before.objective
     same = motion.objective <= before.objective + SAME_OBJECTIVE * abs(before.objective)
     return same and motion.trajectory.duration < before.trajectory.duration
@@ -267,7 +266,7 @@ def _same_path(before: Motion) -> Iterator[Trajectory]:
     does a motion that keeps its limits, where sooner may be worse.
     """
     problem = before.problem
-    programmed = problem.free_timing and problem.objective.timed and problem.robot.limits.jerk is not None
+    programmed = problem.free_timing and problem.objective.is_time_dependent and problem.robot.limits.jerk is not None
     slow_enough = before.feasible and problem.objective.chooses_duration
     if before.retimed or programmed or slow_enough:
         return
@@ -280,7 +279,7 @@ def _same_path(before: Motion) -> Iterator[Trajectory]:
 def _free_space(before: Motion) -> Iterator[Trajectory]:
     """The fastest motion between the same ends, where nothing but time counts and nothing is passed on the way."""
     problem = before.problem
-    if not (problem.objective.timed and problem.objective.sooner_is_better and problem.task.passes_nothing):
+    if not (problem.objective.is_time_dependent and problem.objective.sooner_is_better and problem.task.passes_nothing):
         return
     start, goal = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
     velocities, limits = problem.task.end_velocities, problem.robot.limits

@@ -16,8 +16,7 @@ import numpy as np
 from problems import CertificateStatus, InvalidProblem, Problem, Trajectory
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers import IPOPT, Archive, Box, Result, Solver, minimize
-from solvers.budget import Interruption, deferred_interrupt
+from solvers import IPOPT, Archive, Box, Interruption, Result, Solver, deferred_interrupt, minimize
 from tpbso_casadi.planning.branches import best_of_branches, best_within
 from tpbso_casadi.planning.finishing import PlannedMotion, Refinement, SearchedMotion, is_better, polish, retimed
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of

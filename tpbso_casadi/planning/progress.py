@@ -10,8 +10,7 @@ from typing import Any, Self
 
 from problems import Problem, Trajectory
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from solvers import AnySolver, Result, Status
-from solvers.budget import Interruption
+from solvers import AnySolver, Interruption, Result, Status
 from tpbso_casadi.scenario import Scenario, SolverSection
 
 LOG = logging.getLogger(__name__)

@@ -12,7 +12,7 @@ from problems import Trajectory
 from problems.base import FloatArray
 from problems.certify import ClearanceProof
 from problems.robots import JointLimits
-from problems.timing.from_motion import MotionState, fastest_move, fastest_stop
+from problems.timing import MotionState, fastest_move, fastest_stop
 from tpbso_casadi.scenario import Scenario
 
 Kind: TypeAlias = Literal["new", "old", "stop"]

@@ -15,7 +15,7 @@ from problems.base import FloatArray
 from problems.certify import ClearanceProof, prove_clearance
 from problems.evaluation import EvaluationOptions
 from problems.motions import SLIVER
-from problems.timing.from_motion import MotionState
+from problems.timing import MotionState
 from solvers import PSO, Archive, Box, Budget, minimize
 from tpbso_casadi.replanning.candidates import StepCandidate, direct_moves, lasting, stops
 from tpbso_casadi.replanning.proofs import ObservedScene, RobotLimits, is_clear, stays_clear

@@ -62,12 +62,14 @@ class ObservedScene:
     @cached_property
     def moving(self) -> MergedClearance:
         """What is kept from obstacles that move."""
-        return MergedClearance(self.robot, tuple(pair for pair in self._clearance if pair.timed))
+        return MergedClearance(self.robot, tuple(pair for pair in self._clearance if pair.is_time_dependent))
 
     @cached_property
     def fixed(self) -> MergedClearance:
         """What is kept from obstacles that stand still, and from the robot itself."""
-        return MergedClearance(self.robot, (*(pair for pair in self._clearance if not pair.timed), *self._own))
+        return MergedClearance(
+            self.robot, (*(pair for pair in self._clearance if not pair.is_time_dependent), *self._own)
+        )
 
     @cached_property
     def all(self) -> MergedClearance:

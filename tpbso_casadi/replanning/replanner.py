@@ -22,7 +22,7 @@ from problems.base import COORDINATES, FloatArray, check_within
 from problems.certify import ClearanceProof
 from problems.scene import standing
 from problems.tasks import check_at_least, check_obstacles
-from problems.timing.from_motion import MotionState
+from problems.timing import MotionState
 from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.replanning.candidates import SAME, Approach, Step, passed, remaining, stands_at_end_of
 from tpbso_casadi.replanning.decision import Decision, Judged, Search

@@ -27,7 +27,7 @@ from tpbso_casadi.reproduction.experiment import (
 )
 from tpbso_casadi.reproduction.judgements import against
 from tpbso_casadi.reproduction.page_figures import Illustration
-from tpbso_casadi.scenario.cases import TITLES, builtin
+from tpbso_casadi.scenario import TITLES, builtin
 
 CONSTRAINTS = (  # quantity, its equation point to point, its equation along a path
     ("objective: time", "(8)", "(19)"),

@@ -11,8 +11,7 @@ import numpy as np
 
 from problems.base import FloatArray
 from tpbso_casadi.campaign import Record, Run, SolverSpec, Summary, grid, parse_solver, summarise
-from tpbso_casadi.scenario import SolverSection, find_solver
-from tpbso_casadi.scenario.cases import TITLES, builtin
+from tpbso_casadi.scenario import TITLES, SolverSection, builtin, find_solver
 
 FIGURES: dict[str, int] = {case: number for number, case in enumerate(TITLES, start=2)}  # in the paper's own order
 POINT_TO_POINT = tuple(case for case in TITLES if case.startswith(("time", "rotation")))

@@ -32,7 +32,7 @@ from tpbso_casadi.reproduction.experiment import (
     Evidence,
     Order,
 )
-from tpbso_casadi.scenario.cases import TITLES, builtin
+from tpbso_casadi.scenario import TITLES, builtin
 
 
 class ClaimOutcome(StrEnum):

@@ -42,8 +42,7 @@ from tpbso_casadi.reproduction.experiment import (
     label,
 )
 from tpbso_casadi.reproduction.scaling import Pace
-from tpbso_casadi.scenario import parse_scenario
-from tpbso_casadi.scenario.cases import TITLES, builtin
+from tpbso_casadi.scenario import TITLES, builtin, parse_scenario
 from tpbso_casadi.storage import RunResult
 
 DPI = 200

@@ -39,7 +39,7 @@ from tpbso_casadi.reproduction.experiment import (
 from tpbso_casadi.reproduction.judgements import ClaimOutcome, Finding
 from tpbso_casadi.reproduction.page_figures import Illustration, ReportPicture, figure_17, scaling_figure
 from tpbso_casadi.reproduction.scaling import PACE_CASES
-from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.scenario import TITLES
 
 SIGN, LETTER = "the sign of (28)", "(27) without inertia, and the sign of (28)"
 COMPARISONS = (  # what is as printed, lambda, our solver, the printed one, basis

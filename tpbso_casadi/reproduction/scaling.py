@@ -17,8 +17,7 @@ from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import SOLVERS, Box, Budget, Solver, minimize
 from tpbso_casadi.reproduction.experiment import BASES, NAMES, Size, solver_section
-from tpbso_casadi.scenario import Scenario, parse_scenario
-from tpbso_casadi.scenario.cases import builtin
+from tpbso_casadi.scenario import Scenario, builtin, parse_scenario
 
 Pace: TypeAlias = dict[str, dict[str, dict[str, list[float]]]]  # s by basis, case and solver, one a round
 

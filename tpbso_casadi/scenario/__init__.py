@@ -1,22 +1,30 @@
 """Scenarios: files that are validated key by key, and the built-in ones."""
 
+from tpbso_casadi.scenario.cases import DEFAULT, TITLES, best_known, builtin
 from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE, PluginError, find_objective, find_solver
 from tpbso_casadi.scenario.input_files import (
     LARGEST_ANGLE,
     InputFolder,
     is_folder,
-    motion_through,
     read_joint_rows,
     read_text,
     read_toml,
 )
 from tpbso_casadi.scenario.loading import load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, TaskSection
-from tpbso_casadi.scenario.obstacles import ObstacleSection
-from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table
-from tpbso_casadi.scenario.places import SimulationSection, built
-from tpbso_casadi.scenario.robots import ARM_KEYS, ArmSection, RobotSection, SpatialRobotSection
+from tpbso_casadi.scenario.obstacles import ObstacleSection, obstacle_table
+from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
+from tpbso_casadi.scenario.places import SimulationSection, built, stated_place
+from tpbso_casadi.scenario.robots import (
+    OF_THE_MODEL,
+    ArmSection,
+    RobotSection,
+    SpatialRobotSection,
+    arm_table,
+    settings_table,
+)
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named, read_scenario
+from tpbso_casadi.scenario.tasks import STATED, PointToPointTask, task_tables
 from tpbso_casadi.scenario.validation import (
     LARGEST,
     LARGEST_SEED,
@@ -34,12 +42,14 @@ from tpbso_casadi.scenario.validation import (
     describe,
     hint,
     in_words,
+    path_of,
+    plain,
     read_table,
     shown,
 )
 
 __all__ = [
-    "ARM_KEYS",
+    "DEFAULT",
     "FAMILIES",
     "FIELDS",
     "LARGEST",
@@ -51,8 +61,11 @@ __all__ = [
     "MOST_LINKS",
     "MOST_MEMBERS",
     "MOST_POLISH_STARTS",
+    "OF_THE_MODEL",
     "SMALLEST",
     "SOLVER_CATALOGUE",
+    "STATED",
+    "TITLES",
     "ArmSection",
     "InputFolder",
     "Interpolation",
@@ -60,6 +73,7 @@ __all__ = [
     "NestedError",
     "ObstacleSection",
     "PluginError",
+    "PointToPointTask",
     "PointsTask",
     "RobotSection",
     "Scenario",
@@ -70,7 +84,10 @@ __all__ = [
     "SpatialRobotSection",
     "StrictModel",
     "TaskSection",
+    "arm_table",
+    "best_known",
     "built",
+    "builtin",
     "describe",
     "find_objective",
     "find_solver",
@@ -79,15 +96,21 @@ __all__ = [
     "is_folder",
     "load",
     "load_all",
-    "motion_through",
+    "obstacle_table",
     "overridden",
     "parse_scenario",
+    "path_of",
     "pieces_table",
+    "plain",
     "plugin_failures_named",
+    "points_table",
     "read_joint_rows",
     "read_scenario",
     "read_table",
     "read_text",
     "read_toml",
+    "settings_table",
     "shown",
+    "stated_place",
+    "task_tables",
 ]

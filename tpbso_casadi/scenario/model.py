@@ -301,4 +301,4 @@ def _leaves_time_free(task: TaskSection) -> bool:
         objective = find_objective(task.stated_objective)
     except (PluginError, InvalidProblem):  # there is none, or the task itself will say what is wrong
         return False
-    return not objective.timed and objective.sooner_is_better
+    return not objective.is_time_dependent and objective.sooner_is_better

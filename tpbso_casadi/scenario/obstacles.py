@@ -1,31 +1,25 @@
-"""Obstacles as tables."""
+"""Obstacles as tables: every shape by the fields of its class, and how it moves."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
+from collections import ChainMap
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, PlainValidator, SerializeAsAny, SerializerFunctionWrapHandler, model_serializer
-
-from problems import (
-    Ball,
-    Box,
-    Capsule,
-    ConstantVelocity,
-    Cylinder,
-    Ellipse,
-    Ellipsoid,
-    HalfSpace,
-    InvalidProblem,
-    MovingObstacle,
-    Obstacle,
-    Polygon,
-    Rectangle,
+from pydantic import (
+    Field,
+    PlainValidator,
+    SerializeAsAny,
+    SerializerFunctionWrapHandler,
+    create_model,
+    model_serializer,
 )
-from problems.scene import MAX_CORNERS
-from problems.scene.moving import ObstacleMotion
-from tpbso_casadi.scenario.catalogues import Catalogue, PluginError, subclass_of
+
+from problems import OBSTACLES, ConstantVelocity, InvalidProblem, MovingObstacle, Obstacle, Tabulated
+from problems.scene import SOLIDS, ObstacleMotion
+from tpbso_casadi.scenario.catalogues import Catalogue, PluginError, failure, subclass_of
 from tpbso_casadi.scenario.input_files import (
     MOST_MOTION_ROWS,
     InputFolder,
@@ -34,22 +28,27 @@ from tpbso_casadi.scenario.input_files import (
     read_motion_rows,
 )
 from tpbso_casadi.scenario.validation import (
-    Angle,
     NestedError,
     NotNegative,
     Number,
-    PlanarPoint,
-    Positive,
     ScenarioError,
     Section,
     Word,
     hint,
+    in_tuples,
     in_words,
+    keys_of,
+    path_of,
+    plain,
     read_section,
     shown,
+    stated_values,
 )
 
+DEFAULT_SHAPE = "ellipse"
 MOST_NUMBERS = 8  # of a row
+MOST_ROWS = 600  # of all tables of motion together
+MOST_JOINT_CORNERS = 10_000  # joints times corners, those of all convex parts of a polygon
 MotionRow = Annotated[list[Number], Field(max_length=MOST_NUMBERS)]
 
 
@@ -164,178 +163,119 @@ class ObstacleSection(Section):
         return motion_through(self.motion_rows, dim)
 
 
-SpatialPoint: TypeAlias = tuple[Number, Number, Number]
-Quaternion: TypeAlias = tuple[float, float, float, float]
-
-
-class SolidSection(ObstacleSection):
-    """What all solids have in common: a place, m, and a quaternion (x, y, z, w)."""
-
-    center: SpatialPoint
-    quaternion: tuple[Number, Number, Number, Number] | None = None
-
-
-class SpatialBoxSection(SolidSection):
-    """A box in space, m."""
-
-    shape: Literal["box"]
-    size: tuple[Positive, Positive, Positive]
-
-    def build(self) -> Box:
-        """The obstacle itself."""
-        return Box(center=self.center, quaternion=self.quaternion, size=self.size)
-
-
-class SphereSection(ObstacleSection):
-    """A sphere, m."""
-
-    shape: Literal["sphere"]
-    center: SpatialPoint
-    radius: Positive
-
-    def build(self) -> Ball:
-        """The obstacle itself."""
-        return Ball(center=self.center, radius=self.radius)
-
-
-class CapsuleSection(SolidSection):
-    """A capsule around a line along its z axis, m."""
-
-    shape: Literal["capsule"]
-    radius: Positive
-    length: Positive
-
-    def build(self) -> Capsule:
-        """The obstacle itself."""
-        return Capsule(center=self.center, quaternion=self.quaternion, radius=self.radius, length=self.length)
-
-
-class CylinderSection(SolidSection):
-    """A cylinder along its z axis, m."""
-
-    shape: Literal["cylinder"]
-    radius: Positive
-    length: Positive
-
-    def build(self) -> Cylinder:
-        """The obstacle itself."""
-        return Cylinder(center=self.center, quaternion=self.quaternion, radius=self.radius, length=self.length)
-
-
-class EllipsoidSection(SolidSection):
-    """An ellipsoid, m."""
-
-    shape: Literal["ellipsoid"]
-    semi_axes: tuple[Positive, Positive, Positive]
-
-    def build(self) -> Ellipsoid:
-        """The obstacle itself."""
-        return Ellipsoid(center=self.center, quaternion=self.quaternion, semi_axes=self.semi_axes)
-
-
-class HalfSpaceSection(SolidSection):
-    """All that is below a plane through its centre, across its normal; up where neither normal nor quaternion is."""
-
-    shape: Literal["half-space"]
-    normal: SpatialPoint | None = None
-
-    def build(self) -> HalfSpace:
-        """The obstacle itself."""
-        if self.normal is None:
-            return HalfSpace(center=self.center, quaternion=self.quaternion)
-        if self.quaternion is not None:
-            raise InvalidProblem("normal", "the quaternion says already how the half-space is turned")
-        return HalfSpace(center=self.center, quaternion=_turned_up_to(self.normal))
-
-
-def _turned_up_to(normal: SpatialPoint) -> Quaternion | None:
-    """The shortest turn from the z axis to a normal of any length; None where there is nothing to turn."""
-    length = float(np.linalg.norm(normal))
-    if not length > 0.0:
-        raise InvalidProblem("normal", "a vector of no length has no direction")
-    x, y, z = (part / length for part in normal)
-    if x == y == 0.0:
-        return None if z > 0.0 else (1.0, 0.0, 0.0, 0.0)
-    w = float(np.sqrt((1.0 + z) / 2.0)) if z > 0.0 else float(np.hypot(x, y) / np.sqrt(2.0 * (1.0 - z)))
-    return -y / (2.0 * w), x / (2.0 * w), 0.0, w
-
-
-DEFAULT_SHAPE = "ellipse"
-MOST_ROWS = 600  # of all tables of motion together
-MOST_JOINT_CORNERS = 10_000  # joints times corners, those of all convex parts of a polygon
-
-
-class EllipseSection(ObstacleSection):
-    """An ellipse, m and rad."""
-
-    shape: Literal["ellipse"] = "ellipse"
-    center: PlanarPoint
-    semi_axes: tuple[Positive, Positive]
-    angle: Angle = 0.0
-
-    def build(self) -> Ellipse:
-        """The obstacle itself."""
-        return Ellipse(self.center, self.semi_axes, self.angle)
-
-
-class BoxSection(ObstacleSection):
-    """A rectangle, m and rad."""
-
-    shape: Literal["box"]
-    center: PlanarPoint
-    size: tuple[Positive, Positive]
-    angle: Angle = 0.0
-
-    @classmethod
-    def variant(cls, table: Mapping[str, Any]) -> type[ObstacleSection]:
-        """A box in space where three coordinates are given of its centre or size, or a quaternion."""
-        lengths = [len(given) for given in (table.get("center"), table.get("size")) if isinstance(given, (list, tuple))]
-        return SpatialBoxSection if 3 in lengths or "quaternion" in table else cls
-
-    @property
-    def corners(self) -> int:
-        """Four."""
-        return 4
-
-    def build(self) -> Rectangle:
-        """The obstacle itself."""
-        return Rectangle(self.center, self.size, self.angle)
-
-
-class PolygonSection(ObstacleSection):
-    """A polygon by its corners in order, convex or not, m."""
-
-    shape: Literal["polygon"]
-    points: Annotated[list[PlanarPoint], Field(min_length=3, max_length=MAX_CORNERS)]
-
-    @property
-    def corners(self) -> int:
-        """Those of its convex parts."""
-        return sum(map(len, self.build().parts))
-
-    def build(self) -> Polygon:
-        """The obstacle itself."""
-        return Polygon(tuple(self.points))
-
-
-SHAPES: dict[str, type[ObstacleSection]] = {
-    "ellipse": EllipseSection,
-    "box": BoxSection,
-    "polygon": PolygonSection,
-    "sphere": SphereSection,
-    "capsule": CapsuleSection,
-    "cylinder": CylinderSection,
-    "half-space": HalfSpaceSection,
-    "ellipsoid": EllipsoidSection,
-}
-
-SHAPE_CATALOGUE: Catalogue[type[ObstacleSection]] = Catalogue(
+SHAPES: ChainMap[str, type[Obstacle]] = ChainMap(SOLIDS, OBSTACLES)
+SHAPE_CATALOGUE: Catalogue[type[ObstacleSection | Obstacle]] = Catalogue(
     kind="shape",
     group="tpbso_casadi.obstacles",
     registry=SHAPES,
-    accepts=subclass_of(ObstacleSection),
-    requirement="a subclass of tpbso_casadi.scenario.obstacles.ObstacleSection",
+    accepts=subclass_of((ObstacleSection, Obstacle)),
+    requirement="a subclass of problems.Obstacle, or of tpbso_casadi.scenario.obstacles.ObstacleSection",
 )
+
+
+class ShapeSection(ObstacleSection):
+    """A shape whose keys are the fields of its class."""
+
+    of: ClassVar[type[Obstacle]]
+
+    @classmethod
+    def fields(cls) -> list[str]:
+        """The keys that are fields of its class."""
+        return [key for key in cls.model_fields if key not in ObstacleSection.model_fields]
+
+    @property
+    def corners(self) -> int:
+        """What the obstacle says."""
+        return self.build().complexity
+
+    def build(self) -> Obstacle:
+        """The obstacle itself."""
+        return self.of(**{key: in_tuples(getattr(self, key)) for key in self.fields()})
+
+    def __reduce__(self) -> Any:
+        return _unfilled, (self.of, self.shape), self.__getstate__()
+
+
+@cache
+def section_of(kind: type[Obstacle], name: str) -> type[ShapeSection]:
+    """The section of a shape.
+
+    Args:
+        kind: its class, a dataclass.
+        name: of the shape in a scenario.
+    """
+    keys: dict[str, Any] = {key: value for key, value in keys_of(kind).items() if key not in kind.not_stated}
+    keys["shape"] = Literal[name], name if name == DEFAULT_SHAPE else ...
+    section = create_model(f"{kind.__name__}Section", __base__=ShapeSection, **keys)
+    section.of = kind
+    return section
+
+
+def _unfilled(kind: type[Obstacle], name: str) -> ShapeSection:
+    """A section whose state is set next, where it is unpickled."""
+    section = section_of(kind, name)
+    return section.__new__(section)
+
+
+def _section_for(name: str, table: Mapping[str, Any]) -> type[ObstacleSection]:
+    """The section that reads a table of a shape."""
+    kind = SHAPE_CATALOGUE.find(name)
+    if issubclass(kind, ObstacleSection):
+        return kind.variant(table)
+    if name in OBSTACLES and name in SOLIDS:
+        return _of_either(section_of(OBSTACLES[name], name), section_of(SOLIDS[name], name), table)
+    return section_of(kind, name)
+
+
+def _of_either(plane: type[ShapeSection], space: type[ShapeSection], table: Mapping[str, Any]) -> type[ShapeSection]:
+    """Of two shapes of one name that in space where something has three coordinates, or a key is there of it alone."""
+    own, others = set(space.fields()), set(plane.fields())
+    given = [table[key] for key in own & others if key in table]
+    spatial = any(isinstance(value, (list, tuple)) and len(value) == 3 for value in given)
+    return space if spatial or not (own - others).isdisjoint(table) else plane
+
+
+def name_of(kind: type[Obstacle]) -> str:
+    """What a scenario calls a shape: its name, or the path of a class that is none of ours."""
+    names = {known: name for registry in SHAPES.maps for name, known in registry.items()}
+    return names.get(kind) or path_of(kind)
+
+
+def obstacle_table(obstacle: Obstacle) -> dict[str, Any]:
+    """The table that states an obstacle.
+
+    Raises:
+        ScenarioError: none does.
+    """
+    if isinstance(obstacle, MovingObstacle):
+        table = obstacle_table(obstacle.still) | _motion_keys(obstacle.motion)
+        return table | ({"margin_rate": obstacle.margin_rate} if obstacle.margin_rate else {})
+    return {"shape": name_of(type(obstacle)), **stated_values(obstacle)}
+
+
+def _motion_keys(motion: ObstacleMotion) -> dict[str, Any]:
+    """The keys of a table that say how an obstacle moves."""
+    state = MOTION_KEYS.get(type(motion))
+    if state is None:
+        raise ScenarioError(f"obstacles: no table states the motion {type(motion).__name__}")
+    return state(motion)
+
+
+def _rows_of(motion: Tabulated) -> dict[str, Any]:
+    """The rows t, position[, turn] of a motion that runs through them on one cubic spline."""
+    length = motion.breaks[-1] - motion.breaks[-2]
+    columns = [[*(piece[-1] for piece in pieces), np.polyval(pieces[-1], length)] for pieces in motion.pieces]
+    rows = [list(map(float, row)) for row in zip(motion.breaks, *columns, strict=True)]
+    again = motion_through(rows, motion.dim)
+    if not np.allclose(again.pieces, motion.pieces, rtol=1e-9, atol=1e-9):
+        raise ScenarioError("obstacles: a motion along lines cannot be stored; say Tabulated.through(times, positions)")
+    return {"motion_rows": rows}
+
+
+MOTION_KEYS: dict[type[ObstacleMotion], Callable[[Any], dict[str, Any]]] = {
+    ConstantVelocity: lambda motion: {"velocity": plain(motion.velocity)},
+    Tabulated: _rows_of,
+}
 
 
 def build_obstacles(tables: list[ObstacleSection], joints: int) -> tuple[Obstacle, ...]:
@@ -389,10 +329,12 @@ def read_obstacle(table: Any) -> ObstacleSection:
         options = in_words([repr(shape) for shape in SHAPES])
         raise NestedError(f"shape: input should be {options}, not {shown(name)}{hint(name, SHAPES)}")
     try:
-        section = SHAPE_CATALOGUE.find(name)
+        section = _section_for(name, table)
     except PluginError as error:
         raise NestedError(f"shape: {error}") from error
-    return read_section(section.variant(table), table, "shape", name)
+    except Exception as error:  # fields of a plug-in's class that are no keys
+        raise NestedError(f"shape: plug-in {name} failed: {failure(error)}") from error
+    return read_section(section, table, "shape", name)
 
 
 AnyObstacle = Annotated[SerializeAsAny[ObstacleSection], PlainValidator(read_obstacle)]

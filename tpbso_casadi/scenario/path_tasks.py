@@ -290,6 +290,18 @@ class PointsTask(PathTask):
         return given if self.count is None else given.resampled(self.count)
 
 
+def points_table(path: Path) -> dict[str, Any]:
+    """The keys of a [task] table that state points, with the tool's orientation where the path gives it.
+
+    Raises:
+        ScenarioError: its corners are others than those that its points have.
+    """
+    rows: FloatArray = np.hstack([path.array, np.array(path.quaternions)]) if path.quaternions else path.array
+    if Path.through(rows).corners != path.corners:
+        raise ScenarioError("path: its corners have to be where it turns by 45 degrees or more; say Path.through(...)")
+    return {"points": rows}
+
+
 class PentagramTask(PathTask):
     """The five-pointed star in one stroke, m and rad."""
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self, TypeAlias
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
 from pydantic import (
     Field,
@@ -26,10 +28,13 @@ from tpbso_casadi.scenario.validation import (
     PlanarPoint,
     Positive,
     Quaternion,
+    ScenarioError,
     Section,
     SpacePoint,
     as_text,
     describe,
+    in_tuples,
+    plain,
     shown,
 )
 
@@ -38,28 +43,51 @@ FORMS = "[x, y], { joints = [...] } or { position = [...] }"
 POINT: TypeAdapter[PlanarPoint] = TypeAdapter(PlanarPoint)
 
 
-class JointsTable(Section):
+class PlaceTable(Section):
+    """A place by its kind.
+
+    Attributes:
+        of: its class.
+        fields: of that class, by the keys that state them.
+    """
+
+    of: ClassVar[type[Place]]
+    fields: ClassVar[Mapping[str, str]]
+
+    def build(self) -> Place:
+        """The place itself."""
+        return self.of(**{field: in_tuples(getattr(self, key)) for key, field in self.fields.items()})
+
+    @classmethod
+    def stating(cls, place: Place) -> dict[str, Any]:
+        """The table of a place of its class; plain data."""
+        stated = {key: plain(getattr(place, field)) for key, field in cls.fields.items()}
+        return {key: value for key, value in stated.items() if value is not None}
+
+
+class JointsTable(PlaceTable):
     """A posture: one angle a joint, rad."""
+
+    of = Joints
+    fields = MappingProxyType({"joints": "values"})
 
     joints: Annotated[list[Number], ANGULAR, Field(min_length=1, max_length=MOST_LINKS)]
 
-    def build(self) -> Place:
-        """The place itself."""
-        return Joints(tuple(self.joints))
 
-
-class PositionTable(Section):
+class PositionTable(PlaceTable):
     """The tool at a point in the plane, m."""
+
+    of = Position
+    fields = MappingProxyType({"position": "point"})
 
     position: PlanarPoint
 
-    def build(self) -> Place:
-        """The place itself."""
-        return Position(self.position)
 
-
-class PoseTable(Section):
+class PoseTable(PlaceTable):
     """The tool at a point in space, m, and, if it matters, turned by a quaternion (x, y, z, w)."""
+
+    of = Pose
+    fields = MappingProxyType({"position": "point", "quaternion": "quaternion"})
 
     position: SpacePoint
     quaternion: Quaternion | None = None
@@ -69,13 +97,9 @@ class PoseTable(Section):
         content: dict[str, Any] = serialize(self)
         return content if self.quaternion is not None else {"position": content["position"]}
 
-    def build(self) -> Place:
-        """The place itself."""
-        return Pose(self.position, self.quaternion)
 
-
-PlaceTable: TypeAlias = JointsTable | PositionTable | PoseTable
-PLACE_TABLES: dict[str, type[PlaceTable]] = {"joints": JointsTable, "position": PositionTable}
+PLACES: tuple[type[PlaceTable], ...] = (JointsTable, PositionTable, PoseTable)
+PLACE_TABLES: dict[str, type[PlaceTable]] = {"joints": JointsTable, "position": PositionTable}  # by the key they need
 PlaceValue: TypeAlias = PlanarPoint | PlaceTable
 
 
@@ -85,7 +109,7 @@ def read_place(value: Any) -> PlaceValue:
     Raises:
         ValueError: it is neither.
     """
-    if isinstance(value, (JointsTable, PositionTable, PoseTable)):
+    if isinstance(value, PlaceTable):
         return value
     kinds = [kind for key, kind in PLACE_TABLES.items() if isinstance(value, dict) and key in value]
     if kinds == [PositionTable] and _in_space(value):
@@ -140,6 +164,18 @@ def read_goals(value: Any) -> PlaceValue | list[PlaceValue]:
 def built(value: PlaceValue) -> Place:
     """The place that a value of a table stands for."""
     return Position(value) if isinstance(value, tuple) else value.build()
+
+
+def stated_place(place: Place, name: str) -> dict[str, Any]:
+    """The table that states a place.
+
+    Raises:
+        ScenarioError: none does; it begins with the name of the argument.
+    """
+    table = next((table for table in PLACES if table.of is type(place)), None)
+    if table is None:
+        raise ScenarioError(f"{name}: no table states {type(place).__name__}")
+    return table.stating(place)
 
 
 # a PlaceValue, one or a list of them, a list of them; Any is how a tuple or a table is written back as it was

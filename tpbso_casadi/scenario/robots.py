@@ -45,8 +45,12 @@ from tpbso_casadi.scenario.validation import (
     SpacePoint,
     Word,
     in_radians,
+    in_tuples,
+    path_of,
+    plain,
     read_section,
     shown,
+    stated_values,
 )
 
 Rows: TypeAlias = tuple[SpacePoint, SpacePoint, SpacePoint]
@@ -85,6 +89,8 @@ class PlanarPayloadTable(Section):
 
 
 ARM_KEYS = {"base_point": "base", "base_angle": "base", "tool_offset": "tool"}  # by the fields of the arm
+PARTS = ("base", "tool", "payload")  # keys of [arm] that are no field of the arm as they are
+OF_THE_MODEL = ("margin", "self_collision")  # fields of a robot that a scenario states in [model]
 
 
 class ArmSection(Section):
@@ -137,33 +143,40 @@ class ArmSection(Section):
         """
         try:
             return PlanarArm(
-                link_lengths=tuple(self.link_lengths),
-                max_speed=self._each(self.max_speed),
-                max_acceleration=self._each(self.max_acceleration),
-                joint_limits=None if self.joint_limits is None else tuple(self.joint_limits),
-                max_jerk=self._each_or_none(self.max_jerk),
-                link_radius=self._each(self.link_radius),
+                **{key: self._each(getattr(self, key)) for key in type(self).model_fields if key not in PARTS},
                 base_point=(self.base[0], self.base[1]),
                 base_angle=sum(self.base[2:]),
                 tool_offset=self.tool,
                 payload=None if self.payload is None else self.payload.build(),
-                gravity=self.gravity,
-                max_torque=self._each_or_none(self.max_torque),
-                link_masses=self._each_or_none(self.link_masses),
-                link_centers=self._each_or_none(self.link_centers),
-                link_inertias=self._each_or_none(self.link_inertias),
-                viscous_friction=self._each_or_none(self.viscous_friction),
-                coulomb_friction=self._each_or_none(self.coulomb_friction),
             )
         except InvalidProblem as error:
             raise InvalidProblem(ARM_KEYS.get(error.field, error.field), error.reason) from error
 
-    def _each_or_none(self, value: float | list[float] | None) -> tuple[float, ...] | None:
-        return None if value is None else self._each(value)
+    def _each(self, value: Any) -> Any:
+        """One value for each joint or link where one stands for all of them."""
+        return (value,) * len(self.link_lengths) if isinstance(value, float) else in_tuples(value)
 
-    def _each(self, value: float | list[float]) -> tuple[float, ...]:
-        """One value for each joint or link."""
-        return tuple(value) if isinstance(value, list) else (value,) * len(self.link_lengths)
+
+def arm_table(arm: PlanarArm) -> dict[str, Any]:
+    """The [arm] table of a planar arm."""
+    table = {ARM_KEYS.get(key, key): value for key, value in _stated(arm).items()}
+    table["base"] = plain([*arm.base_point, arm.base_angle])
+    if arm.payload is not None:
+        payload = arm.payload
+        stated = {"mass": payload.mass, "center": payload.center[:2], "inertia": payload.matrix[2][2]}
+        table["payload"] = plain(stated)
+    return table
+
+
+def settings_table(robot: Robot) -> dict[str, Any]:
+    """The [robot] table of a robot of any class, by its path."""
+    return {"model": path_of(type(robot)), "settings": _stated(robot)}
+
+
+def _stated(robot: Any) -> dict[str, Any]:
+    """The fields of a robot that are keys of one name."""
+    others = {"base_point", "base_angle", "payload", *OF_THE_MODEL}
+    return {key: value for key, value in stated_values(robot).items() if key not in others}
 
 
 class RobotSection(Section):

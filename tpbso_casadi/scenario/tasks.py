@@ -3,18 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, PlainValidator, SerializeAsAny
 from pydantic_core import PydanticCustomError
 
-from problems import InvalidProblem, Move, Obstacle, PointToPoint, Problem, Robot, move, point_to_point, time_move
-from problems.tasks import Elbow
+from problems import (
+    InvalidProblem,
+    Move,
+    Obstacle,
+    PathFollowing,
+    PointToPoint,
+    Problem,
+    Robot,
+    move,
+    point_to_point,
+    time_move,
+)
+from problems.tasks import Elbow, JointFollowing, PathTracing, SpaceTracing, Task
 from tpbso_casadi.scenario.catalogues import Catalogue, PluginError, find_objective, subclass_of
 from tpbso_casadi.scenario.model import ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
-from tpbso_casadi.scenario.path_tasks import ClosedCurveTask, JointPathTask, JointPiecesTask, PentagramTask, PointsTask
-from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, built
+from tpbso_casadi.scenario.path_tasks import (
+    ClosedCurveTask,
+    JointPathTask,
+    JointPiecesTask,
+    PentagramTask,
+    PointsTask,
+    pieces_table,
+    points_table,
+)
+from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, built, stated_place
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
     MOST_LINKS,
@@ -24,6 +44,7 @@ from tpbso_casadi.scenario.validation import (
     ScenarioError,
     hint,
     in_words,
+    plain,
     read_section,
 )
 
@@ -136,6 +157,64 @@ TASKS: dict[str, type[TaskSection]] = {  # by kind, or by kind/shape
     "joint-path": JointPathTask,
     "joint-path/pieces": JointPiecesTask,
 }
+
+
+class Statement(NamedTuple):
+    """How a task is stated.
+
+    Attributes:
+        section: of its table.
+        model: keys of [model].
+        own: makes the keys that are no field of the task as it is.
+    """
+
+    section: type[TaskSection]
+    model: Mapping[str, Any]
+    own: Callable[[Any], dict[str, Any]]
+
+
+def _stated_places(task: Move) -> dict[str, Any]:
+    """The places of a move as tables."""
+    goals = [stated_place(goal, f"goal[{k}]" if len(task.goals) > 1 else "goal") for k, goal in enumerate(task.goals)]
+    vias = [stated_place(via, f"via[{k}]") for k, via in enumerate(task.vias)]
+    via = {"via": vias} if vias else {}
+    return {"start": stated_place(task.start, "start"), "goal": goals if len(goals) > 1 else goals[0], **via}
+
+
+def _stated_points(task: PathFollowing | PathTracing | SpaceTracing) -> dict[str, Any]:
+    return points_table(task.path)
+
+
+STATED: dict[type[Task], Statement] = {
+    PointToPoint: Statement(PointToPointTask, {"motion": "paper"}, lambda task: {}),
+    Move: Statement(PointToPointTask, {"motion": "spline"}, _stated_places),
+    PathFollowing: Statement(PointsTask, {"motion": "paper"}, _stated_points),
+    PathTracing: Statement(PointsTask, {"motion": "spline"}, _stated_points),
+    SpaceTracing: Statement(PointsTask, {"motion": "spline"}, _stated_points),
+    JointFollowing: Statement(JointPiecesTask, {}, lambda task: pieces_table(task.path)),
+}
+
+
+def task_tables(task: Task) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The tables [task] and [model] that state a task; its robot and its obstacles have tables of their own.
+
+    A field is the key of its name, and left out where it has its default.
+
+    Raises:
+        ScenarioError: no table states such a task.
+    """
+    if type(task) not in STATED:
+        kinds = ", ".join(kind.__name__ for kind in STATED)
+        raise ScenarioError(f"no table states a {type(task).__name__}; there are {kinds}, or a scenario with its kind")
+    section, model, own = STATED[type(task)]
+    values = {field.name: (getattr(task, field.name), field.default) for field in fields(task)}  # type: ignore[arg-type]
+    stated = {name: value for name, (value, default) in values.items() if value != default} | own(task)
+    stated["kind"] = next(name for name, known in TASKS.items() if known is section).partition("/")[0]
+    of_task, of_model = (
+        {key: plain(value) for key, value in stated.items() if key in table.model_fields}
+        for table in (section, ModelSection)
+    )
+    return of_task, {**model, **of_model}
 
 
 TASK_CATALOGUE: Catalogue[type[TaskSection]] = Catalogue(

@@ -5,16 +5,22 @@ What is within these limits is built in less than a minute and computed without 
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
 import reprlib
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import InitVar, fields
 from math import radians
-from typing import Annotated, Any, Literal, Self, TypeAlias, TypeVar, get_args
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Any, Literal, Self, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails, PydanticKnownError
 
+from problems.base import Count, Quantity
 from tpbso_casadi.plain import nearest
 from tpbso_casadi.scenario.catalogues import failure
 
@@ -133,6 +139,30 @@ def as_text(content: object) -> str:
     return json.dumps(content, default=lambda value: {DATE: str(value)})
 
 
+def plain(value: Any) -> Any:
+    """The same with lists in place of arrays and tuples, and text in place of paths and classes."""
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {plain(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, type):
+        return path_of(value)
+    return str(value) if isinstance(value, Path) else value
+
+
+def path_of(kind: type) -> str:
+    """``package.module:Class``, as a scenario names classes of anyone.
+
+    Raises:
+        ScenarioError: it is defined in a function, where nobody finds it by its name.
+    """
+    if "<locals>" in kind.__qualname__:
+        raise ScenarioError(f"{kind.__name__}: a plan names its classes; define it in a module or a notebook's cell")
+    return f"{kind.__module__}:{kind.__qualname__}"
+
+
 def shown(value: object) -> str:
     """A wrong value for a message: as Python writes it, shortened."""
     if isinstance(value, dict) and list(value) == [DATE]:
@@ -243,6 +273,69 @@ class Section(StrictModel):
                 for name, value in stated.items()
             }
         )
+
+
+def keys_of(kind: type[Any]) -> dict[str, tuple[Any, Any]]:
+    """The keys of a table that states an object of a dataclass, as pydantic defines them: type and default.
+
+    They are the arguments of its constructor; their types say which of them are angles, and which have to be positive.
+    """
+    hints = get_type_hints(kind, include_extras=True)
+    return {
+        name: (_key_type(hints[name]), ... if argument.default is argument.empty else argument.default)
+        for name, argument in inspect.signature(kind).parameters.items()
+    }
+
+
+def _key_type(hint: Any) -> Any:
+    """The type of a key for a field of that type."""
+    hint = hint.type if isinstance(hint, InitVar) else hint
+    return (
+        Annotated[_in_a_file(hint), ANGULAR]
+        if any(unit.startswith("rad") for unit in _units(hint))
+        else _in_a_file(hint)
+    )
+
+
+def _units(hint: Any) -> list[str]:
+    """Of all the quantities in a type."""
+    if isinstance(hint, Quantity):
+        return [hint.unit]
+    parts = [*get_args(hint), *(hint.__metadata__ if get_origin(hint) is Annotated else ())]
+    return [unit for part in parts for unit in _units(part)]
+
+
+def _in_a_file(hint: Any) -> Any:
+    """A type with the limits that hold for what stands in a file, and a list in place of a tuple of any length."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return _limited(_in_a_file(parts[0]), parts[1:])
+    if origin is tuple:
+        return list[_in_a_file(parts[0])] if parts[-1] is Ellipsis else tuple[tuple(map(_in_a_file, parts))]  # type: ignore[misc]
+    if origin in (Union, UnionType):
+        return Union[tuple(map(_in_a_file, parts))]  # noqa: UP007 (of parts that are known when it runs)
+    return {float: Number, str: Word}.get(hint, hint)
+
+
+def _limited(key: Any, marks: Sequence[Any]) -> Any:
+    for mark in marks:
+        if isinstance(mark, Quantity):
+            least = mark.bounds[0]
+            key = Positive if least > 0.0 else NotNegative if least == 0.0 else Number
+        elif isinstance(mark, Count):
+            key = Annotated[key, Field(min_length=mark.least, max_length=mark.most)]
+    return key
+
+
+def stated_values(thing: Any) -> dict[str, Any]:
+    """The keys of the table that states an object of a dataclass, those without a value left out; plain data."""
+    values = {field.name: getattr(thing, field.name) for field in fields(thing) if field.init}
+    return {key: plain(value) for key, value in values.items() if value is not None}
+
+
+def in_tuples(value: Any) -> Any:
+    """A value of a table as a field of a frozen dataclass holds it."""
+    return tuple(map(in_tuples, value)) if isinstance(value, (list, tuple)) else value
 
 
 class FileSection(Section):

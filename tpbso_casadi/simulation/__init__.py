@@ -1,6 +1,6 @@
 """A simulation of the planner while the arm moves and obstacles do what they want. It drives no robot."""
 
-from tpbso_casadi.simulation.loop import Planner, Simulation, SimulationSetting
+from tpbso_casadi.simulation.loop import Simulation, SimulationSetting
 from tpbso_casadi.simulation.record import MEANINGS, Replan, SimulationRecord, notes, simulated_motion, stands
 from tpbso_casadi.simulation.result import LARGEST_JUMP, WHAT, SimulationResult, SummaryResult, write_simulation
 
@@ -8,7 +8,6 @@ __all__ = [
     "LARGEST_JUMP",
     "MEANINGS",
     "WHAT",
-    "Planner",
     "Replan",
     "Simulation",
     "SimulationRecord",

@@ -14,7 +14,7 @@ from problems.base import FloatArray, as_array
 from problems.limits import can_hold
 from problems.scene import standing
 from problems.tasks import least_clearances
-from solvers.budget import Interruption
+from solvers import Interruption
 from tpbso_casadi.replanning import Step
 from tpbso_casadi.scenario import Scenario, ScenarioError, SimulationSection, built, parse_scenario
 from tpbso_casadi.simulation.record import Replan, SimulationRecord, Visit, joined, jumps_between, part, rest_time

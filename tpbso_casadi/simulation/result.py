@@ -20,7 +20,7 @@ from problems.base import FloatArray, as_array
 from problems.certify import limit_verdicts, prove_clearance
 from problems.limits import Proximity, limits_of, proximity_limits
 from problems.motions import Samples
-from solvers.budget import Interruption
+from solvers import Interruption
 from tpbso_casadi.plain import as_json, plain, versions
 from tpbso_casadi.planning import Motion
 from tpbso_casadi.scenario import Scenario, StrictModel

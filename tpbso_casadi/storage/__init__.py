@@ -1,6 +1,6 @@
 """Files of a run: run folders, exports, and how they are read and audited."""
 
-from tpbso_casadi.storage.build_result import result_of
+from tpbso_casadi.plain import BrokenSeal, check_seal, sealed
 from tpbso_casadi.storage.exporting import (
     DEFAULT_RATE,
     EXPORTS,
@@ -19,6 +19,7 @@ from tpbso_casadi.storage.files import (
     write_with,
     writing,
 )
+from tpbso_casadi.storage.recomputation import Contradiction
 from tpbso_casadi.storage.result import (
     ConstraintResult,
     Count,
@@ -29,6 +30,7 @@ from tpbso_casadi.storage.result import (
     PiecesResult,
     RunResult,
     Seconds,
+    result_of,
 )
 from tpbso_casadi.storage.run_folder import (
     LARGEST_RESULT,
@@ -37,9 +39,8 @@ from tpbso_casadi.storage.run_folder import (
     check_run_folder,
     replace_folder,
     stored_content,
-    write_run,
+    write_plan,
 )
-from tpbso_casadi.storage.seal import BrokenSeal, check_seal, sealed
 from tpbso_casadi.storage.stored_run import InvalidRun, StoredRun, checked, path_table, read_run
 
 __all__ = [
@@ -49,6 +50,7 @@ __all__ = [
     "LARGEST_RESULT",
     "BrokenSeal",
     "ConstraintResult",
+    "Contradiction",
     "Count",
     "FileName",
     "HistoryResult",
@@ -78,7 +80,7 @@ __all__ = [
     "table_of",
     "write_csv",
     "write_motion",
-    "write_run",
+    "write_plan",
     "write_text",
     "write_with",
     "writing",

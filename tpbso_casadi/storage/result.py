@@ -1,4 +1,4 @@
-"""The typed model of result.json.
+"""result.json: its typed model, and the result of a plan.
 
 A number that is not finite is null on disk and None in the model. Unknown and missing keys and wrong types are errors
 of one line that name the key.
@@ -7,7 +7,8 @@ of one line that name the key.
 from __future__ import annotations
 
 import json
-from typing import Annotated, Any, Self, TypeAlias
+from platform import python_version
+from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
 from pydantic import (
@@ -20,12 +21,23 @@ from pydantic import (
     model_validator,
 )
 
-from problems import CertificateStatus, Trajectory
+from problems import CertificateStatus, Problem, Trajectory
 from problems.base import FloatArray
 from solvers import StopReason
-from tpbso_casadi.plain import NotJSON, as_json, parsed_json, plain
+from tpbso_casadi.plain import (
+    SEAL,
+    BrokenSeal,
+    NotJSON,
+    as_json,
+    check_seal,
+    parsed_json,
+    plain,
+    sealed,
+    settings_of,
+    versions,
+)
+from tpbso_casadi.planning import Motion, PlannedMotion, Polish, Retiming, SearchedMotion
 from tpbso_casadi.scenario import NestedError, Scenario, ScenarioError, StrictModel, describe, parse_scenario
-from tpbso_casadi.storage.seal import KEY, BrokenSeal, check_seal, sealed
 
 SIMULATED = "what"  # the key that only the results of simulations have
 
@@ -65,14 +77,30 @@ Coefficients: TypeAlias = Annotated[list[list[list[float]]], Field(min_length=1)
 FileName: TypeAlias = Annotated[str, Field(pattern=r"^[^/\\\x00]{1,255}$")]
 
 
-class SolverResult(StrictModel):
+class StoredTable(StrictModel, from_attributes=True):
+    """A table of ``result.json``; it is read from the attributes of what it tells of, too."""
+
+    OPTIONAL: ClassVar[tuple[str, ...]] = ()  # keys that are left out where there is nothing to say
+
+    @model_serializer(mode="wrap")
+    def _without_empty(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content: dict[str, Any] = serialize(self)
+        return {key: value for key, value in content.items() if key not in self.OPTIONAL or getattr(self, key)}
+
+
+class SolverResult(StoredTable):
     """The solver and its hyper-parameters, which may be those of any plug-in."""
 
     name: str
     settings: Annotated[dict[str, Any], AfterValidator(_all_finite)]
 
+    @classmethod
+    def of(cls, scenario: Scenario) -> Self:
+        """Those that a scenario asks for."""
+        return cls(name=scenario.solver.name, settings=settings_of(scenario.solver.build()))
 
-class ObjectivePart(StrictModel):
+
+class ObjectivePart(StoredTable):
     """One objective of a weighted sum: its value in ``unit``, and its weight in one over ``unit``."""
 
     name: str
@@ -81,7 +109,7 @@ class ObjectivePart(StrictModel):
     weight: float
 
 
-class ObjectiveResult(StrictModel):
+class ObjectiveResult(StoredTable):
     """The objective of the plan, exact; one of a plug-in at the rows of ``trajectory.csv``.
 
     Attributes:
@@ -91,18 +119,25 @@ class ObjectiveResult(StrictModel):
         parts: of a weighted sum; none otherwise.
     """
 
+    OPTIONAL = ("parts",)
+
     name: str
     value: Number
     unit: str
     parts: list[ObjectivePart] = Field(default_factory=list)
 
-    @model_serializer(mode="wrap")
-    def _without_empty(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        content: dict[str, Any] = serialize(self)
-        return content if self.parts else {key: content[key] for key in ("name", "value", "unit")}
+    @classmethod
+    def of(cls, motion: Motion) -> Self:
+        """The objective of a motion, and its parts where it is a weighted sum."""
+        objective = motion.problem.objective
+        parts = [
+            ObjectivePart(name=part.name, value=value, unit=part.unit, weight=weight)
+            for part, weight, value in motion.objective_parts
+        ]
+        return cls(name=objective.name, value=motion.objective, unit=objective.unit, parts=parts)
 
 
-class ConstraintResult(StrictModel):
+class ConstraintResult(StoredTable):
     """One constraint, judged for all t; worst and bound in ``unit``."""
 
     name: str
@@ -114,7 +149,7 @@ class ConstraintResult(StrictModel):
     satisfied: bool
 
 
-class ClosestApproachResult(StrictModel):
+class ClosestApproachResult(StoredTable):
     """How near the motion comes to an obstacle: m, s."""
 
     distance: Number
@@ -122,7 +157,7 @@ class ClosestApproachResult(StrictModel):
     pair: str
 
 
-class AtGoalResult(StrictModel):
+class AtGoalResult(StoredTable):
     """What comes after arrival.
 
     Attributes:
@@ -134,21 +169,27 @@ class AtGoalResult(StrictModel):
     touched: bool
 
 
-class CertificateResult(StrictModel):
+class CertificateResult(StoredTable):
     """All constraints together, for all t."""
 
     verdict: CertificateStatus
 
 
-class VariableResult(StrictModel):
+class VariableResult(StoredTable):
     """One entry of the search vector, in ``unit``."""
 
     name: str
     value: float
     unit: str
 
+    @classmethod
+    def all_of(cls, problem: Problem[Any], x: FloatArray) -> list[Self]:
+        """The entries of a search vector (d,)."""
+        variables = zip(problem.variables, x.tolist(), strict=True)
+        return [cls(name=variable.name, value=value, unit=variable.unit) for variable, value in variables]
 
-class SolutionResult(StrictModel):
+
+class SolutionResult(StoredTable):
     """The motion itself.
 
     Attributes:
@@ -159,6 +200,8 @@ class SolutionResult(StrictModel):
         breakpoints: (pieces + 1,), s.
         coefficients: (order, pieces, joints), highest power first, rad / s^n.
     """
+
+    OPTIONAL = ("branches",)
 
     variables: list[VariableResult] | None
     quantities: dict[str, list[float]]
@@ -172,20 +215,34 @@ class SolutionResult(StrictModel):
         """The motion itself."""
         return Trajectory(np.array(self.breakpoints), np.array(self.coefficients))
 
-    @model_serializer(mode="wrap")
-    def _without_missing_branches(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        content: dict[str, Any] = serialize(self)
-        if self.branches is None:
-            del content["branches"]
-        return content
-
     @property
     def vector(self) -> FloatArray | None:
         """The search vector (d,); None where there was none."""
         return None if self.variables is None else np.array([variable.value for variable in self.variables])
 
+    @classmethod
+    def of(cls, plan: PlannedMotion) -> Self:
+        """The motion of a plan, with the search vector that it comes from, before any polish."""
+        motion, found = plan.motion, plan.searched
+        has_vector = found is not None and not found.search.in_program_variables
+        branch = {} if found is None else found.problem.branch
+        return cls(
+            variables=VariableResult.all_of(found.problem, found.search.x)
+            if found is not None and has_vector
+            else None,
+            quantities=quantities_of(motion),
+            branches={name: theta.tolist() for name, theta in branch.items()} or None,
+            time_scale=motion.time_scale,
+            **dict(PiecesResult.of(motion.trajectory)),
+        )
 
-class PolishedMotion(StrictModel):
+
+def quantities_of(motion: Motion) -> dict[str, list[float]]:
+    """By symbol, those of the paper."""
+    return {name: values.tolist() for name, values in motion.quantities.items()}
+
+
+class PolishedMotion(StoredTable):
     """A motion before or after a polish; the violation in the unit of the constraint that is broken most."""
 
     objective: Number
@@ -193,7 +250,7 @@ class PolishedMotion(StrictModel):
     feasible: bool
 
 
-class PolishResult(StrictModel):
+class PolishResult(StoredTable):
     """A polish; ``iterations`` and ``status`` are those of the descent that led to the best.
 
     Attributes:
@@ -222,14 +279,37 @@ class PolishResult(StrictModel):
     residuals: dict[str, Number]
     multipliers: dict[str, Number]
 
+    @classmethod
+    def of(cls, polish: Polish) -> Self:
+        """What is stored of a polish."""
+        solution = polish.search.solution
+        return cls(
+            before=PolishedMotion.model_validate(polish.before),
+            after=PolishedMotion.model_validate(polish.after),
+            accepted=polish.accepted,
+            starts=polish.search.iterations,
+            iterations=solution.iterations,
+            evaluations=polish.search.evaluations,
+            seconds=polish.seconds,
+            status=solution.status,
+            stop_reason=solution.stop_reason,
+            residuals=dict(solution.residuals),
+            multipliers=dict(polish.multipliers),
+        )
+
 
 class TimedMotion(PolishedMotion):
     """A motion before or after it was timed anew; s."""
 
     duration: Number
 
+    @classmethod
+    def of(cls, motion: Motion) -> Self:
+        """What is stored of a motion before or after the last stage."""
+        return cls(**dict(PolishedMotion.model_validate(motion)), duration=motion.trajectory.duration)
 
-class PiecesResult(StrictModel):
+
+class PiecesResult(StoredTable):
     """A motion as its pieces; as in :class:`SolutionResult`."""
 
     breakpoints: Breakpoints
@@ -240,8 +320,13 @@ class PiecesResult(StrictModel):
         """The motion itself."""
         return Trajectory(np.array(self.breakpoints), np.array(self.coefficients))
 
+    @classmethod
+    def of(cls, trajectory: Trajectory) -> Self:
+        """The pieces of a motion."""
+        return cls(breakpoints=trajectory.breakpoints.tolist(), coefficients=trajectory.coefficients.tolist())
 
-class RetimingResult(StrictModel):
+
+class RetimingResult(StoredTable):
     """The last stage: the motion of search and polish, timed anew.
 
     Attributes:
@@ -266,15 +351,27 @@ class RetimingResult(StrictModel):
             raise ValueError("motion: needed exactly where another motion was accepted")
         return self
 
+    @classmethod
+    def of(cls, retiming: Retiming) -> Self:
+        """What is stored of the last stage."""
+        return cls(
+            before=TimedMotion.of(retiming.before),
+            after=None if retiming.after is None else TimedMotion.of(retiming.after),
+            candidate=retiming.candidate,
+            accepted=retiming.accepted,
+            seconds=retiming.seconds,
+            motion=PiecesResult.of(retiming.before.trajectory) if retiming.accepted else None,
+        )
 
-class HistoryResult(StrictModel):
+
+class HistoryResult(StoredTable):
     """Evaluations and the best cost so far after each iteration, both (n,)."""
 
     evaluations: list[Count]
     cost: list[Number]
 
 
-class RunResult(StrictModel):
+class RunResult(StoredTable):
     """Everything to rerun and judge a plan; the keys of ``result.json``, in their order.
 
     Where a given path was timed there was no search: solver, seed, cost and reason to stop are None, the history is
@@ -305,6 +402,8 @@ class RunResult(StrictModel):
         files: by name, the SHA-256 digests of the other files of the run; none where it was not written to a folder.
     """
 
+    OPTIONAL = ("polish", "retiming", "closest_approach", "at_goal")
+
     def __repr__(self) -> str:
         value = f"{self.objective.name} {self.objective.value:.6g} {self.objective.unit}"
         return f"<content of result.json: {value}, {self.certificate.verdict}>"
@@ -334,14 +433,6 @@ class RunResult(StrictModel):
     versions: dict[str, str]
     files: dict[FileName, str] = Field(default_factory=dict)
 
-    @model_serializer(mode="wrap")
-    def _without_missing_stages(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        content: dict[str, Any] = serialize(self)
-        for stage in ("polish", "retiming", "closest_approach", "at_goal"):
-            if getattr(self, stage) is None:
-                del content[stage]
-        return content
-
     def to_json(self, indent: int | None = 2) -> str:
         """The text of ``result.json``, sealed."""
         return as_json(sealed(plain(self.model_dump(mode="json"))), indent)
@@ -358,7 +449,7 @@ class RunResult(StrictModel):
             if SIMULATED in document:
                 check_seal(document)
                 raise InvalidResult(f"{SIMULATED}: a simulation of the planner, as it was written; it holds no plan")
-            content = {key: value for key, value in document.items() if key != KEY}
+            content = {key: value for key, value in document.items() if key != SEAL}
             result = cls.model_validate_json(json.dumps(content), strict=True)
             check_seal(document)
         except ValidationError as error:
@@ -366,3 +457,53 @@ class RunResult(StrictModel):
         except (NotJSON, BrokenSeal) as error:
             raise InvalidResult(str(error)) from error
         return result
+
+
+def result_of(plan: PlannedMotion) -> RunResult:
+    """The content of ``result.json``: everything to rerun and judge the plan."""
+    return RunResult(
+        scenario=plan.scenario,
+        solution=SolutionResult.of(plan),
+        retiming=None if plan.retiming is None else RetimingResult.of(plan.retiming),
+        interrupted=plan.interrupted,
+        versions={"python": python_version(), **versions()},
+        **of_motion(plan.motion),
+        **(of_timing(plan.seconds_timed) if plan.searched is None else _of_search(plan.searched)),
+    )
+
+
+def of_motion(motion: Motion) -> dict[str, Any]:
+    """The keys that judge a motion."""
+    closest, at_goal = motion.closest_approach, motion.at_goal
+    return {
+        "objective": ObjectiveResult.of(motion),
+        "constraints": [ConstraintResult.model_validate(verdict) for verdict in motion.verdicts],
+        "feasible": motion.feasible,
+        "certificate": CertificateResult(verdict=motion.status),
+        "closest_approach": None if closest is None else ClosestApproachResult.model_validate(closest),
+        "at_goal": None if at_goal is None else AtGoalResult.model_validate(at_goal),
+    }
+
+
+def _of_search(plan: SearchedMotion) -> dict[str, Any]:
+    """The keys that describe a search."""
+    search = plan.search
+    return {
+        "solver": SolverResult.of(plan.scenario),
+        "seed": plan.scenario.solver.seed,
+        "cost": search.cost,
+        "polish": None if plan.polish is None else PolishResult.of(plan.polish),
+        "rounds": plan.rounds,
+        "evaluations": search.evaluations,
+        "iterations": search.iterations,
+        "seconds": search.seconds,
+        "stop_reason": search.stop_reason,
+        "history": HistoryResult(evaluations=search.history.evaluations.tolist(), cost=search.history.cost.tolist()),
+    }
+
+
+def of_timing(seconds: float) -> dict[str, Any]:
+    """The same keys where a given path was timed in so many seconds."""
+    nothing = dict.fromkeys(("solver", "seed", "cost", "polish", "stop_reason"))
+    counts = {"rounds": 1, "evaluations": 0, "iterations": 0, "seconds": seconds}
+    return {**nothing, **counts, "history": HistoryResult(evaluations=[], cost=[])}

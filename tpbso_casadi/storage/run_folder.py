@@ -9,15 +9,13 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import Any, NoReturn, TypeAlias
 
-from solvers.budget import Interruption
-from tpbso_casadi.figures.palette import DEFAULT
-from tpbso_casadi.plain import NotJSON, parsed_json
+from solvers import Interruption
+from tpbso_casadi.plain import BrokenSeal, NotJSON, check_seal, parsed_json
 from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.scenario import ScenarioError, read_text
-from tpbso_casadi.storage.build_result import result_of
 from tpbso_casadi.storage.exporting import write_motion
 from tpbso_casadi.storage.files import TEMPORARY, OutputError, check_writable, replacing, write_text, writing
-from tpbso_casadi.storage.seal import BrokenSeal, check_seal
+from tpbso_casadi.storage.result import result_of
 
 LOG = logging.getLogger(__name__)
 Writer: TypeAlias = Callable[[Path], object]  # writes files into a folder
@@ -84,32 +82,28 @@ def stored_content(folder: Path) -> dict[str, Any]:
     return content
 
 
-def write_run(
+def write_plan(
     folder: Path,
     plan: PlannedMotion,
-    plots: bool = True,
     further: Sequence[Writer] = (),
     interruption: Interruption | None = None,
     same_plan_only: bool = False,
-    formats: Sequence[str] = DEFAULT,
 ) -> list[str]:
-    """Write the files of a plan in place of everything in the folder: at every moment it holds one run, complete.
+    """Write ``result.json``, ``trajectory.csv`` and further files of a plan in place of everything in the folder.
 
     Args:
         folder: of the run.
         plan: to be written.
-        plots: whether to draw the figures.
         further: each writes files into the folder that it is given.
-        interruption: after its request, figures and further files that are not complete yet are left out.
+        interruption: after its request, further files that are not complete yet are left out.
         same_plan_only: whether a run in the folder has to be of the same scenario.
-        formats: of the figures.
 
     Returns:
         The names of the files.
 
     Raises:
-        OutputError: the folder cannot be written, or holds anything but a run; it is left as it was. Or a figure or a
-            further file cannot be; the plan is written without it.
+        OutputError: the folder cannot be written, or holds anything but a run; it is left as it was. Or a further file
+            cannot be; the plan is written without it.
         OtherPlan: it holds the run of another scenario, where that must not be; it is left as it was.
     """
 
@@ -117,11 +111,10 @@ def write_run(
         if same_plan_only and held.get("scenario") not in (None, plan.scenario.model_dump(mode="json")):
             raise OtherPlan(f"{folder}: holds another plan")
 
-    figures: list[Writer] = [partial(_draw, plan, formats)] if plots else []
     return replace_folder(
         folder,
         needed=[lambda staged: write_motion(staged / "trajectory.csv", plan.motion, plan.times)],
-        further=[*figures, *further],
+        further=further,
         result=lambda files: result_of(plan).model_copy(update={"files": files}).to_json(),
         interruption=interruption,
         check=check,
@@ -137,7 +130,7 @@ def replace_folder(
     interruption: Interruption | None = None,
     check: Callable[[dict[str, Any]], object] = lambda held: None,
 ) -> list[str]:
-    """Write files in place of everything in a folder, as :func:`write_run` does.
+    """Write files in place of everything in a folder: at every moment it holds one run, complete.
 
     Args:
         folder: of the run.
@@ -151,7 +144,7 @@ def replace_folder(
         The names of the files.
 
     Raises:
-        OutputError: as :func:`write_run`.
+        OutputError: as :func:`write_plan`.
     """
     check_run_folder(folder)
     failures: list[Exception] = []
@@ -181,12 +174,6 @@ def _report(folder: Path, failure: Exception) -> NoReturn:
         reason = failure.strerror if isinstance(failure, OSError) else failure
         raise OutputError(f"{folder}: the run is written, but not all of its files: {reason}") from failure
     raise failure
-
-
-def _draw(plan: PlannedMotion, formats: Sequence[str], folder: Path) -> None:
-    from tpbso_casadi.figures.run import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)
-
-    draw_figures(folder, plan, formats)
 
 
 def _digests(folder: Path) -> dict[str, str]:

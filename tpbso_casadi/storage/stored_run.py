@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,17 +14,10 @@ from problems import InvalidProblem, Problem
 from problems.motions import JointPath
 from tpbso_casadi.planning import SAME_PATH, Motion
 from tpbso_casadi.scenario import Scenario, ScenarioError, pieces_table, plugin_failures_named, read_text
-from tpbso_casadi.storage.recomputation import (
-    Contradiction,
-    check_files,
-    check_motion,
-    check_no_search,
-    check_search,
-    check_table,
-    check_trajectory,
-)
+from tpbso_casadi.storage.exporting import TORQUE, table_of
+from tpbso_casadi.storage.recomputation import ROUNDING, Contradiction, check_result, check_trajectory
 from tpbso_casadi.storage.result import InvalidResult, RunResult, SolutionResult
-from tpbso_casadi.storage.run_folder import LARGEST_RESULT
+from tpbso_casadi.storage.run_folder import LARGEST_RESULT, SUFFIXES, digest_of
 
 
 class InvalidRun(ValueError):
@@ -80,6 +75,54 @@ def read_run(folder: Path) -> StoredRun:
     return run
 
 
+def check_table(path: Path, motion: Motion) -> None:
+    """The rows of ``trajectory.csv`` are those of the motion; older ones have no torques.
+
+    Raises:
+        Contradiction: they are not, or cannot be read; the message begins with the file.
+    """
+    header, expected = table_of(motion, motion.times)
+    try:
+        stored_header, *rows = csv.reader(read_text(path, LARGEST_RESULT).splitlines())
+        without = [name for name in header if not name.startswith(TORQUE)]
+        if stored_header == without:
+            header, expected = without, expected[:, : len(without)]
+        if stored_header != header or len(rows) != len(expected) or {len(row) for row in rows} != {len(header)}:
+            raise Contradiction(f"{path}: {expected.shape[0]} rows of {','.join(header)} are needed")
+        stored = np.array(rows, dtype=np.float64)
+    except ScenarioError as error:
+        raise Contradiction(str(error)) from error
+    except csv.Error as error:
+        raise Contradiction(f"{path}: not a table of numbers: {error}") from error
+    except Contradiction:
+        raise
+    except ValueError as error:
+        raise Contradiction(f"{path}: not a table of numbers") from error
+    away = np.abs(stored - expected) > ROUNDING * np.maximum(1.0, np.abs(expected).max(axis=0))
+    if away.any() or not np.isfinite(stored).all():
+        row, column = np.argwhere(away | ~np.isfinite(stored))[0]
+        raise Contradiction(
+            f"{path} line {row + 2}: {header[column]} = {stored[row, column]!r} where the stored motion has "
+            f"{expected[row, column]!r}"
+        )
+
+
+def check_files(folder: Path, digests: Mapping[str, str]) -> None:
+    """The other files in a run folder are those that were written with it; one that was removed does not matter.
+
+    Files of kinds that no run has, notes for example, do not matter either.
+
+    Raises:
+        Contradiction: one is not; the message begins with the file.
+    """
+    for path in sorted(folder.iterdir()):
+        of_interest = path.name in digests or path.suffix in SUFFIXES
+        if path.name == "result.json" or not of_interest:
+            continue
+        if not path.is_file() or path.is_symlink() or digest_of(path) != digests.get(path.name):
+            raise Contradiction(f"{path}: is not of this run")
+
+
 def path_of(run: StoredRun) -> JointPath:
     """The path of a run's motion, of the lowest degree that is known of it."""
     retiming = run.result.retiming
@@ -129,9 +172,5 @@ def checked(result: RunResult) -> StoredRun:
         motion = replace(motion, retimed=True)
         check_trajectory("retiming.motion", found, problem)
     check_trajectory("solution", motion, problem)
-    check_motion(result, motion)
-    if problem is None:
-        check_no_search(result)
-    else:
-        check_search(result, problem, found, motion)
+    check_result(result, problem, found, motion)
     return StoredRun(result, motion, found, problem)

@@ -3,14 +3,12 @@
 from tpbso_casadi.trade_off.front import Point, PointFront, Standing, TradeOff
 from tpbso_casadi.trade_off.methods import EPSILON_CONSTRAINT, METHODS, WEIGHTED_SUM, FrontWork, open_front
 from tpbso_casadi.trade_off.placement import ENDS, Objectives
-from tpbso_casadi.trade_off.store import FrontStore
 
 __all__ = [
     "ENDS",
     "EPSILON_CONSTRAINT",
     "METHODS",
     "WEIGHTED_SUM",
-    "FrontStore",
     "FrontWork",
     "Objectives",
     "Point",

@@ -17,12 +17,11 @@ import numpy as np
 from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers import Box
-from solvers.budget import Interruption
+from solvers import Box, Interruption
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.planning import PlannedMotion, Progress, motion_of, plan
 from tpbso_casadi.scenario import ScenarioError
-from tpbso_casadi.storage import write_run
 from tpbso_casadi.trade_off.front import Point, Request
 from tpbso_casadi.trade_off.placement import ENDS, EpsilonConstraint, Objectives, Placement, WeightedSums
 from tpbso_casadi.trade_off.store import POINTS, FrontStore

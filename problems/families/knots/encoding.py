@@ -17,24 +17,14 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from problems.assembly import (
-    CostWeights,
-    Decoded,
-    Encoding,
-    FeasibilityFirst,
-    Slowness,
-    Variable,
-    limit_weight,
-    paper_cost,
-    variables_of,
-)
+from problems.assembly import Decoded, Encoding, FeasibilityFirst, PaperCost, SearchedTimeScale, Variable
 from problems.base import FloatArray, Matrix, Operand, constant, split
 from problems.families.knots.motion import KnotSpline
-from problems.limits import Constraint, Limit, longest_time_scale, minimum_time_scale, scaling
-from problems.motions.splines import SplineShape
+from problems.limits import Limit, longest_time_scale, minimum_time_scale, scaling
+from problems.motions import SplineShape
 from problems.objectives import MotionBounds
 from problems.robots import Robot, wrap_to
-from problems.tasks import Elbow, PathFollowing, elbow_signs
+from problems.tasks import Elbow, PathFollowing, PathTracing, elbow_signs
 
 P = TypeVar("P")
 
@@ -81,20 +71,22 @@ class PathEncoding(KnotPostures[P]):
     """Search vectors of x_phi for each redundant link, [the elbow,] and whatever a subclass adds at their end.
 
     Attributes:
+        task: whose path and elbow.
         redundancy_values: how many values of x_phi are decided for each redundant link; 5 in the paper.
     """
 
+    task: PathFollowing | PathTracing
     redundancy_values: int
 
     @property
-    @abstractmethod
     def robot(self) -> Robot:
         """The robot that moves."""
+        return self.task.robot
 
     @property
-    @abstractmethod
     def elbow(self) -> Elbow:
         """The branch of inverse kinematics."""
+        return self.task.elbow
 
     @property
     @abstractmethod
@@ -183,7 +175,7 @@ class KnotsEncoding(PathEncoding[SplineShape]):
         motion: that is decoded.
         redundancy_values: how many values of x_phi are decided for each redundant link; 5 in the paper.
         time_box: bounds of t_T, s.
-        slowness: the last variable, where time is scaled and the duration is one.
+        time_scale: the last variable, where time is scaled and the duration is one.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("time_box",)
@@ -193,17 +185,7 @@ class KnotsEncoding(PathEncoding[SplineShape]):
     motion: KnotSpline
     redundancy_values: int = 5
     time_box: tuple[float, float] = DEFAULT_TIME_BOUNDS
-    slowness: Slowness | None = None
-
-    @property
-    def robot(self) -> Robot:
-        """The robot that moves."""
-        return self.task.robot
-
-    @property
-    def elbow(self) -> Elbow:
-        """The branch of inverse kinematics."""
-        return self.task.elbow
+    time_scale: SearchedTimeScale | None = None
 
     @property
     def knots(self) -> FloatArray:
@@ -217,9 +199,9 @@ class KnotsEncoding(PathEncoding[SplineShape]):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """The paper's solution vector: x_phi of link 3, ..., of link k, [elbow,] t_T; reduced: [slowness] instead."""
+        """The paper's solution vector: x_phi of link 3, ..., of link k, [elbow,] t_T; reduced: [time_scale] instead."""
         times = [Variable("t_T", *self.time_box, "s")] * self.time_variables
-        return (*self.posture_variables, *times, *variables_of(self.slowness))
+        return (*self.posture_variables, *times, *self.time_scale_variables)
 
     def decode(self, x: Matrix) -> Decoded[SplineShape]:
         """The spline through the knots; it takes 1 s where time is scaled afterwards."""
@@ -253,35 +235,16 @@ class KnotsEncoding(PathEncoding[SplineShape]):
 
 
 @dataclass(frozen=True)
-class PaperKnots(KnotsEncoding):
+class PaperKnots(PaperCost, KnotsEncoding):
     """The paper's solution vector with its cost (25)."""
 
-    name: ClassVar[str] = "paper"
-    scales_time: ClassVar[bool] = False
     time_variables: ClassVar[int] = 1
-
-    def penalty(self, constraint: Constraint) -> Matrix:
-        """The penalty h_i(x) g_i(x) of (25)."""
-        return constraint.paper_penalty()
-
-    def cost(
-        self, objective: Matrix, penalties: Sequence[Matrix], reach: Matrix | None, weights: CostWeights
-    ) -> Matrix:
-        """The cost (25)."""
-        return paper_cost(objective, penalties, None, weights)
-
-    def weights(self, objective_upper_bound: float, constraints: Sequence[Constraint]) -> CostWeights:
-        """The weight of the penalties; (25) prints them without one."""
-        limit = limit_weight(constraints, objective_upper_bound)
-        return CostWeights(objective_upper_bound=objective_upper_bound, limit=limit, reach=0.0)
 
 
 @dataclass(frozen=True)
 class ReducedKnots(FeasibilityFirst, KnotsEncoding):
     """Feasible by construction, except for the accuracy, obstacles and joint ranges."""
 
-    name: ClassVar[str] = "reduced"
-    scales_time: ClassVar[bool] = True
     time_variables: ClassVar[int] = 0
 
     def restored(self, limits: Sequence[Limit]) -> list[Limit]:
@@ -292,8 +255,8 @@ class ReducedKnots(FeasibilityFirst, KnotsEncoding):
         """The closed form of t_T, given the limits' peaks over u in [0, 1], or over samples of it; or more slowly."""
         shortest = self.time_box[0]
         time = ca.fmax(shortest, minimum_time_scale(limits, peaks)) if limits else ca.vertcat(shortest)
-        if self.slowness is not None:
-            time = time * self.slowness.factor(x, time)
+        if self.time_scale is not None:
+            time = time * self.time_scale.factor(x, time)
         return SplineShape(shape.coefficients, time)
 
     def _longest(self, limits: Sequence[Limit]) -> float:
@@ -305,7 +268,7 @@ class ReducedKnots(FeasibilityFirst, KnotsEncoding):
         bounds = enumerate((speed, acceleration, jerk), start=1)
         peaks = {order: ca.repmat(ca.DM(bound), 1, dof) for order, bound in bounds}
         least = max(self.time_box[0], longest_time_scale(self.restored(limits), peaks))
-        return least if self.slowness is None else self.slowness.longest_of(least)
+        return self.longest_with_time_scale(least)
 
 
 KNOT_ENCODINGS: dict[str, type[KnotsEncoding]] = {kind.name: kind for kind in (PaperKnots, ReducedKnots)}

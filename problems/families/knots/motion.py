@@ -16,8 +16,15 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from problems.base import FloatArray, Matrix, as_array, constant
-from problems.motions import SampleGrid, Trajectory
-from problems.motions.splines import DEGREE, InterpolatingSpline, SplineInTime, SplineShape, without_rounding
+from problems.motions import (
+    DEGREE,
+    InterpolatingSpline,
+    SampleGrid,
+    SplineInTime,
+    SplineShape,
+    Trajectory,
+    without_rounding,
+)
 from problems.robots import Robot
 
 

@@ -10,15 +10,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from problems.assembly import CostSteps, Decoded, Problem, objective_named, peak_loop, slowness_of
+from problems.assembly import CostSteps, Problem, SearchedTimeScale, objective_named, peak_loop
 from problems.base import FloatArray, Matrix, as_array, largest
 from problems.evaluation import Loop, PopulationFunction, Program, Step
 from problems.families.knots.encoding import DEFAULT_TIME_BOUNDS, KNOT_ENCODINGS, KnotPostures, KnotsEncoding
 from problems.families.knots.motion import KnotSpline, turning_speed
 from problems.families.knots.program import PathNlp
-from problems.limits import SAMPLING_MARGIN, Accuracy, Constraint, LimitKind, limits_of, peaks_of
-from problems.motions import Samples, Trajectory
-from problems.motions.splines import SplineShape
+from problems.limits import SAMPLING_MARGIN, Accuracy, Constraint, Limit, LimitKind, limits_of
+from problems.motions import Samples, SplineShape, Trajectory
 from problems.objectives import Objective
 from problems.tasks import BoundedCurve, PathFollowing, ProgressMeasure, check_at_least, check_choice
 
@@ -68,11 +67,11 @@ def path_following(
     motion, bounds = motion_along(task, samples), task.duration_bounds
     time_box = DEFAULT_TIME_BOUNDS if bounds is None else bounds.search_box(SAMPLING_MARGIN)
     minimised, kind = objective_named(objective, task.robot), KNOT_ENCODINGS[formulation]
-    slowness = slowness_of(minimised, task) if kind.scales_time else None
+    time_scale = SearchedTimeScale.where_needed(minimised, task) if kind.scales_time else None
     problem = PathFollowingProblem(
         task=task,
         motion=motion,
-        encoding=kind(task, motion, redundancy_values, time_box, slowness),
+        encoding=kind(task, motion, redundancy_values, time_box, time_scale),
         objective=minimised,
         limits=limits_of(task.robot, task.obstacles, limits),
     )
@@ -114,21 +113,14 @@ class PathFollowingProblem(Problem[SplineShape]):
         """The same where the points of the path are passed in order, at any times."""
         return replace(self, task=self.task.at_free_times())
 
-    def decoded(self, x: Matrix) -> Decoded[SplineShape]:
-        """The spline of a search vector, as fast as the limits allow where time is scaled."""
-        shape = self.encoding.decode(x).parameters
-        limits = self.encoding.restored(self.limits)
-        spline = self.motion.spline
-        if not limits:
-            return Decoded(parameters=self.encoding.timed(shape, (), (), x))
+    def peaks(self, shape: SplineShape, limits: Sequence[Limit]) -> list[Matrix]:
+        """Over all t in closed form where they have one, then those at the samples."""
+        spline, exact = self.motion.spline, self.encoding.exact_limits(limits)
         each = (extreme(shape.coefficients) for extreme in (spline.extreme_speeds, spline.accelerations, spline.jerks))
         extremes = Samples(robot=self.robot, derivatives=(ca.DM(), *each), duration=shape.time)
-        peaks = [largest_rows(limit.magnitudes(extremes)) for limit in self.encoding.exact_limits(limits)]
+        peaks = [largest_rows(limit.magnitudes(extremes)) for limit in exact]
         sampled = self.encoding.sampled_limits(limits)
-        if sampled:
-            samples = self.motion.samples(shape)
-            peaks += [peaks_of(limit, samples) for limit in sampled]
-        return Decoded(parameters=self.encoding.timed(shape, limits, peaks, x))
+        return [*peaks, *(super().peaks(shape, sampled) if sampled else [])]
 
     @property
     def accuracy(self) -> Accuracy:
@@ -140,10 +132,6 @@ class PathFollowingProblem(Problem[SplineShape]):
         spline = self.motion.spline
         at_points = ca.mtimes(spline.sampling_matrix(self.motion.point_parameters), parameters.coefficients)
         return [self.accuracy.at(self.robot.tool(at_points), ca.DM(self.task.path.array))]
-
-    def objective_bound(self) -> float:
-        """An upper bound of the objective, for knot angles that change by at most pi from knot to knot."""
-        return self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
 
     def cost_program(self) -> Program:
         """Postures at the knots, spline, [peaks, scale,] samples, points of the path, finish."""
@@ -251,9 +239,8 @@ class KnotSteps(CostSteps[SplineShape]):
         sizes = {"peaks": peaks_size, **{name: n for loop in further for name, n in loop.starting_values.items()}}
         found = {name: ca.SX.sym(name, size) for name, size in sizes.items()}
         rows, peaks = ca.reshape(coefficients, k, -1).T, self.peaks_of_each(ca.vertcat(*found.values()))
-        timed = self.encoding.timed(SplineShape(rows, ca.SX(1)), self.restored, peaks, self.x)
-        chosen = self.choice_of_duration(self.encoding.slowness)
-        inputs_of_scale = {"p": self.p, "coefficients": coefficients, **found, **chosen}
+        timed = self.encoding.timed(SplineShape(rows, ca.SX(1)), self.slowing, peaks, self.x)
+        inputs_of_scale = {**self.time_scale_inputs, "coefficients": coefficients, **found}
         scale = Step.of("scale", inputs_of_scale, self.motion_vectors(timed, orders, zeros))
         return [*postures, Step.of("spline", inputs, outputs), nodes, *(loop.step for loop in further), scale]
 

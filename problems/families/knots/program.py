@@ -28,9 +28,8 @@ from problems.families.knots.motion import KnotSpline, NodeForm, knot_operators
 from problems.families.knots.starts import PathStarts
 from problems.families.two_segments import AXES
 from problems.limits import Accuracy, Constraint, Limit, StepLimit, minimum_time_scale, peaks_of
-from problems.motions import Samples, Trajectory
-from problems.motions.splines import SplineShape
-from problems.nlp import MAX_ANGLE_CHANGE, TimedProgram, equality, slack_constraints
+from problems.motions import Samples, SplineShape, Trajectory
+from problems.nlp import MAX_ANGLE_CHANGE, MotionProgram, equality, slack_constraints
 from problems.objectives import Objective
 from problems.robots import Robot
 from problems.tasks import PathFollowing, narrow_elbow
@@ -77,7 +76,7 @@ ON_PATH = "tip(theta) = P* at every knot"
 
 
 @dataclass(frozen=True)
-class PathNlp(TimedProgram):
+class PathNlp(MotionProgram):
     """The nonlinear program of a path: lead the tip along it.
 
     Args:
@@ -112,7 +111,7 @@ class PathNlp(TimedProgram):
         nodes, k = self.form.nodes.size, self.robot.dof
         values = self.value_count if self.task.knot_redundancy == "values" else 0
         slacks = self.objective.slack_count(self.robot, self.motion.parameters_u.size - 1)
-        return [nodes * k, (nodes - 2) * k, int(self.timed), values, slacks]
+        return [nodes * k, (nodes - 2) * k, int(self.has_free_durations), values, slacks]
 
     @property
     def value_count(self) -> int:
@@ -146,7 +145,13 @@ class PathNlp(TimedProgram):
         angles, bends, time, values, slack = ca.vertsplit(x, np.cumsum([0, *self.sizes]).tolist())
         rest = ca.DM.zeros(1, k)
         bends = ca.vertcat(rest, ca.reshape(bends, -1, k), rest)
-        return ca.reshape(angles, -1, k), bends, time if self.timed else ca.DM(1.0), values, ca.reshape(slack, -1, k)
+        return (
+            ca.reshape(angles, -1, k),
+            bends,
+            time if self.has_free_durations else ca.DM(1.0),
+            values,
+            ca.reshape(slack, -1, k),
+        )
 
     @cached_property
     def _motion(self) -> Samples:
@@ -179,7 +184,7 @@ class PathNlp(TimedProgram):
             rows += redundancy_rows(self.encoding, at_knots, self.split(self.x)[3])
         rows += self._accuracy_rows()
         exact = self._exact_rows()
-        rows += [row for limit in exact for row in exact[limit]] if self.timed else []
+        rows += [row for limit in exact for row in exact[limit]] if self.has_free_durations else []
         for limit in self.sampled_limits:
             if limit not in exact:
                 rows += limit.constraints(self._motion, margin)

@@ -17,11 +17,10 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from problems.assembly import GRID_ALLOWANCE, Decoded, Pace, PathTiming, Slowness, Variable, step_limits
+from problems.assembly import GRID_ALLOWANCE, Decoded, PathTiming, Variable
 from problems.base import Matrix, Operand, as_array, largest, smallest, split
-from problems.limits import Constraint, Limit, StepLimit
-from problems.motions import PathSpline, Rates, TimedPath
-from problems.motions.splines import DEGREE
+from problems.limits import Constraint, Limit
+from problems.motions import DEGREE, Rates, TimedPath
 from problems.objectives import MotionBounds
 from problems.robots import Robot
 from problems.tasks import ANGLE_TOLERANCE, Choice, Move, Place, elbow_signs
@@ -146,7 +145,10 @@ def spread(task: Move) -> float:
 
 
 BEND, OFFSET = pi, 0.6  # rad, the largest; what is decided is their square root, so that a short move finds small ones
-PACES = (0.3, 3.0)  # square root of how far the control point next to a moving end is, over its usual distance
+END_TIME_SCALES = (
+    0.3,
+    3.0,
+)  # square root of how far the control point next to a moving end is, over its usual distance
 
 
 @dataclass(frozen=True)
@@ -157,31 +159,23 @@ class ControlPoints(PathTiming):
         task: whose stops and end velocities.
         motion: that is decoded; the same number of pieces between any two stops.
         usual_duration: that a motion takes roughly, s.
-        slowness: the last variable, where the duration is one.
-        pace: the variables before it, where obstacles move.
 
     Attributes:
         shares: how far from one stop to the next each control point lies where nothing is off.
         via_bases: the three basis functions that are not zero at each via.
         end_rates: du of the curve's end over the distance of its last two control points.
-        moving_ends: whether start and goal are passed at a velocity that is not zero.
-        step_limits: with obstacles, that none is jumped over from one sample to the next.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("usual_duration", "shares", "via_bases", "end_rates")
 
     task: Move
-    motion: PathSpline
     usual_duration: float
-    slowness: Slowness | None = None
-    pace: Pace | None = None
     shares: tuple[float, ...] = field(init=False)
     via_bases: tuple[tuple[float, ...], ...] = field(init=False)
     end_rates: tuple[float, float] = field(init=False)
-    moving_ends: tuple[bool, bool] = field(init=False)
-    step_limits: tuple[StepLimit, ...] = field(init=False)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         spline, nodes = self.motion.spline, np.array(self.motion.nodes)
         at_stops = nodes[:: self.pieces]
         segment = np.array([self.segment(i) for i in range(self.count)])
@@ -190,8 +184,6 @@ class ControlPoints(PathTiming):
         object.__setattr__(self, "shares", tuple(shares.tolist()))
         object.__setattr__(self, "via_bases", tuple(map(tuple, bases[:, :DEGREE].tolist())))
         object.__setattr__(self, "end_rates", tuple((DEGREE / np.diff(nodes)[[0, -1]]).tolist()))
-        object.__setattr__(self, "moving_ends", tuple(bool(velocity.any()) for velocity in self.task.end_velocities))
-        object.__setattr__(self, "step_limits", step_limits(self.task))
 
     @property
     def count(self) -> int:
@@ -225,19 +217,19 @@ class ControlPoints(PathTiming):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Those of the stops, bends, offsets, the pace at each moving end, [that along the path,] [slowness]."""
+        """Those of the stops, bends, offsets, a time scale at each moving end, [local ones,] [that of all]."""
         joints = range(1, self.task.robot.dof + 1)
         segments = range(1, self.segments + 1)
         offsets = [Variable(f"bend_{segment}[{joint}]", -1.0, 1.0, "1") for segment in segments for joint in joints]
         offsets += [Variable(f"offset_{i}[{joint}]", -1.0, 1.0, "1") for i in self.free for joint in joints]
         ends = [name for name, moves in zip(("start", "goal"), self.moving_ends, strict=True) if moves]
-        paces = (Variable(f"pace_{name}", *PACES, "1") for name in ends)
-        return (*variables(self.task), *offsets, *paces, *self.timing_variables)
+        scales = (Variable(f"time_scale_{name}", *END_TIME_SCALES, "1") for name in ends)
+        return (*variables(self.task), *offsets, *scales, *self.timing_variables)
 
     def decode(self, x: Matrix) -> Decoded[TimedPath]:
         """The least time along the path."""
         at_stops = postures(self.task, x)
-        timed = self.motion.timed(*self._through(x, at_stops), self.pace_at_samples(x))
+        timed = self.motion.timed(*self._through(x, at_stops), self.speed_shares(x))
         return Decoded(parameters=timed, reach=self._arrival(at_stops))
 
     def path(self, x: Matrix) -> tuple[Matrix, Rates]:
@@ -263,7 +255,7 @@ class ControlPoints(PathTiming):
         """Control points of a spline that passes postures at the stops, and (du/dt)^2 at both ends."""
         k, of_stops = self.task.robot.dof, len(variables(self.task))
         sizes = [of_stops, k * self.segments, k * len(self.free), sum(self.moving_ends)]
-        _, bends, offsets, paces = split(x[: sum(sizes)], sizes)
+        _, bends, offsets, scales = split(x[: sum(sizes)], sizes)
         bends, offsets = BEND * bends * ca.fabs(bends), OFFSET * offsets * ca.fabs(offsets)
         points: list[Matrix] = []
         for i in range(self.count):
@@ -274,23 +266,23 @@ class ControlPoints(PathTiming):
         points[0], points[-1] = at_stops[0], at_stops[-1]
         for place, i in enumerate(self.free):
             points[i] = points[i] + offsets[k * place : k * (place + 1)].T
-        rates = self._move_ends(points, paces)
+        rates = self._move_ends(points, scales)
         for via, i in enumerate(self.at_vias):
             left, middle, right = self.via_bases[via]
             points[i] = (at_stops[via + 1] - left * points[i - 1] - right * points[i + 1]) / middle
         return ca.vertcat(*points), rates
 
-    def _move_ends(self, points: list[Matrix], paces: Matrix) -> Rates:
+    def _move_ends(self, points: list[Matrix], scales: Matrix) -> Rates:
         """Put the control points next to moving ends in place; (du/dt)^2 at both ends."""
         start, goal = self.moving_ends
         at_start: Matrix = ca.DM(0.0)
         at_goal: Matrix | None = None
         if start:
-            ahead = self.usual_duration / self.end_rates[0] * paces[0] ** 2
+            ahead = self.usual_duration / self.end_rates[0] * scales[0] ** 2
             points[1] = points[0] + ahead * ca.horzcat(*self.task.start_velocity)
             at_start = 1.0 / (self.end_rates[0] * ahead) ** 2
         if goal:
-            behind = self.usual_duration / self.end_rates[1] * paces[int(start)] ** 2
+            behind = self.usual_duration / self.end_rates[1] * scales[int(start)] ** 2
             points[-2] = points[-1] - behind * ca.horzcat(*self.task.goal_velocity)
             at_goal = 1.0 / (self.end_rates[1] * behind) ** 2
         return at_start, at_goal
@@ -315,7 +307,7 @@ class ControlPoints(PathTiming):
 
     def _farthest(self) -> float:
         """How far a control point can be from one posture, whatever is chosen; of any joint, rad."""
-        ahead = [PACES[1] ** 2 * self.usual_duration / rate for rate in self.end_rates]
+        ahead = [END_TIME_SCALES[1] ** 2 * self.usual_duration / rate for rate in self.end_rates]
         moved = (np.abs(self.task.end_velocities).max(axis=1) * ahead).max()
         through_via = max(((1.0 + left + right) / middle for left, middle, right in self.via_bases), default=1.0)
         return float((spread(self.task) + max(BEND + OFFSET, moved)) * through_via)

@@ -1,364 +1,145 @@
-"""Moves by splines whose timing follows from the limits."""
+"""Moves by splines whose timing follows from the limits.
+
+Where inverse kinematics has several postures at a stop, a move has branches: problems that keep to one of them each,
+the quickest in free space first.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from math import ceil
-from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from problems.assembly import (
-    CostSteps,
-    CostWeights,
-    Decoded,
-    PathTiming,
-    Problem,
-    objective_named,
-    pace_of,
-    peak_loop,
-    slowness_of,
-)
-from problems.base import FloatArray, InvalidProblem, Matrix, Operand, as_array, split
-from problems.evaluation import EvaluationOptions, Loop, PopulationFunction, Program, Step
-from problems.families.splines.branches import branch_posture, branched, least_time, on_postures
+from problems.assembly import LocalTimeScale, SearchedTimeScale, objective_named
+from problems.base import FloatArray, InvalidProblem, as_array
+from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.families.splines.encoding import ControlPoints, nominal, stops
+from problems.families.splines.path_problem import MoveSteps, SplineProblem, end_rates
 from problems.families.splines.program import MoveNlp, usual_pieces
 from problems.limits import (
     MAX_STEP_SHARE,
     SAMPLING_MARGIN,
     Constraint,
-    Limit,
     LimitKind,
     StepLimit,
     limits_of,
     looks,
-    peaks_of,
     stay_constraints,
     stay_matters,
 )
-from problems.motions import (
-    ALONG,
-    SUPPORT,
-    Bounds,
-    JointPath,
-    PathSpline,
-    Rates,
-    TimedPath,
-    TorqueSlopes,
-    Trajectory,
-    advance,
-    before,
-    gap,
-    in_time,
-    interval_time,
-    limited,
-    paced,
-)
+from problems.motions import PathSpline, TimedPath, Trajectory
 from problems.objectives import Objective
-from problems.robots import JointLimits
+from problems.robots import JointLimits, Robot
+from problems.scene import standing
 from problems.sequential import Polish, can_be_polished
-from problems.tasks import Milestone, Move, check_at_least
-from problems.timing import SpeedProfile, retime
+from problems.tasks import Milestone, Move, Place, check_at_least
+from problems.timing import least_durations
+
+MOST_BRANCHES = 16
 
 
-@dataclass(frozen=True, kw_only=True)
-class SplineProblem(Problem[TimedPath]):
-    """A path in joint space, run as fast as the limits allow."""
+def branched(task: Move) -> tuple[Move, ...]:
+    """The moves to a single posture's branch each, the quickest in free space first; where nothing is open, the task.
 
-    free_timing: ClassVar[bool] = True
+    A start that is a pose has one branch, the one nearest the middle of the joints' ranges; a via the one that is
+    nearest in time to the stop before.
 
-    motion: PathSpline
-    encoding: PathTiming
+    Raises:
+        InvalidProblem: a place has no posture that is clear.
+    """
+    places = (task.start, *task.vias, *task.goals)
+    if all(place.always_reached for place in places) and not (task.robot.dim == 3 and len(task.goals) > 1):
+        return (task,)
+    start = task.start.branches(task.robot, task.obstacles, None, "start")[0]
+    vias = _nearest_vias(task, start)
+    near = branch_posture(task.robot, (start, *vias)[-1])
+    made = [task.narrowed(start, vias, (goal,)) for goal in _goals(task, near)]
+    return tuple(sorted(made, key=least_time)[:MOST_BRANCHES])
 
-    def decoded(self, x: Matrix) -> Decoded[TimedPath]:
-        """The motion of a search vector, in the least time of its path on the grid."""
-        decoded, limits = self.encoding.decode(x), self.encoding.slowing(self.limits)
-        samples = self.motion.samples(decoded.parameters)
-        peaks = [peaks_of(limit, samples) for limit in limits]
-        return replace(decoded, parameters=self.encoding.timed(decoded.parameters, limits, peaks, x))
 
-    def objective_bound(self) -> float:
-        """An upper bound of what the objective counts as: what is above it costs no more."""
-        return self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
+def _nearest_vias(task: Move, start: Place) -> tuple[Place, ...]:
+    found = [start]
+    for number, via in enumerate(task.vias):
+        before = branch_posture(task.robot, found[-1])
+        field = f"via[{number}]" if len(task.vias) > 1 else "via"
+        places = via.branches(task.robot, standing(task.obstacles), before, field)
+        found.append(min(places, key=lambda place: _time(task, before, branch_posture(task.robot, place))))
+    return tuple(found[1:])
 
-    @cached_property
-    def weights(self) -> CostWeights:
-        """The weights in the cost, which need no motion: feasibility is graded."""
-        return self.encoding.weights(self.objective_bound(), ())
 
-    def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
-        """The length of steps, with obstacles."""
-        if not self.encoding.step_limits:
-            return []
-        steps = self.motion.samples(parameters).steps
-        return [constraint for limit in self.encoding.step_limits for constraint in limit.between(*steps)]
-
-    @cached_property
-    def _path(self) -> ca.Function:
-        x = ca.SX.sym("x", len(self.variables))
-        points, (start, goal) = self.encoding.path(x)
-        return ca.Function("path", [x], [points, ca.sqrt(start), ca.DM(0.0) if goal is None else ca.sqrt(goal)])
-
-    def path(self, x: FloatArray) -> JointPath:
-        """The path of one candidate (d,), with a parameter u in [0, 1]."""
-        return self.motion.path(as_array(self._path(x)[0]))
-
-    def trajectory(self, x: FloatArray) -> Trajectory:
-        """The least time along the path of one candidate (d,), or one near it, in which its limits hold for all t.
-
-        Where an obstacle moves, the timing of the search instead, slower only as far as its limits ask between samples.
-
-        Where there is none, as the path stands still or its ends cannot be passed at the given velocities, the motion
-        of the search's own timing.
-        """
-        return self._timed(x, self.robot.limits, refined=not self.is_polished)
-
-    def quick_trajectory(self, x: FloatArray) -> Trajectory:
-        """The least time without a jerk limit, found much sooner: where a descent may begin."""
-        return self._timed(x, replace(self.robot.limits, jerk=None))
-
-    def _timed(self, x: FloatArray, limits: JointLimits, refined: bool = True) -> Trajectory:
-        """In the least time; in the search's own duration where that is a variable, at its times where they matter."""
-        points, *rates = (as_array(part) for part in self._path(x))
-        start, goal = (float(rate[0, 0]) for rate in rates)
+def _goals(task: Move, near: FloatArray) -> Iterator[Place]:
+    """The branches of all goals; of several goals some may have none."""
+    refused: list[InvalidProblem] = []
+    for number, goal in enumerate(task.goals):
+        field = f"goal[{number}]" if len(task.goals) > 1 else "goal"
         try:
-            path, chain = self.motion.path(points), self.robot.rigid_chain
-            least = retime(path, limits, (start, goal), refined, chain, self._ceiling(x))
-        except InvalidProblem:
-            return super().trajectory(x)
-        if self.encoding.slowness is None:
-            return least
-        return least.time_scaled(max(1.0, float(self.parameters_of(x).duration) / least.duration))
-
-    def _ceiling(self, x: FloatArray) -> SpeedProfile | None:
-        """The timing of the search, where an obstacle moves: a faster motion would come too early."""
-        if self.encoding.pace is None:
-            return None
-        return SpeedProfile(self.motion.parameters_u, as_array(self.parameters_of(x).squared).ravel())
-
-    def exact_time_scale(self, trajectory: Trajectory) -> float:
-        """How much slower, or faster, a trajectory has to be run; 1 where an end moves, whose velocity is given."""
-        return super().exact_time_scale(trajectory) if self.encoding.at_rest else 1.0
-
-    def safe_time_scale(self, trajectory: Trajectory) -> float:
-        """The same and a little more, so that rounding breaks no limit."""
-        return super().safe_time_scale(trajectory) if self.encoding.at_rest else 1.0
+            yield from goal.branches(task.robot, standing(task.obstacles), near, field)
+        except InvalidProblem as error:
+            refused.append(error)
+    if len(refused) == len(task.goals):
+        raise refused[0]
 
 
-GAP_TOLERANCE = 1e-9  # relative, of (du/dt)^2 at the ends
+def on_postures(task: Move, postures: Mapping[str, FloatArray]) -> Move:
+    """The move to one goal with given postures (dof,) as the branches of its stops, by name.
+
+    Raises:
+        InvalidProblem: one is not at its place, or breaks a limit of the joints.
+    """
+    for name, theta in postures.items():
+        check_posture_values(task.robot, name, theta)
+    names = ["start", *(f"via_{number}" for number in range(1, len(task.vias) + 1)), "goal"]
+    goal = task.reached_goal(postures["goal"]) if "goal" in postures else task.goals[0]
+    places = [
+        _on_posture(task.robot, name, place, postures[name]) if name in postures else place
+        for name, place in zip(names, (task.start, *task.vias, goal), strict=True)
+    ]
+    return task.narrowed(places[0], tuple(places[1:-1]), (places[-1],))
 
 
-def end_rates(found: Matrix) -> Constraint:
-    """The velocities at the ends can be attained on the path, given by how much not."""
-    return Constraint(
-        name="end velocities",
-        unit="1",
-        expression=found,
-        lower=None,
-        upper=ca.DM([[GAP_TOLERANCE]]),
-        columns=("path",),
-        for_all_t=False,
-        formula="(du/dt)^2 at both ends is neither above nor below what can be attained on the path",
-    )
+def _on_posture(robot: Robot, name: str, place: Place, theta: FloatArray) -> Place:
+    missed = np.abs(as_array(place.miss(robot, ca.DM(theta).T))).max()
+    if not missed <= place.tolerance(robot):
+        raise InvalidProblem(name, f"the branch's posture misses it by {missed:.2g} {place.unit}")
+    return place.on_branch(theta)
 
 
-class MoveSteps(CostSteps[TimedPath]):
-    """Backward over the grid for the largest (du/dt)^2, forward for the timing; then as any motion."""
+def check_posture_values(robot: Robot, field: str, theta: FloatArray) -> None:
+    """As many values as joints, within their limits; a misfit is an InvalidProblem."""
+    if theta.shape != (robot.dof,):
+        raise InvalidProblem(field, f"{theta.size} joints for a robot of {robot.dof}")
+    for joint, (value, (low, high)) in enumerate(zip(theta, robot.limits.position or (), strict=False), start=1):
+        if not low <= value <= high:
+            raise InvalidProblem(field, f"joint {joint}: {value:g} is not within {low:g} and {high:g}")
 
-    encoding: PathTiming
-    motion: PathSpline
 
-    @property
-    def restored(self) -> list[Limit]:
-        """The limits for which a motion is run more slowly than the scan says."""
-        return self.encoding.slowing(self.limits)
+def branch_posture(robot: Robot, place: Place) -> FloatArray:
+    """The posture (dof,) in the middle of what there is to choose at a place, rad."""
+    middle = ca.DM([(choice.lower + choice.upper) / 2.0 for choice in place.choices(robot)])
+    return as_array(place.posture(robot, middle, 1.0, None)[0]).ravel()
 
-    @property
-    def torque(self) -> tuple[Operand, ...]:
-        """The torque limits that the timing keeps, N m or N; empty where there are none."""
-        return tuple(self.motion.robot.limits.torque or ()) if limited(self.motion.robot) else ()
 
-    @property
-    def further_penalties(self) -> tuple[str, ...]:
-        """Those of ends that cannot be attained, of stops that may be missed, of what comes near after arrival."""
-        ends = () if self.encoding.at_rest else ("ends",)
-        missed = ("missed",) if self.encoding.may_miss else ()
-        return (*ends, *missed, *(("stay",) if self.stays else ()))
+def least_time(task: Move) -> float:
+    """What a move between its branches' own postures takes in free space, s, at rest at each; no less where it passes.
 
-    @property
-    def stays(self) -> bool:
-        """Whether it matters what comes near after arrival."""
-        return stay_matters(self.limits, self.encoding.task.stay)
+    Where an end moves, at full speed.
+    """
+    places: Sequence[Place] = (task.start, *task.vias, task.goals[0])
+    stops = [branch_posture(task.robot, place) for place in places]
+    return sum(_time(task, before, after) for before, after in pairwise(stops))
 
-    def further_steps(self, orders: tuple[int, ...]) -> list[Step]:
-        """A loop over the time after arrival."""
-        return [*super().further_steps(orders), *([self._stay()] if self.stays else [])]
 
-    def _stay(self) -> Step:
-        given = {"p": self.p, "window": ca.SX.sym("window", self.motion.robot.dof), "row": ca.SX.sym("row")}
-        state = {"stay": ca.SX.sym("stay"), "durations": ca.SX.sym("durations")}
-        theta, arrival, since = given["window"].T, state["durations"], given["row"] * self.encoding.task.stay
-        found = stay_constraints(self.limits, self.motion.robot, theta, arrival, since, SAMPLING_MARGIN)
-        penalty = sum((self.encoding.penalty(constraint) for constraint in found), ca.DM(0))
-        shares = looks(self.seconds_stayed)[:, None]
-        loop = Loop(rows=shares, window="goal", starts=np.zeros(len(shares), dtype=np.intp))
-        return Step.of("stay", given | state, {"stay": state["stay"] + penalty}, loop)
-
-    def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
-        """The steps from the candidate to the motion's samples."""
-        zeros = {name: ca.SX.zeros(size) for name, size in starting_values.items()}
-        stacks = {"blocks": orders} if starting_values or orders else {}
-        peaks = peak_loop(self.motion, self.restored, self.p) if self.restored else None
-        untouched = self.duration_bounds is None or not self.encoding.at_rest
-        if peaks is None and untouched and self.encoding.slowness is None:
-            return self._scan(stacks, "durations", zeros)
-        stacks = {f"raw_{name}": held for name, held in stacks.items()}
-        if peaks is None:
-            return [*self._scan(stacks, "shape_durations", zeros), *self._slow_down(stacks)]
-        zeros["peaks"] = ca.SX.zeros(peaks.starting_values["peaks"])
-        scan = self._scan({**stacks, "shape_blocks": peaks.orders}, "shape_durations", zeros)
-        return [*scan, peaks.step, *self._slow_down(stacks, zeros["peaks"].shape[0])]
-
-    def _scan(self, stacks: Mapping[str, tuple[int, ...]], durations: str, zeros: Mapping[str, ca.SX]) -> list[Step]:
-        """Decode, scan backward and forward.
-
-        Args:
-            stacks: of samples, to be written: the orders of the derivatives that they hold.
-            durations: the name of the duration.
-            zeros: further vectors to begin with.
-        """
-        along = sorted({n for held in stacks.values() for order in held for n in ALONG[order]})
-        begin = {
-            "ahead": ca.SX.zeros(2 * self.motion.robot.dof),
-            durations: ca.SX(0),
-            **({"torques": ca.SX.zeros(3 * self.motion.robot.dof)} if self.torque else {}),
-            **({"passed": ca.SX.zeros(2)} if stacks else {}),
-            **({} if self.encoding.at_rest else {"ends": ca.SX(0)}),
-            **zeros,
-        }
-        steps = [*self.path_steps(begin), self._backward(along)]
-        if not self.encoding.at_rest:
-            steps.append(self._ends())
-        return [*steps, self._forward(stacks, along, durations)]
-
-    def path_steps(self, begin: Mapping[str, ca.SX]) -> list[Step]:
-        """The steps that decode a candidate: control points, (du/dt)^2 at both ends, and vectors to begin with."""
-        points, rates, arrival = self.encoding.path_and_arrival(self.x)
-        missed = {} if arrival is None else {"missed": self.encoding.penalty(arrival)}
-        stays = {"goal": points[-1, :].T, "stay": ca.SX(0)} if self.stays else {}
-        outputs = {**self.path_vectors(points, rates), **self.pace_vector(), **begin, **missed, **stays}
-        return [Step.of("path", {"x": self.x, "p": self.p}, outputs)]
-
-    def pace_vector(self) -> dict[str, Matrix]:
-        """How fast the path is run, where that is a variable: logarithms of shares of the speed limits, at knots."""
-        logarithms = self.encoding.pace_logarithms(self.x)
-        return {} if logarithms is None else {"pace": logarithms}
-
-    def path_vectors(self, points: Matrix, rates: Rates) -> dict[str, Matrix]:
-        """What the scan reads of a path."""
-        start, goal = rates
-        ends = {
-            "squared": start,
-            "most": ca.SX(0) if goal is None else goal,
-            **({} if goal is None else {"least": goal}),
-        }
-        return {"control_points": ca.vec(points.T), **ends}
-
-    def _backward(self, along: Sequence[int]) -> Step:
-        """What b may be at each grid point, from the last to the first; kept with what the scan forward needs."""
-        motion, k, grid = self.motion, self.motion.robot.dof, self.motion.path_grid
-        stops = np.isin(np.arange(len(grid.rows)), motion.stops)
-        further = [*([self.encoding.pace_rows] if self.encoding.pace else []), *([stops] if motion.stops else [])]
-        rows = np.column_stack([grid.rows, *further, np.append(motion.double_steps, 0.0)])
-        window, row = ca.SX.sym("window", SUPPORT * k), ca.SX.sym("row", rows.shape[1])
-        given = {"p": self.p, "window": window, "row": row}
-        state = {"most": ca.SX.sym("most"), "ahead": ca.SX.sym("ahead", 2 * k)}
-        if self.encoding.moving_ends[1]:
-            state["least"] = ca.SX.sym("least")
-        if not self.encoding.at_rest:
-            state["ends"] = ca.SX.sym("ends")
-        if self.torque:
-            state["torques"] = ca.SX.sym("torques", 3 * k)
-        needed = {*along, 1, 2, *([0] if self.torque else [])}
-        path, step = motion.along(window, row[:-1], needed), row[-1]
-        speed: Sequence[Operand] = motion.robot.limits.speed
-        if self.encoding.pace is not None:
-            given["pace"] = ca.SX.sym("pace", self.encoding.pace.knots)
-            first = grid.rows.shape[1]
-            weights = row[first : first + self.encoding.pace.knots]
-            speed = paced(speed, ca.exp(ca.dot(weights, given["pace"])))
-        here, ahead = (path[1], path[2]), (state["ahead"][:k].T, state["ahead"][k:].T)
-        bounds, outputs = Bounds.of_interval(here, ahead, step, motion.acceleration), {}
-        if self.torque:
-            torques = TorqueSlopes.along(motion.robot, path[0], *here)
-            far = TorqueSlopes.unstacked(state["torques"]).seen_before(step)
-            bounds, outputs["torques"] = bounds.with_torques((torques, far), self.torque), torques.stacked
-        most, least, between = before(here, bounds, step, state["most"], state.get("least"), speed)
-        outputs["most"] = ca.if_else(row[-2] > 0.5, 0.0, most) if motion.stops else most
-        outputs["ahead"] = ca.horzcat(*here).T
-        if least is not None:
-            outputs["least"] = least
-        if "ends" in state:
-            outputs["ends"] = state["ends"] + between
-        outputs["scanned"] = ca.vertcat(state["most"], bounds.room, bounds.tilt, *(path[n].T for n in along))
-        loop = Loop(rows=rows[::-1], window="control_points", starts=grid.pieces[::-1] * k)
-        return Step.of("backward", given | state, outputs, loop, stacked=("scanned",))
-
-    def _ends(self) -> Step:
-        """The penalty for velocities at the ends that cannot be attained."""
-        names = ["ends", "squared", "most", *(["least"] if self.encoding.moving_ends[1] else [])]
-        given = {name: ca.SX.sym(name) for name in names}
-        found = given["ends"] + gap(given["squared"], given["most"])
-        if "least" in given:
-            found = found + gap(given["least"], given["squared"])
-        return Step.of("ends", given, {"ends": self.encoding.penalty(end_rates(found))})
-
-    def _forward(self, stacks: Mapping[str, tuple[int, ...]], along: Sequence[int], durations: str) -> Step:
-        """The timing, from the first grid point to the last, and the samples."""
-        motion, k, count = self.motion, self.motion.robot.dof, self.motion.parameters_u.size
-        rows = 4 * k if self.torque else 2 * k
-        size = 1 + 2 * rows + len(along) * k
-        given = {"window": ca.SX.sym("window", size), "row": ca.SX.sym("row", 2)}
-        state = {"squared": ca.SX.sym("squared"), durations: ca.SX.sym("durations")}
-        most, room, tilt, *path = split(given["window"], [1, rows, rows, *[k] * len(along)])
-        step, inner = given["row"][0], given["row"][1]
-        c, squared = advance(Bounds(room, tilt), step, state["squared"], most)
-        taken = interval_time(step, state["squared"], squared)
-        outputs = {"squared": squared, durations: state[durations] + inner * taken}
-        if stacks:
-            state["passed"] = ca.SX.sym("passed", 2)  # c and the duration of the interval before
-            c, taken = ca.if_else(inner > 0.5, c, state["passed"][0]), inner * taken
-            found = {n: part.T for n, part in zip(along, path, strict=True)}
-            clock = state[durations], (state["passed"][1] + taken) / 2.0
-            for name, held in stacks.items():
-                outputs[name] = ca.vertcat(*(in_time(order, found, state["squared"], c).T for order in held), *clock)
-            outputs["passed"] = ca.vertcat(c, taken)
-        grid = np.column_stack([np.append(motion.double_steps, 1.0), np.arange(count) < count - 1])
-        loop = Loop(rows=grid, window="scanned", starts=np.arange(count)[::-1] * size)
-        return Step.of("forward", given | state, outputs, loop, stacked=tuple(stacks))
-
-    def _slow_down(self, stacks: Mapping[str, tuple[int, ...]], magnitudes: int = 0) -> list[Step]:
-        """Run the motion more slowly, as far as the task and further limits want it."""
-        duration, peaks = ca.SX.sym("duration"), ca.SX.sym("peaks", magnitudes)
-        shape = TimedPath(ca.SX(0, 0), ca.SX(1), duration, ca.SX(0))
-        slowed = self.encoding.timed(shape, self.restored, self.peaks_of_each(peaks), self.x)
-        given = {"p": self.p, "shape_durations": duration, **self.choice_of_duration(self.encoding.slowness)}
-        given |= {"peaks": peaks} if magnitudes else {}
-        written = {"durations": slowed.duration, "slower": slowed.duration / duration}
-        steps = [Step.of("slow", given, written)]
-        for name, held in stacks.items():
-            size, k = self.motion.piece_sizes(held)[0], self.motion.robot.dof
-            window, slower = ca.SX.sym("window", size), ca.SX.sym("slower")
-            powers = [slower**-order for order in held for _ in range(k)] + [slower, slower]
-            loop = Loop(rows=self.motion.grid.rows, window=name, starts=self.motion.grid.pieces * size)
-            blocks = name.removeprefix("raw_")
-            outputs = {blocks: window * ca.vertcat(*powers)}
-            steps.append(Step.of("slower", {"window": window, "slower": slower}, outputs, loop, stacked=(blocks,)))
-        return steps
+def _time(task: Move, before: FloatArray, after: FloatArray) -> float:
+    limits: JointLimits = task.robot.limits
+    way = np.abs(after - before)[None]
+    if not task.at_rest:
+        return float((way / np.array(limits.speed)).max())
+    return float(least_durations(way, limits).max())
 
 
 USUAL_PIECES = {1: 6, 2: 4, 3: 3}  # of the spline in each segment, by the number of segments
@@ -403,17 +184,23 @@ def move(
     while steps * segments * each < least:
         steps *= 2  # and not what is just enough: another number is compiled anew
     kept, minimised = limits_of(task.robot, task.obstacles, limits), objective_named(objective, task.robot)
-    slowness = slowness_of(minimised, task)
-    start, goal = (bool(velocity.any()) for velocity in task.end_velocities)
-    pace, graded = pace_of(task, (start, goal)), (task.is_timed and not start, task.is_timed and not goal)
+    time_scale = SearchedTimeScale.where_needed(minimised, task)
+    local_time_scale = LocalTimeScale.where_needed(task)
+    start, goal = (task.is_timed and not velocity.any() for velocity in task.end_velocities)
     share = 1.0 if task.at_rest and not task.is_timed else MOVING_SHARE
-    spline = PathSpline(task.robot, usual_nodes(tasks[0], each), steps, share, graded)
+    spline = PathSpline(task.robot, usual_nodes(tasks[0], each), steps, share, (start, goal))
     several = tasks[0].narrowed(tasks[0].start, tasks[0].vias, tuple(goal for one in tasks for goal in one.goals))
     problem, *branches = (
         MoveProblem(
             task=stated,
             motion=spline,
-            encoding=ControlPoints(stated, spline, float(segment_durations(stated).sum()), slowness, pace),
+            encoding=ControlPoints(
+                stated,
+                spline,
+                float(segment_durations(stated).sum()),
+                time_scale=time_scale,
+                local_time_scale=local_time_scale,
+            ),
             objective=minimised,
             limits=kept,
         )
@@ -475,12 +262,19 @@ class MoveProblem(SplineProblem):
 
     @property
     def branch(self) -> dict[str, FloatArray]:
-        """The postures of the stops that have several, where one has been chosen at each."""
+        """The postures of the stops that have several, where one has been chosen at each.
+
+        :meth:`on_branch` makes the same problem of them, to the bit.
+        """
         if self.branches:
             return {}
         raced = self.same_structure_as is not None
         listed = [stop for stop in stops(self.task) if stop.may_be_missed or (raced and stop.name == "goal")]
-        return {stop.name: branch_posture(self.robot, stop.places[0]) for stop in listed}
+        places = {stop.name: stop.places[0] for stop in listed}
+        return {
+            name: np.array(place.branch_angles) if place.branch_angles else branch_posture(self.robot, place)
+            for name, place in places.items()
+        }
 
     def on_branch(self, branch: Mapping[str, FloatArray]) -> MoveProblem:
         """The same problem on the branches of given postures."""
@@ -537,7 +331,7 @@ class MoveProblem(SplineProblem):
     @cached_property
     def _has_polish(self) -> bool:
         """Whether sequential linear programs know all that is asked for."""
-        least_time = self.objective.timed and self.objective.sooner_is_better
+        least_time = self.objective.is_time_dependent and self.objective.sooner_is_better
         return least_time and can_be_polished(self.task, self.limits)
 
     @property

@@ -1,8 +1,5 @@
 """The nonlinear program.
 
-A solver leaves about 1e-8 of each equality. The pieces are integrated, which makes the motion smooth, and their jerks
-(or accelerations) are changed by the least that removes what is left at the waypoints and at the end: a linear system.
-
 The waypoints (start, vias, goal) are nodes between pieces, so that they are passed whenever it suits. Where jerk is
 limited it is constant in each piece and accelerations are continuous, zero at both ends; else accelerations are linear
 in each piece and may jump from one to the next. Bounds of speed, acceleration, jerk and angles hold for all t: they are
@@ -29,13 +26,13 @@ from numpy.typing import NDArray
 from problems.base import FloatArray, Matrix, as_array
 from problems.certify import safe_time_scale
 from problems.families.splines.encoding import stops
-from problems.families.splines.pieces import SHORTEST, Pieces, PieceVariables, node_times
+from problems.families.splines.pieces import SHORTEST, Pieces, PieceVariables, Waypoints, node_times, through
 from problems.families.splines.starts import MoveStarts, PassedMotion
 from problems.limits import SAMPLING_MARGIN, Constraint, Limit, StepLimit, looks, stay_constraints, stay_matters
 from problems.motions import Samples, Trajectory
 from problems.nlp import (
     MAX_ANGLE_CHANGE,
-    TimedProgram,
+    MotionProgram,
     composed_hessian,
     equality,
     replace_with_symbols,
@@ -44,7 +41,6 @@ from problems.nlp import (
 from problems.objectives import Objective
 from problems.robots import Robot
 from problems.tasks import ANGLE_TOLERANCE, Move, Place, narrow_elbow
-from problems.timing.free_space import AccelerationPieces
 
 ALLOWANCE = 1e-3  # of the margin, left of what holds for all t and only rounding may break
 
@@ -208,78 +204,6 @@ class MoveBounds:
         return np.repeat([other is goal for other in self.task.goals], sizes or 0)
 
 
-CORRECTIONS = 3  # each leaves about 1e-12 of what it corrects
-
-
-@dataclass(frozen=True)
-class Waypoints:
-    """What a motion through nodes has to meet.
-
-    Attributes:
-        nodes: numbers of the nodes that are waypoints, increasing, the first 0 and the last one that of the end, (m,).
-        theta: angles there, (m, k), rad.
-        velocities: at both ends, (2, k), rad/s.
-    """
-
-    nodes: NDArray[np.intp]
-    theta: FloatArray
-    velocities: FloatArray
-
-
-def through(pieces: AccelerationPieces, waypoints: Waypoints, smooth: bool) -> Trajectory:
-    """The motion nearest to given pieces that meets waypoints and end velocities.
-
-    Args:
-        pieces: of N durations.
-        waypoints: to meet.
-        smooth: whether accelerations are continuous, and zero at both ends.
-    """
-    h = pieces.durations
-    controls = (
-        pieces.jerks if smooth else np.vstack([pieces.accelerations, pieces.accelerations + h[:, None] * pieces.jerks])
-    )
-    effects = _effects(h, waypoints.nodes, smooth)
-    shares = np.sqrt(np.tile(h, len(controls) // h.size))  # a control weighs as much as the time for which it acts
-    for _ in range(CORRECTIONS):
-        missing = _missing(_motion(h, controls, waypoints, smooth), waypoints, smooth)
-        controls = controls + np.linalg.lstsq(effects / shares, missing, rcond=None)[0] / shares[:, None]
-    return _motion(h, controls, waypoints, smooth)
-
-
-def _motion(h: FloatArray, controls: FloatArray, waypoints: Waypoints, smooth: bool) -> Trajectory:
-    if smooth:
-        gains = h[:, None] * controls
-        pieces = AccelerationPieces(h, np.cumsum(gains, axis=0) - gains, controls)
-    else:
-        before, after = np.split(controls, 2)
-        pieces = AccelerationPieces(h, before, (after - before) / h[:, None])
-    return pieces.trajectory(waypoints.theta[0], waypoints.velocities[0])
-
-
-def _missing(motion: Trajectory, waypoints: Waypoints, smooth: bool) -> FloatArray:
-    """What is left to correct: of the ways between waypoints, of the last velocity, of the last acceleration."""
-    theta = motion.at(motion.breakpoints[waypoints.nodes])
-    end = motion.breakpoints[-1:]
-    ways = np.diff(waypoints.theta, axis=0) - np.diff(theta, axis=0)
-    rates = [waypoints.velocities[1:] - motion.at(end, 1), *([-motion.at(end, 2)] if smooth else [])]
-    return np.vstack([ways, *rates])
-
-
-def _effects(h: FloatArray, nodes: NDArray[np.intp], smooth: bool) -> FloatArray:
-    """The matrix from controls to what :func:`_missing` lists."""
-    count = h.size
-    identity, zero = np.eye(count), np.zeros((count, count))
-    chain = np.tril(np.ones((count, count)), -1) * h
-    before, after = (
-        (chain, chain + np.diag(h)) if smooth else (np.hstack([identity, zero]), np.hstack([zero, identity]))
-    )
-    gains = h[:, None] * (before + after) / 2.0
-    speeds = np.vstack([np.zeros((1, gains.shape[1])), np.cumsum(gains, axis=0)])
-    ways = h[:, None] * speeds[:-1] + h[:, None] ** 2 * (2.0 * before + after) / 6.0
-    angles = np.vstack([np.zeros((1, gains.shape[1])), np.cumsum(ways, axis=0)])
-    return np.vstack([np.diff(angles[nodes], axis=0), speeds[-1:], *([after[-1:]] if smooth else [])])
-
-
 SAMPLED_STEPS = 36  # time steps of the whole motion at the least, where something is sampled
 PIECES_ALONE, PIECES_BETWEEN_VIAS = 12, 7
 LEAST_STEPS, DYNAMIC_STEPS = 2, 4  # of a piece; where torques count, which bend more
@@ -293,7 +217,7 @@ def usual_pieces(task: Move) -> int:
 
 
 @dataclass(frozen=True)
-class MoveNlp(TimedProgram):
+class MoveNlp(MotionProgram):
     """Move from the start through the vias to a goal.
 
     Args:
@@ -318,17 +242,17 @@ class MoveNlp(TimedProgram):
         return self.task.robot
 
     @property
-    def timed(self) -> bool:
+    def has_free_durations(self) -> bool:
         """Whether durations are variables: where they matter, and where ends move."""
-        return super().timed or not self.task.at_rest
+        return super().has_free_durations or not self.task.at_rest
 
     @cached_property
     def variables(self) -> PieceVariables:
         """The layout of the motion's variables."""
-        smooth = not self.timed or any(limit.order == 3 for limit in self.limits)
+        smooth = not self.has_free_durations or any(limit.order == 3 for limit in self.limits)
         count = self.pieces * (len(self.task.vias) + 1)
-        unit = _time_unit(self.robot) if self.timed else SHAPE_UNIT
-        return PieceVariables(self.robot, count, smooth, self.timed, unit)
+        unit = _time_unit(self.robot) if self.has_free_durations else SHAPE_UNIT
+        return PieceVariables(self.robot, count, smooth, self.has_free_durations, unit)
 
     @property
     def _is_dynamic(self) -> bool:
@@ -413,7 +337,7 @@ class MoveNlp(TimedProgram):
         for limit in self.sampled_limits:
             if limit.order is None:
                 rows += limit.constraints(samples.both_sides if _is_dynamic(limit) else samples, margin)
-        rows += self.variables.evenness(pieces, self.pieces) if self.timed and self._is_dynamic else []
+        rows += self.variables.evenness(pieces, self.pieces) if self.has_free_durations and self._is_dynamic else []
         bounds, stay = self.task.duration_bounds, self.task.stay
         rows += [] if bounds is None else [bounds.at(samples.duration, margin)]
         if stay_matters(self.limits, stay):

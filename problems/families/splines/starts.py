@@ -20,12 +20,11 @@ from problems.families.splines.encoding import postures, variables
 from problems.families.two_segments import OPTIONS, SAME_VALUE_TOLERANCE
 from problems.limits import SAMPLING_MARGIN, Limit
 from problems.motions import Samples, Trajectory
-from problems.nlp import MAX_ANGLE_CHANGE
-from problems.nlp.starts import Displacement, displacement_of
+from problems.nlp import MAX_ANGLE_CHANGE, Displacement, displacement_of
 from problems.objectives import Objective
 from problems.robots import Robot
 from problems.tasks import ANGLE_TOLERANCE, Move, Place, narrow_elbow
-from problems.timing.free_space import least_durations, least_time_move
+from problems.timing import least_durations, least_time_move
 
 OVERSAMPLING = 4  # random postures, of which one breaks limits least
 
@@ -70,7 +69,7 @@ class WaypointPostures:
     @cached_property
     def _excess(self) -> ca.Function:
         theta = ca.SX.sym("theta", len(self.task.vias) + 2, self.task.robot.dof)
-        always = [kept for limit in self.limits if (kept := limit.untimed) is not None]
+        always = [kept for limit in self.limits if (kept := limit.time_independent_part) is not None]
         return ca.Function("excess", [theta], [excess(self.task.robot, always, theta)])
 
     def draw(self, rng: np.random.Generator, count: int) -> list[FloatArray]:
@@ -166,7 +165,7 @@ def excess(robot: Robot, limits: Iterable[Limit], theta: Matrix, times: Matrix |
         theta: the postures.
         times: when, (m, 1), s; None where that is not known: what moves by itself is then left out.
     """
-    given = limits if times is not None else (limit.untimed for limit in limits)
+    given = limits if times is not None else (limit.time_independent_part for limit in limits)
     of_postures = [limit for limit in given if limit is not None]
     rest = ca.DM.zeros(*theta.shape)
     at_rest = Samples(robot=robot, derivatives=(theta, rest, rest, rest), duration=ca.DM(1.0), times=times)

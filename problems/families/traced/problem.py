@@ -1,46 +1,66 @@
-"""Paths traced in least time."""
+"""Paths of the tool traced in least time: by a search in the plane and in space, by a nonlinear program in the plane.
+
+In the program the knots are passed at free times, anywhere within the accuracy: corners are rounded off as far as it
+allows.
+"""
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
 
-from problems.assembly import objective_named, pace_of, slowness_of
+from problems.assembly import LocalTimeScale, SearchedTimeScale, objective_named
 from problems.base import FloatArray, InvalidProblem, Matrix, as_array
 from problems.certify import Verdict
 from problems.evaluation import Loop, Program, Step
 from problems.families.knots import posture_steps
-from problems.families.splines import MoveSteps, SplineProblem
-from problems.families.traced.encoding import AT_REST, SpaceKnots, TracedKnots, Tracing
-from problems.families.traced.motion import TracedSpline
-from problems.families.traced.postures import best_starts, clear_postures, wandering_joints
-from problems.families.traced.program import TracingNlp, end_to_end
+from problems.families.splines import MoveNlp, MoveSteps, PassedMotion, SplineProblem, node_times
+from problems.families.traced.encoding import AT_REST, SpaceKnots, TracedKnots, TracedSpline, Tracing, as_tuples
 from problems.families.traced.proofs import ToolMotion, TracedTool, prove_tracing
 from problems.limits import SAMPLING_MARGIN, Accuracy, AngularAccuracy, Constraint, LimitKind, limits_of, shares_along
-from problems.motions import TimedPath, Trajectory
+from problems.motions import Samples, TimedPath, Trajectory
 from problems.nlp import NonlinearProgram
 from problems.objectives import Objective
-from problems.robots import SpatialArm
-from problems.tasks import PathKnots, PathTracing, SpaceTracing, ToolTracing, check_at_least, knots_of
+from problems.robots import Robot, SpatialArm
+from problems.tasks import (
+    Move,
+    PathKnots,
+    PathTracing,
+    Position,
+    SpaceTracing,
+    ToolTracing,
+    check_at_least,
+    knots_of,
+    times_at,
+)
 
 LEAST_STEPS = 2  # of the grid between two knots
 
 
-def grid_steps(samples: int, values: int, knots: PathKnots) -> int:
-    """Steps of the grid between two knots.
+def near_path(
+    robot: Robot, accuracy: Accuracy, angular: AngularAccuracy | None, theta: Matrix, lines: Matrix
+) -> list[Constraint]:
+    """That the tool in n postures (n, dof) is near n lines, and turned as they say where that is asked for.
 
-    Raises:
-        InvalidProblem: too few samples, or values that are decided.
+    Args:
+        robot: that moves.
+        accuracy: the largest distance.
+        angular: the largest angle, of a robot in space; None where the orientation is free.
+        theta: the postures.
+        lines: start and end one after the other, m; then how the line turns, (n, w).
     """
-    check_at_least("samples", samples, 2)
-    check_at_least("redundancy_values", values, 2)
-    return max(LEAST_STEPS, round(samples / (knots.u.size - 1)))
+    starts, ends = ca.horzsplit(lines[:, : 2 * robot.dim], robot.dim)
+    if angular is None:
+        return [accuracy.along(robot.tool(theta), starts, ends, SAMPLING_MARGIN)]
+    assert isinstance(robot, SpatialArm)
+    tool, rotation = robot.tool_pose(theta)
+    turned = angular.along(rotation, shares_along(tool, starts, ends), lines[:, 2 * robot.dim :], SAMPLING_MARGIN)
+    return [accuracy.along(tool, starts, ends, SAMPLING_MARGIN), turned]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,29 +78,29 @@ class TracedProblem(SplineProblem):
 
     @cached_property
     def lines(self) -> FloatArray:
-        """Start and end of the line on which each grid point lies, (n, 2 dim), m."""
-        segments, path = self.knots.segments[self.motion.intervals], self.task.path.array
-        return np.column_stack([path[segments], path[segments + 1]])
+        """Of the line on which each grid point lies: start and end, m; with orientations also how it turns, (n, w)."""
+        segments, path = self.knots.segments[self.motion.intervals], self.task.path
+        lines, orientations = [path.array[segments], path.array[segments + 1]], path.orientations
+        if orientations is not None:
+            lines += [orientations.matrices[segments].reshape(-1, 9), orientations.axes[segments]]
+            lines.append(orientations.angles[segments])
+        return np.column_stack(lines)
 
     @property
-    def accuracy(self) -> Accuracy:
-        """The largest distance from the path, as a limit."""
-        return Accuracy(self.task.accuracy)
+    def accuracies(self) -> tuple[Accuracy, AngularAccuracy | None]:
+        """The largest distance from the path, and the largest angle to its orientation, as limits."""
+        angular = self.task.angular_accuracy
+        return Accuracy(self.task.accuracy), None if angular is None else AngularAccuracy(angular)
 
     def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
         """The length of steps, with obstacles; the distances from the path at the grid points."""
         theta = self.motion.samples(parameters).theta
-        return [*super().point_constraints(parameters), *self.nearness(theta, ca.DM(self.lines))]
+        near = near_path(self.robot, *self.accuracies, theta, ca.DM(self.lines))
+        return [*super().point_constraints(parameters), *near]
 
-    def nearness(self, theta: Matrix, lines: Matrix) -> Sequence[Constraint]:
-        """That the tool is near lines in n postures (n, dof)."""
-        return near_lines(self.accuracy, self.robot.tool(theta), lines)
-
-
-def near_lines(accuracy: Accuracy, tool: Matrix, lines: Matrix) -> list[Constraint]:
-    """That the tool at n positions is near n lines, given by start and end one after the other, (n, 2 dim), m."""
-    starts, ends = ca.horzsplit(lines, tool.shape[1])
-    return [accuracy.along(tool, starts, ends, SAMPLING_MARGIN)]
+    def cost_program(self) -> Program:
+        """Postures at the knots, spline, scan backward, scan forward, samples, distances from the path, finish."""
+        return TracedSteps(self).program()
 
 
 class TracedSteps(MoveSteps):
@@ -92,24 +112,17 @@ class TracedSteps(MoveSteps):
     def __init__(self, problem: TracedProblem) -> None:
         super().__init__(problem)
         self.lines = problem.lines
-
-    @abstractmethod
-    def nearness(self, theta: Matrix, line: Matrix) -> Sequence[Constraint]:
-        """That the tool is near a line in a posture (1, dof); symbolic in the numbers of the statement too."""
+        self.accuracies = self.arguments.symbolic_copy(problem.accuracies)
 
     def path_steps(self, begin: Mapping[str, ca.SX]) -> list[Step]:
         """Inverse kinematics in a loop over the knots, then the spline."""
         k = self.motion.robot.dof
         theta = ca.SX.sym("theta", k * len(self.encoding.knot_rows))
-        at_knots = ca.reshape(theta[k * self.encoding.lead :], k, -1).T
-        points = self.motion.spline.coefficients(at_knots)
-        pace = self.pace_vector()
-        outputs = {**self.path_vectors(points, AT_REST), **pace, **begin, "accuracy": ca.SX(0)}
-        inputs = {"p": self.p, "theta": theta, **({"x": self.x} if pace else {})}
-        return [
-            *posture_steps(self.encoding, k, self.x, self.p),
-            Step.of("path", inputs, outputs),
-        ]
+        points = self.motion.spline.coefficients(ca.reshape(theta[k * self.encoding.lead :], k, -1).T)
+        shares = self.speed_share_vector()
+        outputs = {**self.path_vectors(points, AT_REST), **shares, **begin, "accuracy": ca.SX(0)}
+        inputs = {"p": self.p, "theta": theta, **({"x": self.x} if shares else {})}
+        return [*posture_steps(self.encoding, k, self.x, self.p), Step.of("path", inputs, outputs)]
 
     @property
     def least_orders(self) -> tuple[int, ...]:
@@ -123,7 +136,7 @@ class TracedSteps(MoveSteps):
         theta = self.motion.at(window, row, ca.SX(1), orders).theta
         accuracy = ca.SX.sym("accuracy")
         found: Matrix = accuracy
-        for constraint in self.nearness(theta, row.T):
+        for constraint in near_path(self.motion.robot, *self.accuracies, theta, row.T):
             found = found + self.encoding.penalty(constraint)
         inputs = {"p": self.p, "window": window, "row": row, "accuracy": accuracy}
         loop = Loop(rows=self.lines, window="blocks", starts=self.motion.grid.pieces * size)
@@ -133,6 +146,29 @@ class TracedSteps(MoveSteps):
     def further_penalties(self) -> tuple[str, ...]:
         """The penalty of the accuracy."""
         return ("accuracy",)
+
+
+def _stated(
+    task: ToolTracing, objective: Objective | str, samples: int, values: int, limits: Sequence[LimitKind]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What problems in the plane and in space have in common, and what their encodings have.
+
+    Raises:
+        InvalidProblem: an unknown name, or too few samples or values.
+    """
+    most_turned = np.inf if task.angular_accuracy is None else task.angular_accuracy
+    knots = knots_of(task.path, task.accuracy, task.robot.reach()[1], most_turned)
+    check_at_least("samples", samples, 2)
+    check_at_least("redundancy_values", values, 2)
+    steps = max(LEAST_STEPS, round(samples / (knots.u.size - 1)))
+    motion = TracedSpline(task.robot, tuple(knots.u.tolist()), steps, corners=knots.corners)
+    minimised = objective_named(objective, task.robot)
+    kept = limits_of(task.robot, task.obstacles, limits)
+    scales = SearchedTimeScale.where_needed(minimised, task), LocalTimeScale.where_needed(task)
+    return (
+        {"task": task, "motion": motion, "objective": minimised, "limits": kept, "knots": knots},
+        dict(zip(("time_scale", "local_time_scale"), scales, strict=True)),
+    )
 
 
 def tracing(
@@ -154,19 +190,9 @@ def tracing(
     Raises:
         InvalidProblem: an unknown name, or too few samples or values.
     """
-    knots = knots_of(task.path, task.accuracy, task.robot.reach()[1])
-    steps = grid_steps(samples, redundancy_values, knots)
-    motion = TracedSpline(task.robot, tuple(knots.u.tolist()), steps, corners=knots.corners)
-    points = tuple(tuple(point) for point in knots.points.tolist())
-    minimised = objective_named(objective, task.robot)
-    return TracingProblem(
-        task=task,
-        motion=motion,
-        encoding=Tracing(task, motion, points, redundancy_values, slowness_of(minimised, task), pace_of(task)),
-        objective=minimised,
-        limits=limits_of(task.robot, task.obstacles, limits),
-        knots=knots,
-    )
+    stated, scales = _stated(task, objective, samples, redundancy_values, limits)
+    points = as_tuples(stated["knots"].points)
+    return TracingProblem(**stated, encoding=Tracing(task, stated["motion"], points, redundancy_values, **scales))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,10 +201,6 @@ class TracingProblem(TracedProblem):
 
     task: PathTracing
     encoding: Tracing
-
-    def cost_program(self) -> Program:
-        """Postures at the knots, spline, scan backward, scan forward, samples, distances from the path, finish."""
-        return TracingSteps(self).program()
 
     def nlp(self) -> TracingNlp:
         """The same problem for solvers that follow gradients."""
@@ -207,20 +229,7 @@ class TracingProblem(TracedProblem):
         return [*super().verify(trajectory), near]
 
 
-class TracingSteps(TracedSteps):
-    """With one accuracy, of the tool's position."""
-
-    def __init__(self, problem: TracingProblem) -> None:
-        super().__init__(problem)
-        self.accuracy = self.arguments.symbolic_copy(problem.accuracy)
-
-    def nearness(self, theta: Matrix, line: Matrix) -> list[Constraint]:
-        """The distance from the line."""
-        return near_lines(self.accuracy, self.motion.robot.tool(theta), line)
-
-
 NO_PROGRAM = "a path in space has no nonlinear program; metaheuristics plan it"
-POSITIONS = 6  # numbers of a line: start and end
 
 
 def space_tracing(
@@ -242,35 +251,9 @@ def space_tracing(
     Raises:
         InvalidProblem: an unknown name, too few samples or values, or no posture to begin with.
     """
-    most_turned = np.inf if task.angular_accuracy is None else task.angular_accuracy
-    knots = knots_of(task.path, task.accuracy, task.robot.reach()[1], most_turned)
-    steps = grid_steps(samples, redundancy_values, knots)
-    motion = TracedSpline(task.robot, tuple(knots.u.tolist()), steps, corners=knots.corners)
-    minimised = objective_named(objective, task.robot)
-    encoding = _encoding(task, motion, knots, redundancy_values)
-    return SpaceTracingProblem(
-        task=task,
-        motion=motion,
-        encoding=replace(encoding, slowness=slowness_of(minimised, task), pace=pace_of(task)),
-        objective=minimised,
-        limits=limits_of(task.robot, task.obstacles, limits),
-        knots=knots,
-    )
-
-
-def _encoding(task: SpaceTracing, motion: TracedSpline, knots: PathKnots, values: int) -> SpaceKnots:
-    """The search vectors: which postures it may begin with, which joints wander off."""
-    targets = knots.points
-    if knots.rotations is not None:
-        targets = np.column_stack([targets, knots.rotations.reshape(-1, 9)])
-    clear = clear_postures(task, knots)
-    still = SpaceKnots(task, motion, _tuples(targets), _tuples(clear[:1]), (), values)
-    starts = best_starts(task, knots, clear, still.followed)
-    return replace(still, starts=_tuples(starts), joints=wandering_joints(task, starts))
-
-
-def _tuples(rows: FloatArray) -> tuple[tuple[float, ...], ...]:
-    return tuple(tuple(row) for row in rows.tolist())
+    stated, scales = _stated(task, objective, samples, redundancy_values, limits)
+    encoding = SpaceKnots.of_task(task, stated["motion"], stated["knots"], redundancy_values)
+    return SpaceTracingProblem(**stated, encoding=replace(encoding, **scales))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -281,29 +264,6 @@ class SpaceTracingProblem(TracedProblem):
 
     task: SpaceTracing
     encoding: SpaceKnots
-
-    @cached_property
-    def lines(self) -> FloatArray:
-        """Of the line on which each grid point lies: start and end, m; with orientations also how it turns, (n, w)."""
-        orientations = self.task.path.orientations
-        if orientations is None:
-            return super().lines
-        segments = self.knots.segments[self.motion.intervals]
-        turning = orientations.matrices[segments].reshape(-1, 9), orientations.axes[segments]
-        return np.column_stack([super().lines, *turning, orientations.angles[segments]])
-
-    @property
-    def angular_accuracy(self) -> AngularAccuracy | None:
-        """The largest angle to the orientation of the path, as a limit; None where that is free."""
-        return None if self.task.angular_accuracy is None else AngularAccuracy(self.task.angular_accuracy)
-
-    def nearness(self, theta: Matrix, lines: Matrix) -> Sequence[Constraint]:
-        """The distances from the lines, and the angles to their orientations."""
-        return near_in_space(self.task.robot, self.accuracy, self.angular_accuracy, theta, lines)
-
-    def cost_program(self) -> Program:
-        """Postures at the knots, spline, scan backward, scan forward, samples, distances from the path, finish."""
-        return SpaceTracingSteps(self).program()
 
     def nlp(self) -> NonlinearProgram:
         """There is none.
@@ -328,27 +288,62 @@ class SpaceTracingProblem(TracedProblem):
         return found if most is None else [*found, tool.prove_orientation(most)]
 
 
-def near_in_space(
-    robot: SpatialArm, accuracy: Accuracy, angular: AngularAccuracy | None, theta: Matrix, lines: Matrix
-) -> list[Constraint]:
-    """That the tool in n postures (n, dof) is near lines (n, w), and turned as they say."""
-    tool, rotation = robot.tool_pose(theta)
-    near = near_lines(accuracy, tool, lines[:, :POSITIONS])
-    if angular is None:
-        return near
-    shares = shares_along(tool, *ca.horzsplit(lines[:, :POSITIONS], 3))
-    return [*near, angular.along(rotation, shares, lines[:, POSITIONS:], SAMPLING_MARGIN)]
+PROGRAM_STEPS = 4  # of time in each piece: so many that the tool hardly leaves the accuracy between them
+MARGINS_OF_ACCURACY = 25.0  # a tool leaves lines between samples by more of the accuracy than obstacles of the reach
 
 
-class SpaceTracingSteps(TracedSteps):
-    """With accuracies of the tool's position and orientation."""
+@dataclass(frozen=True, kw_only=True)
+class TracingNlp(MoveNlp):
+    """Lead the tool along a path.
 
-    def __init__(self, problem: SpaceTracingProblem) -> None:
-        super().__init__(problem)
-        self.robot = self.arguments.symbolic_copy(problem.task.robot)
-        self.accuracy = self.arguments.symbolic_copy(problem.accuracy)
-        self.angular_accuracy = self.arguments.symbolic_copy(problem.angular_accuracy)
+    Args:
+        knots: of the path; between any two of them is one piece.
+        path: the given points, (n, dim), m.
+        accuracy: the largest distance from the path, m.
+        box: of the search vectors, lower and upper corner, both (d,).
+    """
 
-    def nearness(self, theta: Matrix, line: Matrix) -> list[Constraint]:
-        """The distance from the line, and the angle to its orientation."""
-        return near_in_space(self.robot, self.accuracy, self.angular_accuracy, theta, line)
+    knots: PathKnots
+    path: FloatArray
+    accuracy: float
+    box: tuple[FloatArray, FloatArray]
+
+    @property
+    def steps(self) -> int:
+        """Time steps of a piece."""
+        return PROGRAM_STEPS
+
+    def _constraints(self, samples: Samples, margin: float) -> tuple[Constraint, ...]:
+        """Those of a move; near the given points when they are passed, near the lines that join them in between."""
+        near, lines = (
+            Accuracy(self.accuracy),
+            np.append(self.knots.segments.repeat(self.steps), self.knots.segments[-1]),
+        )
+        starts, ends = ca.DM(self.path[lines]), ca.DM(self.path[lines + 1])
+        at_points = (self.steps * self.knots.vertices[1:-1]).tolist()
+        margin_of_accuracy = MARGINS_OF_ACCURACY * margin
+        rows = [near.along(samples.tool, starts, ends, margin_of_accuracy)]
+        if at_points:
+            rows.append(near.at(samples.tool[at_points, :], ca.DM(self.path[1:-1]), margin_of_accuracy))
+        return (*super()._constraints(samples, margin), *rows)
+
+    def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
+        """Nodes where the knots are passed; a motion of this program has them at its breakpoints."""
+        own = trajectory.breakpoints.size == self.knots.u.size
+        times = trajectory.breakpoints if own else times_at(self.robot, trajectory, self.knots.points)
+        return self._variables(PassedMotion(trajectory, times))
+
+    def node_times(self, motion: PassedMotion) -> FloatArray:
+        """When the knots are passed, a little apart."""
+        return node_times(motion.trajectory, motion.times, 1, self.robot.limits)
+
+    def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
+        """Random search vectors."""
+        while True:
+            yield self.from_search(rng.uniform(*self.box))
+
+
+def end_to_end(task: PathTracing) -> Move:
+    """The move from the first point of a path to its last one."""
+    first, last = (Position(task.path.points[i]) for i in (0, -1))
+    return Move(task.robot, first, (last,), (), task.elbow, task.obstacles, total_time=task.total_time)

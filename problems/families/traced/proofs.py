@@ -1,19 +1,18 @@
-"""Proofs that the tool keeps to its path.
+"""Proofs that the tool keeps to its path, up to rounding in floating point.
 
 Between the times at which two consecutive points are passed the tool has to stay within the accuracy of the line that
-joins them. A cell is settled where distance(m) + travel is small enough; the others are halved. The proof holds up to
-rounding in floating point.
+joins them. A cell of time is settled where what is measured in its middle and how much it can change within the cell
+are together small enough; the others are halved. In the plane the tool travels no farther than its bodies do.
 
-In a cell of length h around its middle m the tool is nowhere farther than A h^2 / 8 from p(m) + p'(m) (t - m), where A
-bounds its acceleration; and distance from a line is convex, so that both ends of this straight piece tell how far it
-is. What the tool is turned by changes no faster than its own angular velocity and that of the path together; each is
-known at m, and changes by at most its own bound times h / 2. A cell that is not settled is halved. With levers L,
+In space, in a cell of length h around its middle m, the tool is nowhere farther than A h^2 / 8 from
+p(m) + p'(m) (t - m), where A bounds its acceleration; and distance from a line is convex, so that both ends of this
+straight piece tell how far it is. What the tool is turned by changes no faster than its own angular velocity and that
+of the path together; each is known at m, and changes by at most its own bound times h / 2. With levers L,
 
     A  = sum over j of L_j (|q_j''| + |q_j'| (|q_j'| + 2 sum over i < j of |q_i'|)),
     A' = sum over j of |q_j''| + |q_j'| sum over i < j of |q_i'|       for the angular velocity,
 
-sums over i of joints that turn alone; bounds of |q'| and |q''| over a piece are Bernstein coefficients. The proof holds
-up to rounding in floating point.
+sums over i of joints that turn alone; bounds of |q'| and |q''| over a piece are Bernstein coefficients.
 """
 
 from __future__ import annotations
@@ -21,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -35,10 +35,50 @@ INITIAL_CELLS = 1000
 MAX_CELLS = 400_000
 
 
+Measure: TypeAlias = Callable[[FloatArray], tuple[FloatArray, FloatArray]]  # of cells (n, 2): in middles, and bounds
+
+
+def prove(
+    quantity: tuple[str, str],
+    bound: float,
+    trajectory: Trajectory,
+    at_points: tuple[FloatArray, FloatArray],
+    measure: Measure,
+) -> Verdict:
+    """Halve cells until what is measured is proven, or seen not to be, within its bound.
+
+    Args:
+        quantity: its name and unit.
+        bound: of it.
+        trajectory: of the joints.
+        at_points: times (n,) in s at which the points of the path are passed, and what is measured then, (n,).
+        measure: of cells of time.
+    """
+    times, values = at_points
+    edges = np.unique(np.append(trajectory.times(INITIAL_CELLS), times))
+    cells, allowed = np.column_stack([edges[:-1], edges[1:]]), bound * (1.0 + TOLERANCE)
+    worst, when = float(values.max()), float(times[int(np.argmax(values))])
+    count, status = 0, CertificateStatus.CERTIFIED
+    while len(cells) and worst <= allowed:
+        count += len(cells)
+        if count > MAX_CELLS:
+            status = CertificateStatus.UNDECIDED
+            break
+        found, most = measure(cells)
+        farthest = int(np.argmax(found))
+        if found[farthest] > worst:
+            worst, when = float(found[farthest]), float(cells[farthest].mean())
+        cells = halves(cells[most > allowed])
+    if worst > allowed:
+        status = CertificateStatus.VIOLATED
+    name, unit = quantity
+    return Verdict(name=name, worst=worst, bound=bound, unit=unit, status=status, where=f"tip, t = {when:.4g} s")
+
+
 def prove_tracing(
     robot: Robot, points: FloatArray, accuracy: float, trajectory: Trajectory, times: FloatArray
 ) -> Verdict:
-    """The verdict on the distance between tool and path.
+    """The verdict on the distance between the tool of a robot in the plane and its path.
 
     Args:
         robot: that moves.
@@ -47,33 +87,22 @@ def prove_tracing(
         trajectory: of the joints.
         times: at which the points are passed, not decreasing, the first 0, the last the duration; (n,), s.
     """
-    travel, edges = Travel(robot, trajectory), np.unique(np.append(trajectory.times(INITIAL_CELLS), times))
-    cells, allowed = np.column_stack([edges[:-1], edges[1:]]), accuracy * (1.0 + TOLERANCE)
-    worst, when = _at_points(robot, points, trajectory, times)
-    count, status = 0, CertificateStatus.CERTIFIED
-    while len(cells) and worst <= allowed:
-        middles, count = cells.mean(axis=1), count + len(cells)
-        if count > MAX_CELLS:
-            status = CertificateStatus.UNDECIDED
-            break
+    travel = Travel(robot, trajectory)
+
+    def measure(cells: FloatArray) -> tuple[FloatArray, FloatArray]:
+        middles = cells.mean(axis=1)
+        lines = segments_at(times, middles)
         tool = as_array(trajectory.samples(middles, robot).tool)
-        segment = np.clip(np.searchsorted(times, middles, side="right") - 1, 0, len(points) - 2)
-        away = distance_from_segments(tool, points[segment], points[segment + 1])
-        farthest = int(np.argmax(away))
-        if away[farthest] > worst:
-            worst, when = float(away[farthest]), float(middles[farthest])
-        cells = halves(cells[away + travel.of_bodies(cells)[:, -1] > allowed])
-    if worst > allowed:
-        status = CertificateStatus.VIOLATED
-    where = f"tip, t = {when:.4g} s"
-    return Verdict(name="accuracy", worst=worst, bound=accuracy, unit="m", status=status, where=where)
+        away = distance_from_segments(tool, points[lines], points[lines + 1])
+        return away, away + travel.of_bodies(cells)[:, -1]
+
+    missed = np.hypot.reduce(robot.skeleton(trajectory.at(times))[:, -1] - points, axis=1)
+    return prove(("accuracy", "m"), accuracy, trajectory, (times, missed), measure)
 
 
-def _at_points(robot: Robot, points: FloatArray, trajectory: Trajectory, times: FloatArray) -> tuple[float, float]:
-    """The largest distance from a point when it is passed, and when that is."""
-    tool = np.concatenate([robot.skeleton(trajectory.at(times))[:, -1]])
-    away = np.hypot.reduce(tool - points, axis=1)
-    return float(away.max()), float(times[int(np.argmax(away))])
+def segments_at(times: FloatArray, middles: FloatArray) -> NDArray[np.intp]:
+    """The number of the line on which the tool is at times (n,), given when the points are passed."""
+    return np.clip(np.searchsorted(times, middles, side="right") - 1, 0, len(times) - 2)
 
 
 def distance_from_segments(points: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
@@ -82,9 +111,6 @@ def distance_from_segments(points: FloatArray, starts: FloatArray, ends: FloatAr
     share = np.einsum("nd,nd->n", points - starts, along) / np.einsum("nd,nd->n", along, along)
     nearest = starts + np.clip(share, 0.0, 1.0)[:, None] * along
     return np.asarray(np.hypot.reduce(points - nearest, axis=1))
-
-
-Measure = Callable[[FloatArray], tuple[FloatArray, FloatArray]]  # of cells (n, 2): in their middles, and bounds
 
 
 @dataclass(frozen=True)
@@ -150,43 +176,18 @@ class TracedTool:
         """The verdict on the distance from the path, m."""
         tool = self.motion.robot.tool_at(self.motion.trajectory.at(self.times))[0]
         away = np.linalg.norm(tool - self.points, axis=1)
-        return self._prove("accuracy", "m", accuracy, away, self._distances)
+        return prove(("accuracy", "m"), accuracy, self.motion.trajectory, (self.times, away), self._distances)
 
     def prove_orientation(self, accuracy: float) -> Verdict:
         """The verdict on the angle to the orientation of the path, rad."""
         assert self.orientations is not None
         turned = self.motion.robot.tool_at(self.motion.trajectory.at(self.times))[1]
         away = angles_between(turned, self.orientations.matrices)
-        return self._prove("angular accuracy", "rad", accuracy, away, self._angles)
-
-    def _prove(self, name: str, unit: str, bound: float, at_points: FloatArray, measure: Measure) -> Verdict:
-        """Halve cells until what is measured is proven, or seen not to be, within the bound."""
-        edges = np.unique(np.append(self.motion.trajectory.times(INITIAL_CELLS), self.times))
-        cells, allowed = np.column_stack([edges[:-1], edges[1:]]), bound * (1.0 + TOLERANCE)
-        worst, when = float(at_points.max()), float(self.times[int(np.argmax(at_points))])
-        count, status = 0, CertificateStatus.CERTIFIED
-        while len(cells) and worst <= allowed:
-            count += len(cells)
-            if count > MAX_CELLS:
-                status = CertificateStatus.UNDECIDED
-                break
-            found, most = measure(cells)
-            farthest = int(np.argmax(found))
-            if found[farthest] > worst:
-                worst, when = float(found[farthest]), float(cells[farthest].mean())
-            cells = halves(cells[most > allowed])
-        if worst > allowed:
-            status = CertificateStatus.VIOLATED
-        where = f"tip, t = {when:.4g} s"
-        return Verdict(name=name, worst=worst, bound=bound, unit=unit, status=status, where=where)
-
-    def _segments(self, middles: FloatArray) -> NDArray[np.intp]:
-        """The number of the line on which the tool is at times (n,)."""
-        return np.clip(np.searchsorted(self.times, middles, side="right") - 1, 0, len(self.points) - 2)
+        return prove(("angular accuracy", "rad"), accuracy, self.motion.trajectory, (self.times, away), self._angles)
 
     def _distances(self, cells: FloatArray) -> tuple[FloatArray, FloatArray]:
         middles, half = cells.mean(axis=1), np.diff(cells, axis=1) / 2.0
-        segments = self._segments(middles)
+        segments = segments_at(self.times, middles)
         position, _, velocity, _ = self.motion.at(middles)
         line = self.points[segments], self.points[segments + 1]
         found = distance_from_segments(position, *line)
@@ -197,7 +198,7 @@ class TracedTool:
     def _angles(self, cells: FloatArray) -> tuple[FloatArray, FloatArray]:
         assert self.orientations is not None
         middles, half = cells.mean(axis=1), np.diff(cells, axis=1)[:, 0] / 2.0
-        segments = self._segments(middles)
+        segments = segments_at(self.times, middles)
         position, rotation, velocity, spin = self.motion.at(middles)
         line = self.points[segments + 1] - self.points[segments]
         square = np.einsum("nd,nd->n", line, line)

@@ -21,6 +21,8 @@ from problems.base import FloatArray, Matrix, Operand, as_array, constant
 from problems.motions import Motion, SampleGrid, Samples, Trajectory
 from problems.robots import Robot
 
+TIME_SHARES = (0.1, 0.9)  # of t1 in t1 + t2, where the shape alone is sought
+
 # (4): rows are c_0..c_4, columns the data theta_s, theta_m - theta_s, dtheta_m t1.
 QUARTIC = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 4.0, -1.0], [0.0, -3.0, 1.0]])
 

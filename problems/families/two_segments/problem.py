@@ -1,22 +1,218 @@
-"""The paper's first case: point to point."""
+"""The paper's first case, point to point, as a problem; its solution vector (12), and the reduced one.
+
+In the paper's order: theta_m, dtheta_m, phi_s, phi_f, [elbows,] t1, t2. The reduced vector is feasible by construction:
+time scaling keeps the speed and acceleration limits, normalised redundancy keeps within reach, and theta_m is counted
+from the middle of theta_s and theta_f.
+"""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import pi
+from typing import ClassVar
 
 import casadi as ca
+import numpy as np
 
-from problems.assembly import CostSteps, Decoded, Problem, objective_named, peak_loop, slowness_of
-from problems.base import FloatArray, Matrix
+from problems.assembly import (
+    CostSteps,
+    Decoded,
+    Encoding,
+    FeasibilityFirst,
+    PaperCost,
+    Problem,
+    SearchedTimeScale,
+    Variable,
+    objective_named,
+    peak_loop,
+)
+from problems.base import FloatArray, Matrix, split
 from problems.evaluation import Program, Step
-from problems.families.two_segments.encoding import SEGMENT_ENCODINGS, SegmentsEncoding
-from problems.families.two_segments.motion import Quantities, TwoSegments
+from problems.families.two_segments.motion import TIME_SHARES, Quantities, TwoSegments
 from problems.families.two_segments.program import PointToPointNlp
-from problems.limits import Constraint, LimitKind, limits_of, peaks_of
+from problems.limits import Limit, LimitKind, limits_of, longest_time_scale, minimum_time_scale, reach_limit, scaling
 from problems.motions import Trajectory
-from problems.objectives import Objective
-from problems.tasks import Milestone, PointToPoint, check_at_least, check_choice
+from problems.objectives import MotionBounds, Objective
+from problems.tasks import Milestone, PointToPoint, check_at_least, check_choice, elbow_signs
+
+MAX_DETOUR = pi  # reduced: how far theta_m may lie from the middle of theta_s and theta_f, rad
+MAX_SHAPE_SPEED = 8.0  # reduced: bound of dtheta_m in rad per duration of the motion
+
+
+@dataclass(frozen=True)
+class SegmentsEncoding(Encoding[Quantities]):
+    """The common part of both formulations: postures at the ends by inverse kinematics.
+
+    Args:
+        task: whose start, goal and elbow.
+        motion: that is decoded.
+        time_scale: the last variable, where time is scaled and the duration is one.
+    """
+
+    time_variables: ClassVar[int]
+
+    task: PointToPoint
+    motion: TwoSegments
+    time_scale: SearchedTimeScale | None = None
+
+    def decode(self, x: Matrix) -> Decoded[Quantities]:
+        """The quantities of the motion, and k_s, k_f of (13)."""
+        robot, task = self.task.robot, self.task
+        k, extra, branches = robot.dof, robot.redundancy, 2 if task.elbow == "free" else 0
+        sizes = [k, k, extra, extra, branches, self.time_variables]
+        theta_m, dtheta_m, phi_s, phi_f, branch, times = split(x[: sum(sizes)], sizes)
+        elbow = elbow_signs(task.elbow, branch, ends=2)
+        start, goal = ca.vertcat(*task.start), ca.vertcat(*task.goal)
+        theta_s, k_s = robot.inverse(start, self.redundancy(start, phi_s), elbow[0])
+        theta_f, k_f = robot.inverse(goal, self.redundancy(goal, phi_f), elbow[1])
+        theta_s = robot.wrap(theta_s)
+        theta_f = robot.wrap_near(theta_f, theta_s)
+        quantities = self.quantities(theta_s, theta_m.T, dtheta_m.T, theta_f, times)
+        return Decoded(parameters=quantities, reach=reach_limit(ca.horzcat(k_s, k_f)))
+
+    @abstractmethod
+    def redundancy(self, point: Matrix, values: Matrix) -> Matrix:
+        """The robot's redundant values at a point (dim, 1), from those of the search vector."""
+
+    @abstractmethod
+    def quantities(
+        self, theta_s: Matrix, theta_m: Matrix, dtheta_m: Matrix, theta_f: Matrix, times: Matrix
+    ) -> Quantities:
+        """The quantities of decoded ends and the rest of the search vector."""
+
+    def _variables(self, middle: Sequence[Variable], extra: Variable, times: Sequence[Variable]) -> list[Variable]:
+        """The decision variables in the paper's order."""
+        links = range(3, 3 + self.task.robot.redundancy)
+        listed = list(middle)
+        listed += [
+            Variable(f"{extra.name}_{end}[{j}]", extra.lower, extra.upper, extra.unit) for end in "sf" for j in links
+        ]
+        if self.task.elbow == "free":
+            listed += [Variable(f"elbow_{end}", -1.0, 1.0, "1") for end in "sf"]
+        return [*listed, *times, *self.time_scale_variables]
+
+    def magnitudes(self) -> tuple[FloatArray, FloatArray]:
+        """Upper bounds of speeds and accelerations over the search box, from the Bernstein form of (3) and (5).
+
+        Crude, but proven; both (k,), rad/s and rad/s^2.
+        """
+        largest = {v.name: max(abs(v.lower), abs(v.upper)) for v in self.variables}
+        speed = np.array([largest[f"dtheta_m[{i}]"] for i in range(1, self.task.robot.dof + 1)])
+        ranges = self.task.robot.limits.position
+        angles = np.pi if ranges is None else np.abs(ranges).max()
+        step = np.full(self.task.robot.dof, 2.0 * (angles + 2.0 * pi))  # |theta_m - theta_s|, |theta_f - theta_m|
+        t1, t2 = self.time_boxes
+        middle = 6.0 * speed / t1[0] + 12.0 * step / t1[0] ** 2
+        fastest = 5.0 * step / min(t1[0], t2[0]) + 2.0 * speed + middle * t2[1] / 4.0
+        sharpest = 20.0 * step / min(t1[0], t2[0]) ** 2 + 12.0 * speed / t2[0] + 2.0 * middle
+        return fastest, sharpest
+
+    @property
+    @abstractmethod
+    def time_boxes(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Bounds of t1 and t2 before any time scaling, s."""
+
+    def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
+        """Bounds that no candidate of the search box exceeds."""
+        t1, t2 = self.time_boxes
+        duration, (fastest, sharpest) = t1[1] + t2[1], self.magnitudes()
+        rotation = duration * fastest
+        return MotionBounds(
+            duration=self._longest(duration, limits, fastest, sharpest),
+            rotation=float(rotation.sum()),
+            radius=self.task.robot.reach()[1],
+        )
+
+    def _longest(self, duration: float, limits: Sequence[Limit], fastest: FloatArray, sharpest: FloatArray) -> float:
+        return duration
+
+
+@dataclass(frozen=True)
+class PaperSegments(PaperCost, SegmentsEncoding):
+    """The paper's solution vector with its cost (15)."""
+
+    time_variables: ClassVar[int] = 2
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """theta_m, dtheta_m, phi_s, phi_f, [elbows,] t1, t2."""
+        robot = self.task.robot
+        joints = range(1, robot.dof + 1)
+        ranges, speeds = robot.limits.position or ((-pi, pi),) * robot.dof, robot.limits.speed
+        middle = [Variable(f"theta_m[{i}]", *ranges[i - 1], "rad") for i in joints]
+        middle += [Variable(f"dtheta_m[{i}]", -speeds[i - 1], speeds[i - 1], "rad/s") for i in joints]
+        times = [Variable(name, *self.task.time_box, "s") for name in ("t1", "t2")]
+        return tuple(self._variables(middle, Variable("phi", -pi, pi, "rad"), times))
+
+    def redundancy(self, point: Matrix, values: Matrix) -> Matrix:
+        """The redundancy angles, which are decision variables themselves."""
+        return values
+
+    def quantities(
+        self, theta_s: Matrix, theta_m: Matrix, dtheta_m: Matrix, theta_f: Matrix, times: Matrix
+    ) -> Quantities:
+        """The quantities, which are decision variables themselves."""
+        return Quantities(theta_s, theta_m, dtheta_m, theta_f, times[0], times[1])
+
+    @property
+    def time_boxes(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The box of t1 and t2."""
+        return self.task.time_box, self.task.time_box
+
+    def largest_magnitudes(self) -> dict[str, FloatArray]:
+        """Those of speeds and accelerations."""
+        fastest, sharpest = self.magnitudes()
+        return {"speed": fastest, "acceleration": sharpest}
+
+
+@dataclass(frozen=True)
+class ReducedSegments(FeasibilityFirst, SegmentsEncoding):
+    """Feasible by construction, except for obstacles and joint ranges: the decoded motion is a shape of duration 1."""
+
+    time_variables: ClassVar[int] = 1
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """Detour from the middle, dtheta_m per duration, x_phi_s, x_phi_f, [elbows,] t1/T, [time_scale]."""
+        joints = range(1, self.task.robot.dof + 1)
+        middle = [Variable(f"detour[{i}]", -MAX_DETOUR, MAX_DETOUR, "rad") for i in joints]
+        middle += [Variable(f"dtheta_m[{i}]", -MAX_SHAPE_SPEED, MAX_SHAPE_SPEED, "rad/T") for i in joints]
+        return tuple(self._variables(middle, Variable("x_phi", 0.0, 1.0, "1"), [Variable("t1/T", *TIME_SHARES, "1")]))
+
+    def redundancy(self, point: Matrix, values: Matrix) -> Matrix:
+        """Redundancy angles from normalised values, by (7) generalised to any link."""
+        return self.task.robot.restore_redundancy(point, values)
+
+    def quantities(
+        self, theta_s: Matrix, theta_m: Matrix, dtheta_m: Matrix, theta_f: Matrix, times: Matrix
+    ) -> Quantities:
+        """The quantities of a shape of duration 1."""
+        middle = (theta_s + theta_f) / 2.0 + theta_m
+        return Quantities(theta_s, middle, dtheta_m, theta_f, times[0], 1.0 - times[0])
+
+    def timed(self, shape: Quantities, limits: Sequence[Limit], peaks: Sequence[Matrix], x: Matrix) -> Quantities:
+        """The shape of duration 1, run so that it just keeps its limits, and t1, t2 their minimum, or more slowly."""
+        shortest = self.task.least_segment_time / ca.fmin(shape.t1, shape.t2)
+        scale = ca.fmax(shortest, minimum_time_scale(limits, peaks)) if limits else shortest
+        if self.time_scale is not None:
+            scale = scale * self.time_scale.factor(x, scale * ca.fmax(shape.t1, shape.t2))
+        return shape.time_scaled(scale)
+
+    @property
+    def time_boxes(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The bounds of t1 and t2 for a shape of duration 1."""
+        return TIME_SHARES, TIME_SHARES
+
+    def _longest(self, duration: float, limits: Sequence[Limit], fastest: FloatArray, sharpest: FloatArray) -> float:
+        peaks = {1: ca.DM(fastest).T, 2: ca.DM(sharpest).T}
+        least = max(longest_time_scale(scaling(limits), peaks), self.task.time_box[0] / TIME_SHARES[0])
+        return self.longest_with_time_scale(least)
+
+
+SEGMENT_ENCODINGS: dict[str, type[SegmentsEncoding]] = {kind.name: kind for kind in (PaperSegments, ReducedSegments)}
+FORMULATIONS: tuple[str, ...] = tuple(SEGMENT_ENCODINGS)
 
 
 def point_to_point(
@@ -46,7 +242,7 @@ def point_to_point(
     return PointToPointProblem(
         task=task,
         motion=motion,
-        encoding=kind(task, motion, slowness_of(minimised, task) if kind.scales_time else None),
+        encoding=kind(task, motion, SearchedTimeScale.where_needed(minimised, task) if kind.scales_time else None),
         objective=minimised,
         limits=limits_of(task.robot, task.obstacles, limits),
     )
@@ -59,23 +255,6 @@ class PointToPointProblem(Problem[Quantities]):
     task: PointToPoint
     motion: TwoSegments
     encoding: SegmentsEncoding
-
-    def decoded(self, x: Matrix) -> Decoded[Quantities]:
-        """The quantities of a search vector, run as fast as the limits allow where time is scaled."""
-        shape = self.encoding.decode(x)
-        if not self.encoding.scales_time:
-            return shape
-        samples, limits = self.motion.samples(shape.parameters), self.encoding.restored(self.limits)
-        peaks = [peaks_of(limit, samples) for limit in limits]
-        return Decoded(parameters=self.encoding.timed(shape.parameters, limits, peaks, x), reach=shape.reach)
-
-    def point_constraints(self, parameters: Quantities) -> list[Constraint]:
-        """None: start and goal are met by inverse kinematics, whose condition is a constraint of its own."""
-        return []
-
-    def objective_bound(self) -> float:
-        """An upper bound of the objective, from the Bernstein form of both segments."""
-        return self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
 
     def cost_program(self) -> Program:
         """Decode, [find the peaks, scale the time,] sample, finish."""
@@ -106,7 +285,7 @@ class SegmentSteps(CostSteps[Quantities]):
         if not self.encoding.scales_time:
             outputs = self.motion_vectors(decoded.parameters, orders, starting_values)
             return [Step.of("decode", {"x": self.x, "p": self.p}, {**reach, **outputs})]
-        loop = peak_loop(self.motion, self.restored, self.p)
+        loop = peak_loop(self.motion, self.slowing, self.p)
         outputs = {
             "shape": ca.vertcat(*(ca.vec(matrix) for matrix in self.motion.as_matrices(decoded.parameters))),
             "shape_durations": self.motion.durations(decoded.parameters),
@@ -116,8 +295,8 @@ class SegmentSteps(CostSteps[Quantities]):
         decode = Step.of("decode", {"x": self.x, "p": self.p}, {**reach, **outputs})
         vector, peaks = ca.SX.sym("shape", outputs["shape"].shape[0]), ca.SX.sym("peaks", outputs["peaks"].shape[0])
         shape = Quantities.from_vector(vector)
-        quantities = self.encoding.timed(shape, self.restored, self.peaks_of_each(peaks), self.x)
-        inputs = {"p": self.p, "shape": vector, "peaks": peaks, **self.choice_of_duration(self.encoding.slowness)}
+        quantities = self.encoding.timed(shape, self.slowing, self.peaks_of_each(peaks), self.x)
+        inputs = {**self.time_scale_inputs, "shape": vector, "peaks": peaks}
         return [
             decode,
             loop.step,

@@ -20,14 +20,13 @@ import numpy as np
 
 from problems.base import FloatArray, Matrix, as_array, split
 from problems.certify import safe_time_scale
-from problems.families.two_segments.encoding import TIME_SHARES
-from problems.families.two_segments.motion import Quantities, TwoSegments
+from problems.families.two_segments.motion import TIME_SHARES, Quantities, TwoSegments
 from problems.families.two_segments.starts import PointToPointStarts
 from problems.limits import SAMPLING_MARGIN, Constraint, Limit, StepLimit
 from problems.motions import Samples, Trajectory
 from problems.nlp import (
     MAX_ANGLE_CHANGE,
-    TimedProgram,
+    MotionProgram,
     composed_hessian,
     equality,
     replace_with_symbols,
@@ -44,7 +43,7 @@ AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
-class PointToPointNlp(TimedProgram):
+class PointToPointNlp(MotionProgram):
     """Move the tip from rest at the start to rest at the goal.
 
     Args:
@@ -70,7 +69,9 @@ class PointToPointNlp(TimedProgram):
     def samples(self) -> int:
         """The number of time steps per segment."""
         timed = min(self.motion.steps, max(TIMED_STEPS, TIMED_ROWS // self.robot.dof))
-        steps = timed if self.timed or self.objective.program_steps is None else self.objective.program_steps
+        steps = (
+            timed if self.has_free_durations or self.objective.program_steps is None else self.objective.program_steps
+        )
         return max(steps, CLEARANCE_STEPS) if self.task.crowded else steps
 
     @cached_property
@@ -81,7 +82,7 @@ class PointToPointNlp(TimedProgram):
     @cached_property
     def _symbols(self) -> tuple[ca.SX, Quantities, Samples, ca.SX]:
         """Variables of the motion, the same as quantities, its samples, slacks of the rotation."""
-        x = ca.SX.sym("x", 4 * self.robot.dof + (2 if self.timed else 1))
+        x = ca.SX.sym("x", 4 * self.robot.dof + (2 if self.has_free_durations else 1))
         quantities = self._quantities(x)
         steps = 2 * self.samples
         rows = self.objective.slack_count(self.robot, steps) // self.robot.dof
@@ -99,7 +100,11 @@ class PointToPointNlp(TimedProgram):
         joints = range(1, self.robot.dof + 1)
         own = [f"{symbol}[{i}]" for symbol in ("theta_s", "theta_m", "dtheta_m", "theta_f") for i in joints]
         slacks = self.x.shape[0] - self._symbols[0].shape[0]
-        return (*own, *(("t1", "t2") if self.timed else ("t1/T",)), *(f"slack[{i}]" for i in range(1, slacks + 1)))
+        return (
+            *own,
+            *(("t1", "t2") if self.has_free_durations else ("t1/T",)),
+            *(f"slack[{i}]" for i in range(1, slacks + 1)),
+        )
 
     @cached_property
     def f(self) -> Matrix:
@@ -153,8 +158,8 @@ class PointToPointNlp(TimedProgram):
 
     def _quantities(self, x: Matrix) -> Quantities:
         k = self.robot.dof
-        theta_s, theta_m, dtheta_m, theta_f, times = split(x, [k, k, k, k, 2 if self.timed else 1])
-        t1, t2 = (times[0], times[1]) if self.timed else (times[0], 1.0 - times[0])
+        theta_s, theta_m, dtheta_m, theta_f, times = split(x, [k, k, k, k, 2 if self.has_free_durations else 1])
+        t1, t2 = (times[0], times[1]) if self.has_free_durations else (times[0], 1.0 - times[0])
         return Quantities(theta_s.T, theta_m.T, dtheta_m.T, theta_f.T, t1, t2)
 
     def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -171,8 +176,8 @@ class PointToPointNlp(TimedProgram):
             )
             if name != "theta_m":
                 narrow_elbow(self.task.elbow, x, first + 1, lower, upper, self.robot.stretched)
-        times = slice(4 * k, 4 * k + (2 if self.timed else 1))
-        lower[times], upper[times] = (self.task.time_box[0], np.inf) if self.timed else TIME_SHARES
+        times = slice(4 * k, 4 * k + (2 if self.has_free_durations else 1))
+        lower[times], upper[times] = (self.task.time_box[0], np.inf) if self.has_free_durations else TIME_SHARES
         lower[times.stop :] = 0.0
         return lower, upper
 
@@ -189,10 +194,10 @@ class PointToPointNlp(TimedProgram):
         return self._variables(Quantities(at.theta[0, :], at.theta[1, :], at.speed[1, :], at.theta[2, :], t1, t2))
 
     def _variables(self, quantities: Quantities) -> FloatArray:
-        if not self.timed:
+        if not self.has_free_durations:
             quantities = quantities.time_scaled(1.0 / (quantities.t1 + quantities.t2))
         parts = [getattr(quantities, field.name) for field in fields(Quantities)]
-        x = np.concatenate([as_array(part).ravel() for part in (parts if self.timed else parts[:-1])])
+        x = np.concatenate([as_array(part).ravel() for part in (parts if self.has_free_durations else parts[:-1])])
         return np.append(x, self.objective.slack_values(as_array(self._angles(x))))
 
     @cached_property

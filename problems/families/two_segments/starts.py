@@ -25,8 +25,7 @@ import numpy as np
 
 from problems.base import FloatArray, as_array, repeated, total
 from problems.families.two_segments.motion import QUARTIC, QUINTIC, Quantities
-from problems.nlp import MAX_ANGLE_CHANGE
-from problems.nlp.starts import Displacement, Postures, displacement_of
+from problems.nlp import MAX_ANGLE_CHANGE, Displacement, Postures, displacement_of
 from problems.objectives import Objective
 from problems.robots import Robot
 from problems.tasks import Elbow, PointToPoint, narrow_elbow

@@ -203,7 +203,7 @@ def test_ends_that_cannot_be_attained_cost_more_than_any_motion() -> None:
     problem = move(task)
     names = [variable.name for variable in problem.variables]
     x = np.zeros(len(names))
-    x[names.index("pace_start")] = 0.3
+    x[names.index("time_scale_start")] = 0.3
     assert problem.cost(x[None])[0] > problem.objective_upper_bound
     assert float(problem.parameters_of(x).gap) > 0.0
     assert problem.trajectory(x).duration > 0.0

@@ -15,8 +15,7 @@ from helpers.space import small_arm
 from problems import Ball, Box, Cylinder, HalfSpace, Joints, Move, MoveProblem, Obstacle, move
 from problems.evaluation import EvaluationOptions
 from problems.limits import SAMPLING_MARGIN, Clearance
-from problems.limits.proximity import MOST_BALLS, clusters_of
-from problems.limits.self_clearance import SelfClearance
+from problems.limits.proximity import MOST_BALLS, SelfClearance, clusters_of
 from problems.robots import SpatialArm, Sphere
 
 pytestmark = pytest.mark.usefixtures("cache_folder")

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from problems import InvalidProblem, Path, Trajectory
 from problems.base import FloatArray
 from problems.families.traced import space_tracing
-from problems.families.traced.postures import clear_postures, wandering_joints
+from problems.families.traced.encoding import clear_postures, wandering_joints
 from problems.families.traced.problem import SpaceTracingProblem
 from problems.robots import Sphere
 from problems.scene.solids import Ball

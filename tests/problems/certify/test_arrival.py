@@ -104,7 +104,7 @@ def test_against_dense_samples(
     posture = np.array([[[first, second]]])
     result = after(box, trajectory=Trajectory(np.array([0.0, 1.0]), posture))
     assert result is not None
-    [limit] = (limit for limit in limits_of(ARM, (box,)) if limit.timed is not None)
+    [limit] = (limit for limit in limits_of(ARM, (box,)) if limit.time_dependent_part is not None)
     last = min(result.clear_until, 1.0 + LOOKED_AHEAD)
 
     def nearest(times: np.ndarray) -> np.ndarray:

@@ -18,7 +18,8 @@ from scipy.interpolate import PPoly
 from problems import CertificateStatus, Constraint, Limit, PlanarArm, Trajectory
 from problems.base import Matrix, as_array, bernstein, within
 from problems.certify import limit_verdicts
-from problems.certify.interval import bounds, prove_by_cells
+from problems.certify.cells import prove_by_cells
+from problems.certify.structure import bounds
 from problems.families.two_segments import Quantities
 from problems.motions import Samples
 
@@ -168,11 +169,17 @@ def test_what_is_far_from_its_bound_is_decided(formula: Callable[[Samples], Any]
         assert [v.status for v in prove_by_cells(Toy(ARM, formula, 0.98 * largest), trajectory)] == [VIOLATED]
 
 
-def test_a_bound_that_is_touched_stays_undecided() -> None:
+def test_a_bound_that_is_touched_by_what_may_jump_stays_undecided() -> None:
     """Two angles turn in opposite directions where their sum is largest: no cell there is ever narrow enough."""
     trajectory = motion_of([0.0, 0.0, 1.0, 0.5, 3.0, -2.0, 0.5, -1.0])
-    largest = densest(FORMULAS["sum of angles"], trajectory, 200_001)
-    [verdict] = prove_by_cells(Toy(ARM, FORMULAS["sum of angles"], largest), trajectory)
+    smooth = FORMULAS["sum of angles"]
+    largest = densest(smooth, trajectory, 200_001)
+    assert prove_by_cells(Toy(ARM, smooth, largest), trajectory)[0].status is not VIOLATED
+
+    def guarded(samples: Samples) -> Any:
+        return ca.if_else(samples.theta[:, 0] > -9.0, smooth(samples), 0.0)
+
+    [verdict] = prove_by_cells(Toy(ARM, guarded, largest), trajectory)
     assert verdict.status is UNDECIDED
     assert not verdict.satisfied
     assert verdict.excess == 0.0

@@ -12,13 +12,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import CertificateStatus, Trajectory
-from problems.certify import limit_verdicts
-from problems.certify.expressions import BINARY, UNARY, Ranges, prove_expression
+from problems.certify import Verdict, limit_verdicts
+from problems.certify.cells import BINARY, UNARY, Ranges
 from problems.evaluation import interpreter as tapes
 from problems.limits import ExpressionLimit, StatedExpression
 from problems.motions import traced
 
 ARM = equal_links(2)
+
+
+def prove_expression(limit: ExpressionLimit, trajectory: Trajectory) -> Verdict:
+    [outcome] = limit_verdicts([limit], trajectory)
+    return outcome
+
+
 SWING = Trajectory.from_pieces(np.array([1.0]), [np.array([[0.0, 0.0], [0.0, 0.0], [3.0, 1.5], [-2.0, -1.0]])])
 CERTIFIED, VIOLATED, UNDECIDED = CertificateStatus.CERTIFIED, CertificateStatus.VIOLATED, CertificateStatus.UNDECIDED
 

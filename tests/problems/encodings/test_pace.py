@@ -16,8 +16,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import OBJECTIVES, Joints, Move, PlanarArm, Problem, move
-from problems.assembly import Pace
-from problems.assembly.path_timing import KNOTS, LEAST, MOST
+from problems.assembly import LocalTimeScale
+from problems.assembly.encoding import LARGEST_TIME_SCALE
+from problems.assembly.path_timing import KNOTS, LEAST_SHARE
 from problems.base import as_array
 from problems.certify import CertificateStatus
 from problems.families.traced import tracing
@@ -34,8 +35,8 @@ MOTION = PathSpline(PlanarArm((1.0, 1.0), (1.0, 9.0), (2.5, 9.0)), (0.0, 0.5, 1.
 
 
 def test_a_variable_from_0_on_makes_use_of_all_and_minus_1_crawls() -> None:
-    shares = np.exp(as_array(Pace().logarithms(ca.DM([1.0, 0.0, -0.5, -1.0, 0.3]))).ravel())
-    assert shares == pytest.approx([1.0, 1.0, np.sqrt(LEAST), LEAST, 1.0], rel=1e-12)
+    shares = np.exp(as_array(LocalTimeScale().logarithms(ca.DM([1.0, 0.0, -0.5, -1.0, 0.3]))).ravel())
+    assert shares == pytest.approx([1.0, 1.0, np.sqrt(LEAST_SHARE), LEAST_SHARE, 1.0], rel=1e-12)
 
 
 def test_a_line_at_half_of_the_speed_limits() -> None:
@@ -57,7 +58,7 @@ def test_a_graded_grid_is_passed_at_equal_times() -> None:
 
 
 @settings(max_examples=12, deadline=None)
-@given(st.integers(0, 10_000), st.lists(st.floats(LEAST, 1.0), min_size=21, max_size=21))
+@given(st.integers(0, 10_000), st.lists(st.floats(LEAST_SHARE, 1.0), min_size=21, max_size=21))
 def test_whatever_the_shares_limits_hold_and_less_is_slower(seed: int, shares: list[float]) -> None:
     points = ca.DM(np.random.default_rng(seed).uniform(-1.5, 1.5, (MOTION.spline.size, 2)))
     full, pace = MOTION.timed(points, AT_REST), np.array(shares)
@@ -79,13 +80,13 @@ def test_only_where_an_obstacle_moves_there_is_something_to_wait_for() -> None:
     def names(task: Move) -> list[str]:
         return [variable.name for variable in move(task).variables]
 
-    def without_pace(listed: list[str]) -> list[str]:
-        return [name for name in listed if not name.startswith("pace_")]
+    def without_local(listed: list[str]) -> list[str]:
+        return [name for name in listed if not name.startswith("local_time_scale_")]
 
-    assert sum(name.startswith("pace_") for name in names(CROSSED)) == KNOTS
-    assert without_pace(names(CROSSED)) == names(STILL)
+    assert sum(name.startswith("local_time_scale_") for name in names(CROSSED)) == KNOTS
+    assert without_local(names(CROSSED)) == names(STILL)
     moving = replace(CROSSED, start_velocity=(0.5, 0.0))
-    assert names(moving)[-KNOTS:] == ["pace_start", *(f"pace_{knot}" for knot in range(2, KNOTS + 1))]
+    assert names(moving)[-KNOTS:] == ["time_scale_start", *(f"local_time_scale_{knot}" for knot in range(2, KNOTS + 1))]
 
 
 def test_with_all_of_the_limits_an_obstacle_out_of_reach_changes_nothing_but_the_share_and_the_grid() -> None:
@@ -159,8 +160,8 @@ each_kind = pytest.mark.parametrize("kind", ["segments", "knots", "tracing", "mo
 def test_it_is_a_variable_where_sooner_may_be_worse(kind: str) -> None:
     for name, objective in OBJECTIVES.items():
         names = [variable.name for variable in made(kind, name).variables]
-        assert names.count("slowness") == int(objective.chooses_duration)
-        assert "slowness" not in names or names[-1] == "slowness"
+        assert names.count("time_scale") == int(objective.chooses_duration)
+        assert "time_scale" not in names or names[-1] == "time_scale"
 
 
 @each_kind
@@ -172,7 +173,7 @@ def test_it_multiplies_the_least_duration(kind: str, bounds: tuple[float, float]
         x = rng.uniform(*least.bounds)
         shortest = least.motion.durations(least.parameters_of(x))
         longest_part = float(ca.mmax(ca.DM(shortest)))
-        most = MOST if bounds is None else float(problem.encoding.slowness.longest) / longest_part  # type: ignore[attr-defined]
+        most = LARGEST_TIME_SCALE if bounds is None else float(problem.encoding.time_scale.longest) / longest_part  # type: ignore[attr-defined]
         for share in (0.0, 0.5, 1.0):
             candidate = np.append(x, share)
             found = problem.motion.durations(problem.parameters_of(candidate))
@@ -197,4 +198,4 @@ def test_the_cost_is_that_of_the_slower_motion(kind: str) -> None:
 
 def test_none_between_moving_ends() -> None:
     task = Move(MASSIVE, Joints((0.1, 0.2, 0.3)), (Joints((0.9, -0.4, 0.6)),), goal_velocity=(0.5, 0.0, 0.0))
-    assert "slowness" not in [variable.name for variable in move(task, "energy", 20).variables]
+    assert "time_scale" not in [variable.name for variable in move(task, "energy", 20).variables]

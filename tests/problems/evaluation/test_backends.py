@@ -21,8 +21,8 @@ from problems.evaluation import EvaluationOptions, InvalidEvaluation, Population
 from problems.evaluation.batches import BATCH_AFTER_CANDIDATES, BATCH_SIZE
 from problems.evaluation.compiler import find_compiler
 from problems.evaluation.interpreter import BINARY, UNARY, UnsupportedOperation
+from problems.evaluation.kernel import angle, portable, sine_cosine
 from problems.evaluation.native import find_library
-from problems.evaluation.portable_math import angle, portable, sine_cosine
 from solvers import BSO, Box, Budget, minimize
 
 pytestmark = pytest.mark.usefixtures("cache_folder", "compiled_once")

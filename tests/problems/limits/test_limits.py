@@ -38,8 +38,14 @@ from problems.limits import (
     reachable_pairs,
     scaling,
 )
-from problems.limits.joint_limits import AccelerationLimit, DerivativeLimit, JerkLimit, JointRange, SpeedLimit
-from problems.limits.torque import StaticTorque
+from problems.limits.joint_limits import (
+    AccelerationLimit,
+    DerivativeLimit,
+    JerkLimit,
+    JointRange,
+    SpeedLimit,
+    StaticTorque,
+)
 from problems.motions import LEAST_ROOM, Samples
 from problems.scene import Ellipse
 from problems.scene.solids import Ball
@@ -357,7 +363,7 @@ def test_slowed_down_the_torques_are_kept_and_one_is_used_up(
     """Where motors can hold the arm; a factor of 0 says that any speed will do."""
     q, v, a = (np.array(values).reshape(3, 3) for values in (theta, speed, acceleration))
     static, limit = StaticTorque(RUBBING), TorqueLimit(RUBBING)
-    [constraint] = static.at(samples_of(RUBBING, q, v, a))
+    [constraint] = static.constraints_at(samples_of(RUBBING, q, v, a))
     holds = (np.abs(as_array(constraint.expression)) <= constraint.bounds[1]).all(axis=1)
     q, v, a = q[holds], v[holds], a[holds]
     if not holds.any():

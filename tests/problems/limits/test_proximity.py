@@ -15,7 +15,7 @@ from problems.base import as_array
 from problems.certify import limit_verdicts, prove_clearance
 from problems.evaluation import EvaluationOptions
 from problems.limits import Clearance, Proximity, StepLimit, proximity_limits
-from problems.limits.self_clearance import SelfClearance
+from problems.limits.proximity import SelfClearance
 from problems.motions import Samples
 from problems.scene import crossing_clearance
 from problems.tasks import Joints

@@ -144,7 +144,7 @@ def test_slower_motions_take_longer_and_no_less_than_asked() -> None:
     timed = motion.timed(ca.DM(points), AT_REST)
     fast = float(timed.duration)
     for factor, shortest, expected in ((2.0, 0.0, 2.0 * fast), (1.0, 3.0 * fast, 3.0 * fast), (2.0, fast, 2.0 * fast)):
-        slow: TimedPath = timed.slowed(factor, shortest)
+        slow: TimedPath = timed.time_scaled(factor, shortest)
         assert float(slow.duration) == pytest.approx(expected)
         assert motion.trajectory(slow).duration == pytest.approx(expected)
         ratio = as_array(slow.squared)[1:-1] / as_array(timed.squared)[1:-1]

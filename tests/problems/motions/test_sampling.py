@@ -12,7 +12,7 @@ from helpers.cases import equal_links
 
 from problems.base import as_array
 from problems.families.knots.motion import KnotSpline
-from problems.families.time_splines.motion import TimeSpline
+from problems.families.time_splines import TimeSpline
 from problems.families.two_segments import Quantities
 from problems.families.two_segments.motion import TwoSegments
 from problems.motions import SMOOTH_ORDERS, Motion, PathSpline, Samples, TimedPath
@@ -36,7 +36,7 @@ def spline(knots: Sequence[float], steps: int, time: float) -> tuple[KnotSpline,
 def path(nodes: Sequence[float], steps: int, slower: float) -> tuple[PathSpline, TimedPath]:
     motion = PathSpline(ROBOT, tuple(nodes), steps)
     points = ca.DM(RNG.normal(size=(motion.spline.size, 3)))
-    return motion, motion.timed(points, (ca.DM(0.0), None)).slowed(slower, 0.0)
+    return motion, motion.timed(points, (ca.DM(0.0), None)).time_scaled(slower, 0.0)
 
 
 def time_spline(pieces: int, steps: int, time: float) -> tuple[TimeSpline, SplineShape]:

@@ -12,8 +12,8 @@ from scipy.interpolate import BPoly, BSpline, CubicSpline, make_interp_spline
 
 from problems.base import FloatArray, as_array
 from problems.families.knots.motion import RestSpline
-from problems.families.time_splines.motion import FIXED, TimeSpline
-from problems.families.traced.motion import CornerSpline
+from problems.families.time_splines import FIXED, TimeSpline
+from problems.families.traced.encoding import CornerSpline
 from problems.motions import Trajectory
 from problems.motions.splines import ClampedSpline, SplineShape
 

@@ -248,7 +248,7 @@ def test_everything_adds_up(pair: tuple[Objective, Objective]) -> None:
     assert both.upper_bound(bounds) == summed([o.upper_bound(bounds) for o in pair])
     assert both.size(HEAVY) == pytest.approx(summed([o.size(HEAVY) for o in pair]), rel=1e-14)
     assert both.sooner_is_better == (pair[0].sooner_is_better and pair[1].sooner_is_better)
-    assert both.timed == (pair[0].timed or pair[1].timed)
+    assert both.is_time_dependent == (pair[0].is_time_dependent or pair[1].is_time_dependent)
     assert both.unit == "1"
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from problems import InvalidProblem
 from problems.robots import BUILT_IN, ChainJoint, SpatialArm, Sphere, Transform, built_in, read_spheres, read_urdf
 from problems.robots.chain import Chain
-from problems.robots.self_pairs import self_collision_pairs
+from problems.robots.description import self_collision_pairs
 from problems.robots.spheres import MOST_BALLS, Ball, cover_box, cover_cylinder, covered_capsule
 
 SIZES = st.floats(0.001, 2.0)

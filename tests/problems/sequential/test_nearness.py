@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from problems import Box, ConstantVelocity, Ellipse, MovingObstacle, Obstacle, PlanarArm, Robot, Tabulated
 from problems.base import FloatArray, as_array
 from problems.limits import Clearance, clearances
-from problems.limits.self_clearance import SelfClearance
+from problems.limits.proximity import SelfClearance
 from problems.robots import Sphere
 from problems.sequential.nearness import Nearness, NearPairs
 from tests.helpers.space import small_arm
@@ -96,7 +96,7 @@ def test_gradients_are_finite_differences(case: tuple[Robot, Nearness]) -> None:
     later = [all_clearances(robot, nearness, theta, TIMES + s * h) for s in (1.0, -1.0)]
     expected = ((later[0] - later[1]) / (2.0 * h))[near.samples, near.pairs]
     assert np.abs(by_time - expected).max() < 1e-5
-    assert by_time.any() == nearness.timed
+    assert by_time.any() == nearness.is_time_dependent
 
 
 def test_a_path_that_waits_is_searched_all_through_its_times(case: tuple[Robot, Nearness]) -> None:
@@ -109,11 +109,11 @@ def test_a_path_that_waits_is_searched_all_through_its_times(case: tuple[Robot, 
 
 def test_pairs_that_stand_are_told_from_those_that_move() -> None:
     nearness = moving_plane()[1]
-    assert nearness.timed
-    assert not plane()[1].timed
+    assert nearness.is_time_dependent
+    assert not plane()[1].is_time_dependent
     mixed = moving_space()[1]
-    assert not mixed.standing.timed
-    assert mixed.standing.pairs == [pair for pair in mixed.pairs if not pair.timed]
+    assert not mixed.standing.is_time_dependent
+    assert mixed.standing.pairs == [pair for pair in mixed.pairs if not pair.is_time_dependent]
 
 
 def test_nothing_to_keep_clear_of_is_no_pair() -> None:

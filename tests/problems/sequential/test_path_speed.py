@@ -13,10 +13,10 @@ from problems.base import FloatArray
 from problems.limits import TorqueLimit
 from problems.robots import JointLimits
 from problems.robots.planar import MassiveLinks
-from problems.sequential.descent import paced
+from problems.sequential.descent import at_best_speed
 from problems.sequential.kept_limits import JointTorques, KeptLimits, limit_rows, torque_rows
 from problems.sequential.path_speed import RESTING, Clock, MotionSpace, PathSpeed, TimeShift
-from problems.sequential.polish import delayed, fitted, timed
+from problems.sequential.polish import delayed, fitted, with_timing
 from problems.timing.free_space import rest_to_rest
 
 SPACE = MotionSpace(path_pieces=4, speed_pieces=8)
@@ -56,7 +56,7 @@ def test_slopes_of_the_duration_are_finite_differences(motion: PathSpeed) -> Non
 
 
 def test_derivatives_are_those_of_the_motion_in_time(motion: PathSpeed) -> None:
-    trajectory = timed(motion, in_piece=40)
+    trajectory = with_timing(motion, in_piece=40)
     grid = SPACE.grid(SPACE.even(40))
     times = trajectory.breakpoints
     for order, expected in enumerate(motion.derivatives(grid)[:2], start=1):
@@ -67,7 +67,7 @@ def test_derivatives_are_those_of_the_motion_in_time(motion: PathSpeed) -> None:
 
 
 def test_pieces_in_time_meet_and_rest_at_both_ends(motion: PathSpeed) -> None:
-    trajectory = timed(motion)
+    trajectory = with_timing(motion)
     times = trajectory.breakpoints
     assert trajectory.duration == pytest.approx(motion.duration, rel=1e-6)
     for order in range(3):
@@ -81,12 +81,12 @@ def test_pieces_in_time_meet_and_rest_at_both_ends(motion: PathSpeed) -> None:
 
 def test_stretch_is_what_brings_the_worst_limit_to_its_bound(motion: PathSpeed) -> None:
     grid = SPACE.grid(SPACE.even(16))
-    slowed = motion.slowed(motion.stretch(grid, LIMITS))
-    assert slowed.stretch(grid, LIMITS) == pytest.approx(1.0)
+    slowed = motion.time_scaled(motion.time_scale(grid, LIMITS))
+    assert slowed.time_scale(grid, LIMITS) == pytest.approx(1.0)
     bounds = (LIMITS.speed, LIMITS.acceleration, LIMITS.jerk)
     shares = [np.abs(d) / np.array(b) for d, b in zip(slowed.derivatives(grid), bounds, strict=True) if b is not None]
     assert max(share.max() for share in shares) == pytest.approx(1.0)
-    assert slowed.duration == pytest.approx(motion.duration * motion.stretch(grid, LIMITS))
+    assert slowed.duration == pytest.approx(motion.duration * motion.time_scale(grid, LIMITS))
 
 
 def moved(motion: PathSpeed, make: Callable[[PathSpeed], Any]) -> Iterator[tuple[FloatArray, FloatArray]]:
@@ -106,7 +106,7 @@ def test_slopes_of_the_rows_are_finite_differences(motion: PathSpeed) -> None:
 
 def test_a_peak_between_the_samples_of_rows_is_a_row(motion: PathSpeed) -> None:
     grid = SPACE.grid(SPACE.even(16))
-    fast = motion.slowed(motion.stretch(grid, LIMITS))
+    fast = motion.time_scaled(motion.time_scale(grid, LIMITS))
     assert np.abs(limit_rows(fast, grid, 10_000, LIMITS).values).max() == pytest.approx(1.0)
 
 
@@ -147,7 +147,7 @@ def test_slopes_of_times_are_finite_differences(waiting: PathSpeed) -> None:
 
 
 def test_a_motion_with_a_delay_stands_still_and_then_is_the_same(waiting: PathSpeed) -> None:
-    whole, moving = timed(waiting), timed(replace(waiting, delay=0.0))
+    whole, moving = with_timing(waiting), with_timing(replace(waiting, delay=0.0))
     assert whole.duration == pytest.approx(waiting.duration, rel=1e-6)
     assert whole.at(np.array([0.0, 0.3, 0.7])) == pytest.approx(np.tile(waiting.controls[0], (3, 1)))
     assert not whole.at(np.linspace(0.0, 0.69, 5), 1).any()
@@ -158,7 +158,7 @@ def test_a_motion_with_a_delay_stands_still_and_then_is_the_same(waiting: PathSp
 
 
 def test_standing_still_costs_a_little_less_than_moving(waiting: PathSpeed) -> None:
-    quicker = waiting.slowed(0.9)
+    quicker = waiting.time_scaled(0.9)
     waits = replace(quicker, delay=waiting.duration - quicker.duration + quicker.delay)
     assert waits.duration == pytest.approx(waiting.duration)
     assert waits.cost < waiting.cost < waiting.duration
@@ -177,7 +177,7 @@ def test_a_motion_of_more_parts_that_all_but_stands_still_takes_as_long_as_its_s
     speeds = waiting.speeds.copy()
     speeds[4:7] = 0.005
     slow = replace(waiting, space=replace(SPACE, parts=8), speeds=speeds)
-    exact = timed(slow, in_piece=64).duration
+    exact = with_timing(slow, in_piece=64).duration
     assert slow.duration == pytest.approx(exact, rel=1e-4)
     assert CLOCK.times(slow)[-1] == pytest.approx(exact, rel=1e-2)
     h = 1e-7
@@ -231,7 +231,7 @@ def test_slopes_of_the_rows_of_torques_are_finite_differences(gentle: PathSpeed,
 
 def test_a_peak_of_a_torque_between_the_samples_of_rows_is_a_row(gentle: PathSpeed, torques: JointTorques) -> None:
     grid = SPACE.grid(SPACE.even(16))
-    fast = gentle.slowed(torques.time_scale(gentle.state(grid)))
+    fast = gentle.time_scaled(torques.time_scale(gentle.state(grid)))
     rows = torque_rows(fast, grid, 10_000, torques)
     assert rows.values.size < 50
     assert np.abs(rows.values).max() == pytest.approx(1.0)
@@ -240,17 +240,17 @@ def test_a_peak_of_a_torque_between_the_samples_of_rows_is_a_row(gentle: PathSpe
 @pytest.mark.parametrize("pace", [0.2, 1.0, 5.0])
 def test_stretch_brings_the_largest_torque_to_its_limit(gentle: PathSpeed, torques: JointTorques, pace: float) -> None:
     grid = SPACE.grid(SPACE.even(16))
-    given = gentle.slowed(pace)
-    slowed = given.slowed(torques.time_scale(given.state(grid)))
+    given = gentle.time_scaled(pace)
+    slowed = given.time_scaled(torques.time_scale(given.state(grid)))
     assert np.abs(shares(slowed, grid.u)).max() == pytest.approx(1.0)
-    assert np.abs(shares(slowed.slowed(1.3), grid.u)).max() < 1.0
+    assert np.abs(shares(slowed.time_scaled(1.3), grid.u)).max() < 1.0
 
 
 def test_the_pace_of_a_path_keeps_torques_and_is_not_even(gentle: PathSpeed, torques: JointTorques) -> None:
     grid = SPACE.grid(SPACE.even(16))
     kept = KeptLimits(arm().limits, torques)
-    even = gentle.slowed(kept.stretch(gentle, grid))
-    fast = paced(even, kept, kept.linear(even, grid, 4), grid)
+    even = gentle.time_scaled(kept.time_scale(gentle, grid))
+    fast = at_best_speed(even, kept, kept.linear(even, grid, 4), grid)
     assert fast.duration < 0.98 * even.duration
     assert (fast.controls == even.controls).all()
     assert np.abs(shares(fast, grid.u)).max() <= 1.0 + 1e-9

@@ -1,28 +1,33 @@
-"""What a reader does with the player: keys, pointer, screens of any size, several players on one page."""
+"""The player: what its page holds, and what a reader does with it in a browser."""
 
 from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
+from dataclasses import replace
 from html import escape, unescape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from helpers.browser import opened
-from helpers.moving_plans import plane_plan
-from helpers.space_plans import space_plan
+from helpers.browser import fetched, opened
+from helpers.massive import lifted_motion
+from helpers.moving_plans import IN_PLANE, IN_SPACE, moving_space_plan, plane_plan
+from helpers.space_plans import SOLIDS, SPHERES, space_plan
 
 from tpbso_casadi.animation.frames import Frames, frames_of
 from tpbso_casadi.animation.player import COLOURS, FOLDER, PARTS, SCRIPT, STYLE, page, player
-from tpbso_casadi.animation.player_data import shared_data
+from tpbso_casadi.animation.player_data import closest_of, shared_data
 from tpbso_casadi.figures.palette import colour_of
+from tpbso_casadi.planning import PlannedMotion
 
+BROWSER = pytest.mark.process
 CALM = "--force-prefers-reduced-motion"
 STEPS = 10
 SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4]
-SCREENS = [(360, 740), (740, 360), (420, 900), (800, 1280), (1280, 800), (1920, 1080)]
+SCREENS = [(360, 740), (740, 360), (800, 1280), (1920, 1080)]
 # A browser whose window nobody sees gives frames when it likes: here they come by the clock.
 DRAWN_BY_CLOCK = """<!DOCTYPE html>
 <script>window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 10);</script>"""
@@ -51,6 +56,7 @@ def frames() -> Frames:
     return frames_of(plane_plan().motion, STEPS + 1)
 
 
+@BROWSER
 def test_keys_and_pointer_move_the_time(frames: Frames, tmp_path: Path) -> None:
     story = """
 const clock = () => find(".clock").textContent, play = () => find(".play").textContent;
@@ -110,6 +116,7 @@ await note("listed", () => [...document.querySelectorAll("dt")].map((term) => te
     assert answers["listed"] == ["space", "← →", "Home, End", "↑ ↓", "f", "?"]
 
 
+@BROWSER
 def test_one_player_fills_any_screen(frames: Frames, tmp_path: Path) -> None:
     in_plane, in_space = page("plane", frames), page("space", frames_of(space_plan().motion, STEPS + 1))
     shown = [(in_plane, screen) for screen in SCREENS] + [(in_space, screen) for screen in SCREENS[::2]]
@@ -152,6 +159,7 @@ for (const [i, frame] of [...document.querySelectorAll("iframe")].entries()) {
         assert answer["named"] == 0
 
 
+@BROWSER
 def test_several_players_share_a_page(frames: Frames, tmp_path: Path) -> None:
     figures = player("first", frames) + player("second", frames)
     text = f"<style>{STYLE}</style>{figures}<script>{SCRIPT}</script>"
@@ -169,6 +177,7 @@ await note("the second's", clocks);
     assert answers == {"wide": [480, 480], "nobody's": [end, end], "the second's": [end, "0.000 s"]}
 
 
+@BROWSER
 def test_keys_turn_the_camera(tmp_path: Path) -> None:
     story = """
 const picture = () => find(".scene").toDataURL(), shift = { shiftKey: true };
@@ -204,3 +213,145 @@ def test_curves_have_units_limits_and_the_lines_of_the_figures(frames: Frames) -
     for order, curve in enumerate(limited[:2], start=1):
         expected = frames.trajectory.at(frames.times, order)
         np.testing.assert_allclose(np.array(curve["values"]) * curve["limits"], expected, atol=1e-5)
+
+
+MINUS = "\N{MINUS SIGN}"
+
+
+def data_of(text: str) -> dict[str, Any]:
+    [content] = re.findall(r'<script type="application/json">(.*?)</script>', text, re.DOTALL)
+    return json.loads(content)
+
+
+PAGES: list[Callable[[], PlannedMotion]] = [
+    plane_plan,
+    moving_space_plan,
+    space_plan,
+    lambda: space_plan(obstacles=False, spheres=False),
+]
+
+
+@BROWSER
+@pytest.mark.parametrize("plan", PAGES)
+def test_players_run_in_a_browser(plan: Callable[[], PlannedMotion], tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(page("a <b>&</b> b", frames_of(plan().motion)), encoding="utf-8")
+    document = opened(path, tmp_path / "profile")
+    assert "<title>a &lt;b&gt;" in document
+    assert re.search(r">\d\.\d{3} s</output>", document) and ">Pause</button>" in document  # it plays
+    if plan is space_plan:
+        assert re.search(r"Closest: \w+, [\w ]+, -?\d+\.\d mm<", document)
+        assert document.count("<li>") == 4 and "joint_3" in document
+        assert re.search(rf">{MINUS}?\d\.\d{{3}} rad</output>", document)
+
+
+def test_frames_are_the_arm() -> None:
+    motion = plane_plan().motion
+    frames = frames_of(motion, 31)
+    arm = motion.problem.robot
+    assert frames.joints.shape == (31, arm.links + 1, 2)
+    assert frames.times[0] == 0.0 and frames.duration == motion.trajectory.duration
+    lengths = np.linalg.norm(np.diff(frames.joints, axis=1), axis=2)
+    np.testing.assert_allclose(lengths, np.broadcast_to(arm.link_lengths, lengths.shape), atol=1e-12)
+    assert np.linalg.norm(frames.joints[[0, -1], -1] - frames.task_points[[0, -1]], axis=1).max() < 0.11
+    left, right, bottom, top = frames.extent
+    assert (frames.joints > [left, bottom]).all() and (frames.joints < [right, top]).all()
+
+
+def test_the_player_is_one_file_that_fetches_nothing() -> None:
+    frames = frames_of(space_plan().motion, 31)
+    text = page("a <b>&</b> b", frames)
+    assert fetched(text) == []
+    assert not re.search(r"https?:|//\w+\.\w|import\s*\(|fetch\s*\(|XMLHttpRequest", text)
+    assert "<title>a &lt;b&gt;" in text
+    data = data_of(text)
+    assert np.shape(data["centers"]) == (31, len(SPHERES), 3) and data["radii"] == [s.radius for s in SPHERES]
+    assert data["kinds"] == [0, 1, 2, 3]
+    assert data["joint_names"] == ["joint_0", "joint_1", "joint_2", "joint_3"]
+    assert len(data["solids"]) == len(SOLIDS) and [len(data["solids"][0][k]) for k in ("vertices", "faces")] == [8, 6]
+    np.testing.assert_allclose(data["joints"], frames.joints, atol=1e-4)
+    labels = [curve["label"] for curve in data["curves"]]
+    assert labels == ["joint position [rad]", *(f"joint {name} / limit" for name in ("speed", "acceleration", "jerk"))]
+    np.testing.assert_allclose(data["curves"][0]["values"], frames.theta, atol=1e-6)
+    peaks = [np.abs(curve["values"]).max() for curve in data["curves"][1:]]
+    assert all(0.3 < peak <= 1.0 + 1e-6 for peak in peaks)
+    bare = data_of(page("bare", frames_of(space_plan(obstacles=False, spheres=False).motion, 5)))
+    assert bare["closest"] is None and bare["solids"] == [] and np.shape(bare["centers"]) == (5, 0)
+
+
+def test_the_player_shows_torques_as_shares_of_their_limits() -> None:
+    motion = lifted_motion()
+    frames = frames_of(motion, 21)
+    curve = data_of(page("lift", frames))["curves"][-1]
+    assert curve["label"] == "joint torque / limit" and curve["limits"] == [120.0, 40.0, 20.0, 10.0]
+    np.testing.assert_allclose(curve["values"], motion.torques(frames.times) / [120.0, 40.0, 20.0, 10.0], atol=1e-6)
+
+
+@BROWSER
+def test_the_player_shows_torques_that_nothing_limits_in_their_units(tmp_path: Path) -> None:
+    motion = lifted_motion(limited=False)
+    text = page("lift", frames_of(motion, 21))
+    curve = data_of(text)["curves"][-1]
+    assert curve["label"] == "joint torque [N m or N]" and "limits" not in curve
+    path = tmp_path / "page.html"
+    choose = "const s = document.querySelector('.quantity'); s.selectedIndex = s.options.length - 1; "
+    path.write_text(f"{text}<script>{choose}s.dispatchEvent(new Event('change'));</script>", encoding="utf-8")
+    document = opened(path, tmp_path / "profile")
+    shown = [
+        float(value.replace(MINUS, "-")) for value in re.findall(rf">({MINUS}?[0-9.]+) N(?: m)?</output>", document)
+    ]
+    assert len(shown) == 4 and re.search(rf">{MINUS}?[0-9.]+ N</output>", document)
+    values = np.array(curve["values"])  # at whatever time the page was when it was read
+    assert (shown >= values.min(axis=0) - 1e-3).all() and (shown <= values.max(axis=0) + 1e-3).all()
+    assert shown[0] > 60.0  # what it carries up
+
+
+def test_names_of_others_stay_text() -> None:
+    plan = space_plan()
+    hostile = "</script><script>alert('x')</script>"
+    robot = plan.criteria.robot
+    joints = (replace(robot.chain.joints[0], name=hostile), *robot.chain.joints[1:])
+    criteria = replace(
+        plan.motion.problem,
+        task=replace(plan.criteria.task, robot=replace(robot, chain=replace(robot.chain, joints=joints))),
+    )
+    text = page("hostile", replace(frames_of(plan.motion, 5), problem=criteria))
+    assert hostile not in text
+    assert data_of(text)["joint_names"][0] == hostile
+
+
+def test_the_player_of_the_plane_moves_outlines() -> None:
+    frames = frames_of(plane_plan().motion, 11)
+    data = data_of(page("plane", frames))
+    np.testing.assert_allclose(data["obstacles"], [IN_PLANE[0].outline()], atol=1e-4)
+    assert len(data["moving"]) == 2
+    for sent, obstacle in zip(data["moving"], IN_PLANE[1:], strict=True):
+        p, q = np.array(sent["outline"]).T
+        for time, (x, y, u, v) in zip(frames.times, sent["frames"], strict=True):
+            shown = np.column_stack([x + p * u - q * v, y + p * v + q * u])
+            np.testing.assert_allclose(shown, obstacle.at(time).outline(), atol=5e-4)
+    left, right, bottom, top = data["extent"]
+    reach = 1.8 + 0.05
+    assert left > -1.2 * reach and right < 1.2 * reach and bottom > -1.2 * reach and top < 1.2 * reach
+
+
+def test_the_player_of_space_moves_solids() -> None:
+    frames = frames_of(moving_space_plan().motion, 11)
+    data = data_of(page("space", frames))
+    assert [moving["number"] for moving in data["moving"]] == [1] and data["planes"] == []
+    still = np.array(data["solids"][1]["vertices"])
+    for time, (origin, *axes) in zip(frames.times, data["moving"][0]["frames"], strict=True):
+        np.testing.assert_allclose(still @ axes + origin, IN_SPACE[1].at(time).surface()[0], atol=2e-4)
+
+
+@BROWSER
+def test_the_closest_distance_is_shown_as_it_is_at_the_end(tmp_path: Path) -> None:
+    plan = moving_space_plan()
+    frames = frames_of(plan.motion, 9)
+    closest = closest_of(plan.motion.problem, frames.theta, frames.times)
+    assert closest is not None
+    to_end = "const s = document.querySelector('.time'); s.value = 1000; s.dispatchEvent(new Event('input'));"
+    path = tmp_path / "page.html"
+    path.write_text(f"{page('end', frames)}<script>{to_end}</script>", encoding="utf-8")
+    shown = re.search(r"Closest: \w+, [\w ]+, (-?[0-9.]+) mm<", opened(path, tmp_path / "profile"))
+    assert shown is not None and float(shown[1]) == pytest.approx(1000.0 * closest.distances[-1], abs=0.051)

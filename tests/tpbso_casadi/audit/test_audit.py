@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
-import subprocess
-import sys
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
@@ -25,48 +22,73 @@ from problems.nlp import optimality
 from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.audit_report import audit_scenario
 from tpbso_casadi.cli.commands.audit import main
-from tpbso_casadi.planning import SearchedMotion, plan
+from tpbso_casadi.figures import write_run
+from tpbso_casadi.planning import PlannedMotion, SearchedMotion, plan
 from tpbso_casadi.scenario.cases import TITLES
-from tpbso_casadi.storage import sealed, write_run
+from tpbso_casadi.storage import sealed
+
+ARM = {"link_lengths": [0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
+MOVE = {
+    "kind": "point-to-point",
+    "start": {"joints": [0.1, 0.5, 0.5]},
+    "goal": [[0.5, 1.0], [0.2, 1.1]],
+    "via": [[0.9, 0.6]],
+}
+PATH = {"kind": "joint-path", "joints": [[0.0, 0.5, 0.5], [0.4, 0.9, 0.2], [0.8, 0.4, -0.3]]}
+FOLLOWED = {"kind": "path", "points": [[1.0, -0.2], [1.1, 0.0], [1.0, 0.2]], "accuracy": 0.1, "elbow": "up"}
+STATED: dict[str, Any] = {
+    "move": {"arm": ARM, "task": MOVE},
+    "path": {"arm": ARM, "task": PATH},
+    "followed": {"arm": ARM, "task": FOLLOWED, "model": {"motion": "paper"}},
+}
 
 
 @cache
-def planned(case: str, *, polish: bool = False, solver: str = "pso", formulation: str = "reduced") -> SearchedMotion:
-    content = builtin(case).model_dump()
-    content["model"]["formulation"] = formulation
-    content["solver"] |= {"name": solver, "evaluations": 6000, "polish_starts": int(polish)}
-    if solver == "ipopt":
-        content["solver"] |= {"evaluations": None, "iterations": 3}
-    return plan(parse_scenario(content))
+def planned(case: str, polish: bool = False, retime: bool = True) -> PlannedMotion:
+    """Of the paper's motions rotation-3 is retimed, and time-3 gives way to the closed form; a move; a given path."""
+    if case == "path":
+        return plan(parse_scenario(STATED[case]))
+    content = STATED.get(case) or builtin(case).model_dump()
+    if case not in STATED:
+        content["model"] |= {"retime": retime, "formulation": "reduced"}
+    solver = {"name": "pso", "evaluations": 2000, "polish_starts": int(polish)}
+    return plan(parse_scenario(content | {"solver": content.get("solver", {}) | solver}))
+
+
+def searched(case: str, retime: bool = True) -> SearchedMotion:
+    found = planned(case, retime=retime).searched
+    assert found is not None
+    return found
+
+
+def folder_of(case: str, tmp_path: Path, polish: bool = False) -> Path:
+    write_run(tmp_path / "run", planned(case, polish), plots=False)
+    return tmp_path / "run"
+
+
+def edit_json(folder: Path, edit: Callable[[dict[str, Any]], object]) -> None:
+    """Edit a result as somebody would who computes its seal anew."""
+    content = json.loads((folder / "result.json").read_text())
+    edit(content)
+    (folder / "result.json").write_text(json.dumps(sealed({k: v for k, v in content.items() if k != "seal"})))
 
 
 def audit(capfd: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, Any]:
     """Exit status, and the JSON or the line of error."""
-    try:
-        status = int(main([*map(str, arguments), "--json"]))
-    except SystemExit as end:
-        status = int(end.code or 0)
+    status = main([*map(str, arguments), "--json"])
     output = capfd.readouterr()
     if status == 2:
-        assert output.out == ""
+        assert (output.out, output.err.count("\n")) == ("", 1)
         assert output.err.startswith("error: ")
-        assert output.err.count("\n") == 1
+        assert "internal error" not in output.err
         return status, output.err
     return status, json.loads(output.out)
 
 
-LONG = (
-    "obstacle-4",
-    "obstacle-5",
-    "pentagram-time",
-    "pentagram-rotation",
-    "closed-curve-rotation",
-    "rotation-4",
-    "rotation-5",
-)  # much like others, and seconds each
+OFTEN = ("rotation-2", "obstacle-3")  # others are much like these
 
 
-@pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c in LONG else c for c in TITLES])
+@pytest.mark.parametrize("case", [c if c in OFTEN else pytest.param(c, marks=pytest.mark.slow) for c in TITLES])
 def test_every_case_is_audited(case: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     status, of_scenario = audit(capfd, case)
     assert status == 0
@@ -76,25 +98,27 @@ def test_every_case_is_audited(case: str, tmp_path: Path, capfd: pytest.CaptureF
         assert c["rows"] > 0
         assert c["formula"]
         assert c["depends_on"] or c["degree"] == "constant"
+    conditions = []
     for polish in (False, True):
-        write_run(tmp_path / "run", planned(case, polish=polish), plots=False)
-        status, of_run = audit(capfd, tmp_path / "run")
+        status, of_run = audit(capfd, folder_of(case, tmp_path, polish))
         assert status == 0
         assert of_run["certificate"]["verdict"] == "certified"
         assert all(c["margin"] >= -1e-9 for c in of_run["constraints"])
         assert (of_run["polish"] is not None) == polish
+        conditions.append(of_run["optimality"])
+    if case == "obstacle-3":  # a polished motion meets the conditions of an optimum, a beetle does not
+        assert conditions[1]["stationarity"] < min(1e-3, conditions[0]["stationarity"])
+        assert conditions[1]["sensitivities"][0]["constraint"] in ("clearance", "swept clearance")
 
 
-def test_a_polished_motion_is_a_kkt_point_and_a_beetle_is_not(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    conditions = {}
-    for polish in (False, True):
-        write_run(tmp_path / "run", planned("obstacle-3", polish=polish), plots=False)
-        conditions[polish] = audit(capfd, tmp_path / "run")[1]["optimality"]
-    assert conditions[True]["stationarity"] < 1e-3
-    assert conditions[True]["stationarity"] < conditions[False]["stationarity"]
-    assert conditions[True]["sensitivities"][0]["constraint"] in ("clearance", "swept clearance")
+@pytest.mark.parametrize("case", STATED)
+def test_moves_and_paths_are_certified_again(case: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    for polish in {False, case != "path"}:
+        status, found = audit(capfd, folder_of(case, tmp_path, polish))
+        assert (status, found["certificate"]["verdict"]) == (0, "certified")
+        assert (found["optimality"] is None) == (case == "path")
+    names = [c["name"] for c in found["constraints"]]
+    assert case != "move" or names[-5:] == ["start", "via 1", "goal", "start velocity", "goal velocity"]
 
 
 def test_sensitivities_are_what_a_looser_limit_buys() -> None:
@@ -161,48 +185,125 @@ def test_a_limit_that_nothing_meets_is_found(tmp_path: Path, capfd: pytest.Captu
     assert next(c["never_met"] for c in report["search"]["constraints"] if c["name"] == "joint range") > 0
 
 
-def folder_of(case: str, tmp_path: Path) -> Path:
-    write_run(tmp_path / "run", planned(case), plots=False)
-    return tmp_path / "run"
+def pieces_of(result: dict[str, Any]) -> list[list[list[float]]]:
+    coefficients: list[list[list[float]]] = result["solution"]["coefficients"]
+    return coefficients
 
 
-def edit_json(folder: Path, edit: Callable[[dict[str, Any]], object]) -> None:
-    """Edit a result as somebody would who computes its seal anew."""
-    content = json.loads((folder / "result.json").read_text())
-    edit(content)
-    (folder / "result.json").write_text(json.dumps(sealed({k: v for k, v in content.items() if k != "seal"})))
+def moved(pieces: dict[str, Any]) -> None:
+    """The same motion, turned by a millionth of a radian in joint 2."""
+    coefficients = np.array(pieces["coefficients"])
+    coefficients[-1, :, 1] += 1e-6
+    pieces["coefficients"] = coefficients.tolist()
 
 
-EDITS: dict[str, Callable[[dict[str, Any]], object]] = {
-    "objective": lambda r: r["objective"].update(value=r["objective"]["value"] * (1.0 - 1e-6)),
-    "cost": lambda r: r.update(cost=r["cost"] * 0.999),
-    "feasible": lambda r: r.update(feasible=False),
-    "verdict": lambda r: r["certificate"].update(verdict="violated"),
-    "worst": lambda r: r["constraints"][0].update(worst=0.1),
-    "status": lambda r: r["constraints"][0].update(status="undecided"),
-    "limit": lambda r: r["scenario"]["arm"].update(max_speed=3.0),
-    "goal": lambda r: r["scenario"]["task"].update(goal=[0.4, 1.5]),
-    "unknown key": lambda r: r["scenario"].update(robot=1),
-    "variable": lambda r: r["solution"]["variables"][0].update(value=r["solution"]["variables"][0]["value"] + 1e-6),
-    "fewer variables": lambda r: r["solution"]["variables"].pop(),
-    "coefficient": lambda r: r["solution"]["coefficients"][0][0].__setitem__(0, 9.0),
-    "breakpoint": lambda r: r["solution"]["breakpoints"].__setitem__(1, 0.0),
-    "no coefficients": lambda r: r["solution"].pop("coefficients"),
-    "text": lambda r: r["solution"].update(coefficients="none"),
-    "not a number": lambda r: r["solution"]["breakpoints"].__setitem__(0, None),
-    "no scenario": lambda r: r.pop("scenario"),
+def with_a_third_piece(result: dict[str, Any]) -> None:
+    """The arm stays at rest for a second more."""
+    solution = result["solution"]
+    ends = np.array(solution["coefficients"])
+    h = np.diff(solution["breakpoints"])[-1]
+    rest = np.zeros((ends.shape[0], 1, ends.shape[2]))
+    rest[-1, 0] = np.polynomial.polynomial.polyval(h, ends[::-1, -1])
+    solution["coefficients"] = np.concatenate([ends, rest], axis=1).tolist()
+    solution["breakpoints"].append(solution["breakpoints"][-1] + 1.0)
+
+
+def teleporting(turns: float, jump: float) -> Callable[[dict[str, Any]], object]:
+    """A joint that goes on by ``jump`` rad between the pieces, after so many turns."""
+
+    def edit(result: dict[str, Any]) -> None:
+        last = pieces_of(result)[-1]
+        last[0][0] += 2.0 * np.pi * turns
+        last[1][0] += 2.0 * np.pi * turns + jump
+
+    return edit
+
+
+def nested(depth: int) -> list[Any]:
+    return [nested(depth - 1)] if depth else []
+
+
+def nudged(variable: dict[str, Any], by: float) -> None:
+    variable["value"] += by
+
+
+EDITS: dict[str, list[tuple[Callable[[dict[str, Any]], object], str]]] = {
+    "time-3": [
+        (lambda r: r["objective"].update(value=r["objective"]["value"] * (1.0 - 1e-6)), "objective"),
+        (lambda r: r.update(cost=r["cost"] * 0.999), "cost"),
+        (lambda r: r.update(feasible=False), "feasible"),
+        (lambda r: r["certificate"].update(verdict="violated"), "verdict"),
+        (lambda r: r["constraints"][0].update(worst=0.1), "worst"),
+        (lambda r: r["constraints"][0].update(status="undecided"), "status"),
+        (lambda r: r["scenario"]["arm"].update(max_speed=3.0), ""),
+        (lambda r: r["scenario"]["task"].update(goal=[0.4, 1.5]), ""),
+        (lambda r: r["scenario"].update(robot=1), "robot"),
+        (lambda r: nudged(r["solution"]["variables"][0], 1e-6), ""),
+        (lambda r: r["solution"]["variables"].pop(), "variables"),
+        (lambda r: pieces_of(r)[0][0].__setitem__(0, 9.0), ""),
+        (lambda r: r["solution"]["breakpoints"].__setitem__(1, 0.0), "breakpoints"),
+        (lambda r: r["solution"].pop("coefficients"), "coefficients"),
+        (lambda r: r["solution"].update(coefficients="none"), "coefficients"),
+        (lambda r: r["solution"]["breakpoints"].__setitem__(0, None), "breakpoints"),
+        (lambda r: r.pop("scenario"), "scenario"),
+        (with_a_third_piece, ""),
+        (lambda r: r["solution"].update(coefficients=[[[0.0] * 3] * 2] * 1000 + pieces_of(r)), ""),
+        (lambda r: pieces_of(r)[0][0].__setitem__(0, 1e308), ""),
+        (lambda r: pieces_of(r)[0][0].__setitem__(0, 10**400), ""),
+        (lambda r: r["solution"]["breakpoints"].__setitem__(1, 5e-324), ""),
+        (lambda r: pieces_of(r)[-1][0].__setitem__(0, 1e9), ""),
+        (teleporting(0.0, 0.5), "do not join"),
+        (teleporting(1e3, 0.5), "do not join"),
+        (teleporting(1e8, 0.5), "do not join"),
+        (lambda r: r["constraints"][0].update(name="[red]speed[/]", where="[bold"), ""),
+        (lambda r: r["solver"]["settings"].update(c1=nested(900)), ""),
+        (lambda r: r["solver"]["settings"].update(c1=nested(150)), ""),
+        (lambda r: r["versions"].update({"x" * 10_000_000: "1"}), ""),
+        (lambda r: r["scenario"]["solver"].update(name="nowhere:Nothing"), "nowhere"),
+        (lambda r: r["retiming"].update(candidate="same path"), "leaves its path"),
+    ],
+    "rotation-3": [
+        (lambda r: moved(r["solution"]), ""),
+        (lambda r: moved(r["retiming"]["motion"]), ""),
+        (lambda r: r["retiming"].update(motion=None), "retiming"),
+        (lambda r: r["retiming"]["before"].update(duration=9.0), "retiming.before.duration"),
+        (lambda r: r["retiming"]["after"].update(objective=0.1), "retiming.after.objective"),
+        (lambda r: r["retiming"].update(candidate="magic"), "retiming.candidate"),
+        (lambda r: r["scenario"]["model"].update(retime=False), "retiming: the scenario asks"),
+    ],
+    "move": [
+        (lambda r: r.pop("retiming"), "retiming: missing key"),
+        (lambda r: moved(r["solution"]), ""),
+        (lambda r: nudged(r["solution"]["variables"][0], 1e-3), ""),
+        (lambda r: r.update(cost=r["cost"] * 0.999), "cost"),
+        (lambda r: r["scenario"]["task"].update(goal_velocity=[0.1, 0.0, 0.0]), ""),
+    ],
+    "path": [
+        (lambda r: r["scenario"]["task"]["joints"][1].__setitem__(0, 0.4 + 1e-6), "constraints.path"),
+        (lambda r: r.update(evaluations=10), "evaluations: 10 is stored, 0 is computed"),
+        (lambda r: r.update(seed=1), "seed"),
+        (lambda r: r["history"].update(cost=[1.0], evaluations=[1]), "history"),
+        (lambda r: r["solution"].update(quantities={"theta": [0.0]}), "solution.quantities"),
+    ],
 }
 
 
-@pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
-def test_an_edited_result_is_refused(
-    edit: Callable[[dict[str, Any]], object], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("case", "edit", "expected"), [(case, *edit) for case, edits in EDITS.items() for edit in edits]
+)
+def test_an_edited_result_is_refused_by_name(
+    case: str,
+    edit: Callable[[dict[str, Any]], object],
+    expected: str,
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
-    folder = folder_of("time-3", tmp_path)
+    folder = folder_of(case, tmp_path)
     edit_json(folder, edit)
     status, error = audit(capfd, folder)
     assert status == 2
-    assert "result.json" in error or "solution" in error or "trajectory.csv" in error
+    assert "result.json" in error or "trajectory.csv" in error
+    assert expected in error
 
 
 @pytest.mark.parametrize("line", [1, 2, 60, -1])
@@ -219,7 +320,9 @@ def test_an_edited_table_is_refused(line: int, tmp_path: Path, capfd: pytest.Cap
     assert f"trajectory.csv line {line % len(lines) + 1}: q3" in error
 
 
-@pytest.mark.parametrize("spoil", ["missing", "text", "fewer rows", "empty", "no result", "not JSON"])
+@pytest.mark.parametrize(
+    "spoil", ["missing", "text", "fewer rows", "empty", "a pipe", "no result", "not JSON", "a result in a pipe"]
+)
 def test_a_spoilt_folder_is_refused(spoil: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     folder = folder_of("time-3", tmp_path)
     table, result = folder / "trajectory.csv", folder / "result.json"
@@ -228,82 +331,15 @@ def test_a_spoilt_folder_is_refused(spoil: str, tmp_path: Path, capfd: pytest.Ca
         "text": lambda: table.write_text(table.read_text().replace("0.0", "zero", 1)),
         "fewer rows": lambda: table.write_text("\n".join(table.read_text().splitlines()[:-1])),
         "empty": lambda: table.write_text(""),
+        "a pipe": lambda: (table.unlink(), os.mkfifo(table)),
         "no result": result.unlink,
         "not JSON": lambda: result.write_text("{"),
+        "a result in a pipe": lambda: (result.unlink(), os.mkfifo(result)),
     }[spoil]()
-    assert audit(capfd, folder)[0] == 2
-
-
-def pieces_of(result: dict[str, Any]) -> list[list[list[float]]]:
-    coefficients: list[list[list[float]]] = result["solution"]["coefficients"]
-    return coefficients
-
-
-def with_a_third_piece(result: dict[str, Any]) -> None:
-    """The arm stays at rest for a second more."""
-    solution = result["solution"]
-    ends = np.array(solution["coefficients"])
-    h = np.diff(solution["breakpoints"])[-1]
-    last = np.polynomial.polynomial.polyval(h, ends[::-1, -1])
-    rest = np.zeros((ends.shape[0], 1, ends.shape[2]))
-    rest[-1, 0] = last
-    solution["coefficients"] = np.concatenate([ends, rest], axis=1).tolist()
-    solution["breakpoints"].append(solution["breakpoints"][-1] + 1.0)
-
-
-HOSTILE: dict[str, Callable[[dict[str, Any]], object]] = {
-    "three pieces": with_a_third_piece,
-    "a thousand zeros": lambda r: r["solution"].update(
-        coefficients=np.concatenate([np.zeros((1000, 2, 3)), pieces_of(r)]).tolist()
-    ),
-    "huge": lambda r: pieces_of(r)[0][0].__setitem__(0, 1e308),
-    "huger": lambda r: pieces_of(r)[0][0].__setitem__(0, 10**400),
-    "tiny times": lambda r: r["solution"]["breakpoints"].__setitem__(1, 5e-324),
-    "times that stand still": lambda r: r["solution"]["breakpoints"].__setitem__(1, 0.0),
-    "turns": lambda r: pieces_of(r)[-1][0].__setitem__(0, 1e9),
-    "markup": lambda r: r["constraints"][0].update(name="[red]speed[/]", where="[bold"),
-    "deep": lambda r: r["solver"]["settings"].update(c1=nested(900)),
-    "deeper": lambda r: r["solver"]["settings"].update(c1=nested(150)),
-    "a huge name": lambda r: r["versions"].update({"x" * 10_000_000: "1"}),
-    "a plug-in that is not there": lambda r: r["scenario"]["solver"].update(name="nowhere:Nothing"),
-}
-
-
-def nested(depth: int) -> list[Any]:
-    return [nested(depth - 1)] if depth else []
-
-
-@pytest.mark.parametrize("edit", HOSTILE.values(), ids=HOSTILE)
-def test_a_hostile_result_is_refused_in_one_line(
-    edit: Callable[[dict[str, Any]], object], tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    folder = folder_of("time-3", tmp_path)
-    edit_json(folder, edit)
-    assert main([str(folder)]) == 2
-    output = capfd.readouterr()
-    assert (output.out, output.err.count("\n")) == ("", 1)
-    assert "result.json" in output.err
-    assert "internal error" not in output.err
-
-
-def teleporting(turns: float, jump: float) -> Callable[[dict[str, Any]], object]:
-    """A joint that goes on by ``jump`` rad between the pieces, after so many turns."""
-
-    def edit(result: dict[str, Any]) -> None:
-        last = pieces_of(result)[-1]
-        last[0][0] += 2.0 * np.pi * turns
-        last[1][0] += 2.0 * np.pi * turns + jump
-
-    return edit
-
-
-@pytest.mark.parametrize("turns", [0.0, 1e3, 1e8])
-def test_a_motion_that_teleports_is_refused(turns: float, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    folder = folder_of("time-3", tmp_path)
-    edit_json(folder, teleporting(turns, 0.5))
     status, error = audit(capfd, folder)
     assert status == 2
-    assert "do not join" in error
+    assert ("result.json" if "result" in spoil or spoil == "not JSON" else "trajectory.csv") in error
+    assert audit(capfd, tmp_path / "nothing.toml")[0] == audit(capfd, "nothing")[0] == 2
 
 
 @pytest.mark.parametrize("name", ["joint_trajectory.json", "joint_trajectory.csv", "path.png"])
@@ -317,21 +353,6 @@ def test_files_of_another_plan_are_refused(name: str, tmp_path: Path, capfd: pyt
     assert f"{folder / name}: is not of this run" in error
 
 
-@pytest.mark.parametrize("name", ["result.json", "trajectory.csv"])
-def test_a_pipe_does_not_hang(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    folder = folder_of("time-3", tmp_path)
-    (folder / name).unlink()
-    os.mkfifo(folder / name)
-    status, error = audit(capfd, folder)
-    assert status == 2
-    assert name in error
-
-
-def test_what_is_neither_a_run_nor_a_scenario(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    for what in (tmp_path / "nothing.toml", "nothing"):
-        assert audit(capfd, what)[0] == 2
-
-
 def rewritten(solution: SearchedMotion, folder: Path, factor: float) -> Path:
     """A run that is consistent in itself, with its motion run faster by a factor."""
     motion = replace(solution.motion, trajectory=solution.trajectory.time_scaled(1.0 / factor))
@@ -342,7 +363,7 @@ def rewritten(solution: SearchedMotion, folder: Path, factor: float) -> Path:
 
 
 def test_a_speed_a_thousandth_over_is_caught(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    solution = planned("time-3")
+    solution = searched("time-3", retime=False)
     tight = solution.problem.exact_time_scale(solution.trajectory)
     status, result = audit(capfd, rewritten(solution, tmp_path / "run", 1.001 / tight))
     assert status == 1
@@ -356,7 +377,7 @@ def test_a_speed_a_thousandth_over_is_caught(tmp_path: Path, capfd: pytest.Captu
 def test_a_link_that_grazes_an_obstacle_is_caught(
     grown: float, expected: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    solution = planned("obstacle-3")
+    solution = searched("obstacle-3")
     clearance = next(v for v in solution.problem.verify(solution.trajectory) if v.name == "clearance")
     smallest = clearance.worst / 0.9  # what is proven gives a tenth away
     oval = solution.problem.obstacles[0]
@@ -391,15 +412,11 @@ def test_no_certificate_is_false(seeds: range) -> None:
     assert outcomes[CertificateStatus.VIOLATED, False] <= 5  # broken by less than samples show
 
 
-def test_tables_and_picture_for_a_person(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "tpbso_casadi.audit"]
-    folder = folder_of("obstacle-4", tmp_path)
-    run = subprocess.run([*command, str(folder)], capture_output=True, text=True, check=True)
-    assert "certified" in run.stdout
-    assert "what holds the motion back" in run.stdout
-    command_line = [*command, "obstacle-4", "--plots", str(tmp_path / "plots")]
-    scenario = subprocess.run(command_line, capture_output=True, text=True, check=True)
-    assert "degrees of freedom" in scenario.stdout
+def test_tables_and_picture_for_a_person(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main([str(folder_of("obstacle-3", tmp_path))]) == 0
+    told = capfd.readouterr().out
+    assert "certified" in told
+    assert "what holds the motion back" in told
+    assert main(["obstacle-3", "--plots", str(tmp_path / "plots")]) == 0
+    assert "degrees of freedom" in capfd.readouterr().out
     assert (tmp_path / "plots/structure.png").read_bytes().startswith(b"\x89PNG")
-    shutil.rmtree(folder)
-    assert subprocess.run([*command, str(folder)], capture_output=True, check=False).returncode == 2

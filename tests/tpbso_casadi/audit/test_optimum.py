@@ -21,8 +21,8 @@ from tpbso_casadi.audit_report import nearest_optimum
 from tpbso_casadi.cli.commands.audit import main
 from tpbso_casadi.display.audit_tables import of_one, print_optimum, saved, sentences
 from tpbso_casadi.display.console import OutputConsole
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import SearchedMotion, plan
-from tpbso_casadi.storage import write_run
 
 SHARE = 0.3  # of the reach
 

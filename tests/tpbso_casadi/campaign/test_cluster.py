@@ -26,6 +26,8 @@ from tpbso_casadi.campaign.run import run_one  # noqa: E402
 from tpbso_casadi.cli.commands.compare import main  # noqa: E402
 from tpbso_casadi.plain import versions  # noqa: E402
 
+pytestmark = pytest.mark.process
+
 CAMPAIGN = ["time-2", "rotation-3", "--solvers", "bso,pso+polish", "--runs", "4", "--evaluations", "2000", "--no-plots"]
 CAMPAIGN += ["--quiet"]
 CLUSTER = """

@@ -1,16 +1,21 @@
-"""The store: durable, ours, of one version, used by one process at a time."""
+"""The store: durable, ours, of one version, used by one process at a time; the convergence of what it holds."""
 
 from __future__ import annotations
 
+import json
 import shutil
 import sqlite3
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from tpbso_casadi import builtin
-from tpbso_casadi.campaign import Outcome, Run, Store, StoreError
+from tpbso_casadi.campaign import Outcome, Results, Run, Store, StoreError, best_runs, grid, parse_solvers, results_of
+from tpbso_casadi.campaign.results import StoredSearch, convergence_of, improvements
 from tpbso_casadi.campaign.run import run_one
 from tpbso_casadi.scenario import parse_scenario
 
@@ -60,23 +65,19 @@ def test_a_run_is_kept_once_and_a_failed_one_may_be_replaced(path: Path) -> None
         assert len(store.records([again])) == 1
 
 
-@pytest.mark.parametrize(
-    "other",
-    [
-        {"seed": 2},
-        {"evaluations": 201},
-        {"name": "pso"},
-        {"settings": {"lambda_": 0.5}},
-        {"population": 31},
-        {"polish_starts": 1},
-        {"iterations": 7},
-    ],
-)
-def test_another_setting_is_another_run(other: dict[str, object]) -> None:
-    assert run(**other).key != run().key  # type: ignore[arg-type]
+OTHERS: list[dict[str, object]] = [
+    {"seed": 2},
+    {"evaluations": 201},
+    {"name": "pso"},
+    {"settings": {"lambda_": 0.5}},
+    {"population": 31},
+    {"polish_starts": 1},
+    {"iterations": 7},
+]
 
 
-def test_labels_and_spelled_out_defaults_are_the_same_run() -> None:
+def test_runs_are_the_same_that_say_the_same_whatever_their_labels() -> None:
+    assert len({run().key, *(run(**other).key for other in OTHERS)}) == len(OTHERS) + 1  # type: ignore[arg-type]
     assert Run("mine", "the first", run().scenario).key == run().key
     assert run(settings={"lambda_": 0.95}).key == run().key
 
@@ -168,35 +169,34 @@ def test_after_a_kill_the_log_is_part_of_the_store(path: Path, tmp_path: Path) -
         assert store.measurement("growth") == 1.0
 
 
-@pytest.mark.parametrize(
-    ("statement", "expected"),
-    [
-        ("UPDATE runs SET seconds = 'fast'", "seconds: Input should be a valid number, not 'fast'"),
-        ("UPDATE runs SET seconds = 9e999", "seconds: Input should be a finite number, not inf"),
-        ("UPDATE runs SET error = x'00'", "error: Input should be a valid string"),
-        (
-            "UPDATE runs SET result = json_set(result, '$.objective.value', 'best')",
-            "objective: Input should be a valid",
-        ),
-        ("UPDATE runs SET result = json_set(result, '$.objective.value', NULL)", "objective is missing"),
-        ("UPDATE runs SET result = json_set(result, '$.evaluations', 1.5)", "evaluations: Input should be a valid"),
-        ("UPDATE runs SET result = json_set(result, '$.feasible', 'yes')", "feasible: Input should be a valid boolean"),
-        ("UPDATE runs SET result = json_set(result, '$.unit', json('[]'), '$.cost', json('{}'))", "cost: Input should"),
-        ("UPDATE runs SET result = '{'", "malformed JSON"),
-        ("UPDATE runs SET result = NULL", "feasible is missing"),
-        ("DROP VIEW records", "no such table: records"),
-    ],
-)
-def test_what_is_no_record_is_one_line(statement: str, expected: str, path: Path) -> None:
+VALUE, ANY = "UPDATE runs SET result = json_set(result, '$.objective.value', {})", "UPDATE runs SET {}"
+NO_RECORDS = {
+    ANY.format("seconds = 'fast'"): "seconds: Input should be a valid number, not 'fast'",
+    ANY.format("seconds = 9e999"): "seconds: Input should be a finite number, not inf",
+    ANY.format("error = x'00'"): "error: Input should be a valid string",
+    VALUE.format("'best'"): "objective: Input should be a valid",
+    VALUE.format("NULL"): "objective is missing",
+    ANY.format("result = json_set(result, '$.evaluations', 1.5)"): "evaluations: Input should be a valid",
+    ANY.format("result = json_set(result, '$.feasible', 'yes')"): "feasible: Input should be a valid boolean",
+    ANY.format("result = json_set(result, '$.unit', json('[]'), '$.cost', json('{}'))"): "cost: Input should",
+    ANY.format("result = '{'"): "malformed JSON",
+    ANY.format("result = NULL"): "feasible is missing",
+    "DROP VIEW records": "no such table: records",
+}
+
+
+def test_what_is_no_record_is_one_line(path: Path, tmp_path: Path) -> None:
     stored = run()
     with Store(path) as store:
         store.add(stored, run_one(*stored.task))
-    with closing(sqlite3.connect(path, isolation_level=None)) as connection:
-        connection.execute(statement)
-    with Store(path) as store, pytest.raises(StoreError) as caught:
-        store.records([stored])
-    assert str(caught.value).startswith(f"{path}: ") and "\n" not in str(caught.value)
-    assert expected in str(caught.value)
+    for number, (statement, expected) in enumerate(NO_RECORDS.items()):
+        copy = Path(shutil.copy(path, tmp_path / f"{number}.sqlite"))
+        with closing(sqlite3.connect(copy, isolation_level=None)) as connection:
+            connection.execute(statement)
+        with Store(copy) as store, pytest.raises(StoreError) as caught:
+            store.records([stored])
+        assert str(caught.value).startswith(f"{copy}: ") and "\n" not in str(caught.value)
+        assert expected in str(caught.value)
 
 
 def test_measurements_that_are_no_json_and_values_that_no_store_can_hold(path: Path) -> None:
@@ -213,3 +213,134 @@ def test_measurements_that_are_no_json_and_values_that_no_store_can_hold(path: P
 def test_a_lock_that_cannot_be_made_is_one_line(path: Path) -> None:
     path.with_name(f"{path.name}.lock").mkdir()
     assert error_of(path) == f"{path}: unable to open database file; runs stored before are kept"
+
+
+SOLVERS = "bso,abso+polish,ipopt"
+
+
+def campaign() -> list[Run]:
+    specs = [
+        replace(spec, table={"evaluations": 400}, descent_table={"iterations": 2}) for spec in parse_solvers(SOLVERS)
+    ]
+    return grid({"rotation-2": builtin("rotation-2")}, specs, (1, 2))
+
+
+@pytest.fixture(scope="module")
+def searched(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store of six runs and of one that failed."""
+    searched = tmp_path_factory.mktemp("store") / "runs.sqlite"
+    with Store(searched) as store:
+        for run in campaign()[:-1]:
+            store.add(run, run_one(*run.task))
+        store.add(campaign()[-1], Outcome(None, 0.1, "ValueError: no"))
+    return searched
+
+
+def stored(searched: Path) -> Results:
+    with Store(searched) as store:
+        return results_of(campaign(), store)
+
+
+def test_every_run_ends_with_its_certified_objective(searched: Path) -> None:
+    results = stored(searched)
+    assert results.solvers == SOLVERS.split(",") and results.cases == ["rotation-2"]
+    assert [run.solver for run in results.convergences] == [record.solver for record in results.records]
+    for run, record in zip(results.convergences, results.records, strict=True):
+        if record.error:
+            assert run.evaluations.size == 0 and run.done == 0
+        else:
+            assert record.feasible and run.objectives[-1] == record.objective
+            assert record.evaluations is not None and run.evaluations[-1] <= run.done
+            assert run.done > record.evaluations if "polish" in run.solver else run.done == record.evaluations
+            assert (np.diff(run.objectives) < 0.0).all() and (np.diff(run.evaluations) > 0.0).all()
+            assert run.at(np.array([run.evaluations[0] - 1, 10.0**9])).tolist() == [np.inf, record.objective]
+
+
+def test_the_best_plan_is_computed_again(searched: Path) -> None:
+    results = stored(searched)
+    with Store(searched) as store:
+        [best] = best_runs(campaign(), store)
+    assert (
+        best.record.objective
+        == results.references["rotation-2"]
+        == min(record.objective for record in results.records if record.objective is not None)
+    )
+    assert best.found.planned is not None
+    motion = best.found.planned.motion
+    assert motion.objective == pytest.approx(best.record.objective, rel=1e-9) and motion.feasible
+
+
+def updated(searched: Path, copy: Path, statement: str, *values: object) -> Path:
+    """A copy of the store in which results were changed."""
+    copy.write_bytes(searched.read_bytes())
+    with closing(sqlite3.connect(copy, isolation_level=None)) as connection:
+        connection.execute(statement, values)
+    return copy
+
+
+def test_what_is_no_search_is_one_line(searched: Path, tmp_path: Path) -> None:
+    change = "UPDATE runs SET result = json_set(result, ?, json(?)) WHERE solver LIKE 'abso%'"
+    for place, value in (
+        ("history.cost[0]", '"fast"'),
+        ("history.evaluations", "null"),
+        ("polish.before.feasible", "3"),
+    ):
+        copy = updated(searched, tmp_path / "runs.sqlite", change, f"$.{place}", value)
+        with pytest.raises(StoreError) as caught:
+            stored(copy)
+        key = place.replace("[0]", ".0")
+        assert str(caught.value).startswith(f"{copy}: result of rotation-2, abso+polish, seed 1: {key}: ")
+        assert "\n" not in str(caught.value)
+
+
+def test_a_best_plan_that_was_changed_is_one_line(searched: Path, tmp_path: Path) -> None:
+    change = "UPDATE runs SET result = json_set(result, '$.objective.value', 0.001) WHERE error = ''"
+    copy = updated(searched, tmp_path / "runs.sqlite", change)
+    with Store(copy) as store, pytest.raises(StoreError, match=r"result of rotation-2, bso, seed 1: .*changed"):
+        best_runs(campaign(), store)
+
+
+def search(**changes: Any) -> StoredSearch:
+    """A search of three iterations whose last two candidates are feasible: costs below 10 are."""
+    content: dict[str, Any] = {
+        "feasible": True,
+        "objective": {"value": 2.5, "name": "time"},
+        "evaluations": 30,
+        "history": {"evaluations": [10, 20, 30], "cost": [1e6, 3.0, 2.0]},
+    }
+    return StoredSearch.model_validate_json(json.dumps(content | changes))
+
+
+def pairs(stored: StoredSearch) -> list[tuple[float, float]]:
+    evaluations, objectives = improvements(stored, 10.0, stored.objective.value or 0.0)
+    return list(zip(evaluations.tolist(), objectives.tolist(), strict=True))
+
+
+def test_costs_are_moved_so_that_the_search_ends_with_its_certified_objective() -> None:
+    assert pairs(search()) == [(20.0, 3.5), (30.0, 2.5)]
+
+
+def test_a_polish_comes_behind_its_search() -> None:
+    before = {"objective": 2.25, "worst_violation": 0.0, "feasible": True}
+    polished = search(objective={"value": 1.5}, polish={"before": before, "evaluations": 7})
+    assert polished.done == 37
+    assert pairs(polished) == [(20.0, 3.25), (30.0, 2.25), (37.0, 1.5)]
+    rejected = search(objective={"value": 2.25}, polish={"before": before, "evaluations": 7})
+    assert pairs(rejected) == [(20.0, 3.25), (30.0, 2.25)] and rejected.done == 37
+
+
+def test_a_search_that_only_its_polish_made_feasible_has_no_plan_before() -> None:
+    before = {"objective": 2.25, "worst_violation": 0.5, "feasible": False}
+    assert pairs(search(objective={"value": 1.5}, polish={"before": before, "evaluations": 7})) == [(37.0, 1.5)]
+
+
+def test_a_plan_timed_anew_and_a_path_that_was_timed_alone() -> None:
+    before = {"objective": 2.75, "worst_violation": 0.0, "feasible": True, "duration": 1.0}
+    assert pairs(search(objective={"value": 2.0}, retiming={"before": before})) == [(20.0, 3.75), (30.0, 2.0)]
+    assert pairs(search(evaluations=0, history={"evaluations": [], "cost": []})) == [(1.0, 2.5)]
+
+
+def test_a_run_without_a_certified_plan_never_has_one() -> None:
+    [run, *_] = campaign()
+    for content in (search(feasible=False), search(objective={"value": None}), None):
+        assert convergence_of(run, content).evaluations.size == 0

@@ -1,21 +1,27 @@
-"""What all commands have in common: help, defaults, versions, short options, examples, one line of error."""
+"""What all commands have in common: help, defaults, versions, short options, examples, completion in a shell."""
 
 from __future__ import annotations
 
 import argparse
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from helpers.commands import module_of, options_of, parser_of, parsers
+from helpers.running import refusal
 
+from problems.robots import BUILT_IN
 from tpbso_casadi import __version__
 from tpbso_casadi.cli.command import WIDEST, OneLineParser
+from tpbso_casadi.cli.commands import completion
+from tpbso_casadi.cli.commands.completion import SHELLS
 from tpbso_casadi.cli.tpbso import COMMANDS
+from tpbso_casadi.scenario import SOLVER_CATALOGUE
+from tpbso_casadi.scenario.cases import TITLES
 
-PARSERS = list(parsers())
 SHORT = {
     "-h": "--help",
     "-V": "--version",
@@ -26,7 +32,6 @@ SHORT = {
     "-q": "--quiet",
 }
 each_command = pytest.mark.parametrize("command", COMMANDS)
-each_parser = pytest.mark.parametrize("parser", PARSERS, ids=lambda parser: parser.prog)
 
 
 def test_every_module_of_the_folder_is_a_command() -> None:
@@ -34,26 +39,22 @@ def test_every_module_of_the_folder_is_a_command() -> None:
     assert {path.stem for path in folder.glob("[!_]*.py")} == set(COMMANDS)
 
 
-@each_command
-@pytest.mark.parametrize("option", ["-h", "--help"])
-def test_help(command: str, option: str, capsys: pytest.CaptureFixture[str]) -> None:
+def printed_by(command: str, option: str, capsys: pytest.CaptureFixture[str]) -> str:
+    """What a command answers at once, which is no error."""
     with pytest.raises(SystemExit, match=r"^0$"):
         module_of(command).main([option])
     printed = capsys.readouterr()
-    assert printed.err == "" and printed.out == parser_of(command).format_help()
-    assert printed.out.startswith(f"usage: tpbso {command} ")
+    assert printed.err == ""
+    return printed.out
 
 
 @each_command
-@pytest.mark.parametrize("option", ["-V", "--version"])
-def test_version(command: str, option: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit, match=r"^0$"):
-        module_of(command).main([option])
-    assert capsys.readouterr().out == f"tpbso-casadi {__version__}\n"
-
-
-@each_command
-def test_an_unknown_option_is_one_line(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_version_and_an_unknown_option(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text = printed_by(command, "-h", capsys)
+    assert text == printed_by(command, "--help", capsys) == parser_of(command).format_help()
+    assert text.startswith(f"usage: tpbso {command} ")
+    version = f"tpbso-casadi {__version__}\n"
+    assert printed_by(command, "-V", capsys) == printed_by(command, "--version", capsys) == version
     with pytest.raises(SystemExit, match=r"^2$"):
         module_of(command).main([*parser_of(command).examples[0].split(), "--unknown"])
     printed = capsys.readouterr()
@@ -65,8 +66,12 @@ def text_of(default: object) -> object:
     return ",".join(default) if isinstance(default, tuple) else default
 
 
-@each_parser
-def test_every_value_has_a_default_that_the_help_shows(parser: OneLineParser) -> None:
+def test_every_value_has_a_default_that_the_help_shows() -> None:
+    for parser in parsers():
+        check_defaults(parser)
+
+
+def check_defaults(parser: OneLineParser) -> None:
     valued = [action for action in options_of(parser) if action.nargs != 0 and not action.required]
     formatter = parser._get_formatter()
     helps = {action.dest: formatter._expand_help(action) for action in valued}
@@ -75,15 +80,13 @@ def test_every_value_has_a_default_that_the_help_shows(parser: OneLineParser) ->
     assert {option: value for option, value in stated.items() if f"[default: {value}]" not in helps[option]} == {}
 
 
-@each_parser
-@pytest.mark.parametrize("columns", [80, 100, 300])
-def test_a_help_is_not_wider_than_the_terminal_or_100_columns(
-    parser: OneLineParser, columns: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("COLUMNS", str(columns))
-    lines = [line for line in parser.format_help().splitlines() if not line.startswith("  tpbso ")]
-    assert max(map(len, lines)) <= min(columns, WIDEST)
-    assert all(len(f"  {parser.prog} {example}") <= WIDEST for example in parser.examples)
+def test_a_help_is_not_wider_than_the_terminal_or_100_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    for columns in (80, 100, 300):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        for parser in parsers():
+            lines = [line for line in parser.format_help().splitlines() if not line.startswith("  tpbso ")]
+            assert max(map(len, lines)) <= min(columns, WIDEST)
+            assert all(len(f"  {parser.prog} {example}") <= WIDEST for example in parser.examples)
 
 
 @each_command
@@ -125,18 +128,13 @@ def test_examples_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             assert module_of(command).main(example.split()) == 0, example
 
 
-@each_parser
-def test_short_options(parser: OneLineParser) -> None:
-    named = {
-        option: options_of(parser)[i]
-        for i, action in enumerate(options_of(parser))
-        for option in [*action.option_strings]
-    }
-    short = {option for option in named if not option.startswith("--")}
-    assert short <= set(SHORT)
-    for brief, long in SHORT.items():
-        assert (brief in named) == (long in named)
-        assert named.get(brief) is named.get(long)
+def test_short_options() -> None:
+    for parser in parsers():
+        named = {option: action for action in options_of(parser) for option in action.option_strings}
+        assert {option for option in named if not option.startswith("--")} <= set(SHORT)
+        for brief, long in SHORT.items():
+            assert (brief in named) == (long in named)
+            assert named.get(brief) is named.get(long)
 
 
 def test_a_short_option_that_two_have_is_an_error_of_the_parser() -> None:
@@ -147,7 +145,7 @@ def test_a_short_option_that_two_have_is_an_error_of_the_parser() -> None:
 
 def test_the_same_option_has_the_same_short_form_metavar_and_help_everywhere() -> None:
     meanings: dict[str, set[tuple[str, ...]]] = {}
-    for parser in PARSERS:
+    for parser in parsers():
         for action in options_of(parser):
             text = str(action.help).partition(" [default:")[0]
             meaning = (*action.option_strings, str(action.metavar), text)
@@ -158,25 +156,82 @@ def test_the_same_option_has_the_same_short_form_metavar_and_help_everywhere() -
 
 def test_groups_are_the_same_and_in_the_same_order() -> None:
     order = ["positional arguments", "options", "problem", "search", "machine", "output"]
-    for parser in PARSERS:
+    for parser in parsers():
         titles = [str(group.title) for group in parser._action_groups if group._group_actions]
         assert titles == [title for title in order if title in titles]
 
 
-@pytest.mark.parametrize("program", ["tpbso audit", "python -m tpbso_casadi audit", "python -m tpbso_casadi.audit"])
-def test_the_usage_says_how_the_command_was_called(program: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "argv", [program])
-    assert parser_of("audit").format_help().startswith(f"usage: {program} [-h]")
+def test_the_usage_says_how_the_command_was_called(monkeypatch: pytest.MonkeyPatch) -> None:
+    for program in ("tpbso audit", "python -m tpbso_casadi audit", "python -m tpbso_casadi.audit"):
+        monkeypatch.setattr(sys, "argv", [program])
+        assert parser_of("audit").format_help().startswith(f"usage: {program} [-h]")
+    for program in ("/usr/bin/pytest", "my audit.py"):  # another program that runs it
+        monkeypatch.setattr(sys, "argv", [program])
+        assert parser_of("audit").prog == "tpbso audit"
 
 
-@pytest.mark.parametrize("program", ["/usr/bin/pytest", "my audit.py"])
-def test_the_usage_of_a_command_that_another_program_runs(program: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "argv", [program])
-    assert parser_of("audit").prog == "tpbso audit"
-
-
+@pytest.mark.process
 def test_a_module_that_is_run_knows_its_name() -> None:
     command = [sys.executable, "-m", "tpbso_casadi.audit", "--help"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.startswith("usage: python -m tpbso_casadi.audit ")
     assert "\n  python -m tpbso_casadi.audit runs/first --json\n" in done.stdout
+
+
+COMPLETING = """
+. ./completion.bash
+COMP_WORDS=("$@")
+COMP_CWORD=$(($# - 1))
+$(complete -p tpbso | sed 's/.*-F \\([^ ]*\\) .*/\\1/')
+printf '%s\\n' "${COMPREPLY[@]}"
+"""  # what bash does when the user presses Tab after the words
+
+
+@pytest.fixture
+def completing(in_an_empty_folder: None, capsys: pytest.CaptureFixture[str]) -> None:
+    """A working folder with a scenario, a folder of runs and the script for bash."""
+    assert completion.main(["bash"]) == 0
+    Path("completion.bash").write_text(capsys.readouterr().out)
+    Path("mine.toml").touch()
+    Path("runs").mkdir()
+
+
+def completed(*words: str) -> set[str]:
+    done = subprocess.run(["bash", "-c", COMPLETING, "-", *words], capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    return set(done.stdout.split())
+
+
+@pytest.mark.process
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
+def test_bash_completes_commands_options_scenarios_solvers_and_files(completing: None) -> None:
+    assert completed("tpbso", "") == set(COMMANDS)
+    assert completed("tpbso", "re") == {"retime", "reproduce"}
+    assert completed("tpbso", "solve", "time-") == {name for name in TITLES if name.startswith("time-")}
+    assert completed("tpbso", "solve", "") >= {*TITLES, "mine.toml"}
+    assert completed("tpbso", "solve", "mi") == {"mine.toml"}
+    assert completed("tpbso", "compare", "time-3", "obst") == {name for name in TITLES if name.startswith("obst")}
+    assert completed("tpbso", "solve", "--solver", "") == set(SOLVER_CATALOGUE.registry)
+    assert completed("tpbso", "solve", "time-3", "--solver", "ab") == {"abso"}
+    assert completed("tpbso", "solve", "--backend", "n") == {"native"}
+    assert completed("tpbso", "solve", "--export", "ros") == {"ros-json", "ros-yaml"}
+    assert completed("tpbso", "solve", "-o", "") == {"runs"}
+    assert completed("tpbso", "retime", "path.csv", "--robot", "m") == {"mine.toml"}
+    assert completed("tpbso", "audit", "ru") == {"runs"}
+    assert completed("tpbso", "robots", "show", "p") == {name for name in BUILT_IN if name.startswith("p")}
+    for command in COMMANDS:
+        options = {option for action in options_of(parser_of(command)) for option in action.option_strings}
+        assert completed("tpbso", command, "--") == {option for option in options if option.startswith("--")}
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_every_shell_has_a_script_with_every_command_scenario_and_solver(
+    shell: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert completion.main([shell]) == 0
+    script = capsys.readouterr().out
+    assert all(name in script for name in (*COMMANDS, *TITLES, *SOLVER_CATALOGUE.registry))
+
+
+def test_a_shell_that_is_none(in_an_empty_folder: None, capsys: pytest.CaptureFixture[str]) -> None:
+    assert refusal(capsys, completion.main, "cmd.exe").startswith("argument SHELL: invalid choice: 'cmd.exe'")

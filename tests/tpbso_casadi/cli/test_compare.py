@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.compare``, run for real: its files, its errors, and that no kill loses anything."""
+"""``tpbso compare``: its files, its errors, and that no kill loses anything."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import json
 import os
 import random
 import re
+import shlex
 import shutil
 import signal
 import sqlite3
@@ -17,6 +18,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from helpers.running import campaigns_here, refusal, status
 from helpers.stores import wait_for_rows
 from helpers.waiting import PATIENCE, wait_until
 
@@ -39,17 +41,16 @@ goal = [0.5, 1.5]
 """
 
 
+pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
+
+
 @pytest.fixture(autouse=True)
-def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def here(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaigns_here(monkeypatch)
 
 
 def run(*arguments: str) -> int:
-    """The exit status of the command line, run in this process."""
-    try:
-        return int(main([*arguments]))
-    except SystemExit as end:
-        return int(end.code or 0)
+    return status(main, *arguments)
 
 
 def table(folder: str) -> list[dict[str, str]]:
@@ -57,35 +58,42 @@ def table(folder: str) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def test_what_it_leaves_and_says(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_it_leaves_and_says(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tpbso_casadi.cli.campaign.LINE_SECONDS", 0.01)
     Path("mine.toml").write_text(MINE)
-    arguments = [
-        "time-2",
-        "mine.toml",
-        "--solvers",
-        "bso,ga(tournament=3),ipopt",
-        "--runs",
-        "3",
-        "--evaluations",
-        "300",
-    ]
-    assert run(*arguments, "--workers", "2", "--export", "exported/runs.csv") == 0
-    output = capsys.readouterr().out
+    solvers, cases = ("bso", "ga(tournament=3)", "ipopt"), ("time-2", "mine")
+    arguments = ["time-2", "mine.toml", "--solvers", ",".join(solvers), "--runs", "2", "--evaluations", "300"]
+    arguments += ["--starts", "1", "--no-plots", "--workers", "1"]
+    assert run(*arguments, "--export", "exported/runs.csv") == 0
+    output, errors = capsys.readouterr()
     assert "time-2 [s]" in output and "ga(tournament=3)" in output and "written to runs/compare" in output
+    check_progress(errors.splitlines(), 12, "2 scenarios, 3 solvers, 2 seeds")
     rows = table("runs/compare")
-    assert [(row["case"], row["solver"]) for row in rows] == [
-        (case, solver) for case in ("time-2", "mine") for solver in ("bso", "ga(tournament=3)", "ipopt")
-    ]
-    assert all(row["runs"] == "3" and row["failed"] == "0" for row in rows)
-    assert Path("runs/compare/comparison.png").read_bytes().startswith(b"\x89PNG")
+    assert [(row["case"], row["solver"]) for row in rows] == [(case, solver) for case in cases for solver in solvers]
+    assert all(row["runs"] == "2" and row["failed"] == "0" for row in rows)
     with Path("exported/runs.csv").open(newline="") as file:
         exported = list(csv.DictReader(file))
-    assert len(exported) == 18
+    assert len(exported) == 12
     means = [float(row["objective"]) for row in exported if (row["case"], row["solver"]) == ("mine", "bso")]
-    assert float(rows[3]["mean"]) == pytest.approx(sum(means) / 3, rel=1e-12)
+    assert float(rows[3]["mean"]) == pytest.approx(sum(means) / 2, rel=1e-12)
     assert run(*arguments, "--json") == 0
     printed = json.loads(capsys.readouterr().out)
     assert [repr(row["mean"]) for row in printed] == [row["mean"] for row in rows]
+    assert run(*arguments, "--runs", "3", "--starts", "2") == 0
+    said = "\n18 runs (2 scenarios, 3 solvers, 3 seeds), 8 of them stored already: about "
+    assert said in capsys.readouterr().err
+    assert run(*arguments, "--quiet") == 0
+    assert capsys.readouterr().err == ""
+
+
+def check_progress(lines: list[str], runs: int, grid: str) -> None:
+    """The size of a campaign and how long it takes are said first; then how far it is."""
+    first = next(number for number, line in enumerate(lines) if line.startswith(f"{runs} runs "))
+    assert re.fullmatch(rf"{runs} runs \({grid}\): about [\d.]+ s on 1 process", lines[first])
+    progress = [line for line in lines[first:] if f"of {runs} runs after" in line]
+    assert all(re.fullmatch(rf"\d+ of {runs} runs after [\d.]+ s, about [\d.]+ s left", line) for line in progress)
+    counts = [int(line.split()[0]) for line in progress]
+    assert counts[0] == 0 and counts == sorted(counts) and counts[-1] >= 2
 
 
 def test_parquet_has_the_same_rows() -> None:
@@ -98,65 +106,41 @@ def test_parquet_has_the_same_rows() -> None:
     assert [{key: str(value) for key, value in row.items()} for row in exported] == expected
 
 
-@pytest.mark.parametrize(
-    ("arguments", "expected"),
-    [
-        ([], "the following arguments are required: SCENARIO"),
-        (["nope"], "nope: neither a file nor a built-in scenario"),
-        (["no.toml"], "no.toml: cannot be read"),
-        (["time-2", "--solvers", "bos"], "time-2: bos: solver.name: no solver 'bos'; did you mean bso?"),
-        (["time-2", "--solvers", "bso(c9=1)"], "time-2: bso(c9=1): solver.settings.c9: bso has no such setting"),
-        (["time-2", "--solvers", "ipopt+polish"], "time-2: ipopt+polish: solver.polish_starts"),
-        (["time-2", "time-2"], "time-2: is there twice"),
-        (["time-2", "--runs", "0"], "argument --runs: 0 is not positive"),
-        (["time-2", "--workers", "2", "--dask", "x:1"], "argument --dask: not allowed with argument --workers"),
-        (["time-2", "--table", "runs.xlsx"], "--table runs.xlsx: the name must end with .csv or .parquet"),
-        (["time-2", "--out", "file/below"], "file/below: file is a file, not a folder"),
-        (["time-2", "--out", "."], "runs.sqlite: not a database"),
-        (["time-2", "--out", "taken"], "taken/summary.csv: is a folder, and would be replaced"),
-        (["time-2", "--table", "taken/summary.csv"], "taken/summary.csv: is a folder, and would be replaced"),
-        (["time-2", "--table", "runs/compare/summary.csv"], "--table runs/compare/summary.csv: is a file that is"),
-        (["time-2", "--runs", str(10**30)], "argument --runs: 1000000000000000000000000000000 is more than"),
-        (["time-2", "--runs", "100001"], "runs: a campaign has at most 100000 in all"),
-        (["time-2", "--seed", str(2**63 - 1)], "seed: the last one would be larger than 9223372036854775807"),
-        (["time-2", "--workers", str(10**9)], "--workers: more than "),
-        (["time-2", "--solvers", f"bso+polish{'9' * 5000}"], "solvers: 'bso+polish999"),
-        (["time-2", "--solvers", "bso+polish0"], "solvers: 'bso+polish0': +polish needs a number of starts"),
-        (["time-2", "--dask", "nonsense"], "--dask nonsense: is not an address like tcp://host:port"),
-        (["time-2", "--dask", ""], "--dask '': is not an address like tcp://host:port"),
-        (["time-2", "--dask", "here:65536"], "--dask here:65536: is not an address like tcp://host:port"),
-        (["time-2", "--dask", "carrier://here:1"], "--dask carrier://here:1: carrier is none of tcp, tls, ws"),
-    ],
-)
-def test_bad_input_takes_one_line(arguments: list[str], expected: str, capsys: pytest.CaptureFixture[str]) -> None:
+WRONG = {
+    "": "the following arguments are required: SCENARIO",
+    "nope": "nope: neither a file nor a built-in scenario",
+    "no.toml": "no.toml: cannot be read",
+    "time-2 --solvers bos": "time-2: bos: solver.name: no solver 'bos'; did you mean bso?",
+    "time-2 --solvers 'bso(c9=1)'": "time-2: bso(c9=1): solver.settings.c9: bso has no such setting",
+    "time-2 --solvers ipopt+polish": "time-2: ipopt+polish: solver.polish_starts",
+    "time-2 time-2": "time-2: is there twice",
+    "time-2 --runs 0": "argument --runs: 0 is not positive",
+    "time-2 --workers 2 --dask x:1": "argument --dask: not allowed with argument --workers",
+    "time-2 --table runs.xlsx": "--table runs.xlsx: the name must end with .csv or .parquet",
+    "time-2 --out file/below": "file/below: file is a file, not a folder",
+    "time-2 --out .": "runs.sqlite: not a database",
+    "time-2 --out taken": "taken/summary.csv: is a folder, and would be replaced",
+    "time-2 --table taken/summary.csv": "taken/summary.csv: is a folder, and would be replaced",
+    "time-2 --table runs/compare/summary.csv": "--table runs/compare/summary.csv: is a file that is",
+    f"time-2 --runs {10**30}": "argument --runs: 1000000000000000000000000000000 is more than",
+    "time-2 --runs 100001": "runs: a campaign has at most 100000 in all",
+    f"time-2 --seed {2**63 - 1}": "seed: the last one would be larger than 9223372036854775807",
+    f"time-2 --workers {10**9}": "--workers: more than ",
+    f"time-2 --solvers bso+polish{'9' * 5000}": "solvers: 'bso+polish999",
+    "time-2 --solvers bso+polish0": "solvers: 'bso+polish0': +polish needs a number of starts",
+    "time-2 --dask nonsense": "--dask nonsense: is not an address like tcp://host:port",
+    "time-2 --dask ''": "--dask '': is not an address like tcp://host:port",
+    "time-2 --dask here:65536": "--dask here:65536: is not an address like tcp://host:port",
+    "time-2 --dask carrier://here:1": "--dask carrier://here:1: carrier is none of tcp, tls, ws",
+}
+
+
+def test_bad_input_takes_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     Path("file").write_text("")
     Path("taken/summary.csv").mkdir(parents=True)
     Path("runs.sqlite").write_text("no database " * 100)
-    assert run(*arguments) == 2
-    out, err = capsys.readouterr()
-    assert out == "" and err.startswith(f"error: {expected}") and err.count("\n") == 1
-    assert sorted(path.name for path in Path().iterdir()) == ["file", "runs.sqlite", "taken"]
-
-
-def test_a_campaign_says_its_size_and_how_long_it_takes(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("tpbso_casadi.cli.progress.LINE_SECONDS", 0.01)
-    arguments = ["time-2", "--solvers", "bso,ipopt", "--runs", "2", "--evaluations", "300", "--workers", "1"]
-    assert run(*arguments) == 0
-    first, *lines = capsys.readouterr().err.splitlines()
-    assert re.fullmatch(r"4 runs \(1 scenario, 2 solvers, 2 seeds\): about [\d.]+ s on 1 process", first)
-    progress = [line for line in lines if "of 4 runs after" in line]
-    assert all(re.fullmatch(r"\d of 4 runs after [\d.]+ s, about [\d.]+ s left", line) for line in progress)
-    counts = [int(line[0]) for line in progress]
-    assert counts[0] == 0 and counts == sorted(counts) and counts[-1] >= 2
-    rows = table("runs/compare")
-    assert [row["runs"] for row in rows] == ["2", "2"]
-    assert run(*arguments, "--runs", "3", "--starts", "2") == 0
-    first = capsys.readouterr().err.splitlines()[0]
-    assert first.startswith("6 runs (1 scenario, 2 solvers, 3 seeds), 2 of them stored already: about ")
-    assert run(*arguments, "--quiet") == 0
-    assert capsys.readouterr().err == ""
+    for line, expected in WRONG.items():
+        assert refusal(capsys, main, *shlex.split(line)).startswith(expected), line
 
 
 def test_ipopt_has_a_budget_of_its_own() -> None:
@@ -210,16 +194,19 @@ def check_kills(rows: Sequence[int], longest_delay: float) -> None:
         assert connection.execute("SELECT count(*), count(DISTINCT key) FROM runs").fetchone() == (36, 36)
 
 
+@pytest.mark.process
 @pytest.mark.slow
 def test_killed_twice_two_workers_give_the_table_of_one() -> None:
     check_kills((3, 14), 0.05)
 
 
+@pytest.mark.process
 @pytest.mark.slow
 def test_killed_fifty_times_it_resumes_where_it_stopped() -> None:
     check_kills([1 + index * 35 // 50 for index in range(50)], 1.0)
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not Path("/proc").exists(), reason="looks for processes in /proc")
 def test_workers_end_with_a_killed_parent() -> None:
     arguments = ["time-2", "--solvers", "bso", "--runs", "200", "--no-plots", "--quiet", "--out", "cut"]
@@ -246,6 +233,7 @@ def alive(pid: int) -> bool:
         return False
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(
     ("send", "number"), [(os.killpg, signal.SIGINT), pytest.param(os.kill, signal.SIGTERM, marks=pytest.mark.slow)]
 )
@@ -275,6 +263,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", str(folder)], check=True)
 
 
+@pytest.mark.process
 @pytest.mark.slow
 def test_a_full_disk_loses_nothing(small_disk: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["time-2", "--solvers", "bso", "--runs", "16", "--no-plots", "--quiet", "--out", str(small_disk)]

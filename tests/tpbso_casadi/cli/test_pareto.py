@@ -8,16 +8,18 @@ import shutil
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.running import refusal, status
 
 from problems.evaluation import population
 from tpbso_casadi.cli.commands.pareto import main
-from tpbso_casadi.plain import as_json
+from tpbso_casadi.figures.path import path_figure
+from tpbso_casadi.plain import SEAL, as_json
 from tpbso_casadi.storage import read_run, sealed
-from tpbso_casadi.storage.seal import KEY
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
@@ -50,11 +52,7 @@ def scenario(in_an_empty_folder: None) -> None:
 
 
 def run(*arguments: str) -> int:
-    """The exit status of the command line, run in this process."""
-    try:
-        return int(main([*arguments]))
-    except SystemExit as end:
-        return int(end.code or 0)
+    return status(main, *arguments)
 
 
 def rows(folder: str = "front") -> list[dict[str, str]]:
@@ -76,7 +74,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.chdir(folder)
         patch.setenv(population.VARIABLE, "vm")
         Path(SCENARIO).write_text(TWO_LINKS)
-        assert run(*(part for part in COMMAND if part != "--no-plots"), "--figures", "png,svg") == 0
+        assert run(*COMMAND) == 0
     return folder / "front"
 
 
@@ -92,9 +90,8 @@ def test_what_it_leaves(complete: list[dict[str, str]], capsys: pytest.CaptureFi
     said = capsys.readouterr()
     assert "written to front" in said.out and "epsilon-constraint" in said.out
     assert {path.name for path in Path("front").iterdir()} == {
-        "front.csv", "front.json", "front.png", "front.svg", "methods.csv", "points"
+        "front.csv", "front.json", "methods.csv", "points"
     }  # fmt: skip
-    assert all((point / "path.svg").exists() for point in Path("front/points").iterdir())
     table = rows()
     assert table == complete
     assert [row["point"] for row in table] == [str(n) for n in range(1, len(table) + 1)]
@@ -112,11 +109,20 @@ def test_what_it_leaves(complete: list[dict[str, str]], capsys: pytest.CaptureFi
     assert method["evaluations"] == str(200 * len(table))
 
 
+def test_figures_of_the_front_and_of_each_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tpbso_casadi.figures.run.drawings_of", lambda plan: {"path": partial(path_figure, plan)})
+    Path(SCENARIO).write_text(TWO_LINKS.replace("polish_starts = 1", ""))
+    shown = [part for part in COMMAND if part != "--no-plots"]
+    assert run(*shown, "--objectives", "length,rotation", "--points", "2", "--figures", "svg") == 0
+    assert Path("front/front.svg").exists() and not Path("front/front.png").exists()
+    assert all((point / "path.svg").exists() for point in Path("front/points").iterdir())
+
+
 def cut(points: int) -> None:
     """Leave as many points in the manifest as there were when it was cut."""
     path = Path("front/front.json")
     content = json.loads(path.read_text())
-    del content[KEY]
+    del content[SEAL]
     del content["methods"]["epsilon-constraint"]["points"][points:]
     path.write_text(as_json(sealed(content)))
 
@@ -136,6 +142,7 @@ def test_nothing_is_left_to_do_the_second_time(complete: list[dict[str, str]]) -
     assert Path("front/front.json").read_bytes() == manifest
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("stop", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)])
 def test_stopped_in_the_middle_it_goes_on(stop: signal.Signals, made: Path) -> None:
     shown = [part for part in COMMAND if part != "--quiet"]
@@ -156,29 +163,30 @@ def test_stopped_in_the_middle_it_goes_on(stop: signal.Signals, made: Path) -> N
     assert rows() == rows(str(made))
 
 
-def error_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    capsys.readouterr()
-    assert run(*arguments) == 2
-    errors = capsys.readouterr().err
-    assert errors.count("\n") == 1
-    return errors.removeprefix("error: ").strip()
-
-
 def test_another_scenario_or_setting_is_refused(
     complete: list[dict[str, str]], capsys: pytest.CaptureFixture[str]
 ) -> None:
     ways_out = "say --overwrite, or another folder"
-    assert error_of(capsys, *COMMAND, "--seed", "2") == (
-        f"front: was made with scenario.solver.seed = 1, not 2; {ways_out}"
-    )
-    assert error_of(capsys, *COMMAND, "--points", "5") == f"front: was made with points = 3, not 5; {ways_out}"
-    assert error_of(capsys, *COMMAND, "--objectives", "time,rotation") == (
-        f"front: was made with objectives = ['time', 'length'], not ['time', 'rotation']; {ways_out}"
-    )
-    Path("front", complete[0]["folder"], "trajectory.csv").rename("front/elsewhere.csv")
+    for changes, reason in (
+        (["--seed", "2"], "scenario.solver.seed = 1, not 2"),
+        (["--points", "5"], "points = 3, not 5"),
+        (["--objectives", "time,rotation"], "objectives = ['time', 'length'], not ['time', 'rotation']"),
+    ):
+        assert refusal(capsys, main, *COMMAND, *changes) == f"front: was made with {reason}; {ways_out}"
     folder = Path("front", complete[0]["folder"])
+    mine = folder / "mine.txt"
+    mine.write_text("mine")
+    assert "mine.txt" in refusal(capsys, main, *COMMAND, "--seed", "2", "--overwrite")
+    assert rows() == complete
+    mine.unlink()
+    (folder / "trajectory.csv").rename("front/elsewhere.csv")
     (folder / "result.json").write_text("{}")
-    assert error_of(capsys, *COMMAND) == f"{folder}: is gone, or was changed; {ways_out}"
+    assert refusal(capsys, main, *COMMAND) == f"{folder}: is gone, or was changed; {ways_out}"
+    path = Path("front/front.json")
+    path.write_text(path.read_text().replace('"number": 1', '"number": 7'))
+    assert "was changed after the file was written" in refusal(capsys, main, *COMMAND)
+    path.write_text("[]")
+    assert refusal(capsys, main, *COMMAND) == "front/front.json: not of a trade-off"
 
 
 def test_overwriting_leaves_nothing_of_before(complete: list[dict[str, str]]) -> None:
@@ -190,50 +198,27 @@ def test_overwriting_leaves_nothing_of_before(complete: list[dict[str, str]]) ->
     assert list(Path("front/points").iterdir()) == []
 
 
-def test_nothing_but_runs_is_removed(complete: list[dict[str, str]], capsys: pytest.CaptureFixture[str]) -> None:
-    mine = Path("front", complete[0]["folder"], "mine.txt")
-    mine.write_text("mine")
-    assert "mine.txt" in error_of(capsys, *COMMAND, "--seed", "2", "--overwrite")
-    assert rows() == complete and mine.exists()
+WRONG = [
+    (["--objectives", "time"], "--objectives time: two different ones are needed"),
+    (["--objectives", "time,time"], "--objectives time,time: two different ones are needed"),
+    (["--objectives", "time,length,rotation"], "time,length,rotation: two different ones are needed"),
+    (["--objectives", "time,lenght"], "--objectives: no objective 'lenght'; did you mean length?"),
+    (["--objectives", "time,energy"], "mass"),
+    (["--points", "1"], "argument --points: 1 is less than 2"),
+    (["--method", "simplex"], "argument --method: invalid choice: 'simplex'"),
+    (["--objectives", "rotation,length", "--method", "epsilon-constraint"], "needs time as one objective"),
+    (["--out", SCENARIO], f"{SCENARIO}: {SCENARIO} is a file, not a folder"),
+]
 
 
-def test_a_manifest_that_was_changed_is_refused(
-    complete: list[dict[str, str]], capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = Path("front/front.json")
-    path.write_text(path.read_text().replace('"number": 1', '"number": 7'))
-    assert "was changed after the file was written" in error_of(capsys, *COMMAND)
-    path.write_text("[]")
-    assert error_of(capsys, *COMMAND) == "front/front.json: not of a trade-off"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (["--objectives", "time"], "--objectives time: two different ones are needed"),
-        (["--objectives", "time,time"], "--objectives time,time: two different ones are needed"),
-        (["--objectives", "time,length,rotation"], "time,length,rotation: two different ones are needed"),
-        (["--objectives", "time,lenght"], "--objectives: no objective 'lenght'; did you mean length?"),
-        (["--objectives", "time,energy"], "mass"),
-        (["--points", "1"], "argument --points: 1 is less than 2"),
-        (["--method", "simplex"], "argument --method: invalid choice: 'simplex'"),
-        (["--objectives", "rotation,length", "--method", "epsilon-constraint"], "needs time as one objective"),
-        (["--out", SCENARIO], f"{SCENARIO}: {SCENARIO} is a file, not a folder"),
-    ],
-)
-def test_errors_take_a_line(arguments: list[str], reason: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert reason in error_of(capsys, *COMMAND, *arguments)
-    assert {path.name for path in Path().iterdir()} == {SCENARIO}
-
-
-def test_a_bound_needs_a_motion_that_knows_one(capsys: pytest.CaptureFixture[str]) -> None:
-    Path(SCENARIO).write_text(TWO_LINKS.replace("[model]", '[model]\nmotion = "paper"'))
-    assert "needs time as one objective" in error_of(capsys, *COMMAND, "--method", "epsilon-constraint")
-
-
-def test_a_given_time_is_no_number_of_evaluations(capsys: pytest.CaptureFixture[str]) -> None:
+def test_errors_take_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments, reason in WRONG:
+        assert reason in refusal(capsys, main, *COMMAND, *arguments), arguments
+    Path(SCENARIO).write_text(TWO_LINKS.replace("[model]", '[model]\nmotion = "paper"'))  # which knows no bound
+    assert "needs time as one objective" in refusal(capsys, main, *COMMAND, "--method", "epsilon-constraint")
     Path(SCENARIO).write_text(TWO_LINKS.replace("[solver]", "[solver]\nwithin = 1.0"))
-    assert "solver.within: a trade-off makes plans of so many evaluations; leave it out" in error_of(capsys, *COMMAND)
+    reason = "solver.within: a trade-off makes plans of so many evaluations; leave it out"
+    assert reason in refusal(capsys, main, *COMMAND)
 
 
 def test_where_there_is_no_plan_what_there_is_is_written(capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from helpers.running import refusal, status
 from helpers.urdf import ARM
 
 from problems.robots import BUILT_IN
@@ -16,17 +17,13 @@ SPHERES = '[[spheres]]\nlink = "mast"\ncenter = [0.1, 0, 0.2]\nradius = 0.05\n'
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def folder(in_an_empty_folder: None) -> None:
     Path("arm.urdf").write_text(ARM)
     Path("spheres.toml").write_text(SPHERES)
 
 
 def run(*arguments: str) -> int:
-    try:
-        return int(main(arguments))
-    except SystemExit as end:
-        return int(end.code or 0)
+    return status(main, *arguments)
 
 
 @pytest.mark.parametrize("arguments", [[], ["list"]])
@@ -37,12 +34,11 @@ def test_the_list(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> N
     assert "Franka Emika Panda with its hand" in lines[3]
 
 
-@pytest.mark.parametrize("name", BUILT_IN)
-def test_a_built_in_robot_fits_80_columns(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("show", name) == 0
-    tables = [line for line in capsys.readouterr().out.splitlines() if not line.startswith("note: ")]
-    assert all(len(line) <= 110 for line in tables[:1])
-    assert all(len(line) <= 80 for line in tables[1:])
+def test_a_built_in_robot_fits_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in BUILT_IN:
+        assert run("show", name) == 0
+        tables = [line for line in capsys.readouterr().out.splitlines() if not line.startswith("note: ")]
+        assert len(tables[0]) <= 110 and max(map(len, tables[1:])) <= 80
 
 
 def test_a_urdf(capsys: pytest.CaptureFixture[str]) -> None:
@@ -94,32 +90,30 @@ def test_a_figure(capsys: pytest.CaptureFixture[str]) -> None:
     assert Path("figures/panda.png").stat().st_size > 20_000
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["show", "puma.urdf"], "puma.urdf: cannot be read: No such file or directory"),
-        (["show", "."], ".: cannot be read: it is a folder"),
-        (["show", "spheres.toml"], "spheres.toml: urdf: no XML: syntax error: line 1, column 0"),
-        (["show", "arm.urdf", "--tip-link", "hook"], "arm.urdf: tip_link: no link 'hook' in the URDF; there are world"),
-        (["show", "panda", "--base-link", "panda_link1"], "panda: base_link: a robot that is built in has its own"),
-        (
-            ["show", "panda", "--spheres", "spheres.toml"],
-            "spheres.toml: spheres: sphere 1: no link 'mast' in the chain",
-        ),
-        (["show", "panda", "--spheres", "none.toml"], "none.toml: cannot be read: No such file or directory"),
-        (["show", "panda", "--figure", "panda.txt"], "panda.txt: the name of a figure ends with .png, .pdf, .svg"),
-        (["show", "panda", "--figure", "arm.urdf/panda.png"], "arm.urdf/panda.png: cannot be written"),
-        (["show"], "the following arguments are required: NAME|FILE.urdf"),
-        (["draw"], "argument COMMAND: invalid choice: 'draw'"),
-    ],
-)
-def test_one_line_for_what_is_wrong(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(*arguments) == 2
-    captured = capsys.readouterr()
-    assert captured.err.startswith(f"error: {message}")
-    assert captured.err.count("\n") == 1
+WRONG = [
+    (["show", "puma.urdf"], "puma.urdf: cannot be read: No such file or directory"),
+    (["show", "."], ".: cannot be read: it is a folder"),
+    (["show", "spheres.toml"], "spheres.toml: urdf: no XML: syntax error: line 1, column 0"),
+    (["show", "arm.urdf", "--tip-link", "hook"], "arm.urdf: tip_link: no link 'hook' in the URDF; there are world"),
+    (["show", "panda", "--base-link", "panda_link1"], "panda: base_link: a robot that is built in has its own"),
+    (
+        ["show", "panda", "--spheres", "spheres.toml"],
+        "spheres.toml: spheres: sphere 1: no link 'mast' in the chain",
+    ),
+    (["show", "panda", "--spheres", "none.toml"], "none.toml: cannot be read: No such file or directory"),
+    (["show", "panda", "--figure", "panda.txt"], "panda.txt: the name of a figure ends with .png, .pdf, .svg"),
+    (["show", "panda", "--figure", "arm.urdf/panda.png"], "arm.urdf/panda.png: cannot be written"),
+    (["show"], "the following arguments are required: NAME|FILE.urdf"),
+    (["draw"], "argument COMMAND: invalid choice: 'draw'"),
+]
 
 
+def test_one_line_for_what_is_wrong(capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments, message in WRONG:
+        assert refusal(capsys, main, *arguments).startswith(message), arguments
+
+
+@pytest.mark.process
 def test_it_is_a_command_of_its_own() -> None:
     command, root = [sys.executable, "-m", "tpbso_casadi.robots"], Path(__file__).parents[3]
     done = subprocess.run(command, capture_output=True, text=True, cwd=root, check=True)

@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.running import refusal, result_of, status
+from helpers.simulations import replan_at
 from scipy.interpolate import PPoly
 
-from tests.helpers.simulations import replan_at
 from tpbso_casadi.cli.commands import audit, simulate
 from tpbso_casadi.cli.commands.simulate import ReplanLines
 from tpbso_casadi.display.console import OutputConsole
@@ -42,22 +43,12 @@ AWAY = "[simulation]\nregion = [[2.0, 2.0], [3.0, 3.0]]\ncourse_rate = 1.0\n"
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def folder(in_an_empty_folder: None) -> None:
     Path("scene.toml").write_text(ARM + CART + TABLE + CHANGES)
-    return tmp_path
 
 
 def run(*arguments: str) -> int:
-    try:
-        return int(simulate.main(["scene.toml", "--quiet", *arguments]))
-    except SystemExit as end:
-        return int(end.code or 0)
-
-
-def result(name: str = "out") -> dict[str, Any]:
-    content: dict[str, Any] = json.loads(Path(name, "result.json").read_text())
-    return content
+    return status(simulate.main, "scene.toml", "--quiet", *arguments)
 
 
 def rows(name: str) -> list[dict[str, str]]:
@@ -70,7 +61,7 @@ def test_a_run_folder_holds_motion_replans_obstacles_and_result() -> None:
     assert {path.name for path in Path("out").iterdir()} == {
         "result.json", "trajectory.csv", "replans.csv", "obstacles.csv", "simulation.png", "simulation.html",
     }  # fmt: skip
-    content = result()
+    content = result_of("out")
     assert content["what"] == "a simulation of the planner: no robot was driven"
     assert content["seed"] == 3
     summary = content["summary"]
@@ -118,28 +109,31 @@ def timeless(content: dict[str, Any]) -> dict[str, Any]:
 
 def test_the_same_seed_is_the_same_simulation() -> None:
     for name, seed in (("out", "5"), ("same", "5"), ("other", "6")):
-        assert run("--out", name, "--seed", seed, "--seconds", "0.5") in (0, 1)
-    assert timeless(result()) == timeless(result("same"))
-    assert result()["courses"] != result("other")["courses"]
+        assert run("--out", name, "--seed", seed, "--seconds", "0.4") in (0, 1)
+    assert timeless(result_of("out")) == timeless(result_of("same"))
+    assert result_of("out")["courses"] != result_of("other")["courses"]
 
 
 def test_the_command_line_overrides_the_table() -> None:
     assert run("--out", "out", "--seconds", "0.4", "--every", "0.2", "--evaluations", "50", "--within", "0.1") == 0
-    table = result()["scenario"]["simulation"]
+    table = result_of("out")["scenario"]["simulation"]
     assert (table["seconds"], table["every"], table["evaluations"], table["within"]) == (0.4, 0.2, 50, 0.1)
-    assert result()["summary"]["replans"] == 2
+    assert result_of("out")["summary"]["replans"] == 2
 
 
 def test_without_a_table_goal_and_start_are_visited() -> None:
     Path("scene.toml").write_text(ARM)
     assert run("--seconds", "0.3") == 0
-    content = result("runs/scene-simulated-3")
+    content = result_of("runs/scene-simulated-3")
     assert [goal["joints"] for goal in content["scenario"]["simulation"]["goals"]] == [[0.8, -0.3], [-0.6, 0.4]]
     assert content["courses"] == []
     assert content["summary"]["closest"]["distance"] is None
 
 
 def test_what_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        simulate.main(["--help"])
+    assert "no robot was driven" in " ".join(capsys.readouterr().out.split())
     assert simulate.main(["scene.toml", "--out", "out", "--seconds", "0.3"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("a simulation of the planner: no robot was driven; 0.3 s\n")
@@ -148,35 +142,24 @@ def test_what_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     assert "written to out" in out
 
 
-def test_help_says_that_it_drives_no_robot(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        simulate.main(["--help"])
-    assert "no robot was driven" in " ".join(capsys.readouterr().out.split())
-
-
-@pytest.mark.parametrize(("text", "message"), [
+WRONG = [
     (ARM + CART + "[simulation]\nchanges_every = 1.0\n", "scene.toml: simulation.course_rate: missing key"),
     (ARM + CART + AWAY, "scene.toml: obstacles.0: is not within the simulation.region"),
     (ARM + "[simulation]\nsecond = 1.0\n", "scene.toml: simulation.second: unknown key; did you mean seconds?"),
     (ARM.replace("kind", 'via = [[0.5, 0.5]]\nkind'), "scene.toml: task.via: is for a move from rest to rest"),
     (ARM + "[simulation]\ngoals = [[5.0, 0.0]]\n", "scene.toml: simulation.goals.0: (5.0, 0.0) is 5 m from the base"),
     (ARM + "[simulation]\nevery = 0.0001\n", "scene.toml: simulation.every: "),
-])  # fmt: skip
-def test_bad_scenes_are_one_line(text: str, message: str, capsys: pytest.CaptureFixture[str]) -> None:
-    Path("scene.toml").write_text(text)
-    assert run("--out", "out") == 2
-    error = capsys.readouterr().err
-    assert error.startswith(f"error: {message}")
-    assert error.count("\n") == 1
-    assert not Path("out").exists()
+]  # fmt: skip
 
 
-def test_a_folder_of_something_else_is_left_alone(capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_scenes_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    for text, message in WRONG:
+        Path("scene.toml").write_text(text)
+        assert refusal(capsys, simulate.main, "scene.toml", "--out", "out").startswith(message)
+    Path("scene.toml").write_text(ARM)
     Path("out").mkdir()
-    Path("out/mine.txt").write_text("mine")
-    assert run("--out", "out") == 2
-    assert "holds mine.txt" in capsys.readouterr().err
-    assert [path.name for path in Path("out").iterdir()] == ["mine.txt"]
+    Path("out/mine.txt").write_text("mine")  # the folder of something else
+    assert "holds mine.txt" in refusal(capsys, simulate.main, "scene.toml", "--out", "out")
 
 
 def test_an_audit_says_that_it_is_no_plan(capsys: pytest.CaptureFixture[str]) -> None:
@@ -185,7 +168,7 @@ def test_an_audit_says_that_it_is_no_plan(capsys: pytest.CaptureFixture[str]) ->
     [line] = capsys.readouterr().err.splitlines()
     file = Path("out", "result.json")
     assert line == f"error: {file}: what: a simulation of the planner, as it was written; it holds no plan"
-    file.write_text(json.dumps({**result(), "seed": 99}))
+    file.write_text(json.dumps({**result_of("out"), "seed": 99}))
     assert audit.main(["out"]) == 2
     assert capsys.readouterr().err == f"error: {file}: seed: was changed after the file was written\n"
 
@@ -203,6 +186,7 @@ entry.run("tpbso_casadi.cli.commands.simulate")
 """
 
 
+@pytest.mark.process
 def test_after_ctrl_c_there_is_what_was_simulated() -> None:
     command = [sys.executable, "-c", SLOW_AND_LOUD, "scene.toml", "--seconds", "300", "--quiet", "--out", "out"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -214,7 +198,7 @@ def test_after_ctrl_c_there_is_what_was_simulated() -> None:
     _, error = process.communicate(timeout=300)
     assert process.returncode == 130
     assert error.startswith("error: interrupted; the ")
-    content = result()
+    content = result_of("out")
     assert content["interrupted"]
     assert content["summary"]["replans"] == len(rows("replans.csv")) >= 3
     assert content["executed"]["breakpoints"][-1] == pytest.approx(0.1 * content["summary"]["replans"])

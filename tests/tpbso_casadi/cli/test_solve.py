@@ -1,4 +1,4 @@
-"""The command line, run for real: what it leaves, what it says, how it ends."""
+"""The command line of ``solve``: what it leaves, what it says, how it ends."""
 
 from __future__ import annotations
 
@@ -11,15 +11,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.running import refusal, result_of, status
+from matplotlib.colors import to_rgb
+from matplotlib.image import imread
 from oracles.csv_checker import check_run
 
 from solvers import SOLVERS
 from tpbso_casadi import parse_scenario
 from tpbso_casadi.cli.commands.solve import main
+from tpbso_casadi.figures.palette import colour_of
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario.cases import TITLES
 
-COMMAND = [sys.executable, "-m", "tpbso_casadi.solve"]
+pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
+
 SCENARIO = """
 [arm]
 link_lengths = [1.0, 0.8, 0.7]
@@ -36,37 +41,28 @@ goal = [0.5, 1.5]
 OVAL = "[[obstacles]]\ncenter = {center}\nsemi_axes = [0.15, 0.25]\n"
 
 
-@pytest.fixture(autouse=True)
-def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def scenario(name: str = "mine.toml", arm: str = "", task: str = "", rest: str = "") -> str:
     Path(name).write_text(SCENARIO.format(arm=arm, task=task, rest=rest))
     return name
 
 
 def run(*arguments: str) -> int:
-    """The exit status of the command line, run in this process."""
-    try:
-        return int(main([*arguments]))
-    except SystemExit as end:
-        return int(end.code or 0)
+    return status(main, *arguments)
 
 
 ALL = [(case, solver) for case in TITLES for solver in SOLVERS]
-IN_BRIEF = [pair for number, pair in enumerate(ALL) if number % 4 == 0]  # every case, and every solver
+IN_BRIEF = list(zip(("time-2", "rotation-4", "obstacle-3", "closed-curve-time", "time-5"), SOLVERS, strict=True))
 
 
 @pytest.mark.parametrize(
     ("case", "solver"), [pair if pair in IN_BRIEF else pytest.param(*pair, marks=pytest.mark.slow) for pair in ALL]
 )
 def test_every_case_with_every_solver_in_the_reduced_form(case: str, solver: str) -> None:
-    quick = ["--evaluations", "5000", "--no-plots", "--quiet", "--out", "out", "--formulation", "reduced"]
+    quick = ["--evaluations", "2000", "--no-plots", "--quiet", "--out", "out", "--formulation", "reduced"]
     assert run(case, "--solver", solver, *quick) == 0
     result = check_run(Path("out"))
     assert result["feasible"]
-    assert result["evaluations"] == 5000
+    assert result["evaluations"] == 2000
     assert all(constraint["satisfied"] for constraint in result["constraints"])
 
 
@@ -88,72 +84,69 @@ def test_obstacles_and_paths_in_the_paper_form(solver: str, case: str) -> None:
     check_run(Path("out"))
 
 
-def test_what_a_newcomer_gets() -> None:
-    done = subprocess.run(COMMAND, capture_output=True, text=True, check=True)
+def test_what_a_newcomer_gets(capfd: pytest.CaptureFixture[str]) -> None:
+    assert run() == 0
     folder = Path("runs/time-3-abso-1")
-    assert sorted(path.name for path in folder.iterdir()) == [
-        "convergence.png",
-        "joints.png",
-        "limits.png",
-        "path.png",
-        "result.json",
-        "trajectory.csv",
-    ]
-    assert "holds" in done.stdout
-    assert str(folder) in done.stdout
-    assert done.stderr == ""
+    pictures = {"convergence.png", "joints.png", "limits.png", "path.png"}
+    assert {path.name for path in folder.iterdir()} == {*pictures, "result.json", "trajectory.csv"}
+    printed = capfd.readouterr()
+    assert "holds" in printed.out and str(folder) in printed.out and printed.err == ""
     check_run(folder)
 
 
-def test_figures_are_pictures() -> None:
-    assert run("pentagram-time", "--evaluations", "3000", "--formulation", "reduced", "--quiet", "--out", "out") == 0
-    pictures = {path.stem: path.read_bytes() for path in Path("out").glob("*.png")}
+def pixels_of(picture: np.ndarray, number: int) -> int:
+    """How many pixels have the colour of a series."""
+    return int((np.abs(picture[:, :, :3] - to_rgb(colour_of(number))).max(axis=2) < 0.02).sum())
+
+
+def test_figures_are_pictures_of_what_they_are_called() -> None:
+    assert run("pentagram-time", "--evaluations", "500", "--formulation", "reduced", "--quiet", "--out", "out") == 0
+    pictures = {path.stem: imread(path) for path in Path("out").glob("*.png")}
     assert set(pictures) == {"accuracy", "convergence", "joints", "limits", "path", "redundancy"}
-    assert all(content.startswith(b"\x89PNG") and len(content) > 10_000 for content in pictures.values())
+    for name, picture in pictures.items():
+        white = (picture[:, :, :3] == 1.0).all(axis=2).mean()
+        assert min(picture.shape[:2]) > 200 and 0.3 < white < 0.99, name
+    assert all(pixels_of(pictures["joints"], joint) > 100 for joint in range(3))
+    assert all(pixels_of(pictures[name], 0) > 100 for name in ("accuracy", "convergence", "limits", "redundancy"))
 
 
-def test_json_goes_alone_to_standard_output() -> None:
-    done = subprocess.run(
-        [*COMMAND, "--solver", "bso", "--json", "--evaluations", "2000"], capture_output=True, text=True, check=False
-    )
-    result = json.loads(done.stdout)
-    assert done.returncode == (0 if result["feasible"] else 1)
+def test_json_goes_alone_to_standard_output(capfd: pytest.CaptureFixture[str]) -> None:
+    ended = run("--solver", "bso", "--json", "--evaluations", "2000")
+    result = json.loads(capfd.readouterr().out)
+    assert ended == (0 if result["feasible"] else 1)
     assert result["solver"]["settings"]["lambda_"] == 0.95
     assert result["stop_reason"] == "evaluations"
     assert not list(Path().iterdir())
 
 
-def test_quiet_says_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+def test_lists_and_silence(capfd: pytest.CaptureFixture[str]) -> None:
+    assert run("--list") == 0
+    output = capfd.readouterr().out
+    assert all(name in output for name in TITLES)
     assert run("rotation-2", "--quiet", "--no-plots", "--evaluations", "2000") == 0
     assert capfd.readouterr() == ("", "")
 
 
-def test_lists_and_overview(capfd: pytest.CaptureFixture[str]) -> None:
-    assert run("--list") == 0
-    output = capfd.readouterr().out
-    assert all(name in output for name in TITLES)
-    overview = subprocess.run([sys.executable, "-m", "tpbso_casadi"], capture_output=True, text=True, check=True)
-    assert "tpbso_casadi solve" in overview.stdout
-
-
 def outcome(folder: str, *arguments: str) -> tuple[dict[str, object], str]:
     assert run("time-2", "--evaluations", "3000", "--no-plots", "--quiet", "--out", folder, *arguments) == 0
-    result = json.loads((Path(folder) / "result.json").read_text())
+    result = result_of(folder)
     del result["seconds"], result["polish"]["seconds"], result["seal"]
     return result, (Path(folder) / "trajectory.csv").read_text()
 
 
-def test_same_seed_same_files_other_seed_others() -> None:
+def test_same_seed_same_files_other_seed_others_and_no_number_loses_anything() -> None:
     first, again, other = outcome("a"), outcome("b"), outcome("c", "--seed", "2")
     assert first == again
     assert first[1] != other[1]
     assert first[0]["seed"] == 1
+    last = [float(cell) for cell in first[1].splitlines()[-1].split(",")]
+    assert last[0] == first[0]["objective"]["value"]  # type: ignore[index]
+    assert all(math.isfinite(cell) for cell in last)
 
 
 def test_a_result_can_be_run_again() -> None:
     result, trajectory = outcome("a", "--elbow", "free", "--seed", "3")
-    Path("again.json").write_text(json.dumps(result["scenario"]))
-    again = plan(parse_scenario(json.loads(Path("again.json").read_text())))
+    again = plan(parse_scenario(json.loads(json.dumps(result["scenario"]))))
     assert again.objective == result["objective"]["value"]  # type: ignore[index]
     assert trajectory.count("\n") == len(again.times) + 1
 
@@ -162,10 +155,11 @@ def test_a_scenario_file_with_everything() -> None:
     name = scenario(
         arm="joint_limits = [[-3.0, 3.0], [-2.5, 2.5], [-2.6, 2.6]]",
         task='objective = "length"\nelbow = "free"',
-        rest=OVAL.format(center="[0.8, 0.8]") + '[model]\nformulation = "reduced"\n[solver]\nname = "pso"\nseed = 2\n',
+        rest=OVAL.format(center="[0.8, 0.8]") + '[model]\nformulation = "reduced"\n'
+        '[solver]\nname = "pso"\nseed = 2\nevaluations = 2000\n',
     )
-    assert run(name, "--no-plots", "--quiet") == 0
-    result = check_run(Path("runs/mine-pso-2"))
+    assert run(name, "--no-plots", "--quiet", "--out", "out") == 0
+    result = check_run(Path("out"))
     assert [c["name"] for c in result["constraints"]][:4] == ["speed", "acceleration", "joint range", "clearance"]
 
 
@@ -183,7 +177,7 @@ def test_a_letter_of_200_points_is_followed(links: int) -> None:
         f"[arm]\nlink_lengths = {[2.1 / links] * links}\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
         '[task]\nkind = "path"\naccuracy = 0.01\npoints = "letter.csv"\n[model]\nformulation = "reduced"\n'
     )
-    assert run("letter.toml", "--evaluations", "1500", "--no-plots", "--quiet", "--out", "out") == 0
+    assert run("letter.toml", "--evaluations", "400", "--no-plots", "--quiet", "--out", "out") == 0
     check_run(Path("out"))
 
 
@@ -195,88 +189,75 @@ def test_an_accuracy_that_nothing_met_is_said_and_written(capfd: pytest.CaptureF
         '[model]\nmotion = "paper"\n'
     )
     assert run("way.toml", "--evaluations", "500", "--no-plots", "--quiet", "--out", "out") == 1
-    output = capfd.readouterr().err
-    assert output.count("\n") == 1
-    assert "accuracy is" in output
-    assert "1e-06 is the limit" in output
-    result = json.loads(Path("out/result.json").read_text())
+    error = capfd.readouterr().err
+    assert error.count("\n") == 1 and "accuracy is" in error and "1e-06 is the limit" in error
+    result = result_of("out")
     assert result["feasible"] is False
     assert not next(c for c in result["constraints"] if c["name"] == "accuracy")["satisfied"]
 
 
-FILES = {
-    "unknown key": {"task": "colour = 3"},
-    "wrong type": {"task": "elbow = 3"},
-    "start in an obstacle": {"rest": OVAL.format(center="[1.0, 0.1]")},
-    "base in an obstacle": {"rest": OVAL.format(center="[0.1, 0.1]")},
-    "bad number": {"task": "segment_time = [nan, 4.0]"},
-    "infinite": {"task": "segment_time = [0.1, inf]"},
-    "joint limits": {"arm": "joint_limits = [[0.0, 1.0]]"},
-    "budget of zero": {"rest": "[solver]\nevaluations = 0"},
-    "solver": {"rest": '[solver]\nname = "bos"'},
-}
+FILES: list[dict[str, str]] = [
+    {"task": "colour = 3"},
+    {"task": "elbow = 3"},
+    {"rest": OVAL.format(center="[1.0, 0.1]")},  # around the start
+    {"rest": OVAL.format(center="[0.1, 0.1]")},  # around the base
+    {"task": "segment_time = [nan, 4.0]"},
+    {"task": "segment_time = [0.1, inf]"},
+    {"arm": "joint_limits = [[0.0, 1.0]]"},
+    {"rest": "[solver]\nevaluations = 0"},
+    {"rest": '[solver]\nname = "bos"'},
+]
 
 
-def refused(capfd: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """The one line with which a command is refused; nothing is left behind."""
-    before = sorted(Path().rglob("*"))
-    assert run(*arguments) == 2
-    output = capfd.readouterr()
-    assert output.out == ""
-    assert output.err.startswith("error: ")
-    assert output.err.count("\n") == 1
-    assert sorted(Path().rglob("*")) == before
-    return output.err
+def test_a_bad_file_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
+    for parts in FILES:
+        assert "mine.toml: " in refusal(capfd, main, scenario(**parts)), parts
+    for content in (b"not = = toml", b"\xff\xfe\x00binary", b""):
+        Path("odd.toml").write_bytes(content)
+        assert "odd.toml" in refusal(capfd, main, "odd.toml"), content
+    if os.geteuid() != 0:  # root may read anything
+        Path(scenario()).chmod(0)
+        assert "cannot be read" in refusal(capfd, main, "mine.toml")
 
 
-@pytest.mark.parametrize("parts", FILES.values(), ids=FILES)
-def test_a_bad_file_is_refused(parts: dict[str, str], capfd: pytest.CaptureFixture[str]) -> None:
-    assert "mine.toml: " in refused(capfd, scenario(**parts))
+OPTIONS = [
+    (["--solver", "bso", "--population", "1"], "at least 2"),
+    (["--iterations", "0"], "not positive"),
+    (["--evaluations", "-5"], "not positive"),
+    (["--time-limit", "nan"], "not a positive number"),
+    (["--seed", "-1"], "negative"),
+    (["--links", "1"], "link"),
+    (["--solver", "bos"], "did you mean bso"),
+    (["--solver", "nowhere:Nothing"], "cannot load"),
+    (["--colour", "red"], "--colour"),
+    (["--objective", "beauty"], "beauty"),
+    (["--figures", "jpg"], "png, pdf, svg"),
+    (["--figures", "png,"], "png, pdf, svg"),
+    (["--figures", "PDF"], "png, pdf, svg"),
+    (["--figures", ""], "png, pdf, svg"),
+    (["pentagram-time", "--links", "2"], "at least 3 links"),
+    (["--solver", "ipopt", "--polish"], "nothing to polish"),
+    (["missing.toml"], "No such file"),
+    (["missing"], "--list"),
+    (["."], "."),
+    (["--out", "taken/out"], "is a file"),
+    (["--out", "taken"], "is a file"),
+    (["--out", "."], ".: is the working folder, which cannot be replaced"),
+    (["--out", "out", "--animate", "out/films/arm.gif"], "arm.gif: a run folder holds no other folders"),
+    (["--out", "/proc/nowhere"], "cannot be written"),
+]
 
 
-OPTIONS = {
-    "population": (["--solver", "bso", "--population", "1"], "at least 2"),
-    "iterations": (["--iterations", "0"], "not positive"),
-    "evaluations": (["--evaluations", "-5"], "not positive"),
-    "seconds": (["--time-limit", "nan"], "not a positive number"),
-    "seed": (["--seed", "-1"], "negative"),
-    "links": (["--links", "1"], "link"),
-    "solver": (["--solver", "bos"], "did you mean bso"),
-    "plug-in": (["--solver", "nowhere:Nothing"], "cannot load"),
-    "option": (["--colour", "red"], "--colour"),
-    "choice": (["--objective", "beauty"], "beauty"),
-    "links of a path": (["pentagram-time", "--links", "2"], "at least 3 links"),
-    "polish of ipopt": (["--solver", "ipopt", "--polish"], "nothing to polish"),
-    "missing file": (["missing.toml"], "No such file"),
-    "not a name": (["missing"], "--list"),
-    "folder": (["."], "."),
-    "below a file": (["--out", "taken/out"], "is a file"),
-    "a file": (["--out", "taken"], "is a file"),
-    "not writable": (["--out", "/proc/nowhere"], "cannot be written"),
-}
-
-
-@pytest.mark.parametrize(("arguments", "expected"), OPTIONS.values(), ids=OPTIONS)
-def test_bad_options_are_refused(arguments: list[str], expected: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_bad_options_are_refused(capfd: pytest.CaptureFixture[str]) -> None:
     Path("taken").write_text("mine")
-    assert expected in refused(capfd, *arguments)
+    for arguments, expected in OPTIONS:
+        assert expected in refusal(capfd, main, *arguments), arguments
 
 
-@pytest.mark.parametrize("content", [b"not = = toml", b"\xff\xfe\x00binary", b""], ids=["not TOML", "binary", "empty"])
-def test_a_file_that_is_no_scenario_is_refused(content: bytes, capfd: pytest.CaptureFixture[str]) -> None:
-    Path("odd.toml").write_bytes(content)
-    assert "odd.toml" in refused(capfd, "odd.toml")
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may read anything")
-def test_an_unreadable_file_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
-    Path(scenario()).chmod(0)
-    assert "cannot be read" in refused(capfd, "mine.toml")
-
-
-def test_written_numbers_lose_nothing() -> None:
-    outcome("a")
-    result = json.loads(Path("a/result.json").read_text())
-    last = Path("a/trajectory.csv").read_text().splitlines()[-1].split(",")
-    assert float(last[0]) == result["objective"]["value"]
-    assert all(math.isfinite(float(cell)) for cell in last)
+@pytest.mark.process
+def test_it_is_a_module_to_be_run() -> None:
+    options = ["time-2", "--evaluations", "500", "--json"]
+    done = subprocess.run(
+        [sys.executable, "-m", "tpbso_casadi.solve", *options], capture_output=True, text=True, check=True
+    )
+    assert json.loads(done.stdout)["feasible"] and done.stderr == ""

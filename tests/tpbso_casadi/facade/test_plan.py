@@ -1,9 +1,13 @@
-"""A plan as Python code and a notebook meet it."""
+"""A plan as Python code and a notebook meet it; the public names."""
 
 from __future__ import annotations
 
 import csv
+import inspect
 import json
+import subprocess
+import sys
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,9 +16,11 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
+from tpbso_casadi import api
 from tpbso_casadi.cli.commands import audit as audit_command
 from tpbso_casadi.facade import showing as data_frames
 from tpbso_casadi.facade.plan import Player
+from tpbso_casadi.figures.run import drawings_of
 
 ARM = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0)
 TASK: dict[str, Any] = {"start": [1.0, 0.0], "goal": [0.5, 1.5]}
@@ -60,44 +66,28 @@ def test_a_notebook_shows_picture_and_verdicts() -> None:
         assert verdict.name in page
 
 
-def test_a_figure_of_every_kind() -> None:
-    pytest.importorskip("matplotlib")
-    for kind in ("path", "joints", "limits", "convergence"):
-        assert planned().plot(kind)._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
-    with pytest.raises(ValueError, match="kind: there is no figure 'foo' of this plan; there are path, joints, limits"):
-        planned().plot("foo")
-
-
 def test_the_kinds_are_the_figures_that_are_saved(tmp_path: Path) -> None:
-    from tpbso_casadi.figures.run import drawings_of  # noqa: PLC0415 (matplotlib is slow to load)
+    plan = tp.plan("pentagram-time", solver="pso", evaluations=60, polish=False, retime=False)
+    kinds = {path.stem for path in plan.save(tmp_path / "run", figures="svg").glob("*.svg")}
+    assert kinds == set(drawings_of(plan.planned))
+    assert {"path", "joints", "limits", "convergence"} < kinds
+    assert planned().plot("limits")._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
 
-    for plan in (planned(), tp.plan("pentagram-time", solver="pso", evaluations=60, polish=False, retime=False)):
-        folder = plan.save(tmp_path / str(len(plan.verdicts)), figures="svg")
-        assert {path.stem for path in folder.glob("*.svg")} == set(drawings_of(plan.planned))
 
-
-def test_numbers_come_out_as_arrays_and_tables() -> None:
+def test_numbers_come_out_as_arrays_and_tables(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = planned()
     columns = plan.to_numpy(np.array([0.0, plan.duration]))
     np.testing.assert_array_equal(columns["t"], [0.0, plan.duration])
     np.testing.assert_allclose([columns["x"], columns["y"]], [[1.0, 0.5], [0.0, 1.5]], atol=1e-8)
     np.testing.assert_array_equal(plan.trajectory(plan.times)[:, 1], plan.to_numpy()["q2"])
-
-
-def test_a_data_frame_needs_pandas(monkeypatch: pytest.MonkeyPatch) -> None:
+    frame = plan.to_dataframe()
+    assert (list(frame.columns), len(frame)) == (list(plan.to_numpy()), len(plan.times))
     monkeypatch.setattr(data_frames, "find_spec", lambda name: None)
     with pytest.raises(ImportError, match=r"pip install 'tpbso-casadi\[pandas\]'"):
-        planned().to_dataframe()
+        plan.to_dataframe()
 
 
-def test_a_data_frame() -> None:
-    pytest.importorskip("pandas")
-    frame = planned().to_dataframe()
-    assert list(frame.columns) == list(planned().to_numpy())
-    assert len(frame) == len(planned().times)
-
-
-def test_a_player_is_a_page_in_a_frame() -> None:
+def test_a_player_is_a_page_in_a_frame_or_a_file(tmp_path: Path) -> None:
     player = planned().player(height=300)
     assert isinstance(player, Player)
     shown = player._repr_html_()
@@ -105,9 +95,7 @@ def test_a_player_is_a_page_in_a_frame() -> None:
     assert "height: 300px" in shown
     assert "<" not in shown.split('srcdoc="')[1].split('"')[0]
     assert player.page.startswith("<!DOCTYPE html>")
-
-
-# Files
+    assert "<canvas" in planned().animate(tmp_path / "motion.html").read_text()
 
 
 def test_a_run_is_saved_read_and_saved_again(tmp_path: Path) -> None:
@@ -135,15 +123,6 @@ def test_unknown_kinds_of_files_are_said(keys: dict[str, Any], expected: str, tm
     assert not (tmp_path / "other").exists()
 
 
-def test_an_animation_by_its_suffix(tmp_path: Path) -> None:
-    assert "<canvas" in planned().animate(tmp_path / "motion.html").read_text()
-    with pytest.raises(tp.OutputError, match=r"^animate .*motion.avi: the name must end with"):
-        planned().animate(tmp_path / "motion.avi")
-
-
-# Audits
-
-
 @pytest.mark.parametrize("make", [planned, paper])
 def test_the_audit_of_a_plan_is_that_of_its_folder(
     make: Any, tmp_path: Path, capfd: pytest.CaptureFixture[str]
@@ -152,12 +131,10 @@ def test_the_audit_of_a_plan_is_that_of_its_folder(
     own = plan.audit()
     assert audit_command.main([str(plan.save(tmp_path / "run", figures=())), "--json"]) == 0
     command = json.loads(capfd.readouterr().out)
+    ranking = (command["optimum"] or {"ranking": []})["ranking"]
     assert own.constraints == command["constraints"]
-    assert [price["constraint"] for price in own.shadow_prices] == [
-        price["constraint"] for price in (command["optimum"] or {"ranking": []})["ranking"]
-    ]
-    assert own.certified == plan.certified
-    assert own.status is plan.status
+    assert [price["constraint"] for price in own.shadow_prices] == [price["constraint"] for price in ranking]
+    assert (own.certified, own.status) == (plan.certified, plan.status)
     assert str(own).splitlines()[0].startswith("certified in ")
     assert all(each["name"] in own._repr_html_() for each in own.constraints)
 
@@ -171,8 +148,31 @@ def test_the_audit_of_a_scenario() -> None:
     assert repr(audit).startswith("<audit of a scenario: ")
 
 
-def test_what_is_no_run_is_said(tmp_path: Path) -> None:
-    with pytest.raises(tp.InvalidRun, match="cannot be read"):
-        tp.audit(tmp_path)
-    with pytest.raises(tp.InvalidRun, match="cannot be read"):
-        tp.read_run(tmp_path / "none")
+def documented_parts(kind: type) -> Iterator[tuple[str, Any]]:
+    """What a class of ours, or one that it is derived from, offers."""
+    for base in kind.__mro__:
+        if base.__module__.split(".")[0] in ("problems", "solvers", "tpbso_casadi"):
+            for name, value in vars(base).items():
+                is_part = isinstance(value, (property, classmethod, staticmethod)) or inspect.isfunction(value)
+                if is_part and not name.startswith("_"):
+                    yield name, getattr(kind, name) if not isinstance(value, property) else value
+
+
+def test_public_names_say_what_they_are_and_what_their_arguments_are() -> None:
+    for name in api.__all__:
+        thing = getattr(tp, name)
+        if not (inspect.isclass(thing) or inspect.isfunction(thing)):
+            continue  # a table of names, or a type
+        text = inspect.getdoc(thing)
+        assert text, name
+        if isinstance(thing, type):
+            assert [part for part, value in documented_parts(thing) if not inspect.getdoc(value)] == [], name
+        else:
+            arguments = [key for key in inspect.signature(thing).parameters if key not in ("content", "folder", "plan")]
+            assert len(arguments) < 2 or all(f"{key}:" in text for key in arguments), (name, arguments)
+
+
+@pytest.mark.process
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    code = "import sys, tpbso_casadi; print([n for n in ('casadi', 'matplotlib', 'pandas') if n in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

@@ -1,7 +1,8 @@
-"""``tp.retime``: paths of every kind as plans in the least time."""
+"""``tp.retime``: paths of every kind as plans in the least time; ``tp.replan`` of plans, with scenes of every form."""
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -49,13 +50,10 @@ def test_it_is_the_plan_of_the_command_line(folder: Path) -> None:
 
 def test_a_blend_leaves_the_lines_by_its_tolerance_at_most() -> None:
     plan = tp.retime(ROWS, ARM, interpolation="blend", tolerance=0.05)
-    theta = plan.trajectory.at(np.linspace(0.0, plan.duration, 5001))
-    away = [
-        np.abs(theta - (a + np.clip((theta - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)[:, None] * (b - a))).max(
-            axis=1
-        )
-        for a, b in pairwise(ROWS)
-    ]
+    theta, away = plan.trajectory.at(np.linspace(0.0, plan.duration, 5001)), []
+    for a, b in pairwise(ROWS):
+        share = np.clip((theta - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+        away.append(np.abs(theta - (a + share[:, None] * (b - a))).max(axis=1))
     assert 0.0 < np.min(away, axis=0).max() <= 0.05 + 1e-9
 
 
@@ -88,28 +86,29 @@ def test_what_is_asked_besides_is_kept() -> None:
     assert "clearance" in {verdict.name for verdict in wall.verdicts if not verdict.satisfied}
 
 
-@pytest.mark.parametrize(
-    "path", [[[0.0, 0.0], [1.0]], [["a", "b"]], ROWS * 1j, object(), {"a": 1}, ROWS * 1e9, ROWS[:1]]
-)
-def test_what_is_no_path_is_said(path: Any) -> None:
-    with pytest.raises(tp.ScenarioError, match=r"^path: "):
-        tp.retime(path, ARM)
+REPLANNED = tp.robot([0.7, 0.6], max_speed=2.0, max_acceleration=8.0)
+START, GOAL = tp.Joints((0.0, 0.5)), tp.Joints((1.5, 0.3))
 
 
-@pytest.mark.parametrize(
-    ("call", "expected"),
-    [
-        (lambda: tp.retime(ROWS), r"robot: missing; say which robot runs the path"),
-        (lambda: tp.retime(ROWS, tp.PlanarArm((1.0,) * 3, (1.0,) * 3, (1.0,) * 3)), "path: a path of 2 joints for"),
-        (lambda: tp.retime("none.csv", ARM), "none.csv: cannot be read"),
-        (lambda: tp.retime(ROWS, ARM, interpolation="cubic"), "interpolation: .* 'spline' or 'blend'"),
-        (lambda: tp.retime(ROWS, ARM, interpolation="blend"), "tolerance: missing; say how far"),
-        (lambda: tp.retime(ROWS, ARM, start_speed=9.0), "start_speed: joint 1 would have"),
-        (lambda: tp.retime(tp.JointPath.through(ROWS), ARM, tolerance=0.1), "tolerance: the path is complete"),
-        (lambda: tp.retime(ROWS[[0, 0]], ARM), "path: "),
-    ],
-)
-def test_mistakes_take_one_line(call: Any, expected: str) -> None:
-    with pytest.raises(tp.ScenarioError, match=f"^{expected}") as caught:
-        call()
-    assert "\n" not in str(caught.value)
+@cache
+def planned() -> tp.Plan:
+    return tp.plan(REPLANNED, start=START, goal=GOAL, solver="pso", evaluations=100, polish=False)
+
+
+def test_a_plan_goes_on_where_nothing_has_changed() -> None:
+    plan = planned()
+    for scene in ([], plan, plan.scenario):
+        step = tp.replan(plan, 0.2, scene)
+        assert step.certified
+        assert step.trajectory.duration == pytest.approx(plan.duration - 0.2, abs=1e-6)
+        np.testing.assert_allclose(step.trajectory(0.0), plan.trajectory(0.2), atol=1e-12)
+    assert tp.replan(plan.trajectory, 0.2, plan).certified
+
+
+def test_a_wall_in_the_way_is_not_touched() -> None:
+    wall = (tp.Rectangle(center, (0.05, 0.05)) for center in [(0.85, 0.85)])
+    step = tp.replan(planned(), 0.1, wall)
+    assert step.certified
+    assert step.kind in {"new", "stop"}
+    joints = REPLANNED.model.skeleton(step.trajectory.at(step.trajectory.times(500)))
+    assert np.abs(joints - [0.85, 0.85]).max(axis=2).min() > 0.025  # no joint enters it

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+import problems
 import tpbso_casadi as tp
-from problems.tasks import Place
-from tpbso_casadi.facade.tables import SHAPE_NAMES, goals_table, obstacle_table, place_table
+from problems.scene import SOLIDS
+from problems.tasks import JointFollowing, Place, Task
+from tpbso_casadi.facade.statement import goals_table, place_table
 from tpbso_casadi.scenario import built
-from tpbso_casadi.scenario.obstacles import read_obstacle
+from tpbso_casadi.scenario.obstacles import obstacle_table, read_obstacle
 from tpbso_casadi.scenario.places import read_place
+from tpbso_casadi.scenario.tasks import STATED
 
 SQUARE = ((0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.0, 0.3))
 OBSTACLES = [
@@ -38,13 +42,10 @@ MOTIONS = [
 ]
 
 
-def test_every_shape_is_tried() -> None:
-    assert {type(obstacle) for obstacle in OBSTACLES} == set(SHAPE_NAMES)
-
-
-@pytest.mark.parametrize("obstacle", OBSTACLES, ids=lambda each: type(each).__name__)
-def test_an_obstacle_is_what_its_table_builds(obstacle: tp.Obstacle) -> None:
-    assert read_obstacle(obstacle_table(obstacle)).built() == obstacle
+def test_an_obstacle_is_what_its_table_builds() -> None:
+    assert {type(obstacle) for obstacle in OBSTACLES} == {*problems.OBSTACLES.values(), *SOLIDS.values()}
+    for obstacle in OBSTACLES:
+        assert read_obstacle(obstacle_table(obstacle)).built() == obstacle
 
 
 @pytest.mark.parametrize("motion", MOTIONS, ids=["velocity", "table", "turning"])
@@ -57,22 +58,20 @@ def test_an_obstacle_that_moves_is_what_its_table_builds(motion: Any) -> None:
     np.testing.assert_allclose(again.frames(times).origins, moving.frames(times).origins, atol=1e-12)
 
 
-def test_a_motion_along_lines_is_refused() -> None:
-    moving = tp.MovingObstacle(OBSTACLES[0], tp.Tabulated.along_lines(TIMES, POSITIONS))
-    with pytest.raises(tp.ScenarioError, match="along lines cannot be stored"):
-        obstacle_table(moving)
-
-
 class Stranger(tp.ConstantVelocity):
     """A motion that nobody knows."""
 
 
-def test_an_unknown_motion_is_refused() -> None:
-    with pytest.raises(tp.ScenarioError, match="no table states the motion Stranger"):
-        obstacle_table(tp.MovingObstacle(OBSTACLES[0], Stranger((0.1, 0.0))))
-
-
-# Places
+@pytest.mark.parametrize(
+    ("motion", "reason"),
+    [
+        (tp.Tabulated.along_lines(TIMES, POSITIONS), "along lines cannot be stored"),
+        (Stranger((0.1, 0.0)), "no table states the motion Stranger"),
+    ],
+)
+def test_a_motion_without_a_table_is_refused(motion: Any, reason: str) -> None:
+    with pytest.raises(tp.ScenarioError, match=reason):
+        obstacle_table(tp.MovingObstacle(OBSTACLES[0], motion))
 
 
 def place_of(value: Any, dof: int, dim: int) -> Place:
@@ -122,20 +121,83 @@ def test_a_list_of_places_is_any_of_them() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "reason"),
+    ("value", "dim", "reason"),
     [
-        ([1.0, 2.0, 3.0, 4.0, 5.0], "goal: 5 numbers; 3 joint values are needed, or 2 coordinates of a point"),
-        ("there", "goal: 'there' is no place"),
-        (3.0, "goal: 3.0 is no place"),
-        ([True, 1.0], "True is no place"),
-        ([], "goal: 0 numbers"),
+        ([1.0, 2.0, 3.0, 4.0, 5.0], 2, "goal: 5 numbers; 3 joint values are needed, or 2 coordinates of a point"),
+        ("there", 2, "goal: 'there' is no place"),
+        (3.0, 2, "goal: 3.0 is no place"),
+        ([True, 1.0], 2, "True is no place"),
+        ([], 2, "goal: 0 numbers"),
+        ([0.1, 0.2, 0.3], 3, "may be a point or joint values"),
     ],
 )
-def test_what_is_no_place_is_said(value: Any, reason: str) -> None:
+def test_what_is_no_place_is_said(value: Any, dim: int, reason: str) -> None:
     with pytest.raises(tp.ScenarioError, match=reason):
-        goals_table(value, 3, 2, "goal")
+        goals_table(value, 3, dim, "goal")
 
 
-def test_three_numbers_for_three_joints_in_space_may_be_either() -> None:
-    with pytest.raises(tp.ScenarioError, match="may be a point or joint values"):
-        place_table([0.1, 0.2, 0.3], 3, 3, "start")
+ARM = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0).model
+OVAL = tp.Ellipse((1.6, 1.2), (0.1, 0.2))
+PATH = tp.Path.through([(1.0, 0.2), (1.2, 0.6), (0.8, 0.8), (0.7, 0.8)])
+HALF = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
+PANDA = tp.robot("panda").model
+POSES = np.array([[0.4, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0], [0.5, 0.1, 0.5, 1.0, 0.0, 0.0, 0.0]])
+TASKS: list[Task] = [
+    tp.PointToPoint(ARM, (1.0, 0.0), (0.5, 1.5)),
+    tp.PointToPoint(ARM, (1.0, 0.0), (0.5, 1.5), "up", (OVAL,), (0.2, 3.0)),
+    tp.Move(ARM, tp.Position((1.0, 0.0)), (tp.Position((0.5, 1.5)), tp.Joints((0.1, 0.2, 0.3))), obstacles=(OVAL,)),
+    tp.Move(
+        ARM, tp.Joints((0.3, 0.2, 0.1)), (tp.Joints((1.0, 0.2, 0.1)),), (tp.Joints((0.5, 0.0, 0.0)),),
+        start_velocity=(0.1, 0.0, 0.0), goal_velocity=(0.0, 0.1, 0.0), total_time=(0.1, 5.0),
+    ),
+    tp.Move(replace(ARM, margin=0.01), tp.Joints((0.3, 0.2, 0.1)), (tp.Joints((1.0, 0.2, 0.1)),), stay=0.5),
+    tp.PathFollowing(ARM, PATH, 0.1, elbow="up", knots=3),
+    tp.PathTracing(ARM, PATH, 0.02, obstacles=(OVAL,), total_time=(0.5, 9.0)),
+    tp.SpaceTracing(replace(PANDA, self_collision=True), tp.Path.through(POSES), 0.01, 0.05),
+]  # fmt: skip
+
+
+def test_every_kind_is_tried() -> None:
+    assert {type(task) for task in TASKS} | {JointFollowing} == set(STATED)
+
+
+@pytest.mark.parametrize("task", TASKS, ids=lambda task: type(task).__name__)
+def test_the_scenario_has_the_task(task: Task) -> None:
+    assert tp.scenario_of(task).problem().task == task
+
+
+class MyTask(tp.PointToPoint):
+    """A task that no table states."""
+
+
+SLOW = replace(PANDA, max_speed=tuple(0.5 * speed for speed in PANDA.limits.speed))
+START = tp.Joints((0.0, -0.5, 0.0, -2.0, 0.0, 1.5, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("task", "reason"),
+    [
+        (tp.PathTracing(ARM, replace(PATH, corners=()), 0.02), "path: its corners"),
+        (MyTask(ARM, (1.0, 0.0), (0.5, 1.5)), "robot, no scenario|needed|robot"),
+        (tp.Move(SLOW, START, (tp.Joints((0.3, 0.3, 0.3, -2.0, 0.3, 0.3, 0.3)),)), r"robot: say tp\.robot\('panda'\)"),
+    ],
+)
+def test_what_no_table_states_is_refused(task: Task, reason: str) -> None:
+    with pytest.raises(tp.ScenarioError, match=reason):
+        tp.scenario_of(task)
+
+
+def test_a_path_in_joint_space_is_a_task_too() -> None:
+    path = tp.JointPath.through(np.array([[0.0, 0.5, 0.0], [0.6, 0.9, 0.3], [1.0, 0.2, 0.1]]))
+    task = JointFollowing(ARM, path, start_speed=0.5)
+    plan = tp.plan(task)
+    assert plan.certified
+    assert plan.search is None
+    assert plan.duration == pytest.approx(tp.retime(path, ARM, start_speed=0.5).duration, abs=1e-12)
+
+
+def test_arguments_override_what_a_task_says() -> None:
+    scenario = tp.scenario_of(TASKS[0], goal=np.array([0.6, 1.4]), motion="spline", obstacles=[OVAL], seed=np.int64(4))
+    assert scenario.model.motion == "spline"
+    assert scenario.solver.seed == 4
+    assert scenario.problem().task.obstacles == (OVAL,)

@@ -1,40 +1,44 @@
-"""Joints, limits and costs over time: what stands beside the lines."""
+"""Joints, limits and costs over time: what stands beside the lines, and where a limit binds, by hand."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
+from helpers.massive import lifted_motion
 from helpers.space_plans import space_plan
 from matplotlib.figure import Figure
 
+from problems import PlanarArm, Trajectory
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.figures.binding import STYLES, limits_figure, runs, structure_figure
 from tpbso_casadi.figures.curves import Row, convergence_figure, draw_limits, joints_figure, limit_labels, numbers
+from tpbso_casadi.figures.limits import STYLES, limits_figure, runs, spans, structure_figure
 from tpbso_casadi.figures.palette import line_of
-from tpbso_casadi.planning import SearchedMotion, convergence, plan
+from tpbso_casadi.planning import PlannedMotion, SearchedMotion, alternatives, convergence, plan, shares_of_limits
+from tpbso_casadi.planning.motion import QUANTITIES
 
 
-def searched(**solver: object) -> SearchedMotion:
+@cache
+def searched(name: str = "bso") -> SearchedMotion:
     content = builtin("rotation-3").model_dump()
     content["model"]["retime"] = False
-    content["solver"] |= {"evaluations": 600, **solver}
+    content["solver"] |= {"name": name} | ({"iterations": 2} if name == "ipopt" else {"evaluations": 600})
     found = plan(parse_scenario(content)).searched
     assert found is not None
     return found
 
 
-@pytest.mark.parametrize(
-    ("joints", "text"), [([1], "1"), ([1, 2], "1-2"), ([1, 2, 3, 5], "1-3, 5"), ([2, 4, 6, 7], "2, 4, 6-7")]
-)
-def test_joints_are_named_by_ranges(joints: list[int], text: str) -> None:
-    assert numbers(np.array(joints)) == text
-
-
-def test_limits_are_named_once_each() -> None:
+def test_labels_name_joints_by_ranges_and_limits_and_units_once_each() -> None:
+    ranges = {(1,): "1", (1, 2): "1-2", (1, 2, 3, 5): "1-3, 5", (2, 4, 6, 7): "2, 4, 6-7"}
+    assert [numbers(np.array(joints)) for joints in ranges] == list(ranges.values())
     assert limit_labels(np.array([4.0, 4.0])) == [(4.0, "± 4")]
     assert limit_labels(np.array([87.0, 12.0, 87.0])) == [(12.0, "± 12, joint 2"), (87.0, "± 87, joint 1, 3")]
+    assert alternatives(("N m", "N", "N m")) == "N m or N"
+    assert alternatives(("rad", "rad")) == "rad"
+    assert spans(np.array([True, True, False, True, False, False, True])) == [(0, 1), (3, 3), (6, 6)]
+    assert spans(np.array([False, False])) == []
 
 
 def test_a_limit_far_away_does_not_stretch_the_axis() -> None:
@@ -61,11 +65,15 @@ def test_every_kind_of_limit_is_named_at_its_line() -> None:
     above, below = limits_figure(space_plan()).axes
     assert [text.get_text() for text in above.texts] == ["speed", "acceleration", "jerk"]
     assert [label.get_text() for label in below.get_yticklabels()] == [f"joint {joint}" for joint in range(1, 5)]
+    assert set(STYLES) == set(QUANTITIES)
     assert len({style[1:] for style in STYLES.values()}) == len(STYLES)  # apart without colour
+    labels = [axes.get_ylabel() for axes in joints_figure(space_plan()).axes]  # an arm without masses
+    assert labels == ["angle [rad]", "speed [rad/s]", "acceleration [rad/s²]", "jerk [rad/s³]"]
 
 
-def test_convergence_says_what_was_reached() -> None:
-    solution = searched()
+@pytest.mark.parametrize("name", ["bso", "ipopt"])
+def test_convergence_says_what_was_reached(name: str) -> None:
+    solution = searched(name)
     [axes] = convergence_figure(solution).axes
     _, cost = convergence(solution.search)
     assert f"{cost[-1]:.4g}" in [text.get_text() for text in axes.texts]
@@ -74,22 +82,17 @@ def test_convergence_says_what_was_reached() -> None:
     assert axes.get_yscale() == "linear"
 
 
-def test_costs_over_decades_have_a_logarithmic_axis() -> None:
+def test_convergence_over_decades_is_logarithmic_and_without_a_plan_of_penalties() -> None:
     solution = searched()
     history = solution.search.history
-    falling = np.geomspace(1e3, 1e-1, history.cost.size)
-    wide = replace(solution, search=replace(solution.search, history=replace(history, cost=falling)))
-    assert convergence_figure(wide).axes[0].get_yscale() == "log"
-
-
-def test_a_search_without_anything_feasible_says_so() -> None:
-    solution = searched()
-    history = solution.search.history
-    penalties = np.full(history.cost.size, 1e12)
-    none = replace(solution, search=replace(solution.search, history=replace(history, cost=penalties)))
-    [axes] = convergence_figure(none).axes
-    assert axes.get_title().endswith(": no feasible candidate")
-    assert axes.get_ylabel() == "penalised cost"
+    drawn = []
+    for costs in (np.geomspace(1e3, 1e-1, history.cost.size), np.full(history.cost.size, 1e12)):
+        search = replace(solution.search, history=replace(history, cost=costs))
+        drawn.append(convergence_figure(replace(solution, search=search)).axes[0])
+    falling, none = drawn
+    assert falling.get_yscale() == "log"
+    assert none.get_title().endswith(": no feasible candidate")
+    assert none.get_ylabel() == "penalised cost"
 
 
 def test_runs_of_nonzeros_by_hand() -> None:
@@ -105,3 +108,41 @@ def test_the_structure_covers_each_nonzero_once() -> None:
         said = int(half.get_suptitle().split("\n")[1].split()[0])
         boxes = [path.get_extents() for axes in half.axes for path in axes.collections[0].get_paths()]
         assert round(sum(box.width * box.height for box in boxes)) == said
+
+
+def bang_bang() -> Trajectory:
+    """q = t^2 for 1 s, then braking likewise, of both joints: speed 2 at the middle, acceleration 2 throughout."""
+    coefficients = np.array([[[1.0], [-1.0]], [[0.0], [2.0]], [[0.0], [1.0]]])
+    return Trajectory(np.array([0.0, 1.0, 2.0]), np.repeat(coefficients, 2, axis=2))
+
+
+def test_shares_of_a_bang_bang_move() -> None:
+    robot = PlanarArm(link_lengths=(1.0, 1.0), max_speed=(4.0, 8.0), max_acceleration=(2.0, 4.0))
+    times = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
+    shares = dict(shares_of_limits(robot, bang_bang(), times))
+    assert list(shares) == ["speed", "acceleration"]
+    sizes = np.outer([1.0, 1.0, -1.0, -1.0, -1.0], [1.0, 0.5])
+    np.testing.assert_allclose(shares["acceleration"], sizes)
+    np.testing.assert_allclose(shares["speed"], np.outer([0.0, 0.25, 0.5, 0.25, 0.0], [1.0, 0.5]))
+
+
+def test_shares_of_torques_held_upright() -> None:
+    # no gravity; point masses of 1 kg at the ends of both links: at zero, tau_1 = 5 a_1 + 2 a_2 ... by hand
+    robot = PlanarArm(
+        link_lengths=(1.0, 1.0), max_speed=(4.0, 4.0), max_acceleration=(9.0, 9.0), gravity=(0.0, 0.0),
+        link_masses=(1.0, 1.0), link_centers=(1.0, 1.0), link_inertias=(0.0, 0.0), max_torque=(32.0, 12.0),
+    )  # fmt: skip
+    shares = dict(shares_of_limits(robot, bang_bang(), np.array([0.0])))
+    # M = [[1 + 4, 2], [2, 1]] stretched, a = (2, 2), at rest: tau = (14, 6)
+    np.testing.assert_allclose(shares["torque"], [[14.0 / 32.0, 6.0 / 12.0]])
+
+
+@pytest.mark.parametrize("limited", [True, False])
+def test_the_joints_figure_has_a_panel_of_torques(limited: bool) -> None:
+    motion = lifted_motion(limited)
+    axes = joints_figure(PlannedMotion(scenario=None, motion=motion)).axes[-1]  # type: ignore[arg-type]
+    assert axes.get_ylabel() == "torque [N m or N]"
+    drawn = [line for line in axes.lines if len(line.get_xdata()) > 2]
+    np.testing.assert_allclose([line.get_ydata() for line in drawn], motion.torques(motion.times).T)
+    level = {line.get_ydata()[0] for line in axes.lines if len(line.get_xdata()) == 2}
+    assert level == ({120.0, 40.0, 20.0, 10.0, -120.0, -40.0, -20.0, -10.0} if limited else set())

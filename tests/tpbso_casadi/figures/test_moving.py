@@ -15,9 +15,8 @@ from PIL import Image
 from problems import Ellipse, PlanarArm, Trajectory
 from problems.scene.moving import ConstantVelocity, MovingObstacle
 from tpbso_casadi.figures import style
-from tpbso_casadi.figures.distances import clearance_drawings, closest_to_moving, distance_curves
-from tpbso_casadi.figures.path import path_figure
-from tpbso_casadi.figures.postures import snapshots
+from tpbso_casadi.figures.limits import clearance_drawings, closest_to_moving, distance_curves
+from tpbso_casadi.figures.path import path_figure, snapshots
 from tpbso_casadi.figures.run import draw_figures
 from tpbso_casadi.figures.scene import Course, courses_of, labelled_times, placed
 from tpbso_casadi.figures.space_scene import Scene, polyhedron_of
@@ -26,21 +25,17 @@ DISC = Ellipse(center=(0.0, 0.0), semi_axes=(0.2, 0.2))
 TIMES = np.array([0.0, 0.15, 0.4])
 
 
-@pytest.mark.parametrize("number", [2, 3])
-def test_a_course_is_the_obstacle_at_each_time(number: int) -> None:
+def test_a_course_is_the_obstacle_at_each_time() -> None:
     courses = courses_of(IN_PLANE, TIMES)
     assert [course.number for course in courses] == [2, 3]
-    course = courses[number - 2]
-    expected = [course.obstacle.at(time).outline() for time in TIMES]
-    np.testing.assert_allclose(course.outlines, expected, atol=1e-12)
-    np.testing.assert_allclose(course.outlines.mean(axis=1), course.middles, atol=1e-12)
-    origins, axes = course.frames[:, :1], course.frames[:, 1:]
-    np.testing.assert_allclose(origins + course.obstacle.unmoved.outline() @ axes, expected, atol=1e-12)
-
-
-def test_what_stands_stays_where_it_is() -> None:
+    for course in courses:
+        expected = [course.obstacle.at(time).outline() for time in TIMES]
+        np.testing.assert_allclose(course.outlines, expected, atol=1e-12)
+        np.testing.assert_allclose(course.outlines.mean(axis=1), course.middles, atol=1e-12)
+        origins, axes = course.frames[:, :1], course.frames[:, 1:]
+        np.testing.assert_allclose(origins + course.obstacle.unmoved.outline() @ axes, expected, atol=1e-12)
     points = np.array([[1.0, 2.0], [3.0, 4.0]])
-    np.testing.assert_array_equal(placed(IN_PLANE[0], points, TIMES), [points] * 3)
+    np.testing.assert_array_equal(placed(IN_PLANE[0], points, TIMES), [points] * 3)  # what stands
 
 
 def test_a_course_is_seen_within_a_box_alone() -> None:
@@ -68,10 +63,6 @@ def test_distances_by_hand() -> None:
     closest = closest_to_moving(arm, scene, rest)
     assert closest is not None and closest.pair == "link 2, obstacle 2"
     assert (closest.time, closest.distance) == (pytest.approx(1.0, abs=1e-3), pytest.approx(0.25, abs=1e-6))
-
-
-def test_there_are_no_distances_over_time_where_nothing_moves() -> None:
-    assert clearance_drawings(space_plan()) == {}
 
 
 def test_a_path_in_the_plane_shows_obstacles_at_four_times() -> None:
@@ -178,3 +169,4 @@ def test_a_robot_without_spheres_is_close_to_nothing() -> None:
     rest = Trajectory(np.array([0.0, 1.0]), np.zeros((1, 1, 4)))
     assert closest_to_moving(small_arm(4), IN_SPACE, rest) is None
     assert distance_curves(small_arm(4), IN_SPACE, rest, TIMES) == []
+    assert clearance_drawings(space_plan()) == {}  # nothing moves

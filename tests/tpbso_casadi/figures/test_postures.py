@@ -1,4 +1,4 @@
-"""The fan of postures, the closest approach and the band around a path, against dense points and by hand."""
+"""What is drawn in the plane: postures, their closest approach, bands around paths, what a problem offers; by hand."""
 
 from __future__ import annotations
 
@@ -13,24 +13,33 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path
 from oracles.outlines import along, dense, to_segment
 
+from problems import PlanarArm
 from problems.tasks import Marker, MarkerKind
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.figures.curves import STATUSES, headline
-from tpbso_casadi.figures.labels import PlaceLabel, label_places
-from tpbso_casadi.figures.path import path_figure
-from tpbso_casadi.figures.postures import COUNT, Nearest, draw_band, fan_of, nearest_of, outlines, projected
-from tpbso_casadi.planning import PlannedMotion, plan
+from tpbso_casadi.figures.curves import (
+    STATUSES,
+    curve_figures,
+    headline,
+    joints_figure,
+    progress_figures,
+    progress_history,
+)
+from tpbso_casadi.figures.path import COUNT, Nearest, fan_of, nearest_of, path_figure, projected
+from tpbso_casadi.figures.scene import capsule, draw_band, draw_bodies, outlines, wide_bodies
+from tpbso_casadi.figures.style import PlaceLabel, label_places
+from tpbso_casadi.planning import SearchedMotion, plan
 
 ZIGZAG = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0], [0.3, 0.2]])
 
 
 @cache
-def planned(case: str) -> PlannedMotion:
+def planned(case: str, solver: str = "pso") -> SearchedMotion:
     content = builtin(case).model_dump()
-    content["model"]["retime"] = False
-    content["model"]["formulation"] = "reduced"
-    content["solver"]["evaluations"] = 1000
-    return plan(parse_scenario(content))
+    content["model"] |= {"retime": False, "formulation": "reduced"}
+    content["solver"] |= {"name": solver} | ({"iterations": 2} if solver == "ipopt" else {"evaluations": 1000})
+    found = plan(parse_scenario(content)).searched
+    assert found is not None
+    return found
 
 
 def texts(figure: Figure) -> list[str]:
@@ -63,12 +72,6 @@ def test_each_posture_of_the_fan_is_drawn() -> None:
     assert figure.get_suptitle() == headline(solution)
 
 
-def test_without_obstacles_nothing_is_closest() -> None:
-    solution = planned("time-3")
-    assert nearest_of(solution.motion) is None
-    assert not [text for text in texts(path_figure(solution)) if " mm at " in text]
-
-
 def test_the_nearest_points_in_the_plane_are_as_near_as_dense_ones() -> None:
     for solution in (planned("obstacle-3"), plane_plan()):
         nearest = nearest_of(solution.motion)
@@ -90,11 +93,6 @@ def test_the_nearest_points_in_space_are_as_far_apart_as_is_said(motion) -> None
     assert nearest is not None
     apart = float(np.linalg.norm(np.diff(nearest.points, axis=0)))
     assert apart == pytest.approx(max(nearest.distance, 0.0), abs=1e-3)
-
-
-def test_what_touches_is_said_to_touch() -> None:
-    assert Nearest(0.5, 0.0123, np.zeros((2, 2))).label == "12.3 mm at 0.5 s"
-    assert Nearest(0.5, -0.001, np.zeros((2, 2))).label == "touches at 0.5 s"
 
 
 def test_points_are_projected_onto_segments_by_hand() -> None:
@@ -126,13 +124,17 @@ def test_a_path_to_trace_has_its_band() -> None:
     assert "within 100 mm of a given point" in [text.get_text() for text in legend]
 
 
-def test_the_headline_says_what_a_plan_is() -> None:
+def test_the_headline_says_what_a_plan_is_and_without_obstacles_nothing_is_closest() -> None:
     solution = planned("obstacle-3")
     first, second = headline(solution).split("\n")
     assert first == f"length {solution.objective:.4g} m, T = {solution.trajectory.duration:.4g} s"
     assert second == f"3 joints, {STATUSES[solution.motion.status]}"
     fastest = planned("time-3")
     assert headline(fastest).startswith(f"time T = {fastest.trajectory.duration:.4g} s\n")
+    assert nearest_of(fastest.motion) is None
+    assert not [text for text in texts(path_figure(fastest)) if " mm at " in text]
+    assert Nearest(0.5, 0.0123, np.zeros((2, 2))).label == "12.3 mm at 0.5 s"
+    assert Nearest(0.5, -0.001, np.zeros((2, 2))).label == "touches at 0.5 s"
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -149,3 +151,66 @@ def test_labels_beside_points_do_not_overlap(seed: int) -> None:
     boxes = [text.get_bbox_patch().get_window_extent() for text in axes.texts]
     assert not any(a.padded(-1.0).overlaps(b.padded(-1.0)) for k, a in enumerate(boxes) for b in boxes[:k])
     assert all(axes.bbox.x0 <= box.x0 and box.x1 <= axes.bbox.x1 for box in boxes)
+
+
+ARM = PlanarArm((0.5, 0.4), (1.0,) * 2, (1.0,) * 2, link_radius=(0.1, 0.0), tool_offset=(0.1, 0.1))
+
+
+def test_only_wide_bodies_are_drawn_to_scale() -> None:
+    skeleton = ARM.skeleton(np.array([[0.4, -0.9]]))[0]
+    assert [body.name for body in wide_bodies(ARM)] == ["link 1"]
+    [body] = wide_bodies(ARM)
+    outline = capsule(body, skeleton)
+    assert to_segment(outline, skeleton[0], skeleton[1]) == pytest.approx(np.full(len(outline), 0.1))
+    ahead, beside = (skeleton[1] - skeleton[0]) / 0.5, np.array([-1.0, 1.0]) * ((skeleton[1] - skeleton[0]) / 0.5)[::-1]
+    along, across = (outline - skeleton[0]) @ ahead, (outline - skeleton[0]) @ beside
+    assert (along.min(), along.max()) == pytest.approx((-0.1, 0.6), abs=2e-3)
+    assert (across.min(), across.max()) == pytest.approx((-0.1, 0.1))
+    axes = Figure().subplots()
+    [patch] = draw_bodies(axes, ARM, skeleton, "black")
+    assert list(axes.patches) == [patch]
+    assert draw_bodies(axes, PlanarArm((0.5, 0.4), (1.0,) * 2, (1.0,) * 2), skeleton, "black") == []
+
+
+@pytest.mark.parametrize("solver", ["pso", "ipopt"])
+def test_a_path_offers_accuracy_and_redundancy(solver: str) -> None:
+    solution = planned("pentagram-time", solver)
+    [accuracy] = solution.problem.progress_measures()
+    history = progress_history(solution, accuracy)
+    assert history.shape == solution.search.history.cost.shape
+    worst = next(verdict.worst for verdict in solution.verdicts if verdict.name == "accuracy")
+    assert accuracy.of_trajectory(solution.trajectory) == pytest.approx(worst)
+    assert history[-1] == pytest.approx(worst, rel=1e-6)
+    figures = progress_figures(solution) | curve_figures(solution)
+    assert {name: caption for name, (caption, _) in figures.items()} == {
+        "accuracy": "trajectory accuracy",
+        "redundancy": "redundancy angle",
+    }
+    [curve] = solution.problem.bounded_curves(solution.trajectory)
+    values = curve.value(curve.times)
+    assert ((values >= curve.lower - 0.2) & (values <= curve.upper + 0.2)).all()
+    [marker] = solution.problem.markers()
+    assert (marker.kind, marker.points.shape) == (MarkerKind.POINTS, (50, 2))
+    assert solution.problem.milestones(solution.trajectory) == ()
+
+
+def test_a_path_with_four_links_has_a_panel_for_each_redundant_one() -> None:
+    content = builtin("pentagram-time").model_dump()
+    content["arm"] |= {"link_lengths": [0.75] * 4}
+    content["solver"]["evaluations"] = 60
+    [(_, figure)] = curve_figures(plan(parse_scenario(content))).values()
+    assert [axes.get_ylabel().split("$")[1] for axes in figure.axes] == [r"\phi_{3}", r"\phi_{4}"]
+
+
+def test_point_to_point_offers_its_control_point() -> None:
+    solution = planned("obstacle-3")
+    assert progress_figures(solution) == curve_figures(solution) == {}
+    [milestone] = solution.problem.milestones(solution.trajectory)
+    assert milestone.time == solution.trajectory.breakpoints[1]
+    kinds = {marker.kind: marker.points for marker in solution.problem.markers()}
+    np.testing.assert_array_equal(kinds[MarkerKind.GOAL], [[0.5, 1.5]])
+    axes = path_figure(solution).axes[0]
+    assert {"base", "start", "goal", "obstacle", "path of the tool"} <= set(axes.get_legend_handles_labels()[1])
+    assert {"start", "goal", "control point"} <= {text.get_text() for text in axes.texts}
+    vertical = [line for line in joints_figure(solution).axes[0].lines if len(set(line.get_xdata())) == 1]
+    assert len(vertical) == 1

@@ -7,17 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.space_plans import SOLIDS, space_plan
+from matplotlib.cbook import is_math_text
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from problems import Box
 from problems.tasks import Marker, MarkerKind
 from tpbso_casadi.figures import style
-from tpbso_casadi.figures.curves import joints_figure
-from tpbso_casadi.figures.painting import painting_order
 from tpbso_casadi.figures.path import path_figure
 from tpbso_casadi.figures.run import draw_figures
-from tpbso_casadi.figures.space import Posture, space_figure
+from tpbso_casadi.figures.space import Posture, painting_order, space_figure
 from tpbso_casadi.figures.space_scene import (
     FRONT,
     SIDE,
@@ -28,6 +27,8 @@ from tpbso_casadi.figures.space_scene import (
     polyhedron_of,
     separating_planes,
 )
+
+COLUMNS = ([0, 1], [0, 2], [1, 2])  # of the three views
 
 
 def test_a_box_has_six_faces_and_twelve_sharp_edges() -> None:
@@ -90,7 +91,7 @@ def hits(origin: np.ndarray, ray: np.ndarray, boxes: list[Box], centers: np.ndar
     return np.array(found)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_what_is_nearer_along_a_ray_is_painted_later(seed: int) -> None:
     rng = np.random.default_rng(seed)
     boxes, centers, radii = apart(rng)
@@ -120,7 +121,7 @@ def test_three_views_have_one_scale_and_show_the_whole_motion() -> None:
     metre = [np.diff(axes.transData.transform([[0.0, 0.0], [1.0, 1.0]]), axis=0)[0] for axes in (top, front, side)]
     np.testing.assert_allclose(metre, np.full((3, 2), metre[0][0]), rtol=1e-6)
     joints = plan.motion.joint_positions(plan.times).reshape(-1, 3)
-    for axes, columns in ((top, [0, 1]), (front, [0, 2]), (side, [1, 2])):
+    for axes, columns in zip((top, front, side), COLUMNS, strict=True):
         low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
         assert (joints[:, columns] > low).all() and (joints[:, columns] < high).all()
     assert top.get_xlim() == front.get_xlim() and front.get_ylim() == side.get_ylim()
@@ -145,20 +146,27 @@ def test_every_figure_is_drawn_in_space(tmp_path: Path, monkeypatch: pytest.Monk
     for path in paths:
         with Image.open(path) as image:
             assert np.asarray(image.convert("L")).std() > 10.0
-    labels = [axes.get_ylabel() for axes in joints_figure(space_plan()).axes]
-    assert labels == ["angle [rad]", "speed [rad/s]", "acceleration [rad/s²]", "jerk [rad/s³]"]
 
 
 def test_a_robot_without_spheres_and_obstacles_is_a_line() -> None:
-    figure = path_figure(space_plan(obstacles=False, spheres=False))
-    figure.draw_without_rendering()
-    assert "obstacle" not in figure.axes[0].get_legend_handles_labels()[1]
+    plan = space_plan(obstacles=False, spheres=False)
+    *views, picture = path_figure(plan).axes
+    skeleton = plan.motion.joint_positions(np.zeros(1))[0]
+    for axes, columns in zip(views, COLUMNS, strict=True):
+        [first] = [line for line in axes.lines if line.get_label() == "first posture"]
+        np.testing.assert_allclose(first.get_xydata(), skeleton[:, columns], atol=1e-12)
+        assert not any(len(balls.get_offsets()) for balls in axes.collections)  # neither spheres nor solids
+        assert "obstacle" not in axes.get_legend_handles_labels()[1]
+    assert picture.get_title(loc="left") == "last posture"
 
 
-def test_any_name_may_be_a_label() -> None:
-    robot = space_plan().criteria.robot
-    figure = space_figure(Scene(robot), [Posture("$\\frac$ \\$", "#1f77b4", np.zeros(4))])
+def test_any_name_is_shown_as_it_is() -> None:
+    name, robot = "$\\frac$ \\$", space_plan().criteria.robot
+    figure = space_figure(Scene(robot), [Posture(name, "#1f77b4", np.zeros(4))])
     figure.draw_without_rendering()
+    shown = figure.legends[0].get_texts()[-1].get_text()
+    assert not is_math_text(shown)  # no formula, and of "\\$" there is "$" to be seen
+    assert shown.replace("\\$", "$") == name
 
 
 def test_a_path_to_trace_in_space_has_its_band_in_each_view() -> None:
@@ -166,23 +174,10 @@ def test_a_path_to_trace_in_space_has_its_band_in_each_view() -> None:
     marker = Marker(label="given points", points=points, kind=MarkerKind.POINTS, tolerance=0.05, joined=True)
     robot = space_plan().criteria.robot
     figure = space_figure(Scene(robot, markers=(marker,)), [Posture("zero", "black", np.zeros(4))])
-    for axes, columns in zip(figure.axes, ([0, 1], [0, 2], [1, 2]), strict=False):
+    for axes, columns in zip(figure.axes, COLUMNS, strict=False):
         [band] = [patch for patch in axes.patches if patch.get_label() == "within 50 mm of the path"]
         low, high = band.get_path().get_extents().get_points()
         np.testing.assert_allclose([low, high], [points[:, columns].min(0) - 0.05, points[:, columns].max(0) + 0.05])
-
-
-def test_the_picture_says_which_posture_it_shows() -> None:
-    picture = path_figure(space_plan(obstacles=False)).axes[-1]
-    assert picture.get_title(loc="left") == "last posture"
-
-
-def test_the_eye_has_the_robot_before_the_obstacles() -> None:
-    robot = space_plan().criteria.robot
-    scene = Scene(robot, [Box(center=(0.8, 0.0, 0.3), size=(0.1, 1.0, 1.0))])
-    theta = np.zeros((1, 4))
-    view = scene.view(theta, scene.bounds(theta))
-    assert view.depth(np.array([0.0, 0.0, 0.3])) > view.depth(np.array([0.8, 0.0, 0.3]))
 
 
 def test_what_a_box_hides() -> None:
@@ -192,12 +187,14 @@ def test_what_a_box_hides() -> None:
 
 
 def test_the_picture_is_taken_where_obstacles_hide_least() -> None:
-    robot = space_plan().criteria.robot
+    robot, theta = space_plan().criteria.robot, np.zeros((1, 4))
+    scene = Scene(robot, [Box(center=(0.8, 0.0, 0.3), size=(0.1, 1.0, 1.0))])
+    view = scene.view(theta, scene.bounds(theta))
+    assert view.depth(np.array([0.0, 0.0, 0.3])) > view.depth(np.array([0.8, 0.0, 0.3]))
     walls = [
         Box(center=(x, y, 0.5), size=size)
         for x, y, size in ((0.9, 0.0, (0.1, 2.0, 4.0)), (-0.9, 0.0, (0.1, 2.0, 4.0)), (0.0, 0.9, (2.0, 0.1, 4.0)))
     ]
-    theta = np.zeros((1, 4))
     view = Scene(robot, walls).view(theta, np.array([[-1.0, -1.0, -0.2], [1.0, 1.0, 1.2]]))
     assert not any(polyhedron_of(wall).hides(robot.skeleton(theta)[0], view.eye).any() for wall in walls)
     assert view.eye[1] < -1.0  # through the open side

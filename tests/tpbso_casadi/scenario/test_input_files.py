@@ -1,14 +1,25 @@
-"""What is read: regular files of a sensible size, and those that a scenario may name."""
+"""What is read: regular files of a sensible size, those that a scenario may name, and CSV files of joint angles."""
 
 from __future__ import annotations
 
 import os
 import socket
+from functools import partial
 from pathlib import Path
 
 import pytest
+from helpers.running import line_of
 
-from tpbso_casadi.scenario import ScenarioError, load, load_all, read_scenario, read_text, read_toml
+from tpbso_casadi.scenario import (
+    InputFolder,
+    ScenarioError,
+    load,
+    load_all,
+    read_joint_rows,
+    read_scenario,
+    read_text,
+    read_toml,
+)
 
 PATH = """
 [arm]
@@ -24,9 +35,7 @@ POINTS = "1,0\n1,1\n0,1.5\n"
 
 
 def refusal(path: Path) -> str:
-    with pytest.raises(ScenarioError) as caught:
-        read_text(path)
-    return str(caught.value)
+    return line_of(partial(read_text, path))
 
 
 def test_what_is_no_regular_file_is_not_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -55,21 +64,19 @@ def test_a_large_file_is_refused(tmp_path: Path) -> None:
         read_toml(tmp_path / "large")
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("a = " + "9" * 5000, "a whole number of thousands of digits"),
-        ("a = " + "[" * 5000, "nested too deeply"),
-        (".".join("a" * 60) + " = 1", "a key of more than 50 parts"),
-        ("[" + " . ".join(["'a b'"] * 60) + "]", "a key of more than 50 parts"),
-        ("a = ", "not TOML: "),
-    ],
-)
-def test_toml_that_takes_too_much(tmp_path: Path, text: str, reason: str) -> None:
-    (tmp_path / "odd.toml").write_text(text)
-    with pytest.raises(ScenarioError) as caught:
-        read_toml(tmp_path / "odd.toml")
-    assert reason in str(caught.value) and "\n" not in str(caught.value)
+ODD = [
+    ("a = " + "9" * 5000, "a whole number of thousands of digits"),
+    ("a = " + "[" * 5000, "nested too deeply"),
+    (".".join("a" * 60) + " = 1", "a key of more than 50 parts"),
+    ("[" + " . ".join(["'a b'"] * 60) + "]", "a key of more than 50 parts"),
+    ("a = ", "not TOML: "),
+]
+
+
+def test_toml_that_takes_too_much(tmp_path: Path) -> None:
+    for text, reason in ODD:
+        (tmp_path / "odd.toml").write_text(text)
+        assert reason in line_of(partial(read_toml, tmp_path / "odd.toml"))
 
 
 def test_many_numbers_are_no_long_key(tmp_path: Path) -> None:
@@ -119,3 +126,47 @@ def test_labels_can_be_shown(folders: Path, monkeypatch: pytest.MonkeyPatch) -> 
     for name in ("\udcff.toml", "a\nb.toml"):
         Path(name).write_text(PATH.format("deep/way.csv"))
     assert list(load_all(["\udcff.toml", "a\nb.toml"])) == ["\\udcff", "a\\nb"]
+
+
+def read(folder: Path, text: str) -> list[list[float]]:
+    (folder / "path.csv").write_text(text)
+    return read_joint_rows(InputFolder(folder), "path.csv")
+
+
+def test_waypoints_recordings_and_tables_of_runs_are_read(tmp_path: Path) -> None:
+    assert read(tmp_path, "q1,q2\n0,1\n\n 0.5 , -1e-1\n") == [[0.0, 1.0], [0.5, -0.1]]
+    assert read(tmp_path, "t,q1\n0,1\n0.1,1\n0.2,2\n") == [[1.0], [2.0]]  # without where nothing moves
+    table = "t,q1,q2,qd1,qd2,qdd1,qdd2,x,y\n0,1,2,0,0,0,0,0,0\n1,3,4,0,0,0,0,0,0\n"
+    assert read(tmp_path, table) == [[1, 2], [3, 4]]
+
+
+WRONG_ROWS = [
+    ("", "path.csv: is empty; the header"),
+    ("0,1\n1,2\n", "path.csv line 1: the header q1,q2,... or t,q1,q2,... is needed"),
+    ("q1,q3\n0,1\n", "path.csv line 1: the header"),
+    ("q1,Q2\n0,1\n", "path.csv line 1: the header"),
+    ("q1,q2,t\n0,1,2\n", "path.csv line 1: the header"),
+    ("t\n0\n", "path.csv line 1: the header"),
+    ("q1,q2\n0,1\n", "path.csv: 1 rows of different joint angles; a path needs two at least"),
+    ("q1,q2\n", "path.csv: 0 rows"),
+    ("q1,q2\n0,1\n\n0,1,2\n", "path.csv line 4: 3 numbers where the header has 2 names"),
+    ("q1,q2\n0,1\n0\n", "path.csv line 3: 1 numbers where the header has 2 names"),
+    ("q1,q2\n0,1\n0,x\n", "path.csv line 3: 2 numbers are needed"),
+    ("q1,q2\n0,1\n0,nan\n", "path.csv line 3: a number is not finite"),
+    ("q1,q2\n0,1\n0,1e7\n", "path.csv line 3: a number is not finite, or an angle larger than 1e+06"),
+    ("q1,q2\n0,1\n0,1\n1,1\n", "path.csv line 3: the same joint angles as in the line before"),
+    ("t,q1\n0,1\n0,2\n", "path.csv line 3: times have to increase"),
+    ("t,q1\n0,1\nnan,2\n", "path.csv line 3: "),
+    ("t,q1\n0,1\n1,1\n", "path.csv: 1 rows of different"),
+]
+
+
+def test_what_is_wrong_with_joint_angles_takes_one_line(tmp_path: Path) -> None:
+    for text, expected in WRONG_ROWS:
+        assert expected in line_of(partial(read, tmp_path, text)), text
+
+
+def test_more_rows_than_are_planned_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tpbso_casadi.scenario.input_files.MOST_ROWS", 3)
+    with pytest.raises(ScenarioError, match="line 5: more than 3 rows"):
+        read(tmp_path, "q1\n0\n1\n2\n3\n")

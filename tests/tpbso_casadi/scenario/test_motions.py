@@ -1,10 +1,13 @@
-"""Which motion a scenario is planned with: by default, by its keys, by what it says; and places of all kinds."""
+"""Which motion and objective a scenario is planned with: by default, by its keys, by what it says; and places."""
 
 from __future__ import annotations
 
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers.running import line_of, scenario_error
 
 from problems.tasks import Joints, Position
 from tpbso_casadi import ScenarioError, builtin, parse_scenario
@@ -15,6 +18,7 @@ ARM = {"link_lengths": [0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20
 POINTS = {"kind": "point-to-point", "start": [1.0, 0.0], "goal": [0.5, 1.0]}
 PATH = {"kind": "path", "accuracy": 0.05, "points": [[1.0, 0.0], [1.0, 0.5], [0.5, 1.0]]}
 POSTURES = POINTS | {"start": {"joints": [0.1, 0.2, 0.3]}, "goal": {"joints": [0.5, 0.2, 0.1]}}
+LEAVING = POSTURES | {"start_acceleration": [1.0, 0.0, 0.0]}
 VIA = {"via": [{"joints": [0.1, 0.2, 0.3]}]}
 
 
@@ -23,133 +27,117 @@ def parsed(task: dict[str, Any], **model: Any) -> Any:
 
 
 def error_of(task: dict[str, Any], **model: Any) -> str:
-    with pytest.raises(ScenarioError) as caught:
-        parsed(task, **model).problem()
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
+    return scenario_error({"arm": ARM, "task": task, "model": model})
 
 
-@pytest.mark.parametrize(
-    ("task", "model", "motion"),
-    [
-        (POINTS, {}, "spline"),
-        (POINTS, {"pieces": 8}, "spline"),
-        (POINTS, {"motion": "paper"}, "paper"),
-        (POINTS, {"formulation": "paper"}, "paper"),
-        (POINTS, {"formulation": "reduced"}, "paper"),
-        (POINTS | {"segment_time": [0.2, 1.0]}, {}, "paper"),
-        (POINTS | VIA, {}, "spline"),
-        (PATH, {}, "spline"),
-        (PATH, {"knots": 3}, "paper"),
-        (POSTURES | {"start_acceleration": [1.0, 0.0, 0.0]}, {}, "time-spline"),
-        (POSTURES | {"start_acceleration": [1.0, 0.0, 0.0], "start_velocity": [0.1, 0.0, 0.0]}, {}, "time-spline"),
-        (POSTURES | {"total_time": [0.5, 3.0]}, {"motion": "time-spline", "pieces": 4}, "time-spline"),
-    ],
-)
-def test_the_motion_follows_from_the_keys(task: dict[str, Any], model: dict[str, Any], motion: str) -> None:
-    scenario = parsed(task, **model)
-    assert scenario.model.motion == motion
-    assert parse_scenario(scenario.model_dump(mode="json")) == scenario
+MOTIONS: list[tuple[dict[str, Any], dict[str, Any], str]] = [
+    (POINTS, {}, "spline"),
+    (POINTS, {"pieces": 8}, "spline"),
+    (POINTS, {"motion": "paper"}, "paper"),
+    (POINTS, {"formulation": "paper"}, "paper"),
+    (POINTS, {"formulation": "reduced"}, "paper"),
+    (POINTS | {"segment_time": [0.2, 1.0]}, {}, "paper"),
+    (POINTS | VIA, {}, "spline"),
+    (PATH, {}, "spline"),
+    (PATH, {"knots": 3}, "paper"),
+    (LEAVING, {}, "time-spline"),
+    (POSTURES | {"start_acceleration": [1.0, 0.0, 0.0], "start_velocity": [0.1, 0.0, 0.0]}, {}, "time-spline"),
+    (POSTURES | {"total_time": [0.5, 3.0]}, {"motion": "time-spline", "pieces": 4}, "time-spline"),
+]
 
 
-@pytest.mark.parametrize(
-    ("task", "model", "retime"),
-    [
-        (POINTS, {}, True),
-        (POINTS, {"motion": "paper"}, False),
-        (POINTS | {"objective": "length"}, {"motion": "paper"}, True),
-        (POINTS | {"objective": "rotation"}, {"motion": "paper", "retime": False}, False),
-        (POINTS, {"motion": "paper", "retime": True}, True),
-    ],
-)
-def test_plans_are_timed_anew_where_their_objective_leaves_time_free(
-    task: dict[str, Any], model: dict[str, Any], retime: bool
-) -> None:
-    assert parsed(task, **model).model.retime is retime
+def test_the_motion_follows_from_the_keys() -> None:
+    for task, model, motion in MOTIONS:
+        scenario = parsed(task, **model)
+        assert scenario.model.motion == motion
+        assert parse_scenario(scenario.model_dump(mode="json")) == scenario
 
 
-@pytest.mark.parametrize(
-    ("task", "model", "expected"),
-    [
-        (POINTS | VIA, {"motion": "paper"}, "task.via: needs motion = 'spline' in [model]"),
-        (POINTS | VIA, {"formulation": "paper"}, "task.via: needs motion = 'spline' in [model]"),
-        (POINTS | {"start": {"joints": [0.0, 0.0, 0.0]}}, {"motion": "paper"}, "task.start: needs motion = 'spline'"),
-        (POINTS | {"goal": [[0.5, 1.0], [0.6, 1.0]]}, {"motion": "paper"}, "task.goal: needs motion = 'spline'"),
-        (POINTS | {"goal_velocity": [0.1, 0.0, 0.0]}, {"motion": "paper"}, "task.goal_velocity: needs motion"),
-        (POINTS | {"total_time": [0.1, 2.0]}, {"motion": "paper"}, "task.total_time: needs motion"),
-        (POINTS | {"segment_time": [0.1, 2.0]}, {"motion": "spline"}, "task.segment_time: needs motion = 'paper'"),
-        (POINTS, {"motion": "spline", "formulation": "paper"}, "model.formulation: 'paper' needs motion = 'paper'"),
-        (POINTS, {"motion": "spline", "knots": 5}, "model.knots: needs motion = 'paper'"),
-        (POINTS, {"motion": "paper", "pieces": 5}, "model.pieces: needs motion = 'spline'"),
-        (PATH, {"motion": "spline", "pieces": 5}, "model.pieces: the points of a path decide about its pieces"),
-        (POINTS, {"motion": "splin"}, "model.motion: .*did you mean spline"),
-        (POINTS, {"retime": 1}, "model.retime: true or false is needed"),
-    ],
-)
-def test_what_does_not_belong_to_the_motion_is_one_line(
-    task: dict[str, Any], model: dict[str, Any], expected: str
-) -> None:
-    message = error_of(task, **model)
-    first, *rest = expected.split(".*")
-    assert first in message
-    assert all(part in message for part in rest)
+RETIMED: list[tuple[dict[str, Any], dict[str, Any], bool]] = [
+    (POINTS, {}, True),
+    (POINTS, {"motion": "paper"}, False),
+    (POINTS | {"objective": "length"}, {"motion": "paper"}, True),
+    (POINTS | {"objective": "rotation"}, {"motion": "paper", "retime": False}, False),
+    (POINTS, {"motion": "paper", "retime": True}, True),
+]
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "expected"),
-    [
-        ("start", "home", "task.start: [x, y], { joints = [...] } or { position = [...] } is needed, not 'home'"),
-        ("start", {}, "task.start: [x, y], { joints"),
-        ("start", {"joint": [1.0]}, "task.start: [x, y], { joints"),
-        ("start", {"joints": [0.0], "position": [1.0, 0.0]}, "task.start: [x, y], { joints"),
-        ("start", {"joints": [0.0, "x", 0.0]}, "task.start.joints.1: a number is needed, not 'x'"),
-        ("start", {"joints": [0.0, 0.0]}, "task.start: 2 joints for a robot of 3"),
-        ("start", {"joints": [0.0, 0.0, 1e7]}, "task.start: "),
-        ("start", {"position": [1.0]}, "task.start.position.1: missing key"),
-        ("start", [1.0, "y"], "task.start.1: a number is needed, not 'y'"),
-        ("start", [1.0, True], "task.start.1: a number is needed"),
-        ("start", {"position": [9.0, 0.0]}, "task.start: (9.0, 0.0) is 9 m from the base, out of reach"),
-        ("goal", [], "task.goal"),
-        ("goal", [[0.5, 1.0], [9.0, 0.0]], "task.goal: goal[1]: (9.0, 0.0)"),
-        ("goal", [[0.5, 1.0], {"joints": ["x"]}], "task.goal.1.joints.0: a number is needed"),
-        ("goal", [[0.5, 1.0], 3], "task.goal.1: [x, y], { joints"),
-        ("goal", [[0.5, 1.0]] * 101, "task.goal: 101 places; at most 100"),
-        ("via", [], "task.via: a list of [x, y], { joints"),
-        ("via", [1.0, 0.5], "task.via.0: [x, y], { joints"),
-        ("start_velocity", [0.1, 0.0], "task.start_velocity: 2 values for 3 joints"),
-        ("start_velocity", [9.0, 0.0, 0.0], "task.start_velocity: joint 1: "),
-    ],
-)
-def test_a_wrong_place_is_one_line(key: str, value: object, expected: str) -> None:
-    assert error_of(POINTS | {key: value}).startswith(expected), error_of(POINTS | {key: value})
+def test_plans_are_timed_anew_where_their_objective_leaves_time_free() -> None:
+    for task, model, retime in RETIMED:
+        assert parsed(task, **model).model.retime is retime
 
 
-@pytest.mark.parametrize(
-    ("task", "model", "expected"),
-    [
-        (POSTURES | {"start_acceleration": [1.0]}, {}, "task.start_acceleration: 1 values for 3 joints"),
-        (POSTURES | {"start_acceleration": [21.0, 0.0, 0.0]}, {}, "task.start_acceleration: joint 1: 21 is not within"),
-        (
-            POSTURES | {"start_acceleration": [1.0, 0.0, 0.0]},
-            {"motion": "spline"},
-            "task.start_acceleration: needs motion = 'time-spline' in [model]",
-        ),
-        (
-            POSTURES | {"start_acceleration": [1.0, 0.0, 0.0]},
-            {"motion": "paper"},
-            "task.start_acceleration: needs motion = 'time-spline' in [model]",
-        ),
-        (POSTURES, {"motion": "time-spline", "retime": True}, "model.retime: motion = 'time-spline' keeps the timing"),
-        (POSTURES, {"motion": "time-spline", "knots": 4}, "model.knots: needs motion = 'paper' in [model]"),
-        (POSTURES, {"motion": "time-spline", "formulation": "paper"}, "model.formulation: 'paper' needs motion"),
-        (POSTURES | VIA, {"motion": "time-spline"}, "task.via: needs motion = 'spline' in [model]"),
-        (POSTURES | {"goal_velocity": [0.1, 0.0, 0.0]}, {"motion": "time-spline"}, "task.goal_velocity: needs motion"),
-        (POINTS, {"motion": "time-spline"}, "task.start: motion 'time-spline' needs joint angles there"),
-        (PATH, {"motion": "time-spline"}, "model.motion: kind = 'path' is planned with"),
-    ],
-)
-def test_what_a_spline_over_time_does_not_do(task: dict[str, Any], model: dict[str, Any], expected: str) -> None:
-    assert error_of(task, **model).startswith(expected), error_of(task, **model)
+NOT_OF_THE_MOTION: list[tuple[dict[str, Any], dict[str, Any], str]] = [
+    (POINTS | VIA, {"motion": "paper"}, "task.via: needs motion = 'spline' in [model]"),
+    (POINTS | VIA, {"formulation": "paper"}, "task.via: needs motion = 'spline' in [model]"),
+    (POINTS | {"start": {"joints": [0.0, 0.0, 0.0]}}, {"motion": "paper"}, "task.start: needs motion = 'spline'"),
+    (POINTS | {"goal": [[0.5, 1.0], [0.6, 1.0]]}, {"motion": "paper"}, "task.goal: needs motion = 'spline'"),
+    (POINTS | {"goal_velocity": [0.1, 0.0, 0.0]}, {"motion": "paper"}, "task.goal_velocity: needs motion"),
+    (POINTS | {"total_time": [0.1, 2.0]}, {"motion": "paper"}, "task.total_time: needs motion"),
+    (POINTS | {"segment_time": [0.1, 2.0]}, {"motion": "spline"}, "task.segment_time: needs motion = 'paper'"),
+    (POINTS, {"motion": "spline", "formulation": "paper"}, "model.formulation: 'paper' needs motion = 'paper'"),
+    (POINTS, {"motion": "spline", "knots": 5}, "model.knots: needs motion = 'paper'"),
+    (POINTS, {"motion": "paper", "pieces": 5}, "model.pieces: needs motion = 'spline'"),
+    (PATH, {"motion": "spline", "pieces": 5}, "model.pieces: the points of a path decide about its pieces"),
+    (POINTS, {"motion": "splin"}, "model.motion: input should be"),
+    (POINTS, {"retime": 1}, "model.retime: true or false is needed"),
+    (POSTURES | {"start_acceleration": [1.0]}, {}, "task.start_acceleration: 1 values for 3 joints"),
+    (POSTURES | {"start_acceleration": [21.0, 0.0, 0.0]}, {}, "task.start_acceleration: joint 1: 21 is not within"),
+    (
+        LEAVING,
+        {"motion": "spline"},
+        "task.start_acceleration: needs motion = 'time-spline'",
+    ),
+    (
+        LEAVING,
+        {"motion": "paper"},
+        "task.start_acceleration: needs motion = 'time-spline'",
+    ),
+    (POSTURES, {"motion": "time-spline", "retime": True}, "model.retime: motion = 'time-spline' keeps the timing"),
+    (POSTURES, {"motion": "time-spline", "knots": 4}, "model.knots: needs motion = 'paper' in [model]"),
+    (POSTURES, {"motion": "time-spline", "formulation": "paper"}, "model.formulation: 'paper' needs motion"),
+    (POSTURES | VIA, {"motion": "time-spline"}, "task.via: needs motion = 'spline' in [model]"),
+    (POSTURES | {"goal_velocity": [0.1, 0.0, 0.0]}, {"motion": "time-spline"}, "task.goal_velocity: needs motion"),
+    (POINTS, {"motion": "time-spline"}, "task.start: motion 'time-spline' needs joint angles there"),
+    (PATH, {"motion": "time-spline"}, "model.motion: kind = 'path' is planned with"),
+]
+
+
+def test_what_does_not_belong_to_the_motion_is_one_line() -> None:
+    for task, model, expected in NOT_OF_THE_MOTION:
+        error = error_of(task, **model)
+        assert error.startswith(expected), error
+    assert "did you mean spline" in error_of(POINTS, motion="splin")
+
+
+WRONG_PLACES: list[tuple[str, object, str]] = [
+    ("start", "home", "task.start: [x, y], { joints = [...] } or { position = [...] } is needed, not 'home'"),
+    ("start", {}, "task.start: [x, y], { joints"),
+    ("start", {"joint": [1.0]}, "task.start: [x, y], { joints"),
+    ("start", {"joints": [0.0], "position": [1.0, 0.0]}, "task.start: [x, y], { joints"),
+    ("start", {"joints": [0.0, "x", 0.0]}, "task.start.joints.1: a number is needed, not 'x'"),
+    ("start", {"joints": [0.0, 0.0]}, "task.start: 2 joints for a robot of 3"),
+    ("start", {"joints": [0.0, 0.0, 1e7]}, "task.start: "),
+    ("start", {"position": [1.0]}, "task.start.position.1: missing key"),
+    ("start", [1.0, "y"], "task.start.1: a number is needed, not 'y'"),
+    ("start", [1.0, True], "task.start.1: a number is needed"),
+    ("start", {"position": [9.0, 0.0]}, "task.start: (9.0, 0.0) is 9 m from the base, out of reach"),
+    ("goal", [], "task.goal"),
+    ("goal", [[0.5, 1.0], [9.0, 0.0]], "task.goal: goal[1]: (9.0, 0.0)"),
+    ("goal", [[0.5, 1.0], {"joints": ["x"]}], "task.goal.1.joints.0: a number is needed"),
+    ("goal", [[0.5, 1.0], 3], "task.goal.1: [x, y], { joints"),
+    ("goal", [[0.5, 1.0]] * 101, "task.goal: 101 places; at most 100"),
+    ("via", [], "task.via: a list of [x, y], { joints"),
+    ("via", [1.0, 0.5], "task.via.0: [x, y], { joints"),
+    ("start_velocity", [0.1, 0.0], "task.start_velocity: 2 values for 3 joints"),
+    ("start_velocity", [9.0, 0.0, 0.0], "task.start_velocity: joint 1: "),
+]
+
+
+def test_a_wrong_place_is_one_line() -> None:
+    for key, value, expected in WRONG_PLACES:
+        error = error_of(POINTS | {key: value})
+        assert error.startswith(expected), error
 
 
 def test_a_spline_over_time_keeps_its_timing() -> None:
@@ -208,3 +196,62 @@ def test_another_number_of_links_does_not_fit_given_joints() -> None:
     stated = parsed(POINTS | {"start": {"joints": [0.0, 0.0, 0.0]}})
     with pytest.raises(ScenarioError, match=r"task\.start: 3 joints for a robot of 4"):
         overridden(stated, options("--links", "4")).problem()
+
+
+MASSIVE = {"kind": "point-to-point", "start": [0.6, -0.3], "goal": [0.3, 0.6]}
+
+
+def weighed(objective: Any, task: dict[str, Any] | None = None, **arm: Any) -> Any:
+    links = {"link_lengths": [0.4] * 3, "max_speed": 4.0, "max_acceleration": 40.0, "link_masses": 2.0, **arm}
+    return parse_scenario({"arm": links, "task": {**(task or MASSIVE), "objective": objective}})
+
+
+@pytest.mark.parametrize("task", [MASSIVE, PATH])
+@pytest.mark.parametrize("motion", ["paper", "spline"])
+def test_a_table_of_weights_is_a_sum(task: dict[str, Any], motion: str) -> None:
+    stated = weighed({"time": 1.0, "energy": 0.02}, task)
+    problem = stated.model_copy(update={"model": stated.model.model_copy(update={"motion": motion})}).problem()
+    assert [(weight, each.name) for weight, each in problem.objective.terms] == [(1.0, "time"), (0.02, "energy")]
+    assert stated.model_dump(mode="json")["task"]["objective"] == {"time": 1.0, "energy": 0.02}
+
+
+def test_one_entry_of_weight_one_is_the_objective_itself() -> None:
+    assert weighed({"time": 1.0}).problem().objective.name == "time"
+    assert weighed({"time": 2.0}).problem().objective.name == "2 time"
+    assert weighed({"rotation": 1.0, "length": 1.0}).model.retime
+    assert not weighed({"time": 1.0, "energy": 1.0}, MASSIVE | {"segment_time": [0.1, 9.0]}).model.retime
+
+
+WRONG_OBJECTIVES: list[tuple[Any, str]] = [
+    ({}, ": an objective with its weight is needed, such as { time = 1.0, energy = 0.02 }"),
+    (
+        {"tme": 1.0},
+        ".tme: input should be 'time', 'rotation', 'length', 'energy' or 'work', not 'tme'",
+    ),
+    ({"time": -1.0}, ".time: input should be greater than 0, not -1.0"),
+    ({"time": "a"}, ".time: a number is needed, not 'a'"),
+    (3, ": a word is needed, not 3"),
+    (["time"], ": a word is needed, not ['time']"),
+]
+
+
+def test_what_is_wrong_with_an_objective_is_one_line() -> None:
+    for objective, line in WRONG_OBJECTIVES:
+        assert line_of(partial(weighed, objective)).startswith(f"task.objective{line}")
+
+
+def test_what_the_problem_refuses_names_the_key() -> None:
+    same = {"energy": 1.0, "problems.objectives:Energy": 2.0}
+    with pytest.raises(ScenarioError, match=r"^task\.objective: the same objective twice: energy, energy$"):
+        weighed(same).problem()
+    with pytest.raises(ScenarioError, match=r"^task\.objective: 'energy' needs masses, and those of this robot"):
+        weighed({"time": 1.0, "energy": 1.0}, link_masses=None).problem()
+
+
+def test_a_plugin_may_be_weighed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    code = "from problems import Objective\nclass Steps(Objective):\n    name, symbol, unit = 'steps', 'n', '1'\n"
+    (tmp_path / "weighed_plugin.py").write_text(code)
+    monkeypatch.syspath_prepend(tmp_path)
+    stated = weighed({"time": 1.0, "weighed_plugin:Steps": 0.5})
+    assert stated.problem().objective.name == "time + 0.5 steps"
+    assert stated.plugins == ["weighed_plugin:Steps"]

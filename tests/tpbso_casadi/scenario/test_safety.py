@@ -1,20 +1,23 @@
-"""Keys about safety and about the arm itself: margin, widths, shapes, pose, tool, jerk; each wrong one is named."""
+"""Keys about safety and about the arm itself: margin, widths, shapes, pose, tool, jerk; and files in degrees."""
 
 from __future__ import annotations
 
 import copy
-from math import degrees
+from math import degrees, pi
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pytest
+from helpers.running import changed, scenario_error
 from oracles.outlines import skeletons
+from pydantic import Field
 
 from problems import PlanarArm
 from problems.limits import proximity_limits
 from tpbso_casadi import ScenarioError, parse_scenario
-from tpbso_casadi.scenario import read_scenario
+from tpbso_casadi.scenario import Section, read_scenario
+from tpbso_casadi.scenario.validation import ANGULAR, Angle, FileSection, Number
 
 EVERYTHING: dict[str, Any] = {
     "arm": {
@@ -74,22 +77,9 @@ CASES = [
 ]
 
 
-def changed(content: dict[str, Any], key: str, value: object) -> dict[str, Any]:
-    edited = copy.deepcopy(content)
-    *path, last = key.split(".")
-    place: Any = edited
-    for part in path:
-        place = place[int(part)] if isinstance(place, list) else place[part]
-    place[int(last) if isinstance(place, list) else last] = value
-    return edited
-
-
-@pytest.mark.parametrize(("key", "value", "message"), CASES)
-def test_every_wrong_key_is_named(key: str, value: object, message: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        parse_scenario(changed(EVERYTHING, key, value)).problem()
-    assert str(caught.value).startswith(message)
-    assert "\n" not in str(caught.value)
+def test_every_wrong_key_is_named() -> None:
+    for key, value, message in CASES:
+        assert scenario_error(changed(EVERYTHING, key, value)).startswith(message), key
 
 
 def test_everything_arrives_in_the_problem() -> None:
@@ -131,7 +121,7 @@ def test_too_many_corners_are_named() -> None:
         parse_scenario(content).problem()
 
 
-def test_degrees_make_the_same_problem() -> None:
+def test_degrees_are_radians_once_the_file_is_read() -> None:
     turned = copy.deepcopy(EVERYTHING) | {"unit": "deg"}
     for key in ("max_speed", "max_acceleration"):
         turned["arm"][key] = degrees(turned["arm"][key])
@@ -140,9 +130,22 @@ def test_degrees_make_the_same_problem() -> None:
     for obstacle in turned["obstacles"]:
         if "angle" in obstacle:
             obstacle["angle"] = degrees(obstacle["angle"])
-    one, other = parse_scenario(EVERYTHING).problem(), parse_scenario(turned).problem()
-    values = [problem.cost_program().parameters for problem in (one, other)]
-    assert values[1] == pytest.approx(values[0], rel=1e-15)
+    star = {"kind": "path", "shape": "pentagram", "radius": 0.5, "accuracy": 0.1, "angle": 1.0}
+    for task in (EVERYTHING["task"], star):
+        read = [
+            parse_scenario(EVERYTHING | {"task": task}).model_dump(),
+            parse_scenario(turned | {"task": task | {"angle": degrees(1.0)} if task is star else task}).model_dump(),
+        ]
+        assert read[0]["unit"] == read[1]["unit"] == "rad"
+        assert flat(read[1]) == pytest.approx(flat(read[0]), rel=1e-15, abs=0.0)
+
+
+def flat(content: Any, key: str = "") -> dict[str, Any]:
+    """The numbers of a scenario by their places."""
+    if isinstance(content, dict | list | tuple):
+        items = content.items() if isinstance(content, dict) else enumerate(content)
+        return {name: leaf for k, value in items for name, leaf in flat(value, f"{key}.{k}").items()}
+    return {key: content} if isinstance(content, float) else {}
 
 
 def test_degrees_of_a_robot_by_its_class() -> None:
@@ -181,3 +184,29 @@ def test_another_scene_of_the_same_make_has_the_same_functions() -> None:
     texts = [[step.function.serialize() for step in program.steps] for program in programs]
     assert texts[0] == texts[1]
     assert (programs[0].parameters != programs[1].parameters).any()
+
+
+class Place(Section):
+    """A table within a table."""
+
+    joints: Annotated[list[Number] | None, ANGULAR] = None
+    point: list[Number] | None = None
+
+
+class Places(FileSection):
+    """A file with tables, a list of tables, an angle by default."""
+
+    start: Place
+    goals: list[Place] = Field(default_factory=list)
+    turn: Angle = pi / 2.0
+
+
+def test_what_is_no_angle_and_what_is_not_stated_stays() -> None:
+    read = Places.model_validate(
+        {"unit": "deg", "start": {"joints": [180.0]}, "goals": [{"joints": [90.0, 0.0]}, {"point": [90.0]}]}
+    ).normalised()
+    assert read.start.joints == [pi]
+    assert [place.joints for place in read.goals] == [[pi / 2.0, 0.0], None]
+    assert read.goals[1].point == [90.0]
+    assert read.turn == pi / 2.0
+    assert read == Places.model_validate(read.model_dump()).normalised()

@@ -1,15 +1,18 @@
-"""Solvers by name, and those that other packages bring."""
+"""Solvers by name, those that other packages bring, and random scenarios for all of them."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from solvers import EXTERNAL, IPOPT, SOLVERS, Solver
-from tpbso_casadi import find_solver
+from tpbso_casadi import Scenario, find_solver, parse_scenario
 from tpbso_casadi.cli.commands.solve import parser
+from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import PluginError
+from tpbso_casadi.scenario.cases import random_scenario, random_scenarios
 
 PLUGIN = """
 from dataclasses import dataclass
@@ -64,26 +67,56 @@ def test_a_library_that_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatc
     assert find_solver("scipy-de").__name__ == "SciPyDE"
 
 
+REASONS = {
+    "bos": "did you mean bso",
+    "ippot": "did you mean ipopt",
+    "stil": "did you mean still",
+    "no such": "there are .*bso",
+    "still_plugin:nothing": "not a subclass of solvers.Solver",
+    "odd": "not a subclass of solvers.Solver",
+    "still_plugin:Missing": "cannot load",
+    "no_such_module:Missing": "cannot load",
+    ":Missing": "cannot load",
+}
+
+
 @pytest.mark.usefixtures("plugin")
-@pytest.mark.parametrize(
-    ("name", "reason"),
-    [
-        ("bos", "did you mean bso"),
-        ("ippot", "did you mean ipopt"),
-        ("stil", "did you mean still"),
-        ("no such", "there are .*bso"),
-        ("still_plugin:nothing", "not a subclass of solvers.Solver"),
-        ("odd", "not a subclass of solvers.Solver"),
-        ("still_plugin:Missing", "cannot load"),
-        ("no_such_module:Missing", "cannot load"),
-        (":Missing", "cannot load"),
-    ],
-)
-def test_what_is_no_solver(name: str, reason: str) -> None:
-    with pytest.raises(PluginError, match=reason):
-        find_solver(name)
+def test_what_is_no_solver() -> None:
+    for name, reason in REASONS.items():
+        with pytest.raises(PluginError, match=reason):
+            find_solver(name)
 
 
 def test_the_help_names_every_solver() -> None:
     text = " ".join(parser().format_help().split())
     assert all(name in text for name in (*SOLVERS, "ipopt", *EXTERNAL))
+
+
+@pytest.fixture(scope="module")
+def some() -> list[Scenario]:
+    return random_scenarios(11, 12)
+
+
+def test_the_same_seed_gives_the_same_scenarios_of_many_kinds(some: list[Scenario]) -> None:
+    assert random_scenarios(11, 3) == some[:3]
+    assert random_scenarios(12, 3) != some[:3]
+    assert random_scenario(np.random.default_rng(11)) == some[0]
+    assert {scenario.task.kind for scenario in some} == {"point-to-point", "path"}
+    assert {scenario.task.objective for scenario in some} == {"time", "rotation", "length"}
+    assert {scenario.model.formulation for scenario in some} == {"paper", "reduced"}
+    assert {len(scenario.arm.link_lengths) for scenario in some if scenario.arm} >= {2, 3, 4, 5, 6}
+    assert any(scenario.obstacles for scenario in some)
+
+
+@pytest.mark.parametrize("number", [n if n in (3, 9) else pytest.param(n, marks=pytest.mark.slow) for n in range(12)])
+def test_each_random_scenario_can_be_solved(number: int, some: list[Scenario]) -> None:
+    content = some[number].model_dump()
+    content["solver"] |= {"name": "abso", "evaluations": 6000}
+    assert plan(parse_scenario(content)).feasible
+
+
+def test_every_solver_takes_them(some: list[Scenario]) -> None:
+    content = some[3].model_dump()
+    for name in SOLVERS:
+        content["solver"] |= {"name": name, "evaluations": 300}
+        assert plan(parse_scenario(content)).search.evaluations == 300

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.running import line_of, refusal, scenario_error
+from oracles.space import away_from_path, tool_poses
 
 from problems.tasks import SpaceTracing
-from tests.oracles.space import away_from_path, tool_poses
 from tpbso_casadi import ScenarioError, parse_scenario
 from tpbso_casadi.cli.commands import audit, solve
 from tpbso_casadi.scenario import read_scenario
@@ -45,6 +46,13 @@ DOWN = [1.0, 0.0, 0.0, 0.0]
 POSES = [point + DOWN for point in LINE]
 
 
+@pytest.fixture
+def folder(in_an_empty_folder: None) -> Path:
+    """The working folder, with the robot in it."""
+    Path("small.urdf").write_text(URDF)
+    return Path()
+
+
 def content(**task: Any) -> dict[str, Any]:
     stated = {"kind": "path", "points": LINE, "accuracy": 0.005} | task
     robot = {"urdf": "small.urdf", "urdf_text": URDF, "max_acceleration": 10.0}
@@ -71,53 +79,47 @@ def test_angular_accuracy_in_degrees() -> None:
 
 
 @pytest.mark.parametrize("heading", ["", "x,y,z,qx,qy,qz,qw\n", "X, Y, Z, QX, QY, QZ, QW\n\n"])
-def test_poses_are_read_from_beside_the_scenario(tmp_path: Path, heading: str) -> None:
-    (tmp_path / "small.urdf").write_text(URDF)
-    (tmp_path / "mine.toml").write_text(FILE + "angular_accuracy = 0.01")
-    (tmp_path / "way.csv").write_text(heading + "\n".join(",".join(map(str, pose)) for pose in POSES))
-    scenario = read_scenario(tmp_path / "mine.toml")
+def test_poses_are_read_from_beside_the_scenario(folder: Path, heading: str) -> None:
+    (folder / "mine.toml").write_text(FILE + "angular_accuracy = 0.01")
+    (folder / "way.csv").write_text(heading + "\n".join(",".join(map(str, pose)) for pose in POSES))
+    scenario = read_scenario(folder / "mine.toml")
     assert scenario.task.points == [tuple(pose) for pose in POSES]
     assert parse_scenario(scenario.model_dump(mode="json")) == scenario
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("x,y,z\n0.4,0,0.5\n0.4,0.1\n", "way.csv line 3: three numbers x,y,z are needed"),
-        ("0.4,0,0.5,1\n", "way.csv line 1: two numbers x,y are needed, three in space, seven of a pose"),
-        ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,one\n", "way.csv line 2: seven numbers x,y,z,qx,qy,qz,qw are needed"),
-        ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,0.5\n", "task.points: points[1]: its quaternion"),
-        ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,0,1,0,0\n", "task.points: points[0] and points[1]: the tool turns by"),
-        ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,0\n", "task.angular_accuracy: missing: the path gives poses"),
-        ("0.4,0\n0.4,0.1\n", "task.points: points[0] has 2 coordinates; the robot is in 3 dimensions"),
-        ("0.4,0,0.5\n0.4,0,9\n", "task.points: points[1] = (0.4, 0.0, 9.0) is 9.00888 m from the base, out of reach"),
-    ],
-)
-def test_what_is_wrong_with_a_file_of_poses(tmp_path: Path, text: str, expected: str) -> None:
-    (tmp_path / "small.urdf").write_text(URDF)
-    (tmp_path / "mine.toml").write_text(FILE)
-    (tmp_path / "way.csv").write_text(text)
-    with pytest.raises(ScenarioError) as caught:
-        read_scenario(tmp_path / "mine.toml").problem()
-    assert expected in str(caught.value)
+WRONG_FILES = [
+    ("x,y,z\n0.4,0,0.5\n0.4,0.1\n", "way.csv line 3: three numbers x,y,z are needed"),
+    ("0.4,0,0.5,1\n", "way.csv line 1: two numbers x,y are needed, three in space, seven of a pose"),
+    ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,one\n", "way.csv line 2: seven numbers x,y,z,qx,qy,qz,qw are needed"),
+    ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,0.5\n", "task.points: points[1]: its quaternion"),
+    ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,0,1,0,0\n", "task.points: points[0] and points[1]: the tool turns by"),
+    ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,0\n", "task.angular_accuracy: missing: the path gives poses"),
+    ("0.4,0\n0.4,0.1\n", "task.points: points[0] has 2 coordinates; the robot is in 3 dimensions"),
+    ("0.4,0,0.5\n0.4,0,9\n", "task.points: points[1] = (0.4, 0.0, 9.0) is 9.00888 m from the base, out of reach"),
+]
 
 
-@pytest.mark.parametrize(
-    ("changes", "expected"),
-    [
-        ({"points": [[0.4, 0.0, 0.5], [0.4, 0.1]]}, "task.points: points[1] has 2 numbers, points[0] has 3"),
-        ({"points": [[0.4, 0.0, 0.5, 1.0]]}, "task.points.0: two numbers x,y are needed, three in space"),
-        ({"points": [[0.4, "x", 0.5]]}, "task.points.0.1: a number is needed, not 'x'"),
-        ({"points": 5}, "task.points: a list is needed, not 5"),
-        ({"angular_accuracy": 0.1}, "task.angular_accuracy: the path gives no orientations"),
-        ({"elbow": "up"}, "task.elbow: of an arm in space the search chooses among all postures"),
-        ({"points": [[1.0, 0.0, 0.0], [0.5, 0.0, 0.0]]}, "task.points: points[0]: inverse kinematics finds no posture"),
-    ],
-)
-def test_what_is_wrong_with_a_task_in_space(changes: dict[str, Any], expected: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        parse_scenario(content(**changes)).problem()
-    assert expected in str(caught.value)
+def test_what_is_wrong_with_a_file_of_poses(folder: Path) -> None:
+    (folder / "mine.toml").write_text(FILE)
+    for text, expected in WRONG_FILES:
+        (folder / "way.csv").write_text(text)
+        assert expected in line_of(lambda: read_scenario(folder / "mine.toml").problem())
+
+
+WRONG_TASKS: list[tuple[dict[str, Any], str]] = [
+    ({"points": [[0.4, 0.0, 0.5], [0.4, 0.1]]}, "task.points: points[1] has 2 numbers, points[0] has 3"),
+    ({"points": [[0.4, 0.0, 0.5, 1.0]]}, "task.points.0: two numbers x,y are needed, three in space"),
+    ({"points": [[0.4, "x", 0.5]]}, "task.points.0.1: a number is needed, not 'x'"),
+    ({"points": 5}, "task.points: a list is needed, not 5"),
+    ({"angular_accuracy": 0.1}, "task.angular_accuracy: the path gives no orientations"),
+    ({"elbow": "up"}, "task.elbow: of an arm in space the search chooses among all postures"),
+    ({"points": [[1.0, 0.0, 0.0], [0.5, 0.0, 0.0]]}, "task.points: points[0]: inverse kinematics finds no posture"),
+]
+
+
+def test_what_is_wrong_with_a_task_in_space() -> None:
+    for changes, expected in WRONG_TASKS:
+        assert expected in scenario_error(content(**changes))
 
 
 def test_equal_intervals_of_time_and_planar_arms_are_refused() -> None:
@@ -132,13 +134,12 @@ def test_equal_intervals_of_time_and_planar_arms_are_refused() -> None:
             parse_scenario({"arm": planar, "task": task, "model": {"motion": motion}}).problem()
 
 
-def test_a_plan_is_written_audited_and_near_the_path(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "small.urdf").write_text(URDF)
-    (tmp_path / "mine.toml").write_text(FILE + "angular_accuracy = 0.05")
-    (tmp_path / "way.csv").write_text("\n".join(",".join(map(str, pose)) for pose in POSES))
-    search = ["--solver", "pso", "--evaluations", "300", "--polish", "--backend", "vm"]
-    out = tmp_path / "run"
-    assert solve.main([str(tmp_path / "mine.toml"), *search, "--no-plots", "--out", str(out)]) == 0
+def test_a_plan_is_written_audited_and_near_the_path(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "mine.toml").write_text(FILE + "angular_accuracy = 0.05")
+    (folder / "way.csv").write_text("\n".join(",".join(map(str, pose)) for pose in POSES))
+    search = ["--solver", "pso", "--evaluations", "100", "--polish", "--backend", "vm"]
+    out = folder / "run"
+    assert solve.main([str(folder / "mine.toml"), *search, "--no-plots", "--out", str(out)]) == 0
     assert "not polished: this task has no nonlinear program" in capsys.readouterr().out
     rows = np.loadtxt(out / "trajectory.csv", delimiter=",", skiprows=1)
     distance, angle = away_from_path(tool_poses(rows[:, 1:8]), np.array(LINE), np.array([DOWN] * 3))
@@ -149,24 +150,19 @@ def test_a_plan_is_written_audited_and_near_the_path(tmp_path: Path, capsys: pyt
     assert "there is no nonlinear program to judge by" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("options", [["--solver", "ipopt"], ["--within", "2"]])
 def test_what_needs_a_nonlinear_program_is_refused_in_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str]
+    folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "small.urdf").write_text(URDF)
-    (tmp_path / "mine.toml").write_text(FILE)
-    (tmp_path / "way.csv").write_text("\n".join(",".join(map(str, point)) for point in LINE))
-    arguments = [str(tmp_path / "mine.toml"), *options, "--no-plots", "--out", str(tmp_path / "run")]
-    assert solve.main(arguments) == 2
-    error = capsys.readouterr().err.strip()
-    assert error.endswith("this task has no nonlinear program to descend")
-    assert len(error.splitlines()) == 1
+    (folder / "mine.toml").write_text(FILE)
+    (folder / "way.csv").write_text("\n".join(",".join(map(str, point)) for point in LINE))
+    for options in (["--solver", "ipopt"], ["--within", "2"]):
+        error = refusal(capsys, solve.main, "mine.toml", *options, "--no-plots", "--out", "run")
+        assert error.endswith("this task has no nonlinear program to descend")
 
 
 @pytest.mark.slow
-def test_a_scenario_without_a_program_is_audited(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "small.urdf").write_text(URDF)
-    (tmp_path / "mine.toml").write_text(FILE)
-    (tmp_path / "way.csv").write_text("0.4,0,0.5\n0.4,0.02,0.5")
-    assert audit.main([str(tmp_path / "mine.toml")]) == 0
+def test_a_scenario_without_a_program_is_audited(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "mine.toml").write_text(FILE)
+    (folder / "way.csv").write_text("0.4,0,0.5\n0.4,0.02,0.5")
+    assert audit.main([str(folder / "mine.toml")]) == 0
     assert "there is no nonlinear program of this task" in capsys.readouterr().out

@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.simulations import simulated
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from problems import CertificateStatus, Trajectory
 from problems.base import FloatArray
-from tests.helpers.simulations import simulated
 from tpbso_casadi.simulation import SimulationRecord
 from tpbso_casadi.simulation.result import contacts, kept_limits, stretches
 
-TIMES, ALONG = 3001, 201
+TIMES, ALONG = 1501, 101
 HALF = np.array([0.1, 0.1])  # of the box
 
 

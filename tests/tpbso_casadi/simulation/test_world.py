@@ -1,4 +1,4 @@
-"""What the planner sees of obstacles, and what they really do."""
+"""What the planner sees of obstacles, and what they really do: courses of straight lines in a region."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.simulations import setting
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from problems.scene import Obstacle
-from tests.helpers.simulations import setting
+from problems.base import FloatArray
+from problems.scene import Obstacle, Tabulated
 from tpbso_casadi import ScenarioError
-from tpbso_casadi.simulation.world import World
+from tpbso_casadi.simulation.world import Wandering, World
 
 BOX = {"shape": "box", "center": [3.0, 0.5], "size": [0.4, 0.2], "velocity": [-0.3, 0.4]}
 STILL = {"shape": "box", "center": [-3.0, 0.5], "size": [0.4, 0.2]}
@@ -83,14 +86,11 @@ def test_the_same_seed_is_the_same_world_and_obstacles_are_independent() -> None
     one, same, other = (world(BOX, seed=seed, **table).true for seed in (1, 1, 2))
     assert one == same
     assert one != other
-    first, second = world(BOX, BOX, **table).true
+    scene = world(BOX, {**BOX, "margin_rate": 0.3}, **table)
+    first, second = scene.true
     assert first == one[0]
-    assert first != second
-
-
-def test_a_prediction_keeps_the_margin_rate_of_the_scenario() -> None:
-    [seen] = world({**BOX, "margin_rate": 0.3}, changes_every=0.2, course_rate=1.0).observed(1.0)
-    assert seen.margin_rate == 0.3  # type: ignore[attr-defined]
+    assert first.motion != second.motion  # type: ignore[attr-defined]
+    assert [seen.margin_rate for seen in scene.observed(1.0)] == [0.0, 0.3]  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(("table", "message"), [
@@ -117,3 +117,83 @@ def test_bad_tables_name_the_key(table: dict[str, Any], message: str) -> None:
         world(BOX, **table)
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value)
+
+
+EVERYWHERE = np.array([[-np.inf, -np.inf], [np.inf, np.inf]])
+ROUNDING = 1e-9
+
+
+def wandering(**changed: object) -> Wandering:
+    stated: dict[str, object] = {
+        "velocity": np.array([0.5, 0.25]),
+        "center": np.zeros(2),
+        "radius": 1.0,
+        "changes_every": np.inf,
+        "room": EVERYWHERE,
+    }
+    return Wandering(**(stated | changed))  # type: ignore[arg-type]
+
+
+def rows(course: Tabulated) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Times (p + 1,), places (p + 1, dim) and velocities (p, dim) of a course, read from its coefficients."""
+    times = np.array(course.breaks)
+    pieces = np.array(course.pieces)  # (dim, p, 4)
+    assert not pieces[..., :2].any(), "a piece is no straight line"
+    starts, velocities = pieces[..., 3].T, pieces[..., 2].T
+    return times, np.vstack([starts, starts[-1] + velocities[-1] * np.diff(times)[-1]]), velocities
+
+
+def test_without_changes_and_walls_it_goes_straight_on() -> None:
+    times, places, velocities = rows(wandering().course(4.0, np.random.default_rng(1)))
+    assert (times.tolist(), places.tolist()) == ([0.0, 4.0], [[0.0, 0.0], [2.0, 1.0]])
+    assert velocities.tolist() == [[0.5, 0.25]]
+
+
+def test_it_turns_around_at_walls_when_it_meets_them() -> None:
+    room = np.array([[-1.0, -0.25], [1.0, 0.75]])
+    times, places, _ = rows(wandering(room=room).course(6.5, np.random.default_rng(1)))
+    # x: wall at 1 m after 2 s, back at -1 m after 6 s; y: wall at 0.75 m after 3 s
+    assert times == pytest.approx([0.0, 2.0, 3.0, 6.0, 6.5])
+    assert places == pytest.approx(np.array([[0.0, 0.0], [1.0, 0.5], [0.5, 0.75], [-1.0, 0.0], [-0.75, -0.125]]))
+    corner = np.array([[-1.0, -1.0], [1.0, 0.5]])  # is left in the direction from which it was met
+    _, places, velocities = rows(wandering(room=corner).course(3.0, np.random.default_rng(1)))
+    assert places[-1] == pytest.approx([0.5, 0.25])
+    assert velocities[-1] == pytest.approx([-0.5, -0.25])
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    seed=st.integers(0, 1000),
+    dim=st.sampled_from([2, 3]),
+    radius=st.floats(0.05, 3.0),
+    changes_every=st.floats(0.05, 5.0),
+    width=st.floats(0.2, 4.0),
+)
+def test_courses_stay_in_their_room_and_velocities_in_their_ball(
+    seed: int, dim: int, radius: float, changes_every: float, width: float
+) -> None:
+    room = np.array([[-width] * dim, [width / 2.0] * dim])
+    course = Wandering(
+        velocity=np.full(dim, radius / dim), center=np.zeros(dim), radius=radius, changes_every=changes_every, room=room
+    ).course(8.0, np.random.default_rng(seed))
+    times, places, velocities = rows(course)
+    assert times[0] == 0.0
+    assert times[-1] == 8.0
+    assert (places >= room[0] - ROUNDING).all()
+    assert (places <= room[1] + ROUNDING).all()
+    long = np.diff(times) > 1e-6  # of shorter ones the velocity is mostly rounding
+    assert (np.linalg.norm(velocities[long], axis=1) <= radius + ROUNDING).all()
+    assert places[:-1] + np.diff(times)[:, None] * velocities == pytest.approx(places[1:], abs=ROUNDING)
+
+
+def test_changes_come_as_often_as_said_and_are_as_large() -> None:
+    center = np.array([1.0, 0.0])
+    course = wandering(velocity=center, center=center, radius=0.1, changes_every=0.5)
+    times, _, velocities = rows(course.course(1000.0, np.random.default_rng(3)))
+    waits, changes = np.diff(times), velocities - center
+    assert len(waits) == pytest.approx(2000, rel=0.1)
+    assert waits.std() == pytest.approx(waits.mean(), rel=0.1)  # as of an exponential distribution
+    sizes = np.linalg.norm(changes[1:], axis=1)
+    assert sizes.max() <= 0.1 + 1e-6
+    assert np.mean(sizes < 0.1 / np.sqrt(2.0)) == pytest.approx(0.5, abs=0.05)  # half of the area
+    assert np.abs(changes[1:].mean(axis=0)).max() < 0.01

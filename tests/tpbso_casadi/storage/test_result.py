@@ -1,8 +1,9 @@
-"""result.json: what is written is read again, and everything that is wrong is named."""
+"""result.json is read as it was written, and all that is wrong is named; folders are replaced as a whole."""
 
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -18,8 +19,9 @@ import pytest
 from problems.base import FloatArray
 from solvers import Box, Search, Solver
 from tpbso_casadi import builtin, parse_scenario
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.plain import as_json, plain, settings_of
-from tpbso_casadi.planning import plan
+from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.storage import (
     InvalidResult,
     InvalidRun,
@@ -28,9 +30,9 @@ from tpbso_casadi.storage import (
     read_run,
     result_of,
     sealed,
-    write_run,
 )
-from tpbso_casadi.storage.files import TEMPORARY
+from tpbso_casadi.storage import files as staging
+from tpbso_casadi.storage.files import TEMPORARY, replacing
 
 KINDS: dict[str, dict[str, Any]] = {
     "search": {"name": "pso", "evaluations": 1000},
@@ -89,16 +91,7 @@ def test_what_is_written_is_read_again(kind: str) -> None:
     assert read.to_json() == text
     assert ("polish" in json.loads(text)) == (kind == "polish")
     assert (read.solution.variables is None) == (kind == "ipopt")
-    assert list(json.loads(text))[:8] == [
-        "scenario",
-        "solver",
-        "seed",
-        "objective",
-        "cost",
-        "feasible",
-        "constraints",
-        "certificate",
-    ]
+    assert list(json.loads(text))[:5] == ["scenario", "solver", "seed", "objective", "cost"]
 
 
 def test_settings_of_any_solver_fit() -> None:
@@ -197,9 +190,9 @@ def test_what_is_no_result_at_all(text: str) -> None:
 
 
 def test_a_key_that_is_there_twice_is_refused() -> None:
-    text = result("polish").to_json()
+    text = result("polish").to_json().replace('"feasible"', '"feasible": false, "feasible"', 1)
     with pytest.raises(InvalidResult, match="feasible: is there twice"):
-        RunResult.from_json(text.replace('"feasible"', '"feasible": false, "feasible"', 1))
+        RunResult.from_json(text)
 
 
 @pytest.mark.parametrize(
@@ -210,9 +203,9 @@ def test_a_key_that_is_there_twice_is_refused() -> None:
         ("rounds", 2, "rounds: one is all that the scenario asks for"),
         ("polish", ..., "polish: missing key"),
         ("objective.unit", "h", "objective.unit: 'h' is stored, 's' is computed"),
-        ("solver.settings.c1", 1.0, "solver.settings: "),
+        ("solver.settings.c1", 1.0, "solver.settings.c1: 1.0 is stored"),
         ("history.cost.0", 0.0, "history.cost: the best so far grows"),
-        ("versions", {}, "versions: those of python"),
+        ("versions", {}, "versions.python: missing key"),
         ("polish.before.objective", 9.0, "polish.before.objective: 9.0 is stored"),
         ("files", {"../result.json": ""}, "files."),
         ("seed", 7, "seed: 7 is stored, 1 is computed"),
@@ -252,18 +245,18 @@ def other(value: Any) -> Any:
 
 
 def test_every_key_that_is_edited_or_removed_is_refused_by_name() -> None:
-    document = json.loads(result("polish").to_json())
-    edits = 0
+    text = result("polish").to_json()
+    document, edits = json.loads(text), 0
     for path in leaves(document):
-        for edit in (other, None):
-            content = json.loads(json.dumps(document))
+        for removed in (False, True):
+            content = json.loads(text)
             table = content
             for key in path[:-1]:
                 table = table[key]
-            if edit is None:
+            if removed:
                 del table[path[-1]]
             else:
-                table[path[-1]] = edit(table[path[-1]])
+                table[path[-1]] = other(table[path[-1]])
             if content == document:
                 continue
             with pytest.raises(InvalidResult) as caught:
@@ -274,10 +267,13 @@ def test_every_key_that_is_edited_or_removed_is_refused_by_name() -> None:
     assert edits > 300
 
 
+@cache
+def planned() -> PlannedMotion:
+    return plan(parse_scenario(builtin("time-2").model_dump() | {"solver": {"evaluations": 500}}))
+
+
 def test_a_folder_is_read_as_it_was_written(tmp_path: Path) -> None:
-    content = builtin("time-3").model_dump()
-    content["solver"] |= {"evaluations": 500}
-    solution = plan(parse_scenario(content))
+    solution = planned()
     write_run(tmp_path, solution, plots=False)
     run = read_run(tmp_path)
     assert run.result.model_copy(update={"files": {}}) == result_of(solution)
@@ -290,20 +286,74 @@ def test_a_folder_is_read_as_it_was_written(tmp_path: Path) -> None:
     ("failure", "reason"),
     [
         (OSError(28, "No space left on device"), "No space left"),
-        (OutputError("no film"), "no film"),
+        (OutputError("no film"), "the run is written, but not all of its files: no film"),
         (KeyError(1), "1"),
     ],
 )
 def test_a_file_that_cannot_be_written_does_not_lose_the_plan(failure: Exception, reason: str, tmp_path: Path) -> None:
-    content = builtin("time-2").model_dump()
-    content["solver"] |= {"evaluations": 500}
-    solution = plan(parse_scenario(content))
-
     def fail(folder: Path) -> None:
         (folder / f"{TEMPORARY}half.png").write_text("half")
         raise failure
 
     with pytest.raises((OutputError, KeyError), match=reason):
-        write_run(tmp_path / "run", solution, plots=False, further=[fail])
+        write_run(tmp_path / "run", planned(), plots=False, further=[fail])
     assert sorted(path.name for path in (tmp_path / "run").iterdir()) == ["result.json", "trajectory.csv"]
-    assert read_run(tmp_path / "run").result.feasible == solution.feasible
+    assert read_run(tmp_path / "run").result.feasible == planned().feasible
+
+
+# Folders that are replaced as a whole
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def write(folder: Path, *files: str) -> None:
+    with replacing(folder) as staged:
+        for file in files:
+            (staged / file).write_text(file)
+
+
+@pytest.mark.parametrize("exchangeable", [True, False], ids=["exchanged", "renamed twice"])
+def test_a_folder_is_replaced(exchangeable: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not exchangeable:
+        monkeypatch.setattr(staging, "_exchange", lambda one, other: False)
+    folder = tmp_path / "deep" / "run"
+    write(folder, "a", "b")
+    write(folder, "b", "c")
+    assert names(folder) == ["b", "c"]
+    assert names(folder.parent) == ["run"]
+
+
+def test_a_failure_leaves_it_as_it_was_and_until_it_is_complete_the_old_one_is_seen(tmp_path: Path) -> None:
+    write(tmp_path / "run", "a")
+    with pytest.raises(OSError, match="full"), replacing(tmp_path / "run") as staged:
+        (staged / "b").write_text("half")
+        assert names(tmp_path / "run") == ["a"]
+        raise OSError("full")
+    assert (names(tmp_path / "run"), names(tmp_path)) == (["a"], ["run"])
+
+
+def test_a_link_to_a_folder_stays_a_link_and_permissions_are_those_of_any_new_folder(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    (tmp_path / "other").mkdir()
+    (tmp_path / "run").symlink_to(tmp_path / "there")
+    write(tmp_path / "run", "a")
+    assert (tmp_path / "run").is_symlink()
+    assert names(tmp_path / "there") == ["a"]
+    assert (tmp_path / "there").stat().st_mode == (tmp_path / "other").stat().st_mode
+
+
+@pytest.mark.process
+def test_what_a_killed_process_left_is_removed(tmp_path: Path) -> None:
+    child = os.fork()
+    if not child:
+        with replacing(tmp_path / "run"):
+            os._exit(0)
+    os.waitpid(child, 0)
+    assert len(names(tmp_path)) == 1
+    with replacing(tmp_path / "run") as staged:
+        assert names(tmp_path) == [staged.name]  # of this process, which is alive
+        write(tmp_path / "run", "a")
+        assert staged.exists()
+    assert names(tmp_path) == ["run"]

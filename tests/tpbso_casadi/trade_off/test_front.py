@@ -1,16 +1,21 @@
-"""Fronts and where points are placed on them, on problems whose fronts are known."""
+"""Fronts and where points are placed on them, on problems whose fronts are known; scenarios of their points."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tpbso_casadi.trade_off import ENDS, Point, PointFront, Standing
-from tpbso_casadi.trade_off.front import Pair, Request, Scalarisation, hypervolume, reference_point
+import tpbso_casadi as tp
+from problems.objectives import WeightedSum
+from tpbso_casadi.planning import plan
+from tpbso_casadi.scenario import overridden, parse_scenario
+from tpbso_casadi.trade_off import ENDS, Objectives, Point, Standing
+from tpbso_casadi.trade_off.front import Pair, PointFront, Request, Scalarisation, hypervolume, reference_point
 from tpbso_casadi.trade_off.placement import EpsilonConstraint, Placement, WeightedSums
 
 POOR = 2.5015  # s, the bound of a plan that comes out poor
@@ -19,17 +24,8 @@ COORDINATES = st.tuples(st.integers(0, 20), st.integers(0, 20))
 
 def point(number: int, values: Pair, certified: bool = True, request: Request | None = None) -> Point:
     """A point whose first objective is its duration."""
-    return Point(
-        number=number,
-        request=request,
-        values=values,
-        duration=values[0],
-        certified=certified,
-        seed=1,
-        evaluations=100,
-        seconds=1.0,
-        folder=f"points/{number}",
-    )
+    counted = {"seed": 1, "evaluations": 100, "seconds": 1.0, "folder": f"points/{number}"}
+    return Point(number=number, request=request, values=values, duration=values[0], certified=certified, **counted)  # type: ignore[arg-type]
 
 
 def placed(placement: Placement, solve: Callable[[Request], Pair]) -> list[Point]:
@@ -86,11 +82,6 @@ def weighted(request: Request) -> Pair:
     return x, 1.0 / x
 
 
-PLACEMENTS = pytest.mark.parametrize(
-    ("placement", "solve"), [(EpsilonConstraint(12, 0), bounded), (WeightedSums(12), weighted)]
-)
-
-
 def test_near_the_ends_the_other_objective_counts_a_little() -> None:
     points = placed(WeightedSums(2), weighted)
     asked = [p.request.scalarisation.weights for p in points if p.request]
@@ -102,7 +93,7 @@ def test_near_the_ends_the_other_objective_counts_a_little() -> None:
     assert [r.starts for r in requests] == [(), (), (1,), (2,)]
 
 
-@PLACEMENTS
+@pytest.mark.parametrize(("placement", "solve"), [(EpsilonConstraint(12, 0), bounded), (WeightedSum(12), weighted)])
 def test_points_are_spread(placement: Placement, solve: Callable[[Request], Pair]) -> None:
     points = placed(placement, solve)
     front = PointFront.of(points)
@@ -166,3 +157,35 @@ def test_either_objective_may_be_the_duration() -> None:
 
     points, mirrored = placed(EpsilonConstraint(6, 0), bounded), placed(EpsilonConstraint(6, 1), solve)
     assert {p.values for p in points} == {p.values[::-1] for p in mirrored}
+
+
+PLACED = (*ENDS, (1.0, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("objectives", "stated", "anew"),
+    [
+        (("time", "length"), {}, True),  # the shortest path leaves its time free
+        (("rotation", "time"), {}, True),
+        (("rotation", "length"), {}, True),
+        (("time", "length"), {"retime": False}, False),
+        (("time", "length"), {"motion": "spline"}, True),
+        (("time", "length"), {"motion": "time-spline"}, False),
+    ],
+)
+def test_points_of_a_front_are_timed_alike(objectives: tuple[str, str], stated: dict[str, Any], anew: bool) -> None:
+    content = tp.builtin("time-2").model_dump()
+    content["model"] = stated
+    if "motion" in stated:
+        content["task"]["elbow"] = "free"
+    front = Objectives(parse_scenario(content), objectives)
+    asked = [front.asked_for(Request(scalarisation=Scalarisation(weights))) for weights in PLACED]
+    assert [scenario.model.retime for scenario in asked] == [anew] * len(PLACED)
+
+
+def test_the_plan_for_the_least_time_of_the_papers_motions_is_the_fastest() -> None:
+    scenario = overridden(tp.builtin("time-2"), solver={"evaluations": 60}, polish=False)
+    front = Objectives(scenario, ("time", "length"))
+    fastest, shortest = (plan(front.asked_for(Request(scalarisation=Scalarisation(end)))).motion for end in ENDS)
+    assert fastest.feasible and shortest.feasible
+    assert fastest.trajectory.duration < shortest.trajectory.duration

@@ -25,8 +25,7 @@ from tpbso_casadi.display.audit_tables import print_run_audit, print_scenario_au
 from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.plain import as_json
-from tpbso_casadi.scenario import Scenario, ScenarioError, is_folder, load, plugin_failures_named
-from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.scenario import TITLES, Scenario, ScenarioError, is_folder, load, plugin_failures_named
 from tpbso_casadi.storage import OutputError, check_writable, read_run
 
 
@@ -91,7 +90,7 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
     with named(options.what), plugin_failures_named(scenario, OutputError, InvalidEvaluation):
         content = audit_scenario(scenario)
         if options.plots is not None:
-            from tpbso_casadi.figures.binding import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
+            from tpbso_casadi.figures.limits import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
 
             options.plots.mkdir(parents=True, exist_ok=True)
             draw_structure(options.plots, scenario, options.figures or DEFAULT)

@@ -16,8 +16,7 @@ from problems.robots import BUILT_IN
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, run_command
 from tpbso_casadi.cli.options import SCENARIO, listed
 from tpbso_casadi.cli.tpbso import COMMANDS
-from tpbso_casadi.scenario import SOLVER_CATALOGUE
-from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.scenario import SOLVER_CATALOGUE, TITLES
 
 FUNCTIONS = {
     "bash": '{name}() {{\n  compgen -W "{words}" -- "$1"\n{files}}}',

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from problems import OBJECTIVES
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
-from solvers.budget import Interruption, deferred_interrupt
+from solvers import Interruption, deferred_interrupt
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, named, print_error, run_command
 from tpbso_casadi.cli.commands.solve import evaluation_options, stated
 from tpbso_casadi.cli.options import (

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.text import Text
 
-from solvers.budget import deferred_interrupt
+from solvers import deferred_interrupt
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, named, print_error, run_command
 from tpbso_casadi.cli.options import (
     SCENARIO,

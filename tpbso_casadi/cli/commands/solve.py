@@ -14,7 +14,7 @@ from problems import OBJECTIVES
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import Elbow, KnotRedundancy
-from solvers.budget import Interruption, deferred_interrupt
+from solvers import Interruption, deferred_interrupt
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, named, print_error, run_command
 from tpbso_casadi.cli.options import (
     SCENARIO,
@@ -44,6 +44,7 @@ from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.display.plan_tables import print_plan, print_scenarios, summary_of
 from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.scenario import (
+    DEFAULT,
     FAMILIES,
     MOST_ITERATIONS,
     MOST_LINKS,
@@ -56,7 +57,6 @@ from tpbso_casadi.scenario import (
     loading,
     plugin_failures_named,
 )
-from tpbso_casadi.scenario.cases import DEFAULT
 from tpbso_casadi.storage import OutputError, result_of
 
 

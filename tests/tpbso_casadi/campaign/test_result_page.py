@@ -1,0 +1,288 @@
+"""What a comparison leaves: its figures and its page, what they say, that they fetch nothing, in a browser."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from helpers.browser import fetched, opened
+from helpers.comparisons import convergence, final, random_results, record, results
+from helpers.running import campaigns_here
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from oracles.colour_vision import VISIONS, differences
+
+from problems.evaluation import population
+from tpbso_casadi import builtin
+from tpbso_casadi.animation.player import FOLDER
+from tpbso_casadi.campaign import Results, Run, Store, best_runs, grid, parse_solvers, results_of, write_comparison
+from tpbso_casadi.campaign.comparison_figures import (
+    comparison_figure,
+    critical_difference_figure,
+    ecdf_figure,
+    effect_sizes_figure,
+)
+from tpbso_casadi.campaign.drawn_figures import FIGURES, Drawing, drawing_of, inline_svg, write_figures
+from tpbso_casadi.campaign.measures import PLANS
+from tpbso_casadi.campaign.page import render, seeds, solver_rows
+from tpbso_casadi.campaign.run import run_one
+from tpbso_casadi.campaign.tables import FIGURES as NAMES
+from tpbso_casadi.cli.commands.compare import main
+from tpbso_casadi.figures.palette import SERIES, colour_of
+from tpbso_casadi.reproduction.judgements import percent
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What a command leaves."""
+    folder = tmp_path_factory.mktemp("compare")
+    arguments = ["time-2", "rotation-2", "--solvers", "bso,pso(c1=1.5)", "--runs", "4", "--evaluations", "300"]
+    with pytest.MonkeyPatch.context() as patch:
+        campaigns_here(patch)
+        patch.setenv(population.VARIABLE, "vm")
+        assert main([*arguments, "--workers", "1", "--quiet", "--figures", "svg", "--out", str(folder)]) == 0
+    return folder
+
+
+def test_a_command_leaves_figures_of_the_formats_asked_for(folder: Path) -> None:
+    written = {path.name for path in folder.iterdir() if path.suffix in {".png", ".svg", ".pdf"}}
+    assert written == {"comparison.svg", "ecdf.svg", "effect-sizes.svg"}
+
+
+def test_the_page_says_what_was_run_and_how_to_repeat_it(folder: Path) -> None:
+    text = (folder / "comparison.html").read_text()
+    assert "<h1>Comparison of 2 solvers on 2 cases</h1>" in text
+    assert "tpbso compare time-2 rotation-2 --solvers &#39;bso,pso(c1=1.5)&#39; --runs 4" in text
+    assert "with seeds 1 to 4" in text and "c1 = 1.5" in text and "300 evaluations" in text
+    assert "Left out: it needs 3 solvers, here are 2." in text
+    assert text.count('<svg class="figure" role="img" aria-label=') == 5  # three figures, two plans
+    assert "casadi 3." in text and "numpy 2." in text
+
+
+def test_the_page_fetches_nothing_and_its_identifiers_are_unique(folder: Path) -> None:
+    text = (folder / "comparison.html").read_text()
+    assert fetched(text) == []
+    ids = re.findall(r'\bid="([^"]+)"', text)
+    assert len(set(ids)) == len(ids)
+
+
+@pytest.mark.process
+def test_the_page_opens_in_a_browser_without_complaints(folder: Path, tmp_path: Path) -> None:
+    document = opened(folder / "comparison.html", tmp_path)
+    assert document.count("<table") == 4 and document.count("<svg") == 5
+
+
+def test_the_command_on_the_page_gives_the_same_table(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    campaigns_here(monkeypatch)
+    text = (folder / "comparison.html").read_text()
+    found = re.search(r"<code>tpbso compare ([^<]+)</code>", text)
+    assert found is not None
+    arguments = found[1].replace("&#39;", "").split()
+    arguments[arguments.index("--out") + 1] = str(tmp_path)
+    assert main([*arguments, "--no-plots"]) == 0
+    assert (tmp_path / "summary.csv").read_bytes() == (folder / "summary.csv").read_bytes()
+    page = (tmp_path / "comparison.html").read_text()
+    assert "No figures were drawn" in page and "<svg" not in page
+
+
+def test_the_key_on_the_page_leads_to_the_best_plan(folder: Path) -> None:
+    text = (folder / "comparison.html").read_text()
+    keys = re.findall(r"<code>([0-9a-f]{32})</code>", text)
+    with Store(folder / "runs.sqlite") as store:
+        assert len(keys) == 2 and set(keys) <= store.done()
+
+
+def page_of(found: Results, runs: list[Run] | None = None) -> str:
+    runs = grid({"x": builtin("time-2")}, parse_solvers("bso,pso"), (1,)) if runs is None else runs
+    return render(found, runs, [], "", [], {})
+
+
+def test_failed_and_missing_runs_and_cases_without_a_plan_are_said() -> None:
+    found = results({("x", "bso"): final([None])})
+    failed = record("x", "<b>", 2, [], error="E: <i>"), convergence([], 0, "x", "<b>", 2)
+    text = page_of(Results([*found.records, failed[0]], [*found.convergences, failed[1]]))
+    assert "1 runs failed" in text and "E: &lt;i&gt;" in text and "&lt;b&gt;" in text
+    assert "No run has a certified plan." in text
+    assert "1 runs are missing" in page_of(found)
+    assert "The same runs" not in text  # no command is known
+
+
+def test_budgets_and_seeds_in_words() -> None:
+    scenario = builtin("time-2")
+    table = {"evaluations": 100, "iterations": 1, "time_limit": 2.5}
+    limited = scenario.model_copy(update={"solver": scenario.solver.model_copy(update=table)})
+    rows = solver_rows([Run("x", "a", limited), Run("y", "a", scenario)])
+    assert '<td class="words">polished from 2 candidates</td>' in page_of(
+        results({("x", "bso+polish2"): final([1.0])}), grid({"x": scenario}, parse_solvers("bso+polish2"), (1,))
+    )
+    assert [row.budget for row in rows] == ["100 evaluations or 1 iteration or 2.5 s; 30000 evaluations"]
+    assert [
+        seeds(grid({"x": scenario}, parse_solvers("bso"), s)) for s in ((), (3,), (1, 2), (1, 2, 3), (1, 3, 5))
+    ] == [
+        "none",
+        "3",
+        "1, 2",
+        "1 to 3",
+        "1, 3, 5",
+    ]
+
+
+def test_percentages() -> None:
+    shown = {0.0: "0 %", 5e-5: "< 0.01 %", 0.01234: "1.23 %", float("inf"): "-"}
+    assert {value: percent(value) for value in shown} == shown
+    assert percent(float("nan")) == "-"
+
+
+def test_one_run_of_one_solver_has_a_page(tmp_path: Path) -> None:
+    [run] = runs = grid({"time-2": builtin("time-2")}, parse_solvers("bso"), (1,))
+    with Store(tmp_path / "runs.sqlite") as store:
+        store.add(run, run_one(*run.task))
+        found, best = results_of(runs, store), best_runs(runs, store)
+    write_comparison(tmp_path, found, runs, best, formats=("svg",))
+    text = (tmp_path / "comparison.html").read_text()
+    assert "<h1>Comparison of 1 solver on 1 case</h1>" in text and text.count("Left out: ") == 2
+
+
+STYLE = (FOLDER / "comparison.css").read_text()
+
+
+def palettes() -> list[list[str]]:
+    """The series of the page on a light and on a dark ground."""
+    found = re.findall(r"--series-\d: ([^;]+);", STYLE)
+    return [found[:6], found[7:]]
+
+
+def test_the_series_of_a_page_are_those_of_figures_on_a_light_ground() -> None:
+    light, dark = palettes()
+    assert tuple(light) == SERIES[:6] and len(dark) == 6
+
+
+@pytest.mark.parametrize("vision", VISIONS)
+def test_no_two_series_look_alike_on_a_dark_ground(vision: str) -> None:
+    ink, ground = "#e4e9ee", "#14181d"
+    assert f"--ground: {ground}; --ink: {ink}" in STYLE
+    between = differences(np.array([to_rgb(colour) for colour in (*palettes()[1], ink, ground)]), vision)
+    between += np.diag(np.full(len(between), np.inf))
+    assert between[:-1, :-1].min() > 22.0 and between[-1].min() > 35.0
+
+
+INF = np.inf
+FULL = random_results(cases=7, solvers=3, runs=4)
+
+
+def texts(axes: object) -> list[str]:
+    return [text.get_text() for text in axes.texts]  # type: ignore[attr-defined]
+
+
+def test_the_names_of_the_files_are_known_without_matplotlib() -> None:
+    assert tuple(kind.name for kind in FIGURES) == NAMES
+
+
+def test_every_figure_is_drawn_where_it_makes_sense() -> None:
+    for kind in FIGURES:
+        assert kind.left_out(FULL) == ""
+        assert kind.draw(FULL).axes
+        assert kind.reading.endswith(".")
+
+
+def reasons(found: Results) -> dict[str, str]:
+    return {kind.name: kind.left_out(found) for kind in FIGURES}
+
+
+def test_figures_that_make_no_sense_are_left_out_and_say_why() -> None:
+    one = reasons(random_results(cases=1, solvers=1, runs=4))
+    assert one == {
+        "comparison": "",
+        "ecdf": "",
+        "critical-difference": "it needs 3 solvers, here is 1",
+        "effect-sizes": "it needs 2 solvers, here is 1",
+    }
+    few = reasons(random_results(cases=2, solvers=3, runs=3))
+    assert few["effect-sizes"] == "it needs 4 runs of each solver on each case, here are 3"
+    expected = "no difference between 3 solvers can be significant on fewer than 7 cases, here are 2"
+    assert few["critical-difference"] == expected
+    nothing = reasons(results({("x", "a"): final([None] * 4), ("x", "b"): final([None] * 4)}))
+    assert set(nothing.values()) == {"no run has a certified plan"}
+    many = reasons(random_results(cases=61, solvers=2, runs=4))
+    assert many["comparison"] == many["effect-sizes"] == "it has a panel a case, and 61 are more than 60"
+
+
+def test_the_comparison_shows_gaps_and_says_who_has_no_plan() -> None:
+    found = results(
+        {
+            ("x", "a"): [[(10.0, 3.0), (50.0, 2.0)]] * 3 + [[]],
+            ("x", "b"): [[(20.0, 4.0)]] * 4,
+            ("empty", "a"): final([None]),
+            ("empty", "b"): final([None]),
+        }
+    )
+    left, right, empty, _ = comparison_figure(found).axes
+    a = next(line for line in left.lines if line.get_color() == colour_of(0))
+    x, y = np.array(a.get_data(), dtype=np.float64)
+    assert np.nanmin(y) == PLANS.drawn and np.nanmax(y) == pytest.approx(0.5)  # 3 and 2 over the best, 2
+    assert x[np.isfinite(y)][0] == pytest.approx(10.0, rel=0.05)
+    assert left.get_ylabel() == "gap to 2 s" and left.get_title(loc="left") == "x"
+    assert texts(left) == ["a", "b"]  # at the ends of the lines
+    assert texts(right) == ["1 of 4\nno plan"]
+    assert texts(empty) == ["no run has a certified plan"]
+
+
+def test_the_ecdf_ends_at_the_share_of_targets_reached() -> None:
+    found = results({("x", "a"): final([2.0]), ("x", "b"): final([4.0]), ("x", "c"): final([None])})
+    [axes] = ecdf_figure(found).axes
+    ends = {line.get_color(): line.get_ydata()[-1] for line in axes.lines}  # type: ignore[index]
+    assert ends[colour_of(0)] == 1.0
+    assert ends[colour_of(1)] == pytest.approx(11 / 51)  # gap 1: of the targets from 10 to 0.0001 eleven
+    assert ends[colour_of(2)] == 0.0
+    assert texts(axes) == ["a", "b", "c"]
+
+
+def test_the_critical_difference_diagram_has_ranks_and_bars() -> None:
+    [axes] = critical_difference_figure(FULL).axes
+    shown = texts(axes)
+    assert {"solver-2  1.00", "solver-1  2.00", "3.00  solver-0"} <= set(shown)
+    assert [line for line in axes.lines if line.get_linewidth() == 4.0] == []  # all differ
+    alike = results({(f"case-{n}", s): final([1.0] * 4) for n in range(7) for s in "abc"})
+    [axes] = critical_difference_figure(alike).axes
+    [bar] = [line for line in axes.lines if line.get_linewidth() == 4.0]
+    assert np.ptp(np.asarray(bar.get_xdata())) == pytest.approx(0.08)
+    assert "p = 1.000" in axes.get_title(loc="left")
+
+
+def test_effect_sizes_are_written_in_the_cells() -> None:
+    found = results({("x", "a"): final([1.0, 2.0, 3.0]), ("x", "b"): final([2.0, 5.0, None])})
+    [axes] = effect_sizes_figure(found).axes
+    assert texts(axes) == ["0.83", "0.17"]  # (3 + 2.5 + 2) / 9
+    two = results({(case, solver): final([1.0 + (solver == "b")] * 4) for case in "xy" for solver in "ab"})
+    assert [axes.get_title() for axes in effect_sizes_figure(two).axes] == ["mean over cases", "x", "y"]
+
+
+def test_files_are_written_and_old_ones_of_what_is_left_out_removed(tmp_path: Path) -> None:
+    write_figures(tmp_path, [Drawing(kind, Figure(), "") for kind in FIGURES], ["svg"])
+    assert {path.name for path in tmp_path.iterdir()} == {f"{name}.svg" for name in NAMES}
+    (tmp_path / "ecdf.png").touch()
+    write_figures(tmp_path, [Drawing(kind, None, "too few") for kind in FIGURES], ["svg"])
+    assert [path.name for path in tmp_path.iterdir()] == ["ecdf.png"]  # of a format that was not asked for
+
+
+def test_one_figure_by_its_name() -> None:
+    assert drawing_of("ecdf", FULL).axes
+    with pytest.raises(ValueError, match=r"^'ecfd' is no figure of a comparison: say comparison, ecdf, critical"):
+        drawing_of("ecfd", FULL)
+    with pytest.raises(ValueError, match=r"^effect-sizes is left out: it needs 2 solvers, here is 1$"):
+        drawing_of("effect-sizes", random_results(cases=1, solvers=1, runs=4))
+
+
+def test_a_figure_within_a_page_takes_its_colours() -> None:
+    svg = inline_svg(ecdf_figure(FULL), "ecdf", 'of "a" & <b>')
+    root = ElementTree.fromstring(svg)
+    assert root.attrib["aria-label"] == 'of "a" & <b>' and root.attrib["role"] == "img"
+    ids = [element.attrib["id"] for element in root.iter() if "id" in element.attrib]
+    assert ids and all(name.startswith("ecdf-") for name in ids) and len(set(ids)) == len(ids)
+    assert "#000000" not in svg and colour_of(0) not in svg and "var(--series-0)" in svg
+    assert inline_svg(ecdf_figure(FULL), "ecdf", 'of "a" & <b>') == svg

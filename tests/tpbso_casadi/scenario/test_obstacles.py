@@ -1,0 +1,360 @@
+"""[[obstacles]] that move and solids in space: what they become, and one line for what is wrong with them."""
+
+from __future__ import annotations
+
+import json
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.running import line_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Rectangle
+from problems.base import InvalidProblem
+from problems.scene import Tabulated
+from problems.scene.moving import MovingObstacle
+from problems.scene.tabulated import as_numbers
+from tpbso_casadi import ScenarioError, parse_scenario
+from tpbso_casadi.cli.commands import solve
+from tpbso_casadi.scenario import NestedError, ObstacleSection, read_scenario
+from tpbso_casadi.scenario.input_files import MOST_MOTION_ROWS
+from tpbso_casadi.scenario.obstacles import build_obstacles, read_obstacle
+
+PLANE = """
+{unit}
+[arm]
+link_lengths = [0.7, 0.7, 0.6]
+max_speed = 4.0
+max_acceleration = 20.0
+[task]
+kind = "point-to-point"
+start = [1.6, -0.6]
+goal = [0.6, 1.6]
+[[obstacles]]
+center = [1.9, 1.2]
+semi_axes = [0.15, 0.25]
+[[obstacles]]
+shape = "box"
+center = [2.0, 0.5]
+size = [0.2, 0.4]
+{motion}
+"""
+SPACE = """
+[robot]
+model = "panda"
+[task]
+kind = "point-to-point"
+start = {{ joints = [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785] }}
+goal = {{ joints = [1.2, 0.2, 0.2, -1.8, 0.0, 2.0, 0.785] }}
+[[obstacles]]
+shape = "box"
+center = [0.0, 0.0, 0.0]
+size = [0.2, 0.1, 0.2]
+{motion}
+"""
+TABLE = "t,x,y,angle\n0,0,0,0\n\n1, 0.5 ,0,90\n2,1,0.25,90\n"
+
+
+def plane(folder: Path, motion: str, unit: str = "") -> Path:
+    file = folder / "scene.toml"
+    file.write_text(PLANE.format(motion=motion, unit=unit))
+    return file
+
+
+def moving(file: Path, number: int = -1) -> MovingObstacle:
+    obstacle = read_scenario(file).problem().obstacles[number]
+    assert isinstance(obstacle, MovingObstacle)
+    return obstacle
+
+
+def refusal(file: Path) -> str:
+    return line_of(lambda: read_scenario(file).problem())
+
+
+def test_a_velocity(tmp_path: Path) -> None:
+    obstacle = moving(plane(tmp_path, "velocity = [-1.0, 0.5]\nmargin_rate = 0.1"))
+    assert obstacle.still == Rectangle((2.0, 0.5), (0.2, 0.4), 0.0)
+    assert obstacle.at(2.0).place == pytest.approx((0.0, 1.5))
+    assert obstacle.margin_rate == 0.1
+
+
+@pytest.mark.parametrize(("unit", "quarter"), [("", "1.5707963267948966"), ('unit = "deg"', "90")])
+def test_the_frame_of_a_table_moves_and_turns(tmp_path: Path, unit: str, quarter: str) -> None:
+    (tmp_path / "cart.csv").write_text(TABLE.replace("90", quarter))
+    obstacle = moving(plane(tmp_path, 'motion = "cart.csv"', unit))
+    # at t = 2 the frame stands at (1, 0.25), turned by 90 degrees: its (2, 0.5) is at (1 - 0.5, 0.25 + 2)
+    assert obstacle.at(2.0).place == pytest.approx((0.5, 2.25))
+    assert obstacle.at(7.0).place == pytest.approx((0.5, 2.25))
+    assert obstacle.at(0.0).place == pytest.approx((2.0, 0.5))
+
+
+def test_degrees_are_not_meant_for_heights(tmp_path: Path) -> None:
+    """In space the fourth column is z."""
+    (tmp_path / "box.csv").write_text("t,x,y,z\n0,1,0,1\n1,1,1,2\n")
+    file = tmp_path / "scene.toml"
+    file.write_text('unit = "deg"\n' + SPACE.format(motion='motion = "box.csv"'))
+    assert read_scenario(file).obstacles[0].motion_rows == [[0.0, 1.0, 0.0, 1.0], [1.0, 1.0, 1.0, 2.0]]
+
+
+def test_quaternions_of_a_table(tmp_path: Path) -> None:
+    half = repr(float(np.sqrt(0.5)))
+    (tmp_path / "box.csv").write_text(f"t,x,y,z,qx,qy,qz,qw\n0,1,0,0.5,0,0,0,1\n1,1,0,0.5,0,0,-{half},-{half}\n")
+    file = tmp_path / "scene.toml"
+    file.write_text(SPACE.format(motion='motion = "box.csv"'))
+    obstacle = moving(file)
+    assert isinstance(obstacle.still, Box)
+    assert obstacle.at(1.0).bounding_box() == pytest.approx(np.array([[0.95, -0.1, 0.4], [1.05, 0.1, 0.6]]))
+
+
+def test_what_is_stored_is_complete_without_files(tmp_path: Path) -> None:
+    (tmp_path / "cart.csv").write_text(TABLE)
+    scenario = read_scenario(plane(tmp_path, 'motion = "cart.csv"\nmargin_rate = 0.05', 'unit = "deg"'))
+    again = parse_scenario(json.loads(scenario.model_dump_json()))
+    assert again.obstacles == scenario.obstacles
+    assert again.problem().obstacles == scenario.problem().obstacles
+    stored = scenario.model_dump()["obstacles"]
+    assert set(stored[0]) == {"shape", "center", "semi_axes", "angle"}  # which stands still: nothing of a motion
+    assert stored[1]["motion_rows"][1] == [1.0, 0.5, 0.0, pi / 2.0]
+
+
+STATED = {
+    "velocity = [1.0]": "obstacles.1.velocity: ",
+    "velocity = [1.0, 2.0, 3.0]": "obstacles.1.velocity: 3 numbers of an obstacle in 2 dimensions",
+    "velocity = [1.0, 2.0, 3.0, 4.0]": "obstacles.1.velocity: at most 3 items",
+    'velocity = "fast"': "obstacles.1.velocity: a list is needed",
+    "velocity = [inf, 0.0]": "obstacles.1.velocity.0: a finite number is needed",
+    "velocity = [nan, 0.0]": "obstacles.1.velocity.0: a finite number is needed",
+    "velocity = [1e9, 0.0]": "obstacles.1.velocity: 1e+09 is not within -1e+08 and 1e+08 m/s",
+    "velocity = [1e13, 0.0]": "obstacles.1.velocity.0: ",
+    "velocty = [1.0, 0.0]": "obstacles.1.velocty: unknown key; did you mean velocity?",
+    "margin_rate = 0.1": "obstacles.1.margin_rate: the obstacle stands still",
+    "velocity = [1.0, 0.0]\nmargin_rate = -0.1": "obstacles.1.margin_rate: ",
+    "velocity = [1.0, 0.0]\nmargin_rate = 1e9": "obstacles.1.margin_rate: ",
+    'velocity = [1.0, 0.0]\nmotion = "cart.csv"': "obstacles.1.velocity: the motion says already",
+    "motion_rows = []": "obstacles.1.motion: rows of t,x,y or t,x,y,angle are needed",
+    "motion_rows = [[0.0, 0.0, 0.0], [1.0]]": "obstacles.1.motion: rows of t,x,y or t,x,y,angle are needed",
+    "motion_rows = [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]]": "obstacles.1.motion: row 2: times have to increase",
+    "motion = 3": "obstacles.1.motion: a word is needed",
+    'motion = ""': "obstacles.1.motion: ",
+    'motion = "gone.csv"': "obstacles.1.motion: ",
+    'motion = "../scene.toml"': "lies outside the scenario's folder; --allow-outside-files allows that",
+    'motion = "/etc/passwd"': "lies outside the scenario's folder",
+}
+
+
+def test_what_is_wrong_with_a_key(tmp_path: Path) -> None:
+    (tmp_path / "cart.csv").write_text(TABLE)
+    for motion, expected in STATED.items():
+        message = refusal(plane(tmp_path, motion))
+        assert message.startswith(f"{tmp_path / 'scene.toml'}: ") or "obstacles.1" in message.split(": ")[0]
+        assert expected in message, motion
+
+
+TABLES = {
+    "": ": is empty; the header t,x,y or t,x,y,angle is needed",
+    "\n \n": ": is empty",
+    "x,y\n0,1\n1,1\n": " line 1: the header t,x,y or t,x,y,angle is needed of an obstacle in 2 dimensions",
+    "\nt,x,y,z\n0,1,1,1\n1,1,1,1\n": " line 2: the header",
+    "t,x,y\n": ": 0 rows; a motion needs two at least",
+    "t,x,y\n0,0,0\n": ": 1 rows; a motion needs two at least",
+    "t,x,y\n0,0,0\n1,0\n": " line 3: 2 numbers where the header has 3 names",
+    "t,x,y\n0,0,0\n1,0,zero\n": " line 3: 3 numbers are needed",
+    "t,x,y\n0,0,0\n1,0,nan\n": " line 3: a number is not finite",
+    "t,x,y\n0,0,0\n1,0,inf\n": " line 3: a number is not finite",
+    "t,x,y\n0,0,0\n1,0,1e9\n": " line 3: 1e+09 is not within -1e+08 and 1e+08 m",
+    "t,x,y\n0,0,0\n1e10,0,0\n": " line 3: t = 1e+10 s is not within -1e+09 and 1e+09 s",
+    "t,x,y\n0,0,0\n\n1,0,0\n1,0,0\n": " line 5: times have to increase, by 1e-06 s at least",
+    "t,x,y\n1,0,0\n0,0,0\n": " line 3: times have to increase",
+    "t,x,y,angle\n0,0,0,0\n1,0,0,1e7\n": " line 3: 1e+07 is not within -1e+06 and 1e+06 rad",
+    "t,x,y\n0,0,0\n1e-6,1e7,0\n": ": row 2: faster than 1e+08 m/s or rad/s",
+}
+
+
+def test_what_is_wrong_with_a_table(tmp_path: Path) -> None:
+    for table, expected in TABLES.items():
+        (tmp_path / "cart.csv").write_text(table)
+        message = refusal(plane(tmp_path, 'motion = "cart.csv"'))
+        assert f"scene.toml: obstacles.1.motion: {tmp_path / 'cart.csv'}{expected}" in message, table
+
+
+QUATERNIONS = {
+    "0,0,0,1\n0,0,0.5,0.5": " line 3: quaternion of length 0.707107, not 1",
+    "0,0,0,0\n0,0,0,1": " line 2: quaternion of length 0, not 1",
+    "0,0,0,1\n1,0,0,0": " line 3: turned by more than 90 degrees from the row before; more rows are needed",
+}
+
+
+def test_what_is_wrong_with_a_quaternion(tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+    file.write_text(SPACE.format(motion='motion = "box.csv"'))
+    for turns, expected in QUATERNIONS.items():
+        rows = [f"{t},0.5,0.5,0.5,{turn}" for t, turn in enumerate(turns.splitlines())]
+        (tmp_path / "box.csv").write_text("\n".join(["t,x,y,z,qx,qy,qz,qw", *rows]))
+        assert f"obstacles.0.motion: {tmp_path / 'box.csv'}{expected}" in refusal(file)
+
+
+def test_turns_that_a_spline_cannot_follow() -> None:
+    """Each row is 80 degrees from the one before, to and fro about other axes: between them the spline is no turn."""
+    angles, axes = np.deg2rad([0.0, 88.0, 0.0, 88.0, 0.0]) / 2.0, [0, 0, 0, 1, 1]
+    turns = np.zeros((5, 4))
+    turns[np.arange(5), axes], turns[:, 3] = np.sin(angles), np.cos(angles)
+    times = [0.0, 1.0, 1.001, 1.002, 3.0]
+    with pytest.raises(InvalidProblem, match="turned too far from each other"):
+        Tabulated.through(times, np.zeros((5, 3)), turns)
+
+
+def test_quaternions_take_the_nearer_sign() -> None:
+    turns = np.array([[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, -0.6, -0.8], [0.0, 0.0, 0.6, 0.8]])
+    assert as_numbers(turns).tolist() == [[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.6, 0.8], [0.0, 0.0, 0.6, 0.8]]
+
+
+def test_too_many_rows(tmp_path: Path) -> None:
+    rows = [f"{n},0,0" for n in range(MOST_MOTION_ROWS + 1)]
+    (tmp_path / "cart.csv").write_text("\n".join(["t,x,y", *rows]))
+    message = refusal(plane(tmp_path, 'motion = "cart.csv"'))
+    assert f"cart.csv line {MOST_MOTION_ROWS + 2}: more than {MOST_MOTION_ROWS} rows" in message
+    again = [[float(n), 0.0, 0.0] for n in range(MOST_MOTION_ROWS)]
+    table = {"shape": "box", "center": [3.0, 0.0], "size": [0.1, 0.1], "motion_rows": again}
+    content = read_scenario(plane(tmp_path, "")).model_dump() | {"obstacles": [table] * 4}
+    with pytest.raises(ScenarioError, match=r"obstacles\.3\.motion: more than 600 rows in all tables"):
+        parse_scenario(content).problem()
+
+
+def test_a_huge_file_and_what_is_no_file(tmp_path: Path) -> None:
+    with (tmp_path / "cart.csv").open("wb") as file:
+        file.truncate(10**12)  # without content
+    assert "larger than 10 MB" in refusal(plane(tmp_path, 'motion = "cart.csv"'))
+    (tmp_path / "folder.csv").mkdir()
+    assert "it is a folder" in refusal(plane(tmp_path, 'motion = "folder.csv"'))
+
+
+def test_a_file_cannot_be_named_where_there_is_no_folder(tmp_path: Path) -> None:
+    content: dict[str, Any] = read_scenario(plane(tmp_path, "")).model_dump()
+    content["obstacles"][1]["motion"] = "cart.csv"
+    with pytest.raises(ScenarioError, match=r"obstacles\.1\.motion: 'cart.csv' has not been read; only a scenario"):
+        parse_scenario(content).problem()
+
+
+class Round(ObstacleSection):
+    """A shape of a plug-in, which knows nothing of motions."""
+
+    radius: float
+
+    def build(self) -> Rectangle:
+        """A square of that size."""
+        return Rectangle((1.5, 1.0), (self.radius, self.radius), 0.0)
+
+
+def test_a_shape_of_a_plugin_moves_too(tmp_path: Path) -> None:
+    content = read_scenario(plane(tmp_path, "")).model_dump()
+    shape = f"{__name__}:Round"
+    content["obstacles"] = [{"shape": shape, "radius": 0.1, "velocity": [0.5, 0.0]}]
+    [obstacle] = parse_scenario(content).problem().obstacles
+    assert isinstance(obstacle, MovingObstacle)
+    assert obstacle.at(1.0).place == pytest.approx((2.0, 1.0))
+
+
+def test_the_command_line_says_it_in_one_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "cart.csv").write_text("t,x,y\n0,0,0\n0,1,0\n")
+    file = plane(tmp_path, 'motion = "cart.csv"')
+    assert solve.main([str(file), "--out", str(tmp_path / "out")]) == 2
+    table = tmp_path / "cart.csv"
+    reason = "times have to increase, by 1e-06 s at least"
+    assert capfd.readouterr().err == f"error: {file}: obstacles.1.motion: {table} line 3: {reason}\n"
+    assert not (tmp_path / "out").exists()
+
+
+CENTER, TURN = (0.3, 0.1, 0.5), (0.0, 0.0, 0.6, 0.8)
+SHAPES: list[tuple[dict[str, Any], object]] = [
+    ({"shape": "box", "center": [0.3, 0.1], "size": [0.2, 0.1]}, Rectangle((0.3, 0.1), (0.2, 0.1))),
+    (
+        {"shape": "box", "center": CENTER, "size": [0.2, 0.1, 0.3], "quaternion": TURN},
+        Box(center=CENTER, quaternion=TURN, size=(0.2, 0.1, 0.3)),
+    ),
+    ({"shape": "sphere", "center": CENTER, "radius": 0.2}, Ball(center=CENTER, radius=0.2)),
+    (
+        {"shape": "capsule", "center": CENTER, "radius": 0.2, "length": 1.0, "quaternion": TURN},
+        Capsule(center=CENTER, quaternion=TURN, radius=0.2, length=1.0),
+    ),
+    (
+        {"shape": "cylinder", "center": CENTER, "radius": 0.2, "length": 1.0},
+        Cylinder(center=CENTER, radius=0.2, length=1.0),
+    ),
+    ({"shape": "half-space", "center": CENTER}, HalfSpace(center=CENTER)),
+    ({"shape": "half-space", "center": CENTER, "quaternion": TURN}, HalfSpace(center=CENTER, quaternion=TURN)),
+    ({"shape": "half-space", "center": CENTER, "normal": [0.0, 0.0, 5.0]}, HalfSpace(center=CENTER)),
+    (
+        {"shape": "ellipsoid", "center": CENTER, "semi_axes": [0.2, 0.1, 0.3]},
+        Ellipsoid(center=CENTER, semi_axes=(0.2, 0.1, 0.3)),
+    ),
+]
+
+
+def test_a_table_becomes_the_obstacle_that_it_states() -> None:
+    for table, expected in SHAPES:
+        section = read_obstacle(table)
+        again = read_obstacle(section.model_dump(mode="json", exclude_none=True))
+        assert build_obstacles([section], 7) == build_obstacles([again], 7) == (expected,)
+
+
+@settings(max_examples=50)
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda n: np.linalg.norm(n) > 1e-150))
+def test_a_half_space_is_below_its_normal(normal: tuple[float, float, float]) -> None:
+    [solid] = build_obstacles([read_obstacle({"shape": "half-space", "center": CENTER, "normal": normal})], 7)
+    away = np.array(normal) / np.linalg.norm(normal)
+    assert solid.distance_of(tuple(CENTER + 0.7 * away), CENTER) == pytest.approx(0.7, abs=1e-9)
+    across = np.cross(away, np.roll(away, 1) + 0.1)
+    assert solid.distance_of(tuple(CENTER + across - 0.7 * away), CENTER) == pytest.approx(-0.7, abs=1e-9)
+
+
+NO_SHAPES: list[tuple[dict[str, Any], str]] = [
+    ({"shape": "box", "center": CENTER, "size": [0.2, 0.1]}, "size.2: missing key"),
+    ({"shape": "box", "center": [0.1, 0.2], "size": [0.2, 0.1, 0.1]}, "center.2: missing key"),
+    ({"shape": "box", "center": CENTER, "size": [0.2, 0.1, 0.0]}, "size.2: input should be greater than 0, not 0"),
+    ({"shape": "box", "center": CENTER, "size": [1, 1, 1], "angle": 0.1}, "angle: unknown key"),
+    ({"shape": "box", "center": CENTER, "size": [1, 1, 1], "quaternion": [0, 1]}, "quaternion.2: missing key"),
+    ({"shape": "sphere", "center": CENTER}, "radius: missing key"),
+    ({"shape": "sphere", "center": CENTER, "radius": 1.0, "quaternion": TURN}, "quaternion: unknown key"),
+    ({"shape": "capsule", "center": [0.1, 0.2], "radius": 1.0, "length": 1.0}, "center.2: missing key"),
+    ({"shape": "cylinder", "center": CENTER, "radius": 1.0, "height": 1.0}, "length: missing key"),
+    ({"shape": "half-space", "center": CENTER, "normal": "up"}, "normal: a list is needed, not 'up'"),
+    ({"shape": "ellipsoid", "center": CENTER, "semi_axes": [1.0, 1.0]}, "semi_axes.2: missing key"),
+    ({"shape": "spere", "center": CENTER}, "shape: input should be .*'spere'; did you mean sphere?"),
+]
+
+
+def test_a_table_that_fits_no_shape_is_named() -> None:
+    for table, reason in NO_SHAPES:
+        with pytest.raises(NestedError, match=reason):
+            read_obstacle(table)
+
+
+NO_HALF_SPACES: list[tuple[dict[str, Any], str]] = [
+    ({"quaternion": [0.0, 0.0, 0.0, 2.0]}, r"obstacles.0.quaternion: \(0.0, 0.0, 0.0, 2.0\) is not of length 1"),
+    ({"normal": [0.0, 0.0, 0.0]}, "obstacles.0.normal: a vector of no length has no direction"),
+    ({"normal": [0.0, 0.0, 1.0], "quaternion": TURN}, "obstacles.0.normal: the quaternion says already how"),
+    ({"center": [0.0, 0.0, 1e9]}, "obstacles.0.center: 1e\\+09 is not within"),
+]
+
+
+def test_an_impossible_half_space_is_named() -> None:
+    for table, reason in NO_HALF_SPACES:
+        section = read_obstacle({"shape": "half-space", "center": CENTER, **table})
+        with pytest.raises(ScenarioError, match=reason):
+            build_obstacles([section], 7)
+
+
+def test_a_solid_is_nothing_for_a_robot_in_the_plane() -> None:
+    scenario = parse_scenario(
+        {
+            "arm": {"link_lengths": [1.0, 1.0], "max_speed": 1.0, "max_acceleration": 1.0},
+            "task": {"kind": "point-to-point", "start": [1.0, 0.0], "goal": [0.5, 1.5]},
+            "obstacles": [{"shape": "sphere", "center": CENTER, "radius": 0.1}],
+        }
+    )
+    with pytest.raises(ScenarioError, match=r"^obstacles: obstacle 1, Ball at .* it has 3 dimensions, the robot 2"):
+        scenario.problem()

@@ -1,0 +1,136 @@
+"""A new shape is one class and one entry of a registry: a capsule in the plane, from a file and from Python."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+from typing import Any, ClassVar
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import tpbso_casadi as tp
+from problems.base import Angle, Coordinate, FloatArray, Length, Matrix
+from problems.scene import OBSTACLES, crossing_clearance
+from tpbso_casadi.cli.commands import audit, solve
+
+FILE = """
+unit = "deg"
+[arm]
+link_lengths = [0.7, 0.7, 0.6]
+max_speed = 229
+max_acceleration = 1146
+[task]
+kind = "point-to-point"
+start = [1.6, -0.6]
+goal = [0.6, 1.6]
+[[obstacles]]
+shape = "capsule"
+center = [1.5, 0.75]
+length = 0.3
+radius = 0.1
+angle = 45
+[solver]
+name = "bso"
+evaluations = 2000
+polish_starts = 1
+"""
+
+
+@dataclass(frozen=True)
+class PlaneCapsule(tp.Obstacle):
+    """All points near a straight line in the plane."""
+
+    numbers: ClassVar[tuple[str, ...]] = ("center", "length", "radius", "angle")
+
+    center: tuple[Coordinate, Coordinate]
+    length: Length
+    radius: Length
+    angle: Angle = 0.0
+
+    @property
+    def place(self) -> tuple[float, ...]:
+        return self.center
+
+    @property
+    def width(self) -> float:
+        return 2.0 * self.radius
+
+    def contains(self, point: tuple[float, ...]) -> bool:
+        return self.distance_of(point, point) <= 0.0
+
+    def segment_clearance(self, start: Matrix, end: Matrix) -> Matrix:
+        half = 0.5 * self.length * ca.horzcat(ca.cos(self.angle), ca.sin(self.angle))
+        line = [ca.repmat(ca.horzcat(*self.center) + side * half, start.shape[0], 1) for side in (-1.0, 1.0)]
+        return crossing_clearance((line[0], line[1]), (start, end)) - self.radius
+
+    def distance_to(self, point: tuple[float, ...]) -> float:
+        return max(0.0, self.distance_of(point, point))
+
+    def outline(self, count: int = 96) -> FloatArray:
+        phase = 2.0 * pi * np.arange(count) / count
+        way = np.array([np.cos(self.angle), np.sin(self.angle)])
+        around = np.column_stack([np.cos(phase), np.sin(phase)])
+        return np.array(self.center) + self.radius * around + np.sign(around @ way)[:, None] * way * self.length / 2.0
+
+    def bounding_box(self) -> FloatArray:
+        half = np.abs([np.cos(self.angle), np.sin(self.angle)]) * self.length / 2.0 + self.radius
+        return np.array(self.center) + np.array([-half, half])
+
+
+@pytest.fixture
+def registered(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(OBSTACLES, "capsule", PlaneCapsule)
+
+
+@pytest.mark.usefixtures("registered")
+def test_a_file_is_planned_stored_and_audited(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, run = tmp_path / "scene.toml", tmp_path / "run"
+    file.write_text(FILE)
+    assert solve.main([str(file), "--out", str(run), "--quiet"]) == 0
+    stored = json.loads((run / "result.json").read_text())
+    assert stored["certificate"]["verdict"] == "certified"
+    table = {"shape": "capsule", "center": [1.5, 0.75], "length": 0.3, "radius": 0.1, "angle": pi / 4.0}
+    assert stored["scenario"]["obstacles"] == [table]
+    assert tp.read_run(run).scenario.problem().obstacles == (PlaneCapsule((1.5, 0.75), 0.3, 0.1, pi / 4.0),)
+    capsys.readouterr()
+    assert audit.main([str(run), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["certificate"]["verdict"] == "certified"
+
+
+@pytest.mark.usefixtures("registered")
+def test_its_namesake_in_space_is_what_it_was() -> None:
+    content: dict[str, Any] = tp.builtin("time-3").model_dump()
+    in_space = {"shape": "capsule", "center": [0.5, 0.5, 0.5], "length": 0.3, "radius": 0.1}
+    in_plane = {"shape": "capsule", "center": [0.5, 0.5], "length": 0.3, "radius": 0.1}
+    scenario = tp.parse_scenario(content | {"obstacles": [in_space, in_plane]})
+    assert [type(table.build()) for table in scenario.obstacles] == [tp.Capsule, PlaneCapsule]
+    assert pickle.loads(pickle.dumps(scenario)) == scenario
+    for wrong, reason in (
+        ({"radius": 0.0}, "radius: input should be greater than 0"),
+        ({"lenght": 1.0}, "did you mean"),
+    ):
+        with pytest.raises(tp.ScenarioError, match=rf"^obstacles\.0\..*{reason}"):
+            tp.parse_scenario(content | {"obstacles": [in_plane | wrong]})
+
+
+@pytest.mark.parametrize("name", ["capsule", f"{__name__}:PlaneCapsule"])
+def test_python_plans_stores_and_audits(name: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    """Without an entry in the registry its class is named by its path."""
+    if name == "capsule":
+        request.getfixturevalue("registered")
+    arm = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0)
+    still = PlaneCapsule((1.5, 0.75), 0.3, 0.1)
+    moving = tp.MovingObstacle(PlaneCapsule((2.2, 1.2), 0.3, 0.1), tp.ConstantVelocity((0.1, 0.0)))
+    plan = tp.plan(arm, start=[1.6, -0.6], goal=[0.6, 1.6], obstacles=[still, moving], solver="bso", evaluations=2000)
+    assert plan.certified
+    assert [table.shape for table in plan.scenario.obstacles] == [name, name]
+    assert plan.scenario.problem().obstacles == (still, moving)
+    plan.save(tmp_path / "run", figures=())
+    again = tp.read_run(tmp_path / "run")
+    assert again.scenario == plan.scenario
+    assert tp.audit(tmp_path / "run").certified

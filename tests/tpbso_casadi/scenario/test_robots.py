@@ -1,0 +1,311 @@
+"""The tables of robots: files beside the scenario, what is overridden, masses, motors, what is carried."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.running import line_of
+
+from problems import PlanarArm
+from problems.robots import Payload, Robot, SpatialArm, planar_payload
+from tpbso_casadi import ScenarioError, parse_scenario
+from tpbso_casadi.scenario import InputFolder
+
+URDF = """<robot name="short">
+<link name="foot"/><link name="upper"/><link name="lower"/><link name="hand"/>
+<joint name="turn" type="revolute"><parent link="foot"/><child link="upper"/><origin xyz="0 0 0.3"/>
+ <axis xyz="0 0 1"/><limit lower="-2" upper="2" velocity="1.5" effort="10"/></joint>
+<joint name="lift" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0 0 0.1"/>
+ <axis xyz="0 1 0"/><limit lower="-1" upper="1" velocity="2.5" effort="10"/></joint>
+<joint name="grip" type="fixed"><parent link="lower"/><child link="hand"/><origin xyz="0.5 0 0"/></joint>
+</robot>
+"""
+SPHERES = """[[spheres]]
+link = "hand"
+center = [0.0, 0.0, 0.0]
+radius = 0.05
+[[spheres]]
+link = "foot"
+center = [0.0, 0.0, 0.1]
+radius = 0.1
+"""
+TASK = {"kind": "point-to-point", "start": {"joints": [0.0, 0.0]}, "goal": {"joints": [1.0, 0.5]}}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> InputFolder:
+    """Of a scenario, with the files that it names."""
+    (tmp_path / "short.urdf").write_text(URDF)
+    (tmp_path / "balls.toml").write_text(SPHERES)
+    return InputFolder(tmp_path)
+
+
+def table(**changes: Any) -> dict[str, Any]:
+    stated = {"urdf": "short.urdf", "spheres": "balls.toml", "max_acceleration": 5.0} | changes
+    return {key: value for key, value in stated.items() if value is not ...}
+
+
+def built(folder: InputFolder | None, unit: str = "rad", **changes: Any) -> SpatialArm:
+    scenario = parse_scenario({"unit": unit, "robot": table(**changes), "task": TASK}, folder)
+    robot = scenario.problem().robot
+    assert isinstance(robot, SpatialArm)
+    return robot
+
+
+def test_files_beside_the_scenario_are_read(folder: InputFolder) -> None:
+    robot = built(folder)
+    assert robot.joint_names == ("turn", "lift")
+    assert robot.max_speed == (1.5, 2.5)
+    assert robot.max_acceleration == (5.0, 5.0)
+    assert [sphere.name for sphere in robot.spheres] == ["hand", "foot"]
+    assert robot.skeleton(np.zeros((1, 2)))[0, -1] == pytest.approx([0.5, 0.0, 0.4])
+
+
+def test_what_was_read_is_complete_without_files(folder: InputFolder) -> None:
+    scenario = parse_scenario({"robot": table(), "task": TASK}, folder)
+    again = parse_scenario(scenario.model_dump(mode="json"))
+    assert again == scenario
+    assert again.problem().robot == scenario.problem().robot
+
+
+def test_base_and_tool_are_poses(folder: InputFolder) -> None:
+    half = np.sqrt(0.5)
+    base = {"position": [1.0, 0.0, 0.0], "quaternion": [0.0, 0.0, half, half]}
+    robot = built(folder, base=base, tool={"position": [0.1, 0.0, 0.0]})
+    assert robot.skeleton(np.zeros((1, 2)))[0, -1] == pytest.approx([1.0, 0.6, 0.4])
+
+
+def test_degrees_are_those_of_the_table_not_of_the_urdf(folder: InputFolder) -> None:
+    robot = built(folder, "deg", max_speed=[90.0, 45.0], joint_limits=[[-90.0, 90.0], [-45.0, 45.0]])
+    assert robot.max_speed == pytest.approx((np.pi / 2.0, np.pi / 4.0))
+    assert robot.position_limits is not None
+    assert np.array(robot.position_limits) == pytest.approx(np.array([[-1.0, 1.0], [-0.5, 0.5]]) * np.pi / 2.0)
+    assert built(folder, "deg", max_acceleration=180.0).max_speed == (1.5, 2.5)
+
+
+def test_degrees_of_a_joint_that_slides_are_refused(folder: InputFolder) -> None:
+    sliding = URDF.replace('name="lift" type="revolute"', 'name="lift" type="prismatic"')
+    (folder.path / "short.urdf").write_text(sliding)
+    assert built(folder, joint_limits=[[-2.0, 2.0], [-0.6, 0.6]]).joint_units == ("rad", "m")
+    with pytest.raises(ScenarioError, match=r"^unit: 'deg' does not apply, joint 'lift' slides: state rad and m$"):
+        built(folder, "deg", joint_limits=[[-90.0, 90.0], [-0.3, 0.3]])
+
+
+def test_a_start_of_three_numbers_is_told_how_to_write_it(folder: InputFolder) -> None:
+    with pytest.raises(ScenarioError, match=r"^task.start: a point in space is \{ position = \[x, y, z\] \}, not"):
+        parse_scenario({"robot": table(), "task": TASK | {"start": [0.4, 0.0, 0.4]}}, folder)
+
+
+def test_self_collision_is_looked_after_unless_the_scenario_says_otherwise(folder: InputFolder) -> None:
+    assert built(folder).self_collision
+    off = {"robot": table(), "task": TASK, "model": {"self_collision": False}}
+    assert not parse_scenario(off, folder).problem().robot.self_collision
+
+
+def test_links_may_touch_that_a_file_beside_the_scenario_names(folder: InputFolder) -> None:
+    touching = SPHERES.replace("radius = 0.05", "radius = 0.3")
+    (folder.path / "balls.toml").write_text(touching)
+    assert built(folder, joint_limits=[[-2.0, 2.0], [-1.0, 1.0]]).kept_pairs == ((0, 1),)
+    pairs = '<disable_collisions link1="foot" link2="hand" reason="Never"/><disable_collisions link1="a" link2="b"/>'
+    (folder.path / "short.srdf").write_text(f'<robot name="short">{pairs}</robot>')
+    assert built(folder, srdf="short.srdf").kept_pairs == ()
+
+
+def test_a_robot_without_spheres_touches_nothing(folder: InputFolder) -> None:
+    robot = built(folder, spheres=...)
+    assert robot.self_collision
+    assert robot.bodies == ()
+
+
+CASES: list[tuple[dict[str, Any], str]] = [
+    ({"urdf": ...}, "robot.model: one of model and urdf is needed"),
+    ({"model": "panda"}, "robot.model: one of model and urdf is needed, not both"),
+    ({"urdf": "none.urdf"}, "robot.urdf: "),
+    ({"urdf": "balls.toml"}, "robot.urdf: "),
+    ({"urdf": 3}, "robot.urdf: a word is needed, not 3"),
+    ({"spheres": "short.urdf"}, "robot.spheres: "),
+    ({"srdf": "short.urdf"}, "robot.srdf: no <disable_collisions>"),
+    ({"srdf": "balls.toml"}, "robot.srdf: no XML: "),
+    ({"tip_link": "elbow"}, "robot.tip_link: "),
+    ({"base_link": "elbow"}, "robot.base_link: "),
+    ({"max_acceleration": ...}, "robot.max_acceleration: missing: none is known for joint 'turn'"),
+    ({"max_speed": [1.0]}, "robot.max_speed: 1 values for 2 joints"),
+    ({"max_speed": -1.0}, "robot.max_speed: input should be greater than 0, not -1.0"),
+    ({"joint_limits": [[0.0, 1.0]]}, "robot.joint_limits: 1 ranges for 2 joints"),
+    ({"joint_limits": [[1.0, 0.0], [0.0, 1.0]]}, "robot.joint_limits: "),
+    ({"base": {"quaternion": [0.0, 0.0, 0.0, 0.5]}}, "robot.base.quaternion: [0.0, 0.0, 0.0, 0.5] is not of length 1"),
+    ({"base": [0.0, 0.0, 0.0]}, "robot.base: a table is needed"),
+    ({"tool": {"positon": [0.0, 0.0, 0.0]}}, "robot.tool.positon: unknown key"),
+    ({"base": {"position": [1e9, 0.0, 0.0]}}, "robot.base: 1e+09 is not within -1e+08 and 1e+08 m"),
+    ({"tool": {"quaternion": [0.0, 0.0, 0.0, 0.5]}}, "robot.tool.quaternion: [0.0, 0.0, 0.0, 0.5] is not of length 1"),
+    (
+        {"urdf": ..., "model": "pandda", "spheres": ..., "max_acceleration": ...},
+        "robot.model: no robot 'pandda'; did you mean panda?",
+    ),
+    ({"kept_pairs": [["foot", "head"]]}, "robot.kept_pairs: no spheres on link 'head'"),
+    ({"kept_pairs": [["foot", "foot"]]}, "robot.kept_pairs: 'foot' and 'foot' are one body, or a joint connects them"),
+    ({"disabled_pairs": [["foot", "head"]]}, "robot.disabled_pairs: no spheres on link 'head'"),
+    ({"settings": {}}, "robot.settings: unknown key"),
+    ({"max_torque": 5.0}, "robot.max_torque: torques are not known: no masses are stated for upper, lower"),
+    ({"payload": {"mass": 1.0}}, "robot.payload: torques are not known: no masses are stated for upper, lower"),
+    ({"viscous_friction": 0.1}, "robot.viscous_friction: torques are not known: no masses are stated for upper, lower"),
+    ({"urdf": "../short.urdf"}, "robot.urdf: "),
+]
+
+
+def test_what_is_wrong_is_named(folder: InputFolder) -> None:
+    for changes, message in CASES:
+        assert line_of(partial(built, folder, **changes)).startswith(message), message
+
+
+def test_a_file_that_is_named_has_to_be_read() -> None:
+    with pytest.raises(ScenarioError, match=r"robot.urdf: 'short.urdf' has not been read; only a scenario file can"):
+        built(None)
+
+
+ARM = {"link_lengths": [0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
+BODIES = {
+    "link_masses": [2.0, 1.0],
+    "max_torque": [50.0, 20.0],
+    "link_centers": 0.2,
+    "link_inertias": [0.05, 0.04],
+    "viscous_friction": 0.1,
+    "coulomb_friction": [0.0, 0.2],
+    "payload": {"mass": 0.5, "center": [0.1, 0.02], "inertia": 0.01},
+    "gravity": [0.0, -1.62],
+}
+PANDA = {"model": "panda"}
+CARRIED = {"mass": 3.0, "center": [0.0, 0.0, 0.05], "inertia": [[0.02, 0.0, 0.0], [0.0, 0.02, 0.0], [0.0, 0.0, 0.01]]}
+MOTORS = {"max_torque": 90.0, "viscous_friction": [0.3] * 7, "coulomb_friction": 0.1, "gravity": [0.0, 9.81, 0.0]}
+POSTURE = {
+    "arm": {"start": {"joints": [-1.5, 0.0]}, "goal": {"joints": [-1.0, 0.2]}},
+    "robot": {
+        "start": {"joints": [0.0, 0.0, 0.0, -1.5, 0.0, 1.5, 0.0]},
+        "goal": {"joints": [0.3, 0.0, 0.0, -1.5, 0.0, 1.5, 0.0]},
+    },
+}
+
+
+def parsed(table: dict[str, Any], key: str, unit: str = "rad", scale: float = 1.0) -> Any:
+    places = {
+        end: {"joints": [angle * scale for angle in place["joints"][: 7 if table.get("model") == "panda" else 2]]}
+        for end, place in POSTURE["robot" if table.get("model") == "panda" else "arm"].items()
+    }
+    return parse_scenario({"unit": unit, key: table, "task": {"kind": "point-to-point"} | places})
+
+
+def robot_of(table: dict[str, Any], key: str = "robot", unit: str = "rad", scale: float = 1.0) -> Robot:
+    return parsed(table, key, unit, scale).problem().robot
+
+
+def test_an_arm_with_bodies() -> None:
+    robot = robot_of(ARM | BODIES, "arm")
+    assert isinstance(robot, PlanarArm)
+    assert (robot.link_masses, robot.max_torque, robot.gravity) == ((2.0, 1.0), (50.0, 20.0), (0.0, -1.62))
+    assert (robot.link_centers, robot.link_inertias) == ((0.2, 0.2), (0.05, 0.04))
+    assert (robot.viscous_friction, robot.coulomb_friction) == ((0.1, 0.1), (0.0, 0.2))
+    assert robot.payload == planar_payload(0.5, (0.1, 0.02), 0.01)
+
+
+def test_settings_of_a_kind_of_robot_say_the_same() -> None:
+    table = {"model": "planar", "settings": ARM | BODIES}
+    assert replace(robot_of(table), link_radius=(0.0, 0.0)) == robot_of(ARM | BODIES, "arm")
+
+
+def test_a_robot_in_space_with_a_payload() -> None:
+    robot = robot_of(PANDA | MOTORS | {"payload": CARRIED})
+    assert isinstance(robot, SpatialArm)
+    assert robot.payload == Payload(
+        mass=3.0, center=(0.0, 0.0, 0.05), matrix=((0.02, 0.0, 0.0), (0.0, 0.02, 0.0), (0.0, 0.0, 0.01))
+    )
+    assert (robot.max_torque, robot.gravity) == ((90.0,) * 7, (0.0, 9.81, 0.0))
+    assert {(joint.damping, joint.friction) for joint in robot.chain.joints} == {(0.3, 0.1)}
+    assert robot_of(PANDA).limits.torque == (87.0,) * 4 + (12.0,) * 3
+
+
+def test_gravity_is_the_worlds_however_the_base_is_turned() -> None:
+    """On its side, the first axis level: gravity turns the first joint, and not by more than all mass at full reach."""
+    side = {"quaternion": [0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)]}
+    upright, level = robot_of(PANDA), robot_of(PANDA | {"base": side, "max_torque": 500.0})
+    posture = np.array([[pi / 2.0, 1.2, 0.0, -0.5, 0.0, 1.5, 0.0]])
+    first = [float(robot.massive.gravitational(posture)[0, 0]) for robot in (upright, level)]
+    assert first[0] == pytest.approx(0.0, abs=1e-12)
+    assert 10.0 < abs(first[1]) < 17.0 * 9.81 * 1.2
+
+
+@pytest.mark.parametrize(("table", "key"), [(ARM | BODIES, "arm"), (PANDA | MOTORS | {"payload": CARRIED}, "robot")])
+def test_what_was_read_is_written_as_it_was(table: dict[str, Any], key: str) -> None:
+    scenario = parsed(table, key)
+    again = parse_scenario(scenario.model_dump(mode="json"))
+    assert again == scenario
+    assert again.problem().robot == scenario.problem().robot
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "rates"),
+    [
+        (ARM | BODIES, "arm", ("max_speed", "max_acceleration")),
+        (PANDA | MOTORS | {"payload": CARRIED}, "robot", ()),
+    ],
+)
+def test_torques_and_friction_are_never_in_degrees(table: dict[str, Any], key: str, rates: tuple[str, ...]) -> None:
+    degrees = table | {rate: table[rate] * 180.0 / pi for rate in rates}
+    one, two = (robot_of(degrees, key, "deg", 180.0 / pi), robot_of(table, key))
+    state = np.random.default_rng(1).normal(size=(3, 1, one.dof))
+    assert np.array(one.inverse_dynamics(*state)) == pytest.approx(np.array(two.inverse_dynamics(*state)), rel=1e-12)
+    assert one.limits.torque == two.limits.torque
+
+
+WRONG: list[tuple[str, dict[str, Any], str]] = [
+    ("arm", {"max_torque": 0.0}, "arm.max_torque: "),
+    ("arm", {"max_torque": [1.0]}, "arm.max_torque: 1 values for 2 links"),
+    ("arm", {"link_masses": -1.0}, "arm.link_masses: "),
+    ("arm", {"link_masses": [1.0, 2.0, 3.0]}, "arm.link_masses: 3 values for 2 links"),
+    ("arm", {"link_masses": [1.0, 0.0]}, "arm.link_masses.1: input should be greater than 0, not 0.0"),
+    (
+        "arm",
+        {"link_inertias": [0.1, -0.1]},
+        "arm.link_inertias.1: input should be greater than or equal to 0, not -0.1",
+    ),
+    ("arm", {"viscous_friction": -0.1}, "arm.viscous_friction: "),
+    ("arm", {"payload": {"center": [0.0, 0.0]}}, "arm.payload.mass: missing key"),
+    ("arm", {"payload": {"mass": -1.0}}, "arm.payload.mass: "),
+    ("arm", {"payload": {"mass": 1e10}}, "arm.payload.mass: 1e+10 is not within 0 and 1e+09 kg"),
+    ("arm", {"payload": {"mass": 1.0, "center": [0.0, 0.0, 0.1]}}, "arm.payload.center"),
+    ("arm", {"payload": {"mass": 1.0, "weight": 2.0}}, "arm.payload.weight: unknown key"),
+    ("arm", {"payload": 3.0}, "arm.payload: a table is needed, not 3.0"),
+    ("arm", {"gravity": [0.0, 0.0, -9.81]}, "arm.gravity: at most 2 items, not 3"),
+    ("arm", {"gravity": [0.0, -1e8]}, "arm.gravity: -1e+08 is not within"),
+    ("settings", {"payload": {"mass": "1 kg"}}, "robot.settings.payload.mass: a number is needed, not '1 kg'"),
+    ("settings", {"link_masses": [1.0]}, "robot.settings.link_masses: 1 values for 2 links"),
+    ("robot", {"max_torque": -5.0}, "robot.max_torque: "),
+    ("robot", {"max_torque": [5.0, 5.0]}, "robot.max_torque: 2 values for 7 joints"),
+    ("robot", {"viscous_friction": [0.1]}, "robot.viscous_friction: 1 values for 7 joints"),
+    ("robot", {"coulomb_friction": -0.1}, "robot.coulomb_friction: "),
+    ("robot", {"payload": {"mass": 1.0, "inertia": 0.1}}, "robot.payload.inertia: "),
+    (
+        "robot",
+        {"payload": {"mass": 1.0, "inertia": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 3.0]]}},
+        "robot.payload.inertia: principal moments 1, 1 and 3 kg m^2: the largest is above the sum of the others",
+    ),
+    ("robot", {"payload": {"mass": 100.0}}, "task.start: panda_joint6 needs "),
+    ("robot", {"gravity": [0.0, -9.81]}, "robot.gravity"),
+    ("robot", {"link_masses": 1.0}, "robot.link_masses: unknown key"),
+]
+
+
+def test_what_is_wrong_with_bodies_is_named() -> None:
+    tables = {"arm": ARM | BODIES, "settings": ARM | BODIES, "robot": PANDA}
+    for kind, changes, message in WRONG:
+        table = tables[kind] | changes
+        stated = {"model": "planar", "settings": table} if kind == "settings" else table
+        assert line_of(partial(robot_of, stated, "arm" if kind == "arm" else "robot")).startswith(message), message
+    for key in ("max_torque", "link_centers", "link_inertias", "viscous_friction", "coulomb_friction"):
+        message = f"arm.{key}: link_masses are needed with it"
+        assert line_of(partial(robot_of, ARM | {key: 1.0}, "arm")).startswith(message)
