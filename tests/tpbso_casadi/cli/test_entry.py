@@ -16,7 +16,7 @@ from helpers.running import status
 
 from tpbso_casadi import __version__
 from tpbso_casadi.cli import tpbso
-from tpbso_casadi.cli.command import print_error
+from tpbso_casadi.cli.command import LONGEST_PART, print_error
 from tpbso_casadi.cli.commands import solve
 from tpbso_casadi.cli.options import natural, path, positive_float, positive_int, printable_name, whole_number
 from tpbso_casadi.cli.tpbso import COMMANDS
@@ -115,7 +115,7 @@ def test_an_overview_that_cannot_be_printed() -> None:
     ],
 )
 def test_one_line(message: str, line: str) -> None:
-    assert one_line(message) == line
+    assert one_line(message, LONGEST_PART) == line
 
 
 def test_a_line_has_an_end() -> None:

@@ -23,9 +23,8 @@ process = pytest.mark.process
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
 ANNOUNCING = """
-from tpbso_casadi.cli import entry
-from tpbso_casadi.cli.commands import solve
-solve.INTERVAL = -1.0
+from tpbso_casadi.cli import entry, progress
+progress.INTERVAL = -1.0
 entry.run("tpbso_casadi.cli.commands.solve")
 """  # the command line, which says at once what it begins
 COMMAND = ["obstacle-3", "--evaluations", "3000", "--seed", "2", "--polish-starts", "4", "--animate", "arm.gif"]
@@ -118,7 +117,7 @@ def test_what_comes_into_the_folder_meanwhile_is_not_lost(
     def somebody_writes(folder: Path, title: str, motion: object) -> None:
         (FOLDER / "thesis.tex").write_text("mine")
 
-    monkeypatch.setattr("tpbso_casadi.cli.output.animate", somebody_writes)
+    monkeypatch.setattr("tpbso_casadi.animation.write.animate", somebody_writes)
     assert main([*QUICK, "--animate", "out/arm.gif"]) == 2
     assert "out: holds thesis.tex, which is not of a run" in capfd.readouterr().err
     assert contents(FOLDER) == {**old, "thesis.tex": b"mine"}
@@ -127,15 +126,14 @@ def test_what_comes_into_the_folder_meanwhile_is_not_lost(
 
 INTERRUPTED_WHILE_MODELLING = """
 import os, signal
-from tpbso_casadi.cli import entry
-from tpbso_casadi.cli.commands import solve
+from tpbso_casadi.cli import entry, progress
 
-class Console(solve.OutputConsole):
+class Console(progress.OutputConsole):
     def print(self, *texts, **options):
         if texts == ("modelling",):
             os.kill(os.getpid(), signal.SIGINT)
 
-solve.INTERVAL, solve.OutputConsole = -1.0, Console
+progress.INTERVAL, progress.OutputConsole = -1.0, Console
 entry.run("tpbso_casadi.cli.commands.solve")
 """
 
