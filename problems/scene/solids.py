@@ -19,8 +19,6 @@ import casadi as ca
 import numpy as np
 
 from problems.base import (
-    COORDINATES,
-    LENGTHS,
     Coordinate,
     FloatArray,
     InvalidProblem,
@@ -28,7 +26,7 @@ from problems.base import (
     Matrix,
     Operand,
     as_array,
-    check_within,
+    check_quantities,
     columns,
     is_of_length_one,
 )
@@ -56,9 +54,10 @@ class Solid(Obstacle):
     quaternion: tuple[float, float, float, float] | None = None
 
     def __post_init__(self) -> None:
-        check_within("center", self.center, COORDINATES, "m")
+        check_quantities(self, "center")
         if self.quaternion is not None and not is_of_length_one(self.quaternion):
             raise InvalidProblem("quaternion", f"{self.quaternion} is not of length 1")
+        check_quantities(self, *self.numbers[len(Solid.numbers) :])
 
     @property
     def dim(self) -> int:
@@ -147,10 +146,6 @@ class Ball(Solid):
 
     radius: Length
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_within("radius", (self.radius,), LENGTHS, "m")
-
     @property
     def width(self) -> float:
         """The diameter, m."""
@@ -186,10 +181,6 @@ class Box(Solid):
     numbers: ClassVar[tuple[str, ...]] = (*Solid.numbers, "size")
 
     size: tuple[Length, Length, Length]
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_within("size", self.size, LENGTHS, "m")
 
     @property
     def width(self) -> float:
@@ -228,11 +219,6 @@ class Capsule(Solid):
     radius: Length
     length: Length
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_within("radius", (self.radius,), LENGTHS, "m")
-        check_within("length", (self.length,), LENGTHS, "m")
-
     @property
     def width(self) -> float:
         """The diameter, m."""
@@ -268,11 +254,6 @@ class Cylinder(Solid):
 
     radius: Length
     length: Length
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_within("radius", (self.radius,), LENGTHS, "m")
-        check_within("length", (self.length,), LENGTHS, "m")
 
     @property
     def width(self) -> float:
@@ -314,10 +295,6 @@ class Ellipsoid(Solid):
     numbers: ClassVar[tuple[str, ...]] = (*Solid.numbers, "semi_axes")
 
     semi_axes: tuple[Length, Length, Length]
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_within("semi_axes", self.semi_axes, LENGTHS, "m")
 
     @property
     def width(self) -> float:
