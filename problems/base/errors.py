@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterable, Sequence
-from typing import Annotated, Any, NamedTuple, TypeAlias
+from functools import cache
+from typing import Annotated, Any, NamedTuple, TypeAlias, get_args, get_type_hints
 
 import numpy as np
 
@@ -87,6 +88,35 @@ def check_within(field: str, values: Iterable[float], bounds: tuple[float, float
         if not least <= value <= most:
             exactly = repr(value) if shown(value) in (shown(least), shown(most)) else shown(value)
             raise InvalidProblem(field, f"{name}{exactly} is not within {least:g} and {most:g} {unit}")
+
+
+def check_quantities(statement: Any, *names: str) -> None:
+    """The numbers of fields are within the bounds that the types of the fields state.
+
+    Raises:
+        InvalidProblem: one is not, the first in the order of the names.
+    """
+    kind: Any = type(statement)
+    quantities = _quantities(kind)
+    for name in names:
+        value = getattr(statement, name)
+        if name in quantities:
+            each = value if isinstance(value, tuple) else (value,)
+            check_within(name, each, quantities[name].bounds, quantities[name].unit)
+
+
+@cache
+def _quantities(kind: type) -> dict[str, Quantity]:
+    """What the numbers of each field are."""
+    found = {name: quantities_in(hint) for name, hint in get_type_hints(kind, include_extras=True).items()}
+    return {name: quantities[0] for name, quantities in found.items() if quantities}
+
+
+def quantities_in(hint: Any) -> list[Quantity]:
+    """All quantities in the type of a field."""
+    if isinstance(hint, Quantity):
+        return [hint]
+    return [quantity for part in get_args(hint) for quantity in quantities_in(part)]
 
 
 def shown(value: float) -> str:

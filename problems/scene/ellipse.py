@@ -22,16 +22,13 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from problems.base import (
-    ANGLES,
-    COORDINATES,
-    LENGTHS,
     Angle,
     Coordinate,
     FloatArray,
     Length,
     Matrix,
     Operand,
-    check_within,
+    check_quantities,
     columns,
     is_zero,
 )
@@ -66,9 +63,7 @@ class Ellipse(Obstacle):
     angle: Angle = 0.0
 
     def __post_init__(self) -> None:
-        check_within("center", self.center, COORDINATES, "m")
-        check_within("angle", (self.angle,), ANGLES, "rad")
-        check_within("semi_axes", self.semi_axes, LENGTHS, "m")
+        check_quantities(self, "center", "angle", "semi_axes")
 
     @property
     def place(self) -> tuple[float, ...]:

@@ -23,7 +23,6 @@ import casadi as ca
 import numpy as np
 
 from problems.base import (
-    ANGLES,
     COORDINATES,
     LENGTHS,
     Angle,
@@ -34,6 +33,7 @@ from problems.base import (
     Length,
     Matrix,
     Operand,
+    check_quantities,
     check_within,
     columns,
     is_zero,
@@ -261,9 +261,7 @@ class Rectangle(Obstacle):
     angle: Angle = 0.0
 
     def __post_init__(self) -> None:
-        check_within("center", self.center, COORDINATES, "m")
-        check_within("angle", (self.angle,), ANGLES, "rad")
-        check_within("size", self.size, LENGTHS, "m")
+        check_quantities(self, "center", "angle", "size")
 
     @property
     def place(self) -> tuple[float, ...]:

@@ -19,8 +19,6 @@ import casadi as ca
 import numpy as np
 
 from problems.base import (
-    COORDINATES,
-    LENGTHS,
     Coordinate,
     FloatArray,
     InvalidProblem,
@@ -28,7 +26,7 @@ from problems.base import (
     Matrix,
     Operand,
     as_array,
-    check_within,
+    check_quantities,
     columns,
     is_of_length_one,
     rotation_of,
@@ -113,12 +111,10 @@ class Solid(Obstacle):
             cls.numbers = (*Solid.numbers, *cls.lengths)
 
     def __post_init__(self) -> None:
-        check_within("center", self.center, COORDINATES, "m")
+        check_quantities(self, "center")
         if self.quaternion is not None and not is_of_length_one(self.quaternion):
             raise InvalidProblem("quaternion", f"{self.quaternion} is not of length 1")
-        for name in self.lengths:
-            value = getattr(self, name)
-            check_within(name, value if np.ndim(value) else (value,), LENGTHS, "m")
+        check_quantities(self, *self.numbers[len(Solid.numbers) :])
 
     @property
     def dim(self) -> int:

@@ -20,7 +20,7 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails, PydanticKnownError
 
-from problems.base import Count, Quantity
+from problems.base import Count, Quantity, quantities_in
 from tpbso_casadi.plain import nearest
 from tpbso_casadi.scenario.catalogues import failure
 
@@ -292,17 +292,9 @@ def _key_type(hint: Any) -> Any:
     hint = hint.type if isinstance(hint, InitVar) else hint
     return (
         Annotated[_in_a_file(hint), ANGULAR]
-        if any(unit.startswith("rad") for unit in _units(hint))
+        if any(quantity.unit.startswith("rad") for quantity in quantities_in(hint))
         else _in_a_file(hint)
     )
-
-
-def _units(hint: Any) -> list[str]:
-    """Of all the quantities in a type."""
-    if isinstance(hint, Quantity):
-        return [hint.unit]
-    parts = [*get_args(hint), *(hint.__metadata__ if get_origin(hint) is Annotated else ())]
-    return [unit for part in parts for unit in _units(part)]
 
 
 def _in_a_file(hint: Any) -> Any:
