@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -118,7 +118,8 @@ class Cancels(ThreadPoolExecutor):
 
 
 def test_an_executor_that_is_gone_is_said_in_one_line(tmp_path: Path) -> None:
-    for number, gone in enumerate((partial(Cancels, 1), partial(Raised, ConnectionResetError("closed")))):
+    executors: list[Callable[[], Executor]] = [partial(Cancels, 1), partial(Raised, ConnectionResetError("closed"))]
+    for number, gone in enumerate(executors):
         with (
             Store(tmp_path / f"store-{number}") as store,
             pytest.raises(LostExecutor, match="the workers are gone; completed runs are stored"),

@@ -227,6 +227,14 @@ def test_a_standard_output_that_nobody_reads() -> None:
 
 
 @process
+def test_closed_outputs_of_the_overview() -> None:
+    for closed in (">&-", "2>&-", ">&- 2>&-"):
+        command = f"{sys.executable} -m tpbso_casadi --version {closed}"
+        done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
+
+
+@process
 @pytest.mark.parametrize(
     "closed", [">&- 2>&-", *(pytest.param(closed, marks=pytest.mark.slow) for closed in (">&-", "2>&-"))]
 )

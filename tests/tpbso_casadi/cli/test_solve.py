@@ -66,21 +66,15 @@ def test_every_case_with_every_solver_in_the_reduced_form(case: str, solver: str
     assert all(constraint["satisfied"] for constraint in result["constraints"])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("objective", ["time", "rotation"])
-@pytest.mark.parametrize("links", [2, 3, 4, 5, 7])
-@pytest.mark.parametrize("solver", SOLVERS)
-def test_any_number_of_links_in_the_paper_form(solver: str, links: int, objective: str) -> None:
-    quick = ["--no-plots", "--quiet", "--out", "out"]
-    assert run("--solver", solver, "--links", str(links), "--objective", objective, *quick) == 0
-    check_run(Path("out"))
+LINKS = [["--links", str(k), "--objective", name] for k in (2, 3, 4, 5, 7) for name in ("time", "rotation")]
+OTHERS = [[case] for case in TITLES if not case.startswith(("time", "rotation"))]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", [name for name in TITLES if not name.startswith(("time", "rotation"))])
+@pytest.mark.parametrize("case", [*LINKS, *OTHERS], ids=" ".join)
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_obstacles_and_paths_in_the_paper_form(solver: str, case: str) -> None:
-    assert run(case, "--solver", solver, "--no-plots", "--quiet", "--out", "out") == 0
+def test_any_number_of_links_obstacles_and_paths_in_the_paper_form(solver: str, case: list[str]) -> None:
+    assert run(*case, "--solver", solver, "--no-plots", "--quiet", "--out", "out") == 0
     check_run(Path("out"))
 
 
