@@ -12,6 +12,7 @@ from solvers.lshade import LSHADE
 from solvers.pso import PSO
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS, AnySolver, External
 from solvers.solver import STARTS, Box, Iterations, Preset, Search, Solver, SolverTraits, Steps
+from solvers.standalone import minimize as minimize_function
 
 __all__ = [
     "BENCHMARK_FUNCTIONS",
@@ -53,4 +54,5 @@ __all__ = [
     "deferred_interrupt",
     "descend",
     "minimize",
+    "minimize_function",
 ]

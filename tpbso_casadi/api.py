@@ -57,9 +57,11 @@ from solvers import (
     Solver,
     StopReason,
     benchmark_function,
-    minimize,
 )
 from solvers import Box as SearchBox
+from solvers import (
+    minimize_function as minimize,
+)
 from tpbso_casadi.facade.audit import Audit, RunAudit, ScenarioAudit
 from tpbso_casadi.facade.comparing import Comparison, compare
 from tpbso_casadi.facade.own import StatedConstraint as Constraint

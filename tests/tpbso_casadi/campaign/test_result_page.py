@@ -17,8 +17,17 @@ from oracles.colour_vision import VISIONS, differences
 
 from problems.evaluation import population
 from tpbso_casadi import builtin
-from tpbso_casadi.animation.player import FOLDER
-from tpbso_casadi.campaign import Results, Run, Store, best_runs, grid, parse_solvers, results_of, write_comparison
+from tpbso_casadi.campaign import (
+    Results,
+    Run,
+    Store,
+    best_runs,
+    grid,
+    page,
+    parse_solvers,
+    results_of,
+    write_comparison,
+)
 from tpbso_casadi.campaign.comparison_figures import (
     comparison_figure,
     critical_difference_figure,
@@ -148,7 +157,7 @@ def test_one_run_of_one_solver_has_a_page(tmp_path: Path) -> None:
     assert "<h1>Comparison of 1 solver on 1 case</h1>" in text and text.count("Left out: ") == 2
 
 
-STYLE = (FOLDER / "comparison.css").read_text()
+STYLE = Path(page.__file__).with_name("comparison.css").read_text()
 
 
 def palettes() -> list[list[str]]:

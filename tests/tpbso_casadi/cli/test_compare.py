@@ -59,7 +59,7 @@ def table(folder: str) -> list[dict[str, str]]:
 
 
 def test_what_it_leaves_and_says(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.cli.campaign.LINE_SECONDS", 0.01)
+    monkeypatch.setattr("tpbso_casadi.cli.progress.LINE_SECONDS", 0.01)
     Path("mine.toml").write_text(MINE)
     solvers, cases = ("bso", "ga(tournament=3)", "ipopt"), ("time-2", "mine")
     arguments = ["time-2", "mine.toml", "--solvers", ",".join(solvers), "--runs", "2", "--evaluations", "300"]

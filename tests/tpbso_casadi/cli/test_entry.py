@@ -133,7 +133,7 @@ def test_what_an_encoding_lacks_is_escaped(monkeypatch: pytest.MonkeyPatch) -> N
 @process
 @pytest.mark.parametrize("redirection", ["2>/dev/full", "2>&-"])
 def test_a_full_or_closed_standard_error_changes_no_status(redirection: str) -> None:
-    code = "from tpbso_casadi.cli.common import print_error; print_error('lost'); raise SystemExit(2)"
+    code = "from tpbso_casadi.cli.command import print_error; print_error('lost'); raise SystemExit(2)"
     done = subprocess.run(["sh", "-c", f'"$0" -c "$1" {redirection}', sys.executable, code], check=False)
     assert done.returncode == 2
 

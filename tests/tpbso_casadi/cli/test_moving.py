@@ -210,7 +210,7 @@ def test_nothing_is_invented_where_nothing_moves(stored: Path, capfd: pytest.Cap
     assert solve.main(["scene.toml", *QUICK, "--out", "still"]) == 0
     assert "at_goal" not in result_of("still")
     assert audit.main([edited(Path("still"), lambda r: r.update(at_goal=kept["at_goal"]))]) == 2
-    assert "at_goal: nothing moves that could come near" in capfd.readouterr().err
+    assert "touched': True} is stored, nothing is computed" in capfd.readouterr().err
     Path("scene.toml").write_text(f'{ARM}{MOVE}[solver]\nname = "pso"\n')
     assert solve.main(["scene.toml", *QUICK, "--out", "empty"]) == 0
     assert "closest_approach" not in result_of("empty")

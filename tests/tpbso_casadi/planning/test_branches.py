@@ -84,7 +84,7 @@ def other_branch(content: dict[str, Any]) -> None:
 EDITS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (lambda content: None, ""),
     (wrong_posture, "solution.branches: goal: the branch's posture misses it by"),
-    (other_branch, "cost: "),
+    (other_branch, "solution.variables: a motion of"),
     (lambda content: content["solution"]["branches"].update(goal=[0.0]), "1 joints for a robot of 3"),
     (lambda content: content["solution"]["branches"].update(start=[0.0] * 3), "postures at goal are needed"),
     (lambda content: content["solution"].pop("branches"), "are all that the scenario asks for"),

@@ -100,7 +100,9 @@ def test_what_is_worse_or_breaks_a_limit_is_discarded(
     motion = motion_of(problem, np.zeros(5) + 0.5)
     slow, fast = (replace(motion, trajectory=motion.trajectory.time_scaled(factor)) for factor in (before, after))
     assert fast.feasible is feasible
-    search = Refinement(problem, IPOPT()).multistart(Budget(iterations=1), 0, None)
+    refinement = Refinement(problem, IPOPT())
+    starts = refinement.program.starts(np.random.default_rng(0))
+    search = refinement.descend(starts, Budget(iterations=1), 0)
     polish = Polish(slow, fast, search, 0.0, {})
     assert polish.accepted is accepted
     assert polish.chosen is (polish.after if accepted else polish.before)

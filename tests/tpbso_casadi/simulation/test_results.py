@@ -113,7 +113,7 @@ def test_a_disk_that_is_full_leaves_the_old_folder(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("tpbso_casadi.simulation.store.write_csv", full)
+    monkeypatch.setattr("tpbso_casadi.simulation.result.write_csv", full)
     with pytest.raises(OutputError, match="No space left on device"):
         write_simulation(folder, record, result)
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tpbso_casadi as tp
-from problems.objectives import WeightedSum
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import overridden, parse_scenario
 from tpbso_casadi.trade_off import ENDS, Objectives, Point, Standing
@@ -93,7 +92,7 @@ def test_near_the_ends_the_other_objective_counts_a_little() -> None:
     assert [r.starts for r in requests] == [(), (), (1,), (2,)]
 
 
-@pytest.mark.parametrize(("placement", "solve"), [(EpsilonConstraint(12, 0), bounded), (WeightedSum(12), weighted)])
+@pytest.mark.parametrize(("placement", "solve"), [(EpsilonConstraint(12, 0), bounded), (WeightedSums(12), weighted)])
 def test_points_are_spread(placement: Placement, solve: Callable[[Request], Pair]) -> None:
     points = placed(placement, solve)
     front = PointFront.of(points)
