@@ -41,7 +41,6 @@ from tpbso_casadi.campaign.run import run_one
 from tpbso_casadi.campaign.tables import FIGURES as NAMES
 from tpbso_casadi.cli.commands.compare import main
 from tpbso_casadi.figures.palette import SERIES, colour_of
-from tpbso_casadi.reproduction.judgements import percent
 
 
 @pytest.fixture(scope="module")
@@ -143,8 +142,8 @@ def test_budgets_and_seeds_in_words() -> None:
 
 def test_percentages() -> None:
     shown = {0.0: "0 %", 5e-5: "< 0.01 %", 0.01234: "1.23 %", float("inf"): "-"}
-    assert {value: percent(value) for value in shown} == shown
-    assert percent(float("nan")) == "-"
+    assert {value: PLANS.shown(value) for value in shown} == shown
+    assert PLANS.shown(float("nan")) == "-"
 
 
 def test_one_run_of_one_solver_has_a_page(tmp_path: Path) -> None:
