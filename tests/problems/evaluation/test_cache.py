@@ -114,7 +114,7 @@ def test_four_processes_compile_the_same(cache_folder: Path) -> None:
 @needs_compiler
 @pytest.mark.process
 def test_a_killed_compile_leaves_nothing(cache_folder: Path) -> None:
-    code = "import sys; from problems.evaluation.native import native, cache; import os, signal\n"
+    code = "import sys; from problems.evaluation import native, cache; import os, signal\n"
     code += "cache._seal = lambda library, key: os.kill(os.getpid(), signal.SIGKILL)\n"
     code += "native.compile_library(sys.stdin.read())"
     process = subprocess.run([sys.executable, "-c", code], input=source_of(small()), text=True, check=False)
