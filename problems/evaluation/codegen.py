@@ -238,11 +238,6 @@ LOOP = """        for (long long i = 0; i < n_{step}; i++) {{
             const lanes *const window = w + {window} + starts_{step}[i];
 {calls}        }}
 """
-SKIP = """    if (!any({condition})) {{
-        w[{result}] = (lanes){{}};
-        return;
-    }}
-"""
 
 
 class Store:

@@ -73,7 +73,6 @@ def shares_along(tool: Matrix, starts: Matrix, ends: Matrix) -> Matrix:
 
 
 LEAST_SQUARE = 1e-30  # keeps the gradient of an angle finite where it is 0
-TURNING_NUMBERS = 13  # of a line: rotation matrix at its start, axis, angle
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,6 @@
 """Figures of the report.
 
 Imported only where a figure is drawn: matplotlib is slow to load.
-
-Imported only where a figure is drawn: matplotlib is slow to load.
 """
 
 from __future__ import annotations
