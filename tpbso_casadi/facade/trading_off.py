@@ -29,7 +29,7 @@ from tpbso_casadi.scenario import (
     plain,
 )
 from tpbso_casadi.storage import read_run
-from tpbso_casadi.trade_off import METHODS, FrontWork, Objectives, Point, PointFront, TradeOff, open_front
+from tpbso_casadi.trade_off import METHODS, FrontWork, Objectives, Point, PointFront, TradeOff, open_front, save_front
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -100,7 +100,7 @@ class Front:
             ValueError: there is no such format.
             OutputError: it cannot be written.
         """
-        self.trade_off.save(Path(folder), chosen("figures", figures, FORMATS))
+        save_front(Path(folder), self.trade_off, chosen("figures", figures, FORMATS))
         return Path(folder)
 
     def __len__(self) -> int:

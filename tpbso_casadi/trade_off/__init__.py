@@ -3,6 +3,7 @@
 from tpbso_casadi.trade_off.front import Point, PointFront, Standing, TradeOff
 from tpbso_casadi.trade_off.methods import EPSILON_CONSTRAINT, METHODS, WEIGHTED_SUM, FrontWork, open_front
 from tpbso_casadi.trade_off.placement import ENDS, Objectives
+from tpbso_casadi.trade_off.store import save_front
 
 __all__ = [
     "ENDS",
@@ -16,4 +17,5 @@ __all__ = [
     "Standing",
     "TradeOff",
     "open_front",
+    "save_front",
 ]

@@ -6,13 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 
 from problems.base import FloatArray
-from tpbso_casadi.storage import write_csv, writing
 
 Pair: TypeAlias = tuple[float, float]
 
@@ -154,9 +152,6 @@ def hypervolume(values: FloatArray, reference: Pair) -> float:
     return area
 
 
-FRONT, METHODS, FIGURE = "front.csv", "methods.csv", "front"  # the figure has a suffix for each format
-
-
 @dataclass(frozen=True)
 class FrontSummary:
     """What the front of a method is worth, and what it took.
@@ -229,31 +224,3 @@ class TradeOff:
             for method, front in self.fronts.items()
             for point in self.points[method]
         ]  # fmt: skip
-
-    def save(self, folder: Path, formats: Sequence[str]) -> None:
-        """Write both tables, and the figure in each of the formats.
-
-        Raises:
-            OutputError: they cannot be written.
-        """
-        first, second = self.headings
-        header = ["point", first, second, "duration [s]", "certified", "standing", "method", "seed", "evaluations"]
-        unit = f"hypervolume [{_unit(first)} {_unit(second)}]"
-        with writing(folder):
-            write_csv(folder / FRONT, [*header, "seconds", "folder"], self.rows)
-            write_csv(
-                folder / METHODS,
-                ["method", "points", "on front", unit, "evaluations", "seconds"],
-                [
-                    [s.method, s.points, s.on_front, s.hypervolume, s.evaluations, round(s.seconds, 3)]
-                    for s in self.summaries
-                ],
-            )
-        if formats:
-            from tpbso_casadi.trade_off.front_figures import draw_front  # noqa: PLC0415 (matplotlib is slow to load)
-
-            draw_front(folder, self, formats)
-
-
-def _unit(heading: str) -> str:
-    return heading[heading.index("[") + 1 : -1]

@@ -5,36 +5,23 @@ Imported only where a figure is drawn: matplotlib is slow to load.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tpbso_casadi.figures.palette import DEFAULT, line_of, marker_of
-from tpbso_casadi.figures.style import ONE_COLUMN, in_print, write_figure
-from tpbso_casadi.storage import writing
-from tpbso_casadi.trade_off.front import FIGURE, Point, PointFront, Standing, TradeOff
+from tpbso_casadi.figures.palette import line_of, marker_of
+from tpbso_casadi.figures.style import ONE_COLUMN, in_print
+from tpbso_casadi.trade_off.front import Point, PointFront, Standing, TradeOff
 
 SIZE = (ONE_COLUMN, 3.0)  # inches
 LOGARITHMIC = 30.0  # from this ratio of largest to least on an axis is logarithmic
 
 
-def draw_front(folder: Path, trade_off: TradeOff, formats: Sequence[str] = DEFAULT) -> None:
-    """Write ``front.png``, or the same in other formats.
-
-    Raises:
-        OutputError: it cannot be written.
-    """
-    with writing(folder):
-        write_figure(folder, FIGURE, front_figure(trade_off), formats)
-
-
 @in_print
 def front_figure(trade_off: TradeOff) -> Figure:
-    """The same as a figure."""
+    """Fronts with their steps, the plans that are dominated, and the point that no plan reaches."""
     figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.subplots()
     for number, (method, front) in enumerate(trade_off.fronts.items()):

@@ -1,4 +1,4 @@
-"""The store of a front."""
+"""The folder of a front: its points, tables and figure."""
 
 from __future__ import annotations
 
@@ -24,11 +24,13 @@ from tpbso_casadi.storage import (
     check_writable,
     sealed,
     stored_content,
+    write_csv,
     write_text,
     writing,
 )
-from tpbso_casadi.trade_off.front import FIGURE, FRONT, METHODS, Point
+from tpbso_casadi.trade_off.front import Point, TradeOff
 
+FRONT, METHODS, FIGURE = "front.csv", "methods.csv", "front"  # the figure has a suffix for each format
 MANIFEST = "front.json"
 POINTS = "points"  # the folder of the run folders
 RESULT = "result.json"
@@ -176,3 +178,33 @@ def _difference(held: dict[str, Any], asked: dict[str, Any], path: Sequence[str]
             return _difference(old, new, (*path, key))
         return f"was made with {'.'.join((*path, key))} = {old!r}, not {new!r}"
     return "was made with other settings"
+
+
+def save_front(folder: Path, trade_off: TradeOff, formats: Sequence[str]) -> None:
+    """Write both tables of a trade-off, and its figure in each of the formats.
+
+    Raises:
+        OutputError: they cannot be written.
+    """
+    first, second = trade_off.headings
+    header = ["point", first, second, "duration [s]", "certified", "standing", "method", "seed", "evaluations"]
+    unit = f"hypervolume [{_unit(first)} {_unit(second)}]"
+    with writing(folder):
+        write_csv(folder / FRONT, [*header, "seconds", "folder"], trade_off.rows)
+        write_csv(
+            folder / METHODS,
+            ["method", "points", "on front", unit, "evaluations", "seconds"],
+            [
+                [s.method, s.points, s.on_front, s.hypervolume, s.evaluations, round(s.seconds, 3)]
+                for s in trade_off.summaries
+            ],
+        )
+        if formats:
+            from tpbso_casadi.figures.style import write_figure  # noqa: PLC0415 (matplotlib is slow to load)
+            from tpbso_casadi.trade_off.front_figures import front_figure  # noqa: PLC0415
+
+            write_figure(folder, FIGURE, front_figure(trade_off), formats)
+
+
+def _unit(heading: str) -> str:
+    return heading[heading.index("[") + 1 : -1]

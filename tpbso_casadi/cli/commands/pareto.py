@@ -52,6 +52,7 @@ from tpbso_casadi.trade_off import (
     Standing,
     TradeOff,
     open_front,
+    save_front,
 )
 
 COLOURS = {Standing.FRONT: "green", Standing.NOT_CERTIFIED: "red"}
@@ -176,7 +177,7 @@ def written(objectives: Objectives, evaluation: EvaluationOptions, options: argp
             method.run(work)
             trade_off = TradeOff(objectives.headings, {name: store.points(name) for name in store.methods})
             if trade_off.points:
-                trade_off.save(folder, figure_formats(options))
+                save_front(folder, trade_off, figure_formats(options))
         if trade_off.points:
             print_trade_off(trade_off, console)
             console.say(f"written to {folder}")
