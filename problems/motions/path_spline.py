@@ -90,6 +90,7 @@ class JointPath:
         room = np.where(np.isin(np.arange(lengths.size), [0, lengths.size - 1]), 1.0, 0.5) * lengths
         with np.errstate(divide="ignore", invalid="ignore"):
             widest = np.where(turn > 0.0, tolerance / (BLEND_REACH * turn), 0.0)
+        widest[widest <= SAME_WAYPOINT * lengths.sum()] = 0.0  # such a corner stays
         half = np.concatenate([[0.0], np.minimum(widest, np.minimum(room[:-1], room[1:])), [0.0]])
         pieces = []
         for i, length in enumerate(lengths):
@@ -100,6 +101,11 @@ class JointPath:
                 pieces.append((2.0 * half[i + 1], _blend(waypoints[i + 1], ways[i], ways[i + 1], half[i + 1])))
         u = np.cumsum([0.0, *(extent for extent, _ in pieces)])
         return cls(u, np.stack([coefficients for _, coefficients in pieces], axis=1))
+
+    def restarted(self, starts: FloatArray) -> FloatArray:
+        """Coefficients (order, n, k) of the pieces that hold parameters (n,), each in its own u from there on."""
+        orders = range(len(self.coefficients) - 1, -1, -1)
+        return np.stack([self.at(starts, order) / factorial(order) for order in orders])
 
     @cached_property
     def curve(self) -> PPoly:

@@ -16,7 +16,7 @@ from problems.scene import Obstacle
 from problems.tasks.checks import check_obstacles, check_range
 from problems.tasks.move import velocity_conditions
 from problems.tasks.task import Marker, MarkerKind, Task
-from problems.timing import departure
+from problems.timing import departure, deviation
 
 SAME_PATH = 1e-9  # rad, for angles up to 1 rad, and of larger ones; allows for rounding only
 SPEEDS = ("start_speed", "goal_speed")
@@ -34,6 +34,8 @@ class JointFollowing(Task):
         start_speed: |dq/dt| at the start, along the path, rad/s.
         goal_speed: at the end.
         total_time: bounds of T in s; None where nothing is promised.
+        waypoints: (n, k) that the path was made of, rad, in which it begins and ends; None where it is stated itself.
+        tolerance: how far any joint may be from straight lines between them, rad; None where it runs through them all.
 
     Raises:
         InvalidProblem: the path is of another number of joints, or an end cannot have its speed.
@@ -45,6 +47,8 @@ class JointFollowing(Task):
     start_speed: float = 0.0
     goal_speed: float = 0.0
     total_time: tuple[float, float] | None = None
+    waypoints: FloatArray | None = None
+    tolerance: float | None = None
 
     def __post_init__(self) -> None:
         joints = self.path.coefficients.shape[2]
@@ -98,20 +102,40 @@ class JointFollowing(Task):
         return self.path.at(self.path.breakpoints)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        """The path, for all t; the velocities at both ends."""
-        bound = ca.DM(SAME_PATH * max(1.0, float(np.abs(self.path.at(self.path.breakpoints)).max())))
-        followed = Constraint(
-            name="path",
+        """The path, for all t; the waypoints that it was made of; the velocities at both ends."""
+        followed = self._distance("path", departure(self.path, trajectory), "|theta_i(t) - q_i(u(t))|, to rounding")
+        distances = [followed, *self._distances_from_waypoints()]
+        return [
+            *((distance, trajectory.breakpoints[-1:]) for distance in distances),
+            *velocity_conditions(self, trajectory),
+        ]
+
+    def _distances_from_waypoints(self) -> list[Constraint]:
+        """How far the path is from what it was made of; nothing where it is stated itself."""
+        if self.waypoints is None:
+            return []
+        if self.tolerance is not None:
+            formula = "|q_i(u) - l_i(u)| for all u, l the straight lines between the waypoints"
+            return [self._distance("lines", deviation(self.path, self.waypoints), formula, self.tolerance)]
+        away = self.path.at(np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.waypoints, axis=0), axis=1))]))
+        passed = float(np.abs(away - self.waypoints).max())
+        return [self._distance("waypoints", passed, "|q_i(u_j) - w_ij| at every waypoint j, to rounding")]
+
+    def _distance(self, name: str, largest: float, formula: str, allowed: float = 0.0) -> Constraint:
+        """A distance of joints, rad, that is no more than what is allowed and rounding."""
+        rounding = SAME_PATH * max(1.0, float(np.abs(self.path.at(self.path.breakpoints)).max()))
+        bound = ca.DM(allowed + rounding)
+        return Constraint(
+            name=name,
             unit="rad",
-            expression=ca.DM(departure(self.path, trajectory)),
+            expression=ca.DM(largest),
             lower=-bound,
             upper=bound,
             symmetric=True,
             columns=("any joint",),
             scale=bound,
-            formula="|theta_i(t) - q_i(u(t))|, to rounding",
+            formula=formula,
         )
-        return [(followed, trajectory.breakpoints[-1:]), *velocity_conditions(self, trajectory)]
 
     def markers(self) -> tuple[Marker, ...]:
         """Where the tool is at both ends."""

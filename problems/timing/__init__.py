@@ -1,6 +1,6 @@
 """How fast a motion can be: moves between postures at rest, and given paths; exact, and proven for all t."""
 
-from problems.timing.following import departure
+from problems.timing.following import departure, deviation
 from problems.timing.free_space import AccelerationPieces, least_durations, least_time_move, rest_to_rest
 from problems.timing.from_motion import MotionState, fastest_move, fastest_stop, least_duration
 from problems.timing.retime import retime
@@ -11,6 +11,7 @@ __all__ = [
     "MotionState",
     "SpeedProfile",
     "departure",
+    "deviation",
     "fastest_move",
     "fastest_stop",
     "least_duration",

@@ -54,7 +54,8 @@ def _by_section(
 
 def _line_time_scale(motors: PathTorques, move: Trajectory) -> float:
     """How many times slower a move along a line has to be run for its torques, at samples."""
-    (start, way), times = motors.path.coefficients[::-1, 0], move.times(LINE_SAMPLES)
+    start, way = motors.path.coefficients[-1, 0], motors.path.coefficients[-2, 0]  # higher orders are all but zero
+    times = move.times(LINE_SAMPLES)
     u, rate, change = ((move.at(times, order) - (order == 0) * start) @ way / (way @ way) for order in range(3))
     return motors.time_scale(np.clip(u, *motors.path.breakpoints[[0, -1]]), rate, change)
 

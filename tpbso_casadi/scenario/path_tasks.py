@@ -67,6 +67,10 @@ class GivenPathTask(TaskSection):
         """
         raise NotImplementedError
 
+    def made_of(self) -> tuple[FloatArray, float | None] | tuple[()]:
+        """The waypoints that the path was made of, and how far it may be from the lines between them, if any."""
+        return ()
+
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> NoReturn:
         """Nothing: there is no search.
 
@@ -79,7 +83,7 @@ class GivenPathTask(TaskSection):
         """What the motion is judged by, and how it is made."""
         try:
             speeds = self.start_speed, self.goal_speed
-            task = JointFollowing(robot, self.path(), obstacles, *speeds, self.total_time)
+            task = JointFollowing(robot, self.path(), obstacles, *speeds, self.total_time, *self.made_of())
         except InvalidProblem as error:
             raise InvalidProblem(FIELDS.get(error.field, error.field), error.reason) from error
         return joint_following(task, model.further_limits)
@@ -117,6 +121,10 @@ class JointPathTask(GivenPathTask):
         if len({len(row) for row in self.joints}) > 1:
             raise InvalidProblem("joints", "rows of the same number of joints are needed")
         return PATHS[self.interpolation](np.array(self.joints), self.tolerance)
+
+    def made_of(self) -> tuple[FloatArray, float | None]:
+        """Its rows."""
+        return np.array(self.joints), self.tolerance
 
 
 def _given_spline(rows: FloatArray, tolerance: float | None) -> JointPath:

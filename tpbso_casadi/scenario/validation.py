@@ -18,6 +18,7 @@ from typing import Annotated, Any, Literal, Self, TypeAlias, TypeVar, Union, get
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, PydanticKnownError
 
 from problems.base import Count, Quantity, quantities_in
@@ -269,10 +270,19 @@ class Section(StrictModel):
         stated = {name: getattr(self, name) for name in self.model_fields_set if name in type(self).model_fields}
         return self.model_copy(
             update={
-                name: in_radians(value, angular=ANGULAR in type(self).model_fields[name].metadata)
+                name: in_radians(value, angular=_is_angular(type(self).model_fields[name]))
                 for name, value in stated.items()
             }
         )
+
+
+def _is_angular(field: FieldInfo) -> bool:
+    """Whether the numbers of a field are angles, wherever in its type that is said."""
+
+    def says_so(hint: Any) -> bool:
+        return ANGULAR in getattr(hint, "__metadata__", ()) or any(map(says_so, get_args(hint)))
+
+    return ANGULAR in field.metadata or says_so(field.annotation)
 
 
 def keys_of(kind: type[Any]) -> dict[str, tuple[Any, Any]]:

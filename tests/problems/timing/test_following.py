@@ -15,7 +15,7 @@ from benchmarks.peers.report import certified, excess
 from problems import Trajectory
 from problems.motions import JointPath
 from problems.robots import JointLimits
-from problems.timing import departure, retime
+from problems.timing import departure, deviation, retime
 from problems.timing.free_space import rest_to_rest
 
 ROUNDING = 1e-9
@@ -45,6 +45,26 @@ def test_a_motion_follows_its_own_path() -> None:
     motion = quintic(1.0, -0.5)
     assert departure(JointPath.of(motion), motion) < ROUNDING
     assert departure(JointPath.of(motion), retime(JointPath.of(motion), LIMITS)) < ROUNDING
+
+
+@settings(deadline=None, max_examples=20)
+@given(seed=st.integers(0, 1000), tolerance=st.floats(0.0, 0.5))
+def test_a_blend_leaves_the_lines_by_what_it_is_allowed(seed: int, tolerance: float) -> None:
+    waypoints = np.random.default_rng(seed).normal(size=(5, 3))
+    path = JointPath.blended(waypoints, tolerance)
+    away = deviation(path, waypoints)
+    assert away <= tolerance + ROUNDING
+    corners = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(waypoints, axis=0), axis=1))])
+    u = np.sort(np.concatenate([corners, np.linspace(0.0, corners[-1], 3_001)]))[:-1]
+    lines = np.stack([np.interp(u, corners, column) for column in waypoints.T], axis=1)
+    assert away == pytest.approx(np.abs(path.at(u) - lines).max(), abs=1e-9)
+
+
+def test_a_spline_is_no_line_and_a_wider_blend_is_seen() -> None:
+    waypoints = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    away = deviation(JointPath.blended(waypoints, 0.1), waypoints)
+    assert away == pytest.approx(0.1, rel=1e-9)  # in both joints: half of the way between the slopes, by symmetry
+    assert deviation(JointPath.through(waypoints), waypoints) > 0.05
 
 
 @pytest.mark.parametrize("shift", [1e-8, 0.3])

@@ -152,6 +152,16 @@ def test_a_line_keeps_its_closed_form_where_motors_allow_it() -> None:
     assert peak(slower, robot.massive, weak) <= 1.0
 
 
+def test_a_line_may_be_stored_with_more_orders_than_a_line_needs() -> None:
+    robot = panda(0.0)
+    way = np.array([0.0, 0.3, 0.0, -1.0, 0.0, 1.0, 0.0]) + np.outer([0.0, 1.0], [0.5] * 7)
+    path = JointPath.through(way)
+    longer = JointPath(path.breakpoints, np.pad(path.coefficients, ((3, 0), (0, 0), (0, 0))))
+    moves = [retime(each, robot.limits, chain=robot.massive) for each in (path, longer)]
+    assert moves[0].duration == moves[1].duration
+    np.testing.assert_array_equal(*(move.at(np.linspace(0.0, move.duration, 50)) for move in moves))
+
+
 def test_moving_ends_keep_their_speed() -> None:
     path, limits = random_path(ARM, 1), ARM.limits
     trajectory = retime(path, limits, (0.2, 0.1), chain=ARM.massive)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -131,6 +132,21 @@ def test_degrees_are_those_of_the_robots_file() -> None:
     for name in ("out", "solved"):
         trajectory = read_run(Path(name)).motion.trajectory
         np.testing.assert_allclose(trajectory.at(np.array([0.0, trajectory.duration])), ROWS[[0, -1]], atol=1e-9)
+
+
+def test_a_blend_is_held_against_the_lines_that_were_stated() -> None:
+    Path("deg.toml").write_text(
+        'unit = "deg"\n[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 100.0\nmax_acceleration = 500.0\n'
+    )
+    write_rows(np.degrees(ROWS))
+    assert run("path.csv", "--robot", "deg.toml", "--blend", "2.0", "--out", "out", "--no-plots") == 0
+    lines = next(row for row in result_of("out")["constraints"] if row["name"] == "lines")
+    assert 0.0 < lines["worst"] <= lines["bound"] == pytest.approx(np.radians(2.0), rel=1e-6)
+    motion = read_run(Path("out")).motion.trajectory
+    times = np.linspace(0.0, motion.duration, 2_001)
+    on_lines = np.concatenate([a + (b - a) * np.linspace(0.0, 1.0, 5_001)[:, None] for a, b in pairwise(ROWS)])
+    nearest = np.abs(motion.at(times)[:, None] - on_lines).max(axis=2).min(axis=1)
+    assert nearest.max() <= np.radians(2.0) + 1e-3
 
 
 def test_a_path_through_an_obstacle_is_written_and_not_certified(capfd: pytest.CaptureFixture[str]) -> None:

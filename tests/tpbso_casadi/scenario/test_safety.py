@@ -131,11 +131,14 @@ def test_degrees_are_radians_once_the_file_is_read() -> None:
         if "angle" in obstacle:
             obstacle["angle"] = degrees(obstacle["angle"])
     star = {"kind": "path", "shape": "pentagram", "radius": 0.5, "accuracy": 0.1, "angle": 1.0}
-    for task in (EVERYTHING["task"], star):
-        read = [
-            parse_scenario(EVERYTHING | {"task": task}).model_dump(),
-            parse_scenario(turned | {"task": task | {"angle": degrees(1.0)} if task is star else task}).model_dump(),
-        ]
+    rows = [[0.1, 0.2, 0.3], [0.5, 0.1, 0.0]]
+    blend = {"kind": "joint-path", "joints": rows, "interpolation": "blend", "tolerance": 0.05, "start_speed": 0.2}
+    angles = {"angle": degrees(1.0)}, {"joints": np.degrees(rows).tolist(), "tolerance": degrees(0.05)}
+    both = (EVERYTHING["task"], {}), (star, angles[0]), (blend, angles[1] | {"start_speed": degrees(0.2)})
+    for task, in_degrees in both:
+        rest = {key: value for key, value in EVERYTHING.items() if key != "solver" or task is not blend}
+        stated = {key: turned[key] for key in rest} | {"unit": "deg", "task": task | in_degrees}
+        read = [parse_scenario(content).model_dump() for content in (rest | {"task": task}, stated)]
         assert read[0]["unit"] == read[1]["unit"] == "rad"
         assert flat(read[1]) == pytest.approx(flat(read[0]), rel=1e-15, abs=0.0)
 
