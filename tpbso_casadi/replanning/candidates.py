@@ -47,8 +47,11 @@ class Step:
         trajectory: what has been executed goes on for the time that planning may take; then what follows.
         certified: whether it keeps all limits and stays clear of all obstacles as they are predicted, for all t.
         fail_safe: whether its beginning, followed by a stop, is proven clear until the arm stands though obstacles may
-            leave their prediction; of a stop whether that itself is. An arm that stands is not in motion when touched.
+            leave their prediction at the rate; of a stop whether that itself is. The prediction is that of the
+            observation ``proof_age`` seconds ago. An arm that stands is not in motion when touched.
         seconds: that the decision took.
+        proof_age: of that observation, s: 0 for the one of this step; older where a stop goes on that is not proven
+            anew, though what is seen keeps what its proof allows; None where nothing is proven.
         closest: where it comes nearest to obstacles that move, as they are predicted; None where none does.
         scenario: of the robot and its goal.
         x: the candidate (d,) of the search that led to it; None where there was none.
@@ -60,6 +63,7 @@ class Step:
     fail_safe: bool
     seconds: float
     scenario: Scenario
+    proof_age: float | None = None
     closest: Approach | None = None
     x: FloatArray | None = None
 

@@ -156,13 +156,19 @@ class Judged:
         candidate: the motion.
         proof: of its clearance from what moves; None where nothing does.
         fixed: whether it keeps the robot's limits, and clear of what stands still.
-        fail_safe: whether it can be stopped in time although predictions are wrong.
+        proof_age: how old the observation is with which it is proven that it can be stopped in time although
+            predictions are wrong, s; None where that is not proven.
     """
 
     candidate: StepCandidate
     proof: ClearanceProof | None
     fixed: bool
-    fail_safe: bool
+    proof_age: float | None
+
+    @property
+    def fail_safe(self) -> bool:
+        """Whether it is proven that it can be stopped in time."""
+        return self.proof_age is not None
 
     @property
     def certified(self) -> bool:
@@ -184,7 +190,8 @@ class Decision:
         scene: as it is predicted.
         executed: the motion that goes on until a decision takes effect.
         is_proven: whether it is known to keep the limits, and clear of what stands still.
-        can_stop: whether the last step has proven the stop that begins when this decision takes effect, or goes on.
+        stop_age: how old the observation is with which the stop has been proven that begins when this decision takes
+            effect, or goes on, s; None where none has, or obstacles have left what that proof allows them.
         stopping: whether a stop is executed.
         foreseen: the proof that it stays clear of what moves, where that is known too.
         goals: postures (k,), rad, of which one is to be reached.
@@ -198,7 +205,7 @@ class Decision:
     scene: ObservedScene
     executed: Trajectory
     is_proven: bool
-    can_stop: bool
+    stop_age: float | None
     stopping: bool
     foreseen: ClearanceProof | None
     goals: Sequence[FloatArray]
@@ -286,7 +293,7 @@ class Decision:
         judged: list[Judged] = []
         for stop in chain(under_way, stops(self.state, self.scene.robot.limits)):
             is_known = len(judged) < len(under_way) or not under_way
-            judged.append(self._judged_stop(stop, proven=self.can_stop and is_known))
+            judged.append(self._judged_stop(stop, self.stop_age if is_known else None))
             if judged[-1].accepted:
                 return judged[-1]
         return next((each for each in judged if each.certified), judged[0])
@@ -300,14 +307,17 @@ class Decision:
         known = self.foreseen if candidate.trajectory is self.executed else None  # of no more than that
         proof = known or prove_clearance(self.scene.moving, candidate.trajectory)
         fixed = is_clear(proof) and self._keeps(candidate)
-        return Judged(candidate, proof, fixed, fixed and self._can_stop(candidate.trajectory))
+        return Judged(candidate, proof, fixed, 0.0 if fixed and self._can_stop(candidate.trajectory) else None)
 
-    def _judged_stop(self, added: Trajectory, proven: bool) -> Judged:
+    def _judged_stop(self, added: Trajectory, age: float | None) -> Judged:
+        """A stop, which an observation of that age may have proven; what is seen now is tried first."""
         candidate = StepCandidate("stop", self.until_then.followed_by(added), added)
         proof, fixed = prove_clearance(self.scene.moving, candidate.trajectory), self._keeps(candidate)
-        known = (proven and is_clear(proof)) or not candidate.trajectory.moves
-        safe = fixed and (known or stays_clear(self._uncertain.moving, candidate.trajectory))
-        return Judged(candidate, proof, fixed, safe)
+        if not fixed:
+            return Judged(candidate, proof, fixed, None)
+        if not candidate.trajectory.moves or stays_clear(self._uncertain.moving, candidate.trajectory):
+            return Judged(candidate, proof, fixed, 0.0)
+        return Judged(candidate, proof, fixed, age if is_clear(proof) else None)
 
     def _keeps(self, candidate: StepCandidate) -> bool:
         """Whether a motion keeps the robot's limits, and clear of what stands still."""

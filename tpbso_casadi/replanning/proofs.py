@@ -80,18 +80,22 @@ class ObservedScene:
         """The same where what moves may leave its motion at a rate in m/s."""
         return ObservedScene(self.robot, tuple(obstacle.less_certain(rate) for obstacle in self.obstacles))
 
+    def later(self, seconds: float) -> ObservedScene:
+        """The same as it is predicted so many seconds later."""
+        return ObservedScene(self.robot, tuple(o.later(seconds) if o.moves else o for o in self.obstacles))
+
     def is_as_predicted(self, before: ObservedScene, seconds: float) -> bool:
         """Whether nothing is other than one has expected so many seconds before, but for rounding."""
         return len(self.obstacles) == len(before.obstacles) and all(
-            _is_one(obstacle, earlier.later(seconds) if earlier.moves else earlier)
-            for obstacle, earlier in zip(self.obstacles, before.obstacles, strict=True)
+            _is_one(obstacle, predicted)
+            for obstacle, predicted in zip(self.obstacles, before.later(seconds).obstacles, strict=True)
         )
 
     def is_within(self, before: ObservedScene, seconds: float, rate: float) -> bool:
         """Whether nothing has left what one has expected so many seconds before faster than at a rate in m/s."""
         return len(self.obstacles) == len(before.obstacles) and all(
-            _is_within(obstacle, earlier.later(seconds) if earlier.moves else earlier, rate * seconds, rate)
-            for obstacle, earlier in zip(self.obstacles, before.obstacles, strict=True)
+            _is_within(obstacle, predicted, rate * seconds, rate)
+            for obstacle, predicted in zip(self.obstacles, before.later(seconds).obstacles, strict=True)
         )
 
 

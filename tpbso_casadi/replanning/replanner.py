@@ -38,11 +38,13 @@ class LastStep:
 
     Attributes:
         judged: its motion, which keeps the robot's limits and clear of what stands still.
-        scene: in which.
+        scene: in which; as it had been predicted where a proof of an earlier one was taken over.
+        stop_scene: in which it was proven that it can be stopped; as it was seen ``judged.proof_age`` s before.
     """
 
     judged: Judged
     scene: ObservedScene
+    stop_scene: ObservedScene
 
     def holds(self, executed: Trajectory, scene: ObservedScene) -> bool:
         """Whether that is still so of what is executed now: the rest of that motion, among the same that stands."""
@@ -51,18 +53,19 @@ class LastStep:
             return False
         return stands_at_end_of(executed, whole) or passed(executed, whole) is not None
 
-    def can_stop(self, executed: Trajectory, scene: ObservedScene, every: float, rate: float) -> bool:
-        """Whether a stop is proven that begins when the decision takes effect, every so many s.
+    def stop_age(self, executed: Trajectory, scene: ObservedScene, every: float, rate: float) -> float | None:
+        """The age of the proof of the stop that begins when the decision takes effect, every so many s, or goes on.
 
-        Not where the step comes too soon or too late for that, nor where obstacles have left their prediction faster
-        than at the rate, in m/s, for which it was proven.
+        None where there is none, where the step comes too soon or too late for that, and where obstacles have left
+        what was predicted when it was proven, faster than at the rate, in m/s, for which it was.
         """
-        if not self.judged.fail_safe or not self.holds(executed, scene):
-            return False
+        if self.judged.proof_age is None or not self.holds(executed, scene):
+            return None
         seconds = passed(executed, self.judged.candidate.trajectory)
         if seconds is None or not (self.judged.candidate.kind == "stop" or abs(seconds - every) < SAME):
-            return False
-        return scene.is_within(self.scene, seconds, rate)
+            return None
+        age = self.judged.proof_age + seconds
+        return age if scene.is_within(self.stop_scene, age, rate) else None
 
     def foreseen(self, executed: Trajectory, scene: ObservedScene) -> ClearanceProof | None:
         """The proof of its clearance from what moves, on the clock of now; None where it has to be made again.
@@ -158,16 +161,17 @@ class Replanner:
         """
         began = time.perf_counter()
         self._check(executed, obstacles, goal)
-        scene = ObservedScene(self.robot, tuple(obstacles))
-        known = self._known is not None and self._known.holds(executed, scene)
+        scene, last = ObservedScene(self.robot, tuple(obstacles)), self._known
+        known = last is not None and last.holds(executed, scene)
+        foreseen = None if last is None else last.foreseen(executed, scene)
         decision = Decision(
             limits=self._limits,
             scene=scene,
             executed=executed,
             is_proven=known,
-            can_stop=self._known is not None and self._known.can_stop(executed, scene, self.every, self.fail_safe_rate),
-            stopping=known and self._known is not None and self._known.judged.candidate.kind == "stop",
-            foreseen=None if self._known is None else self._known.foreseen(executed, scene),
+            stop_age=None if last is None else last.stop_age(executed, scene, self.every, self.fail_safe_rate),
+            stopping=known and last is not None and last.judged.candidate.kind == "stop",
+            foreseen=foreseen,
             goals=self._postures(executed.value_at_end(), goal),
             search=self.search,
             seconds=lambda: None if self.within is None else self.within - (time.perf_counter() - began),
@@ -175,17 +179,28 @@ class Replanner:
             rate=self.fail_safe_rate,
         )
         chosen = decision.chosen()
-        self._known = LastStep(chosen, scene) if chosen.fixed else None
+        self._known = self._proven(chosen, scene, executed, foreseen) if chosen.fixed else None
         return Step(
             kind=chosen.candidate.kind,
             trajectory=chosen.candidate.trajectory,
             certified=chosen.certified,
             fail_safe=chosen.fail_safe,
             seconds=time.perf_counter() - began,
+            proof_age=chosen.proof_age,
             scenario=self.scenario,
             closest=Approach.of(chosen.proof),
             x=chosen.candidate.x,
         )
+
+    def _proven(
+        self, chosen: Judged, scene: ObservedScene, executed: Trajectory, foreseen: ClearanceProof | None
+    ) -> LastStep:
+        """What is proven of the motion that was chosen, each proof with the scene that it is of."""
+        last, proven_in = self._known, scene
+        if last is not None and chosen.proof is not None and chosen.proof is foreseen:
+            seconds = passed(executed, last.judged.candidate.trajectory)
+            proven_in = last.scene.later(seconds or 0.0)
+        return LastStep(chosen, proven_in, last.stop_scene if last is not None and chosen.proof_age else scene)
 
     def _check(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None) -> None:
         joints = executed.coefficients.shape[2]

@@ -210,6 +210,31 @@ def test_a_stop_is_fail_safe_where_that_is_proven(seconds: float) -> None:
     assert stops or seconds > EVERY  # later than a step, the stop that was proven has not begun
 
 
+def test_small_changes_of_course_add_up() -> None:
+    """A stop that goes on is fail-safe by what is seen now or by what proved it, never by a chain of both."""
+    rate, older = 0.4, 0
+    planner = replanner(rate, within=0.0)
+    for x, y in ((2.0, 0.6), (2.2, 0.2), (2.2, 0.6)):
+        place, velocity = np.array([x, y]), np.zeros(2)
+        seen = [crossing((x, y))]
+        step = planner.first(obstacles=seen)
+        for change in (0.0, *(0.9 * rate,) * 4):
+            place, velocity = place + EVERY * velocity, velocity - np.array([change, 0.0])
+            seen.append(crossing((float(place[0]), float(place[1])), (float(velocity[0]), 0.0)))
+            step = planner.replan(on(step), seen[-1:])
+            if not step.fail_safe or not step.trajectory.moves:
+                continue
+            assert step.proof_age is not None
+            first = seen[-1 - round(step.proof_age / EVERY)]
+            assert np.linalg.norm(np.subtract(seen[-1].motion.velocity, first.motion.velocity)) <= rate
+            if step.kind == "stop":
+                (limit,) = proximity_limits(planner.robot, [first.less_certain(rate).later(step.proof_age)])
+                proof = prove_clearance(limit, step.trajectory)
+                assert proof is not None and proof.status is CertificateStatus.CERTIFIED
+                older += step.proof_age > 0.0
+    assert older
+
+
 @pytest.mark.parametrize("seconds", [0.1, 0.3])
 def test_how_long_it_stands_at_its_end_does_not_matter(seconds: float) -> None:
     """What is left of a stop is shorter than a step, and filled with standing; it is that stop all the same."""
