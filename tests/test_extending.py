@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+import tpbso_casadi as tp
 from tpbso_casadi.cli.commands import audit, solve
 
 PAGE = (Path(__file__).parent.parent / "docs" / "explanation" / "architecture.md").read_text()
@@ -37,7 +38,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 def test_all_kinds_are_there_in_short_files() -> None:
-    assert set(FILES) == {"raised_arm.py", "floor.py", "effort.py", "lift.py", "random_walk.py", "lift.toml"}
+    modules = {"raised_arm.py", "plane_capsule.py", "floor.py", "effort.py", "lift.py", "random_walk.py"}
+    assert set(FILES) == {*modules, "lift.toml"}
     assert not {name for name, text in FILES.items() if len(text.splitlines()) >= LONGEST_FILE}
 
 
@@ -45,7 +47,7 @@ def test_they_plan_polish_and_animate(folder: Path) -> None:
     result = json.loads((folder / "run" / "result.json").read_text())
     assert result["feasible"] and result["certificate"]["verdict"] == "certified"
     assert result["objective"]["name"] == "effort" and result["solver"]["name"] == "random_walk:RandomWalk"
-    assert "floor" in [constraint["name"] for constraint in result["constraints"]]
+    assert {"floor", "clearance"} <= {constraint["name"] for constraint in result["constraints"]}
     assert result["polish"]["after"]["objective"] < result["polish"]["before"]["objective"]
     header, first, *_ = (folder / "run" / "trajectory.csv").read_text().splitlines()
     row = dict(zip(header.split(","), map(float, first.split(",")), strict=True))
@@ -61,6 +63,14 @@ def test_they_are_audited(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     structure = json.loads(capsys.readouterr().out)
     for model in ("search", "program"):
         assert "floor" in [constraint["name"] for constraint in structure[model]["constraints"]]
+
+
+def test_a_task_is_stated_by_keywords(folder: Path) -> None:
+    arm = tp.robot([0.6, 0.5, 0.4], max_speed=4.0, max_acceleration=20.0)
+    plan = tp.plan(arm, kind="lift:Lift", start=(0.9, 0.1), height=0.6, solver="pso", evaluations=500)
+    assert plan.certified and plan.scenario.task.kind == "lift:Lift"
+    with pytest.raises(TypeError, match="there is no keyword 'heigth'; did you mean 'height'"):
+        tp.plan(arm, kind="lift:Lift", start=(0.9, 0.1), heigth=0.6)
 
 
 def test_a_broken_floor_is_not_certified(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:

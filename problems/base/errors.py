@@ -99,10 +99,15 @@ def check_quantities(statement: Any, *names: str) -> None:
     kind: Any = type(statement)
     quantities = _quantities(kind)
     for name in names:
-        value = getattr(statement, name)
         if name in quantities:
-            each = value if isinstance(value, tuple) else (value,)
-            check_within(name, each, quantities[name].bounds, quantities[name].unit)
+            check_within(name, _entries(getattr(statement, name)), quantities[name].bounds, quantities[name].unit)
+
+
+def _entries(value: Any) -> list[float]:
+    """A number, or those in tuples of any depth; none where there is no value."""
+    if isinstance(value, tuple):
+        return [number for entry in value for number in _entries(entry)]
+    return [] if value is None else [value]
 
 
 @cache

@@ -28,7 +28,6 @@ from problems.base import (
     Length,
     Matrix,
     Operand,
-    check_quantities,
     columns,
     is_zero,
 )
@@ -55,15 +54,11 @@ class Ellipse(Obstacle):
         InvalidProblem: a number is out of range, or a semi-axis not positive.
     """
 
-    numbers: ClassVar[tuple[str, ...]] = ("center", "semi_axes", "angle")
     zero_is_structure: ClassVar[tuple[str, ...]] = ("angle",)
 
     center: tuple[Coordinate, Coordinate]
     semi_axes: tuple[Length, Length]
     angle: Angle = 0.0
-
-    def __post_init__(self) -> None:
-        check_quantities(self, "center", "angle", "semi_axes")
 
     @property
     def place(self) -> tuple[float, ...]:

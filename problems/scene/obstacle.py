@@ -5,13 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, get_type_hints
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, Matrix, Operand, Parametric
+from problems.base import FloatArray, Matrix, Operand, Parametric, check_quantities, quantities_in
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,13 +45,26 @@ class Obstacle(Parametric, ABC):
     """Something that no body of the robot may touch. A subclass is a frozen dataclass.
 
     The fields of that dataclass, with the units in their types, are the keys of the table in a scenario that states it.
+    Those of them that are quantities are arguments of compiled code, and within the bounds that their types state.
     One that moves is seen from a frame that moves with it: :mod:`problems.scene.moving`.
 
     Attributes:
         not_stated: fields that are no keys, because they change nothing.
+
+    Raises:
+        InvalidProblem: a number is out of range.
     """
 
     not_stated: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "numbers" not in vars(cls):
+            hints = get_type_hints(cls, include_extras=True)
+            cls.numbers = tuple(name for name in hints if quantities_in(hints[name]))
+
+    def __post_init__(self) -> None:
+        check_quantities(self, *self.numbers)
 
     @property
     def dim(self) -> int:

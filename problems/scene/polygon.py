@@ -23,7 +23,6 @@ import casadi as ca
 import numpy as np
 
 from problems.base import (
-    COORDINATES,
     LENGTHS,
     Angle,
     Coordinate,
@@ -33,7 +32,6 @@ from problems.base import (
     Length,
     Matrix,
     Operand,
-    check_quantities,
     check_within,
     columns,
     is_zero,
@@ -253,15 +251,11 @@ class Rectangle(Obstacle):
         InvalidProblem: a number is out of range, or a size not positive.
     """
 
-    numbers: ClassVar[tuple[str, ...]] = ("center", "size", "angle")
     zero_is_structure: ClassVar[tuple[str, ...]] = ("angle",)
 
     center: tuple[Coordinate, Coordinate]
     size: tuple[Length, Length]
     angle: Angle = 0.0
-
-    def __post_init__(self) -> None:
-        check_quantities(self, "center", "angle", "size")
 
     @property
     def place(self) -> tuple[float, ...]:
@@ -323,16 +317,13 @@ class Polygon(Obstacle):
         InvalidProblem: a number is out of range, there are too few or too many corners, or the outline meets itself.
     """
 
-    numbers: ClassVar[tuple[str, ...]] = ("points",)
-
     points: Annotated[tuple[tuple[Coordinate, Coordinate], ...], Count(3, MAX_CORNERS)]
     parts: tuple[Part, ...] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         if not 3 <= len(self.points) <= MAX_CORNERS:
             raise InvalidProblem("points", f"{len(self.points)} corners are not within 3 and {MAX_CORNERS}")
-        for point in self.points:
-            check_within("points", point, COORDINATES, "m")
+        super().__post_init__()
         self._check_outline()
         order = np.arange(len(self.points))[:: 1 if _area(self._corners) > 0.0 else -1]
         cover = convex_cover(self._corners[order])

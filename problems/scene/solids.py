@@ -106,9 +106,9 @@ class Solid(Obstacle):
     quaternion: tuple[float, float, float, float] | None = None
 
     def __init_subclass__(cls) -> None:
-        super().__init_subclass__()
         if "numbers" not in vars(cls):
             cls.numbers = (*Solid.numbers, *cls.lengths)
+        super().__init_subclass__()
 
     def __post_init__(self) -> None:
         check_quantities(self, "center")

@@ -17,6 +17,7 @@ from solvers import GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
 from tpbso_casadi.campaign import ExecutorError
 from tpbso_casadi.plain import nearest, settings_of
 from tpbso_casadi.scenario import (
+    TASK_CATALOGUE,
     ModelSection,
     PointsTask,
     PointToPointTask,
@@ -180,13 +181,16 @@ def sorted_into_tables(keys: Mapping[str, Any], task: TaskSection | None = None)
 
     Args:
         keys: the keywords.
-        task: of the scenario that is given, which may be of another kind.
+        task: of the scenario that is given, which may be of another kind; ``kind`` may name one of any other class.
 
     Raises:
         TypeError: none has, with the nearest that one has.
     """
     known = {name: {key for section in sections for key in section.model_fields} for name, sections in TABLES.items()}
-    known["task"] |= {"path", *(() if task is None else type(task).model_fields)}
+    sections = [type(task)] if task is not None else []
+    if isinstance(keys.get("kind"), str):
+        sections.append(TASK_CATALOGUE.find(keys["kind"]))
+    known["task"] |= {"path", *(key for section in sections for key in section.model_fields)}
     check_keywords(keys, set().union(*known.values(), {"obstacles"}))
     found: dict[str, dict[str, Any]] = {name: {} for name in TABLES}
     for key, value in keys.items():

@@ -174,7 +174,13 @@ def _read(task: dict[str, Any], dof: int, dim: int) -> dict[str, Any]:
     readers: dict[str, Callable[[Any, int, int, str], Any]] = {
         "start": place_table, "goal": goals_table, "via": places_table
     }  # fmt: skip
-    table = {key: readers[key](value, dof, dim, key) if key in readers else value for key, value in task.items()}
+
+    def read(key: str, value: Any) -> Any:
+        if key in readers:
+            return readers[key](value, dof, dim, key)
+        return stated_place(value, key) if isinstance(value, Place) else value
+
+    table = {key: read(key, value) for key, value in task.items()}
     path = table.pop("path", None)
     if path is not None:
         table |= points_table(path) if isinstance(path, PathOfPoints) else {"points": path}

@@ -11,10 +11,10 @@ from tpbso_casadi.scenario.input_files import (
     read_toml,
 )
 from tpbso_casadi.scenario.loading import DEFAULT_SOLVER, load, load_all, overridden
-from tpbso_casadi.scenario.model import FAMILIES, ModelSection, TaskSection
+from tpbso_casadi.scenario.model import FAMILIES, ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
 from tpbso_casadi.scenario.obstacles import ObstacleSection, obstacle_table
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
-from tpbso_casadi.scenario.places import SimulationSection, built, stated_place
+from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection, built, stated_place
 from tpbso_casadi.scenario.robots import (
     OF_THE_MODEL,
     ArmSection,
@@ -24,8 +24,9 @@ from tpbso_casadi.scenario.robots import (
     settings_table,
 )
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named, read_scenario
-from tpbso_casadi.scenario.tasks import STATED, PointToPointTask, task_tables
+from tpbso_casadi.scenario.tasks import STATED, TASK_CATALOGUE, PointToPointTask, task_tables
 from tpbso_casadi.scenario.validation import (
+    ANGULAR,
     LARGEST,
     LARGEST_SEED,
     LONGEST_WORD,
@@ -35,9 +36,13 @@ from tpbso_casadi.scenario.validation import (
     MOST_MEMBERS,
     MOST_POLISH_STARTS,
     SMALLEST,
+    Angle,
     NestedError,
+    PlanarPoint,
+    Positive,
     ScenarioError,
     Section,
+    SpacePoint,
     StrictModel,
     describe,
     hint,
@@ -49,6 +54,7 @@ from tpbso_casadi.scenario.validation import (
 )
 
 __all__ = [
+    "ANGULAR",
     "DEFAULT",
     "DEFAULT_SOLVER",
     "FAMILIES",
@@ -66,22 +72,32 @@ __all__ = [
     "SMALLEST",
     "SOLVER_CATALOGUE",
     "STATED",
+    "TASK_CATALOGUE",
     "TITLES",
+    "Angle",
+    "AnyGoals",
+    "AnyPlace",
+    "AnyPlaces",
     "ArmSection",
     "InputFolder",
     "Interpolation",
     "ModelSection",
     "NestedError",
+    "ObjectiveChoice",
     "ObstacleSection",
+    "OwnObjectives",
+    "PlanarPoint",
     "PluginError",
     "PointToPointTask",
     "PointsTask",
+    "Positive",
     "RobotSection",
     "Scenario",
     "ScenarioError",
     "Section",
     "SimulationSection",
     "SolverSection",
+    "SpacePoint",
     "SpatialRobotSection",
     "StrictModel",
     "TaskSection",

@@ -166,11 +166,13 @@ class Statement(NamedTuple):
         section: of its table.
         model: keys of [model].
         own: makes the keys that are no field of the task as it is.
+        replaced: fields whose content those keys state.
     """
 
     section: type[TaskSection]
     model: Mapping[str, Any]
-    own: Callable[[Any], dict[str, Any]]
+    own: Callable[[Any], dict[str, Any]] = lambda task: {}
+    replaced: tuple[str, ...] = ()
 
 
 def _stated_places(task: Move) -> dict[str, Any]:
@@ -186,12 +188,12 @@ def _stated_points(task: PathFollowing | PathTracing | SpaceTracing) -> dict[str
 
 
 STATED: dict[type[Task], Statement] = {
-    PointToPoint: Statement(PointToPointTask, {"motion": "paper"}, lambda task: {}),
-    Move: Statement(PointToPointTask, {"motion": "spline"}, _stated_places),
-    PathFollowing: Statement(PointsTask, {"motion": "paper"}, _stated_points),
-    PathTracing: Statement(PointsTask, {"motion": "spline"}, _stated_points),
-    SpaceTracing: Statement(PointsTask, {"motion": "spline"}, _stated_points),
-    JointFollowing: Statement(JointPiecesTask, {}, lambda task: pieces_table(task.path)),
+    PointToPoint: Statement(PointToPointTask, {"motion": "paper"}),
+    Move: Statement(PointToPointTask, {"motion": "spline"}, _stated_places, ("goals", "vias")),
+    PathFollowing: Statement(PointsTask, {"motion": "paper"}, _stated_points, ("path",)),
+    PathTracing: Statement(PointsTask, {"motion": "spline"}, _stated_points, ("path",)),
+    SpaceTracing: Statement(PointsTask, {"motion": "spline"}, _stated_points, ("path",)),
+    JointFollowing: Statement(JointPiecesTask, {}, lambda task: pieces_table(task.path), ("path",)),
 }
 
 
@@ -201,20 +203,30 @@ def task_tables(task: Task) -> tuple[dict[str, Any], dict[str, Any]]:
     A field is the key of its name, and left out where it has its default.
 
     Raises:
-        ScenarioError: no table states such a task.
+        ScenarioError: no table states such a task, or one of its fields.
     """
     if type(task) not in STATED:
         kinds = ", ".join(kind.__name__ for kind in STATED)
         raise ScenarioError(f"no table states a {type(task).__name__}; there are {kinds}, or a scenario with its kind")
-    section, model, own = STATED[type(task)]
+    section, model, own, replaced = STATED[type(task)]
     values = {field.name: (getattr(task, field.name), field.default) for field in fields(task)}  # type: ignore[arg-type]
-    stated = {name: value for name, (value, default) in values.items() if value != default} | own(task)
+    elsewhere = {"robot", "obstacles", *replaced}
+    stated = {name: value for name, (value, usual) in values.items() if name not in elsewhere and _is_own(value, usual)}
+    lost = stated.keys() - section.model_fields.keys() - ModelSection.model_fields.keys()
+    if lost:
+        raise ScenarioError(f"no key of [task] states {', '.join(sorted(lost))} of this {type(task).__name__}")
+    stated |= own(task)
     stated["kind"] = next(name for name, known in TASKS.items() if known is section).partition("/")[0]
     of_task, of_model = (
         {key: plain(value) for key, value in stated.items() if key in table.model_fields}
         for table in (section, ModelSection)
     )
     return of_task, {**model, **of_model}
+
+
+def _is_own(value: Any, usual: Any) -> bool:
+    """Whether a field has another value than it has by default."""
+    return not (value is usual or (type(value) is type(usual) and value == usual))
 
 
 TASK_CATALOGUE: Catalogue[type[TaskSection]] = Catalogue(

@@ -7,7 +7,7 @@ import pickle
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -44,8 +44,6 @@ polish_starts = 1
 @dataclass(frozen=True)
 class PlaneCapsule(tp.Obstacle):
     """All points near a straight line in the plane."""
-
-    numbers: ClassVar[tuple[str, ...]] = ("center", "length", "radius", "angle")
 
     center: tuple[Coordinate, Coordinate]
     length: Length
