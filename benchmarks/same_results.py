@@ -4,7 +4,7 @@
     python -m benchmarks.same_results compare FOLDER OTHER_FOLDER
 
 ``record`` solves, times, trades off or simulates every file of ``examples/`` and every built-in case with the code of
-a checkout, and keeps the exit status and every table of numbers (CSV) of each; ``compare`` says which of them differ
+a checkout, and keeps the exit status and every trajectory (CSV) of each; ``compare`` says which of them differ
 between two recordings, and ends with 1 where any does. Seeds are fixed and budgets are the files' own, so that a
 change that is not meant to change results leaves no difference, whatever the load of the machine.
 """
@@ -65,7 +65,7 @@ def run(checkout: Path, command: tuple[str, ...]) -> dict[str, object]:
         done = subprocess.run(line, cwd=checkout / "examples", env=environment, capture_output=True, check=False)
         tables = {
             str(path.relative_to(out)): hashlib.sha256(path.read_bytes()).hexdigest()
-            for path in sorted(Path(out).rglob("*.csv"))
+            for path in sorted(Path(out).rglob("trajectory.csv"))  # other tables hold seconds
             if command[0] != "simulate"
         }
     return {"status": done.returncode, "tables": tables}
