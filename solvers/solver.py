@@ -163,7 +163,7 @@ class Solver(SolverTraits, ABC):
     """A population-based search, written as the paper writes Algorithm 1: one loop over iterations.
 
     A subclass is a frozen dataclass whose fields are its hyper-parameters. It holds only the algorithm; budget,
-    best-so-far, history, seed and interruption belong to :func:`solvers.minimize.minimize`.
+    best-so-far, history, seed and interruption belong to :func:`solvers.minimize`.
 
     Attributes:
         minimum_population: the fewest members the algorithm works with.

@@ -50,7 +50,7 @@ class Arguments:
         self._chosen = chosen
         self._symbols: list[ca.SX] = []
         self._values: list[float] = []
-        self._twins: dict[int, tuple[object, object]] = {}
+        self._copies: dict[int, tuple[object, object]] = {}
 
     @property
     def symbols(self) -> ca.SX:
@@ -76,15 +76,15 @@ class Arguments:
     def symbolic_copy(self, statement: S) -> S:
         """The statement with symbols for its numbers and those of every statement in it.
 
-        A statement that occurs twice has one symbolic_copy.
+        A statement that occurs twice has one copy.
         """
         if isinstance(statement, tuple):
             return tuple(self.symbolic_copy(entry) for entry in statement)  # type: ignore[return-value]
         if not (isinstance(statement, Parametric) and is_dataclass(statement)):
             return statement
-        if id(statement) not in self._twins:
-            self._twins[id(statement)] = statement, self._made(statement)
-        return self._twins[id(statement)][1]
+        if id(statement) not in self._copies:
+            self._copies[id(statement)] = statement, self._made(statement)
+        return self._copies[id(statement)][1]
 
     def _made(self, statement: Parametric) -> Parametric:
         symbolic_copy = object.__new__(type(statement))
@@ -106,8 +106,8 @@ class Reading:
 
     Attributes:
         structure_key: what statements of one structure have in common: all that is no number, and how many numbers
-            are where. Code compiled
-            from the symbolic copy of one serves all of them. Hashable, where all that is no number is.
+            are where. Code compiled from the symbolic copy of one serves all of them. Hashable, where all that is no
+            number is.
     """
 
     def __init__(self, statements: object) -> None:
@@ -151,4 +151,4 @@ def _fields_of(kind: type[Any]) -> tuple[tuple[str, bool, bool], ...]:
     return tuple((name, name in kind.numbers, name in kind.zero_is_structure) for name in names)
 
 
-_NUMBER = object()  # stands in a make for any number
+_NUMBER = object()  # stands in a structure key for any number

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
+import reprlib
 import tomllib
 from collections.abc import Iterable, Sequence
-from functools import cache
-from typing import Annotated, Any, NamedTuple, TypeAlias, get_args, get_type_hints
+from typing import Any
 
 import numpy as np
 
@@ -39,36 +39,6 @@ ACCELERATIONS = (-1e6, 1e6)  # m/s^2, of gravity
 TIMES = (1e-9, 1e9)  # s
 
 
-class Quantity(NamedTuple):
-    """What the numbers of a field are, as its type says: ``Annotated[float, Quantity(LENGTHS, "m")]``.
-
-    Attributes:
-        bounds: the least and the largest that such a number may be.
-        unit: of it.
-    """
-
-    bounds: tuple[float, float]
-    unit: str
-
-    def __repr__(self) -> str:
-        return repr(self.unit)
-
-
-class Count(NamedTuple):
-    """How many entries a field of any length may have, as its type says."""
-
-    least: int
-    most: int
-
-    def __repr__(self) -> str:
-        return repr(f"{self.least} to {self.most}")
-
-
-Length: TypeAlias = Annotated[float, Quantity(LENGTHS, "m")]
-Coordinate: TypeAlias = Annotated[float, Quantity(COORDINATES, "m")]
-Angle: TypeAlias = Annotated[float, Quantity(ANGLES, "rad")]
-
-
 UNIT_TOLERANCE = 1e-3  # by which the length of a stated quaternion may differ from 1
 
 
@@ -90,46 +60,20 @@ def check_within(field: str, values: Iterable[float], bounds: tuple[float, float
             raise InvalidProblem(field, f"{name}{exactly} is not within {least:g} and {most:g} {unit}")
 
 
-def check_quantities(statement: Any, *names: str) -> None:
-    """The numbers of fields are within the bounds that the types of the fields state.
-
-    Raises:
-        InvalidProblem: one is not, the first in the order of the names.
-    """
-    kind: Any = type(statement)
-    quantities = _quantities(kind)
-    for name in names:
-        if name in quantities:
-            check_within(name, _entries(getattr(statement, name)), quantities[name].bounds, quantities[name].unit)
+LONGEST_VALUE = 60  # characters of a wrong value that are shown
+_WRITTEN = reprlib.Repr()
+_WRITTEN.maxstring = _WRITTEN.maxother = _WRITTEN.maxlong = 2 * LONGEST_VALUE
 
 
-def _entries(value: Any) -> list[float]:
-    """A number, or those in tuples of any depth; none where there is no value."""
-    if isinstance(value, tuple):
-        return [number for entry in value for number in _entries(entry)]
-    return [] if value is None else [value]
-
-
-@cache
-def _quantities(kind: type) -> dict[str, Quantity]:
-    """What the numbers of each field are."""
-    found = {name: quantities_in(hint) for name, hint in get_type_hints(kind, include_extras=True).items()}
-    return {name: quantities[0] for name, quantities in found.items() if quantities}
-
-
-def quantities_in(hint: Any) -> list[Quantity]:
-    """All quantities in the type of a field."""
-    if isinstance(hint, Quantity):
-        return [hint]
-    return [quantity for part in get_args(hint) for quantity in quantities_in(part)]
-
-
-def shown(value: float) -> str:
-    """A number for a message; integers too may have more digits than can be printed."""
+def shown(value: object) -> str:
+    """A wrong value for a message: a number in short, anything else as Python writes it, shortened."""
     try:
-        return f"{float(value):g}"
-    except OverflowError:
+        if isinstance(value, float | int | np.number) and not isinstance(value, bool):
+            return f"{float(value):g}"
+        text = _WRITTEN.repr(value.tolist() if isinstance(value, np.ndarray | np.generic) else value)
+    except (OverflowError, ValueError):  # Python does not write out whole numbers of thousands of digits
         return "a number of more than 300 digits"
+    return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 3]}..."
 
 
 DOTTED_KEY = re.compile(  # of 50 parts or more: nothing needs it, and the parser's time grows with the square of them

@@ -236,13 +236,13 @@ class Clearance(Proximity):
 
     @cached_property
     def _of_one_make(self) -> list[list[CollisionPair]]:
-        """Among balls, a pair with each obstacle, those of one make together; the makes in order; else none."""
+        """Among balls, a pair with each obstacle, those of one structure together, in order; else none."""
         if not all(pair.body.is_ball for pair in self.pairs):
             return []
-        makes: dict[Hashable, dict[int, CollisionPair]] = {}
+        structures: dict[Hashable, dict[int, CollisionPair]] = {}
         for pair in self.pairs:
-            makes.setdefault((Reading(pair.obstacle).structure_key, pair.measured), {})[pair.number] = pair
-        return [list(pairs.values()) for pairs in makes.values()]
+            structures.setdefault((Reading(pair.obstacle).structure_key, pair.measured), {})[pair.number] = pair
+        return [list(pairs.values()) for pairs in structures.values()]
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
         """Clearance of the lines from each joint's position at one sample to that at the next; none of balls."""

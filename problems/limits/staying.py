@@ -34,7 +34,7 @@ class TaperedMargin(Limit):
         limit: to be kept.
     """
 
-    name: ClassVar[str] = "eased"
+    name: ClassVar[str] = "tapered margin"
 
     limit: Limit
 
@@ -55,7 +55,7 @@ class TaperedMargin(Limit):
         return self._between_bounds(loose, tight, after)
 
     def repetitions(self, symbolic_copy: TaperedMargin) -> list[Repetition]:
-        """Those of the limit, each eased; they need the time."""
+        """Those of the limit, each with its tapered margin; they need the time."""
         return [
             replace(each, limits=tuple(map(TaperedMargin, each.limits)), is_time_dependent=True)
             for each in self.limit.repetitions(symbolic_copy.limit)

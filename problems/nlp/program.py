@@ -256,7 +256,7 @@ class MotionProgram(NonlinearProgram):
 
     @property
     def sampled_limits(self) -> list[Limit]:
-        """The limits that may become rows; where durations follow from the shape, what slowness leaves of them."""
+        """The limits that may become rows; where durations follow from the shape, what that leaves of them."""
         if self.has_free_durations:
             return list(self.limits)
         return [each for limit in self.limits for each in (limit.static_limits if limit.scales_with_time else (limit,))]

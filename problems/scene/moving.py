@@ -4,13 +4,26 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import Annotated, ClassVar, Self, TypeAlias
 
 import casadi as ca
 import numpy as np
 
-from problems.base import COORDINATES, FloatArray, InvalidProblem, Matrix, Operand, Parametric, check_within, columns
+from problems.base import (
+    COORDINATES,
+    Coordinate,
+    FloatArray,
+    InvalidProblem,
+    Matrix,
+    Operand,
+    Parametric,
+    Quantity,
+    check_fields,
+    columns,
+)
 from problems.scene.obstacle import Frames, Obstacle
+
+Velocity: TypeAlias = Annotated[float, Quantity(COORDINATES, "m/s")]
 
 
 class ObstacleMotion(Parametric, ABC):
@@ -82,16 +95,15 @@ class ConstantVelocity(ObstacleMotion):
 
     numbers: ClassVar[tuple[str, ...]] = ("velocity", "origin")
 
-    velocity: tuple[float, ...]
-    origin: tuple[float, ...] = ()
+    velocity: tuple[Velocity, ...]
+    origin: tuple[Coordinate, ...] = ()
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if not self.origin:
             object.__setattr__(self, "origin", (0.0,) * len(self.velocity))
         if len(self.origin) != len(self.velocity):
             raise InvalidProblem("velocity", f"{len(self.velocity)} numbers for {len(self.origin)} coordinates")
-        check_within("velocity", self.velocity, COORDINATES, "m/s")
-        check_within("origin", self.origin, COORDINATES, "m")
 
     @property
     def dim(self) -> int:
@@ -153,14 +165,14 @@ class MovingObstacle(Obstacle):
 
     still: Obstacle
     motion: ObstacleMotion
-    margin_rate: float = 0.0
+    margin_rate: Annotated[float, Quantity((0.0, COORDINATES[1]), "m/s")] = 0.0
     now: float = 0.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.motion.dim != self.still.dim:
             reason = f"it has {self.motion.dim} coordinates, the obstacle {self.still.dim}"
             raise InvalidProblem("velocity", reason)
-        check_within("margin_rate", (self.margin_rate,), (0.0, COORDINATES[1]), "m/s")
 
     @property
     def moves(self) -> bool:

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, Matrix, Operand, Parametric, check_quantities, quantities_in
+from problems.base import FloatArray, Matrix, Operand, Parametric, check_fields, quantities_in
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Obstacle(Parametric, ABC):
         not_stated: fields that are no keys, because they change nothing.
 
     Raises:
-        InvalidProblem: a number is out of range.
+        InvalidProblem: a field is of another kind or length than its type says, or a number is out of range.
     """
 
     not_stated: ClassVar[tuple[str, ...]] = ()
@@ -64,7 +64,7 @@ class Obstacle(Parametric, ABC):
             cls.numbers = tuple(name for name in hints if quantities_in(hints[name]))
 
     def __post_init__(self) -> None:
-        check_quantities(self, *self.numbers)
+        check_fields(self)
 
     @property
     def dim(self) -> int:

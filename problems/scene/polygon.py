@@ -317,12 +317,10 @@ class Polygon(Obstacle):
         InvalidProblem: a number is out of range, there are too few or too many corners, or the outline meets itself.
     """
 
-    points: Annotated[tuple[tuple[Coordinate, Coordinate], ...], Count(3, MAX_CORNERS)]
+    points: Annotated[tuple[tuple[Coordinate, Coordinate], ...], Count(3, MAX_CORNERS, "corners")]
     parts: tuple[Part, ...] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not 3 <= len(self.points) <= MAX_CORNERS:
-            raise InvalidProblem("points", f"{len(self.points)} corners are not within 3 and {MAX_CORNERS}")
         super().__post_init__()
         self._check_outline()
         order = np.arange(len(self.points))[:: 1 if _area(self._corners) > 0.0 else -1]

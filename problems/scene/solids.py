@@ -26,7 +26,6 @@ from problems.base import (
     Matrix,
     Operand,
     as_array,
-    check_quantities,
     columns,
     is_of_length_one,
     rotation_of,
@@ -111,10 +110,9 @@ class Solid(Obstacle):
         super().__init_subclass__()
 
     def __post_init__(self) -> None:
-        check_quantities(self, "center")
+        super().__post_init__()
         if self.quaternion is not None and not is_of_length_one(self.quaternion):
             raise InvalidProblem("quaternion", f"{self.quaternion} is not of length 1")
-        check_quantities(self, *self.numbers[len(Solid.numbers) :])
 
     @property
     def dim(self) -> int:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
 from functools import cache
-from typing import Annotated, Any, ClassVar, Literal, Self
+from inspect import isabstract
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeGuard
 
 import numpy as np
 from pydantic import (
@@ -19,7 +21,7 @@ from pydantic import (
 
 from problems import OBSTACLES, ConstantVelocity, InvalidProblem, MovingObstacle, Obstacle, Tabulated
 from problems.scene import SOLIDS, ObstacleMotion
-from tpbso_casadi.scenario.catalogues import Catalogue, PluginError, failure, subclass_of
+from tpbso_casadi.scenario.catalogues import Catalogue, PluginError, failure
 from tpbso_casadi.scenario.input_files import (
     MOST_MOTION_ROWS,
     InputFolder,
@@ -163,16 +165,6 @@ class ObstacleSection(Section):
         return motion_through(self.motion_rows, dim)
 
 
-SHAPES: ChainMap[str, type[Obstacle]] = ChainMap(SOLIDS, OBSTACLES)
-SHAPE_CATALOGUE: Catalogue[type[ObstacleSection | Obstacle]] = Catalogue(
-    kind="shape",
-    group="tpbso_casadi.obstacles",
-    registry=SHAPES,
-    accepts=subclass_of((ObstacleSection, Obstacle)),
-    requirement="a subclass of problems.Obstacle, or of tpbso_casadi.scenario.obstacles.ObstacleSection",
-)
-
-
 class ShapeSection(ObstacleSection):
     """A shape whose keys are the fields of its class."""
 
@@ -194,6 +186,30 @@ class ShapeSection(ObstacleSection):
 
     def __reduce__(self) -> Any:
         return _unfilled, (self.of, self.shape), self.__getstate__()
+
+
+def states_a_shape(candidate: object) -> TypeGuard[type[ObstacleSection | Obstacle]]:
+    """Whether a class is a shape whose fields can be the keys of a table, or reads one itself."""
+    if not isinstance(candidate, type) or issubclass(candidate, ObstacleSection):
+        return isinstance(candidate, type)
+    if not issubclass(candidate, Obstacle) or issubclass(candidate, MovingObstacle) or isabstract(candidate):
+        return False
+    if not is_dataclass(candidate) or not candidate.__dataclass_params__.frozen:
+        return False
+    names = [field.name for field in fields(candidate) if field.init]
+    return not any(name.startswith("_") or hasattr(ShapeSection, name) or name in TAKEN for name in names)
+
+
+TAKEN = frozenset(ShapeSection.model_fields)  # keys that every shape has
+SHAPES: ChainMap[str, type[Obstacle]] = ChainMap(SOLIDS, OBSTACLES)
+SHAPE_CATALOGUE: Catalogue[type[ObstacleSection | Obstacle]] = Catalogue(
+    kind="shape",
+    group="tpbso_casadi.obstacles",
+    registry=SHAPES,
+    accepts=states_a_shape,
+    requirement="a complete frozen dataclass derived from problems.Obstacle, with fields that no table has otherwise, "
+    "nor a subclass of tpbso_casadi.scenario.obstacles.ObstacleSection",
+)
 
 
 @cache
@@ -250,6 +266,8 @@ def obstacle_table(obstacle: Obstacle) -> dict[str, Any]:
     if isinstance(obstacle, MovingObstacle):
         table = obstacle_table(obstacle.still) | _motion_keys(obstacle.motion)
         return table | ({"margin_rate": obstacle.margin_rate} if obstacle.margin_rate else {})
+    if not states_a_shape(type(obstacle)):
+        raise ScenarioError(f"obstacles: {type(obstacle).__name__} is not {SHAPE_CATALOGUE.requirement}")
     return {"shape": name_of(type(obstacle)), **stated_values(obstacle)}
 
 

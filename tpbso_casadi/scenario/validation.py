@@ -10,7 +10,7 @@ import json
 import re
 import reprlib
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import InitVar, fields
+from dataclasses import MISSING, InitVar, fields
 from math import radians
 from pathlib import Path
 from types import UnionType
@@ -291,10 +291,12 @@ def keys_of(kind: type[Any]) -> dict[str, tuple[Any, Any]]:
     They are the arguments of its constructor; their types say which of them are angles, and which have to be positive.
     """
     hints = get_type_hints(kind, include_extras=True)
-    return {
-        name: (_key_type(hints[name]), ... if argument.default is argument.empty else argument.default)
-        for name, argument in inspect.signature(kind).parameters.items()
+    made = {each.name: each.default_factory for each in fields(kind) if each.default_factory is not MISSING}
+    defaults = {
+        name: Field(default_factory=made[name]) if name in made else ... if each.default is each.empty else each.default
+        for name, each in inspect.signature(kind).parameters.items()
     }
+    return {name: (_key_type(hints[name]), default) for name, default in defaults.items()}
 
 
 def _key_type(hint: Any) -> Any:

@@ -343,7 +343,7 @@ def write_simulation(
         The names of the files.
 
     Raises:
-        OutputError: as :func:`tpbso_casadi.storage.run_folder.write_run`.
+        OutputError: as :func:`tpbso_casadi.storage.write_run`.
     """
 
     def tables(staged: Path) -> None:

@@ -79,6 +79,7 @@ TOLERANCES = {
     "retiming.motion.breakpoints": Tolerance(),
     "retiming.motion.coefficients": Tolerance(least=1.0),
 }  # by path, of all numbers below it; anything else has to be the same
+ADDED_ROWS = ("waypoints", "lines")  # verdicts that older results do not have; an audit proves them all the same
 TIMED_AGAIN_SEARCHED = {"solution.time_scale": Tolerance(TIMED_AGAIN)}
 TIMED_AGAIN_POLISHED = {
     "polish.before.objective": Tolerance(TIMED_AGAIN),
@@ -130,11 +131,14 @@ def _names(entries: list[Any]) -> list[str]:
 
 
 def _tolerance_at(path: tuple[str, ...], tolerances: Mapping[str, Tolerance]) -> Tolerance | None:
-    for pattern, tolerance in tolerances.items():
+    """That of the pattern which fits with the fewest wildcards; None where none does."""
+
+    def fits(pattern: str) -> bool:
         keys = pattern.split(".")
-        if len(keys) <= len(path) and all(key in ("*", own) for key, own in zip(keys, path, strict=False)):
-            return tolerance
-    return None
+        return len(keys) <= len(path) and all(key in ("*", own) for key, own in zip(keys, path, strict=False))
+
+    fitting = sorted(filter(fits, tolerances), key=lambda pattern: pattern.count("*"))
+    return tolerances[fitting[0]] if fitting else None
 
 
 def _near(stored: Any, computed: Any, tolerance: Tolerance | None, table: Mapping[str, Any]) -> bool:
@@ -171,6 +175,8 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
     for key in ("closest_approach", "at_goal"):
         if getattr(result, key) is None:  # older results have none
             del keys[key]
+    stated = {constraint.name for constraint in result.constraints}
+    keys["constraints"] = [row for row in keys["constraints"] if row.name in stated or row.name not in ADDED_ROWS]
     keys["versions"] = {name: result.versions.get(name, "") for name in ("python", *versions())}
     if problem is None:
         nothing: dict[str, Any] = {"variables": None, "quantities": {}, "branches": None, "time_scale": 1.0}
@@ -250,8 +256,11 @@ def impossible(result: RunResult, problem: Problem[Any]) -> Iterator[str]:
     yield from _of_retiming(result)
     stored = [(variable.name, variable.unit) for variable in result.solution.variables or ()]
     variables = [(variable.name, variable.unit) for variable in problem.variables]
-    if result.solution.variables is not None and stored != variables:
-        yield f"solution.variables: {_shown(stored)} is stored, {_shown(variables)} is computed"
+    if result.solution.variables is not None and len(stored) != len(variables):
+        yield f"solution.variables: {len(stored)} are stored, {len(variables)} are searched"
+    elif result.solution.variables is not None and stored != variables:
+        number, one, other = next((k, a, b) for k, (a, b) in enumerate(zip(stored, variables, strict=True)) if a != b)
+        yield f"solution.variables.{number}: {_shown(one)} is stored, {_shown(other)} is computed"
 
 
 def _of_history(result: RunResult) -> Iterator[str]:

@@ -7,6 +7,7 @@ of one line that name the key.
 from __future__ import annotations
 
 import json
+import re
 from platform import python_version
 from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
@@ -175,10 +176,22 @@ class CertificateResult(StoredTable):
     verdict: CertificateStatus
 
 
+FORMER_NAMES = (  # of variables, in results of version 1.0.0
+    (re.compile("slowness"), "time_scale"),
+    (re.compile(r"pace_(\d+)"), r"local_time_scale_\1"),
+    (re.compile(r"pace_([a-z]\w*)"), r"time_scale_\1"),
+)
+
+
+def present_name(name: str) -> str:
+    """What a variable is called today."""
+    return next((match.expand(now) for then, now in FORMER_NAMES if (match := then.fullmatch(name))), name)
+
+
 class VariableResult(StoredTable):
     """One entry of the search vector, in ``unit``."""
 
-    name: str
+    name: Annotated[str, AfterValidator(present_name)]
     value: float
     unit: str
 
