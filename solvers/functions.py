@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -211,9 +212,11 @@ def benchmark_function(name: str) -> BenchmarkFunction:
     Raises:
         InvalidFunction: there is none of that name, of so many variables, or COCO's package is not installed.
     """
-    match = NAME.fullmatch(name)
+    match = NAME.fullmatch(name) if isinstance(name, str) else None
     if match is None:
-        raise InvalidFunction(f"{name!r:.60} is not FUNCTION-D or FUNCTION-D@N, such as rastrigin-10 or rastrigin-10@3")
+        raise InvalidFunction(
+            f"{reprlib.repr(name):.60} is not FUNCTION-D or FUNCTION-D@N, such as rastrigin-10 or rastrigin-10@3"
+        )
     family, dimension, instance = match["family"], int(match["dimension"]), int(match["instance"] or 0)
     if family not in BENCHMARK_FUNCTIONS:
         raise InvalidFunction(f"no benchmark function {family!r:.40}; {_hint(family)}")

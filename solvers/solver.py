@@ -36,6 +36,11 @@ class Box:
     known: FloatArray | None = None
 
     def __post_init__(self) -> None:
+        try:
+            for name in ("lower", "upper"):
+                object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=np.float64))
+        except (TypeError, ValueError, OverflowError) as error:
+            raise ValueError(f"corners: two arrays (d,) of numbers are needed: {error}") from error
         if self.lower.shape != self.upper.shape or self.lower.ndim != 1 or self.lower.size == 0:
             raise ValueError(f"corners of shapes {self.lower.shape} and {self.upper.shape} where two (d,) are needed")
         if not (np.isfinite(self.lower).all() and np.isfinite(self.upper).all()):
@@ -147,6 +152,8 @@ class Iterations(Iterator[float]):
     """
 
     def __init__(self, progress: Iterable[float], evaluations: int | None = None) -> None:
+        if not isinstance(progress, Iterable):
+            raise TypeError(f"progress: shares of the budget are needed, not {progress!r}")
         self._progress = iter(progress)
         self.evaluations = evaluations
 

@@ -92,7 +92,7 @@ def box_of(bounds: Bounds) -> Box:
         return bounds
     try:
         table = np.asarray(bounds, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"bounds: one (low, high) a variable is needed, not {bounds!r:.60}") from error
     if table.ndim == 2 and table.shape[1] == 2:
         lower, upper = table.T
@@ -195,7 +195,7 @@ def candidates_of(known: Any, box: Box) -> Box:
         return box
     try:
         table = np.atleast_2d(np.asarray(known, dtype=np.float64))
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"known: candidates (m, {box.dimension}) are needed, not {known!r:.60}") from error
     return box.with_known(table)
 

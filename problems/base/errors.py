@@ -6,6 +6,7 @@ import re
 import reprlib
 import tomllib
 from collections.abc import Iterable, Sequence
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,8 @@ def check_within(field: str, values: Iterable[float], bounds: tuple[float, float
     """
     least, most = bounds
     for value in values:
+        if not isinstance(value, Real):
+            raise InvalidProblem(field, f"{name}a number is needed, not {shown(value)}")
         if not least <= value <= most:
             exactly = repr(value) if shown(value) in (shown(least), shown(most)) else shown(value)
             raise InvalidProblem(field, f"{name}{exactly} is not within {least:g} and {most:g} {unit}")

@@ -85,21 +85,24 @@ def conformed(field: str, value: Any, hint: Any) -> Any:
         return _marked(field, conformed(field, value, parts[0]), parts[1:])
     if origin in (Union, UnionType):
         return None if value is None and NoneType in parts else _of_one(field, value, hint)
+    if isinstance(hint, type) and hint not in (float, int, object) and origin is None:
+        if not isinstance(value, hint):
+            raise _wrong(field, value, hint)
+        return value
     if isinstance(value, SYMBOLS):
         return value
     if origin is tuple:
         return _in_tuple(field, value, hint)
-    if hint in (float, int):
-        whole = hint is int
-        if isinstance(value, bool | np.bool_) or not isinstance(value, Integral if whole else Real):
-            raise _wrong(field, value, hint)
-        try:
-            return hint(value)
-        except OverflowError as error:
-            raise _wrong(field, value, hint) from error
-    if isinstance(hint, type) and hint is not object and not isinstance(value, hint):
-        raise _wrong(field, value, hint)
-    return value
+    return _number(field, value, hint) if hint in (float, int) else value
+
+
+def _number(field: str, value: Any, kind: type[float]) -> float:
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Integral if kind is int else Real):
+        raise _wrong(field, value, kind)
+    try:
+        return kind(value)
+    except OverflowError as error:
+        raise _wrong(field, value, kind) from error
 
 
 def _marked(field: str, value: Any, marks: Sequence[Any]) -> Any:

@@ -14,7 +14,7 @@ from weakref import finalize
 import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray
+from problems.base import FloatArray, shown
 from problems.evaluation import cache
 from problems.evaluation.batches import VirtualMachine
 from problems.evaluation.codegen import cpp
@@ -71,10 +71,13 @@ class PopulationFunction:
         options: how to evaluate it.
 
     Raises:
+        TypeError: the program is none.
         UnsupportedOperation: a function is not written out in scalars (SX).
     """
 
     def __init__(self, program: Program | ca.Function, options: EvaluationOptions | None = None) -> None:
+        if not isinstance(program, Program | ca.Function):
+            raise TypeError(f"program: a Program or a casadi.Function is needed, not {shown(program)}")
         self.program = program if isinstance(program, Program) else Program.of(program)
         self.options = EvaluationOptions() if options is None else options
         self._evaluate: Native | VirtualMachine | None = None

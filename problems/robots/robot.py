@@ -10,7 +10,17 @@ from typing import Any, ClassVar, Self
 import casadi as ca
 import numpy as np
 
-from problems.base import COORDINATES, FloatArray, InvalidProblem, Matrix, Operand, Parametric, as_array, check_within
+from problems.base import (
+    COORDINATES,
+    FloatArray,
+    InvalidProblem,
+    Matrix,
+    Operand,
+    Parametric,
+    as_array,
+    check_fields,
+    check_within,
+)
 from problems.robots.dynamics import RigidChain
 
 
@@ -106,6 +116,7 @@ class Robot(Parametric, ABC):
     self_collision: bool = False
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_within("margin", (self.margin,), (0.0, COORDINATES[1]), "m")
 
     @classmethod

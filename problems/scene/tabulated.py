@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import casadi as ca
 import numpy as np
@@ -107,6 +107,28 @@ def as_numbers(turns: FloatArray) -> FloatArray:
     return np.asarray(units * np.cumprod(np.append(1.0, np.where(cosines < 0.0, -1.0, 1.0)))[:, None])
 
 
+def _columns(times: Any, positions: Any, turns: Any) -> tuple[list[float], FloatArray, FloatArray | None]:
+    """The columns of a table of motion, each with as many rows, two at least.
+
+    Raises:
+        InvalidProblem: they are no numbers, or of other shapes.
+    """
+    try:
+        stated = np.asarray(times, dtype=np.float64)
+        places = np.asarray(positions, dtype=np.float64)
+        angles = None if turns is None else np.asarray(turns, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InvalidProblem("motion", f"numbers are needed: {error}") from error
+    width = {2: 1, 3: 4}.get(places.shape[-1] if places.ndim == 2 else 0)
+    if stated.ndim != 1 or places.shape[:1] != stated.shape or width is None:
+        raise InvalidProblem("motion", "times (n,) and positions (n, 2) or (n, 3) are needed")
+    if angles is not None and angles.shape != (len(stated), width):
+        raise InvalidProblem("motion", f"turns of the shape {(len(stated), width)} are needed, not {angles.shape}")
+    if len(stated) < 2:
+        raise InvalidProblem("motion", "two rows at least are needed")
+    return stated.tolist(), places, angles
+
+
 POWERS = 4  # coefficients of a piece
 
 
@@ -143,8 +165,7 @@ class Tabulated(ObstacleMotion):
             InvalidProblem: times do not increase, a number is out of range, a quaternion is not of length 1, two rows
                 are turned by more than 90 degrees from each other, or the frame moves too fast in between.
         """
-        if len(times) < 2:
-            raise InvalidProblem("motion", "two rows at least are needed")
+        times, positions, turns = _columns(times, positions, turns)
         fault = first_fault(times, positions, turns)
         if fault is not None:
             raise InvalidProblem("motion", f"row {fault[0] + 1}: {fault[1]}")
@@ -169,7 +190,14 @@ class Tabulated(ObstacleMotion):
         Args:
             times: s, increasing, two at least.
             positions: (n, dim), m.
+
+        Raises:
+            InvalidProblem: they are no table of numbers, or times do not increase.
         """
+        times, positions, _ = _columns(times, positions, None)
+        fault = first_fault(times, positions, None)
+        if fault is not None:
+            raise InvalidProblem("motion", f"row {fault[0] + 1}: {fault[1]}")
         rates = np.diff(positions, axis=0) / np.diff(times)[:, None]
         zeros = np.zeros_like(rates)
         coefficients = np.stack([zeros, zeros, rates, positions[:-1]], axis=-1)  # (p, dim, POWERS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from numbers import Integral
 
 import casadi as ca
 import numpy as np
@@ -38,7 +39,9 @@ def check_range(field: str, bounds: tuple[float, float]) -> None:
 
 
 def check_at_least(field: str, value: int | None, least: int, what: str = "") -> None:
-    """The value, if there is one, is no fewer than ``least``."""
+    """The value, if there is one, is a whole number and no fewer than ``least``."""
+    if value is not None and not isinstance(value, Integral):
+        raise InvalidProblem(field, f"a whole number is needed, not {shown(value)}")
     if value is not None and value < least:
         raise InvalidProblem(field, f"{value} is fewer than {least}{what}")
 

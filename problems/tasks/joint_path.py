@@ -8,7 +8,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, InvalidProblem, as_array
+from problems.base import FloatArray, InvalidProblem, as_array, check_fields
 from problems.limits import Constraint
 from problems.motions import JointPath, Trajectory
 from problems.robots import Robot
@@ -51,6 +51,7 @@ class JointFollowing(Task):
     tolerance: float | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         joints = self.path.coefficients.shape[2]
         if joints != self.robot.dof:
             raise InvalidProblem("joints", f"a path of {joints} joints for a robot of {self.robot.dof}")

@@ -10,7 +10,7 @@ from typing import ClassVar, get_args
 import casadi as ca
 import numpy as np
 
-from problems.base import TIMES, FloatArray, InvalidProblem, as_array, check_within
+from problems.base import TIMES, FloatArray, InvalidProblem, as_array, check_fields, check_within
 from problems.limits import Constraint
 from problems.motions import Trajectory, increasing_choice
 from problems.robots import Robot
@@ -146,6 +146,7 @@ class Move(Task):
     stay: float = 0.0
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_choice("elbow", self.elbow, get_args(Elbow))
         check_elbow(self.robot, self.elbow)
         if not self.goals:

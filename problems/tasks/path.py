@@ -9,11 +9,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from problems.base import COORDINATES, FloatArray, InvalidProblem, check_within
+from problems.base import (
+    COORDINATES,
+    Angle,
+    Coordinate,
+    FloatArray,
+    InvalidProblem,
+    Length,
+    check_fields,
+    check_within,
+    conformed,
+)
 from problems.robots import Orientations, unit_quaternions
 
 CORNER_ANGLE = pi / 4.0  # a change of direction of at least this is a corner
@@ -43,6 +54,7 @@ class Path:
     quaternions: tuple[tuple[float, ...], ...] = ()
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if len(self.points) < 2:
             raise InvalidProblem("points", f"a path has at least 2 points, not {len(self.points)}")
         for index, point in enumerate(self.points):
@@ -138,6 +150,13 @@ def _shares(lengths: FloatArray, total: int) -> list[int]:
     return shares.tolist()
 
 
+def _check_curve(center: Any, radius: Any, **angles: Any) -> tuple[tuple[float, float], float]:
+    """Centre and radius of a curve, m, as numbers; so are its angles, rad, and the like."""
+    for name, value in angles.items():
+        conformed(name, value, Angle)
+    return conformed("center", center, tuple[Coordinate, Coordinate]), conformed("radius", radius, Length)
+
+
 def pentagram(center: tuple[float, float], radius: float, angle: float = pi / 2.0, count: int = 50) -> Path:
     """The five-pointed star drawn in one stroke.
 
@@ -146,7 +165,11 @@ def pentagram(center: tuple[float, float], radius: float, angle: float = pi / 2.
         radius: of that circle, m.
         angle: direction of the first corner, rad.
         count: number of points.
+
+    Raises:
+        InvalidProblem: a number is none, or out of range.
     """
+    center, radius = _check_curve(center, radius, angle=angle)
     directions = angle + np.arange(6) * (4.0 * pi / 5.0)
     corners = np.array(center) + radius * np.column_stack([np.cos(directions), np.sin(directions)])
     corners[-1] = corners[0]
@@ -165,7 +188,11 @@ def closed_curve(
         waves: number of crests.
         depth: height of a crest over the radius, in (-1, 1); negative starts in a trough.
         count: number of points, equally spaced along the curve.
+
+    Raises:
+        InvalidProblem: a number is none, or out of range.
     """
+    center, radius = _check_curve(center, radius, angle=angle, waves=waves, depth=depth)
     phi = angle + np.linspace(0.0, 2.0 * pi, FINE_POLYGON_POINTS + 1)
     rho = radius * (1.0 + depth * np.cos(waves * (phi - angle)))
     fine = np.array(center) + np.column_stack([rho * np.cos(phi), rho * np.sin(phi)])

@@ -16,7 +16,7 @@ from typing import ClassVar, Literal, Self, TypeAlias, get_args
 import casadi as ca
 import numpy as np
 
-from problems.base import LENGTHS, FloatArray, InvalidProblem, as_array, check_within, largest, shown
+from problems.base import LENGTHS, FloatArray, InvalidProblem, as_array, check_fields, check_within, largest, shown
 from problems.limits import Accuracy, Constraint
 from problems.motions import Trajectory, increasing_choice
 from problems.robots import Robot, SpatialArm
@@ -77,6 +77,7 @@ class PathFollowing(Task):
     free_times: bool = False
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_choice("knot_redundancy", self.knot_redundancy, get_args(KnotRedundancy))
         if self.robot.dim != PLANAR:
             raise InvalidProblem("motion", 'a path in space is traced, with motion = "spline"')
@@ -240,6 +241,7 @@ class PathTracing(ToolTracing):
     total_time: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_path(self.robot, self.path, self.accuracy, self.elbow, self.obstacles, self.total_time)
 
     def point_times(self, trajectory: Trajectory) -> FloatArray:
@@ -296,6 +298,7 @@ class SpaceTracing(ToolTracing):
     total_time: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_traced(self.robot, self.path, self.accuracy, self.obstacles, self.total_time)
         poses, most = self.path.orientations is not None, self.angular_accuracy
         if poses and most is None:

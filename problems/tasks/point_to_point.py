@@ -7,7 +7,7 @@ from typing import ClassVar, get_args
 
 import numpy as np
 
-from problems.base import FloatArray, Operand
+from problems.base import FloatArray, Operand, check_fields
 from problems.limits import SAMPLING_MARGIN, Constraint, DurationBounds, end_point
 from problems.motions import Trajectory
 from problems.robots import Robot
@@ -48,6 +48,7 @@ class PointToPoint(Task):
     segment_time: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_choice("elbow", self.elbow, get_args(Elbow))
         if self.segment_time is not None:
             check_range("segment_time", self.segment_time)

@@ -126,6 +126,29 @@ def whole_or_not(name: str, value: Any) -> int:
     return int(number)
 
 
+def whole(name: str, value: Any) -> int:
+    """A whole number.
+
+    Raises:
+        ScenarioError: it is none.
+    """
+    number = plain(value)
+    if isinstance(number, bool) or not isinstance(number, int):
+        raise ScenarioError(f"{name}: a whole number is needed, not {shown(number)}")
+    return number
+
+
+def several(name: str, value: Any, what: str) -> list[Any]:
+    """A list of whatever can be listed.
+
+    Raises:
+        ScenarioError: it cannot be.
+    """
+    if not isinstance(value, Iterable) or isinstance(value, bytes):
+        raise ScenarioError(f"{name}: {what} are needed, not {shown(value)}")
+    return list(value)
+
+
 def function(name: str, value: Any) -> None:
     """That it can be called.
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
-import numpy as np
 from rich.console import Console
 
 from problems.base import FloatArray
@@ -46,7 +45,15 @@ from tpbso_casadi.campaign import (
     run_campaign,
     write_comparison,
 )
-from tpbso_casadi.facade.arguments import AnySolverChoice, function, in_words_of_python, solver_table
+from tpbso_casadi.facade.arguments import (
+    AnySolverChoice,
+    file_path,
+    function,
+    in_words_of_python,
+    several,
+    solver_table,
+    whole,
+)
 from tpbso_casadi.facade.showing import chosen, data_frame
 from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, scenario_of
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
@@ -236,25 +243,25 @@ def compare(
     function("progress", progress)
     with in_words_of_python():
         budget = {"population": population, "iterations": iterations, "evaluations": evaluations}
-        if not isinstance(runs, int | np.integer):
-            raise ScenarioError(f"runs: a whole number is needed, not {runs!r:.60}")
+        runs, seed, workers = whole("runs", runs), whole("seed", seed), whole("workers", workers)
+        place = None if folder is None else file_path("folder", folder)
         functions = functions_among(scenarios, keys)
         usual = FUNCTION_SOLVERS if functions and solvers is USUAL_SOLVERS else solvers
         specs = budgeted(specs_of(usual), budget, time_limit, starts if time_limit is None else None)
         stated = {} if functions else labelled(scenarios, keys)
         campaign = campaign_of(functions, stated, specs, seed, runs)
-        comparison = _done(campaign, workers, folder, progress)
-    if folder is not None:
-        comparison.save(folder)
+        comparison = _done(campaign, workers, place, progress)
+    if place is not None:
+        comparison.save(place)
     return comparison
 
 
 def _done(
-    campaign: Sequence[AnyRun], workers: int, folder: str | Path | None, progress: Callable[[int, int], object]
+    campaign: Sequence[AnyRun], workers: int, folder: Path | None, progress: Callable[[int, int], object]
 ) -> Comparison:
     """The comparison of all runs, done as far as they are not stored."""
     with ExitStack() as opened:
-        place = Path(opened.enter_context(TemporaryDirectory())) if folder is None else Path(folder)
+        place = Path(opened.enter_context(TemporaryDirectory())) if folder is None else folder
         with writing(place):
             pass
         interruption = opened.enter_context(deferred_interrupt())
@@ -330,7 +337,7 @@ def specs_of(solvers: AnySolvers) -> list[SolverSpec]:
     if isinstance(solvers, Mapping):
         specs = [replace(spec_of(solver), label=str(label)) for label, solver in solvers.items()]
     else:
-        specs = [spec_of(solver) for solver in solvers]
+        specs = [spec_of(solver) for solver in several("solvers", solvers, "solvers")]
     labels = [spec.label for spec in specs]
     twice = next((label for label in labels if labels.count(label) > 1), None)
     if twice is not None:
@@ -341,7 +348,13 @@ def specs_of(solvers: AnySolvers) -> list[SolverSpec]:
 
 
 def spec_of(solver: AnySolverChoice) -> SolverSpec:
-    """One solver; its label names the settings that differ from its defaults."""
+    """One solver; its label names the settings that differ from its defaults.
+
+    Raises:
+        ScenarioError: it is none.
+    """
+    if solver is None:
+        raise ScenarioError("solvers: a name, a class, or a solver with its settings is needed, not None")
     if isinstance(solver, str):
         return parse_solver(solver)
     table = solver_table(solver)

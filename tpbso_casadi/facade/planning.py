@@ -133,7 +133,7 @@ def replan(
     executed = previous.planned if isinstance(previous, Plan) else previous
     given = given_scenario(scene)
     obstacles: Any = scene
-    seen = tuple(obstacles) if given is None else given
+    seen = obstacles if given is None else given
     return replan_motion(executed, at_time, seen, within, every=every, fail_safe_rate=fail_safe_rate)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from problems import Limit, Obstacle, Trajectory
 from problems.base import FloatArray
 from problems.motions import JointPath
-from tpbso_casadi.facade.arguments import in_words_of_python
+from tpbso_casadi.facade.arguments import in_words_of_python, several
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planning import read_run
 from tpbso_casadi.facade.robots import AnyRobot
@@ -84,7 +84,7 @@ def retime(
             {
                 "margin": margin,
                 "self_collision": self_collision,
-                "limits": None if limits is None else list(limits),
+                "limits": None if limits is None else several("limits", limits, "kinds of limits"),
             }
         )
         if obstacles is not None:
@@ -141,7 +141,7 @@ def _waypoints(path: Any) -> FloatArray:
         if np.iscomplexobj(path):
             raise TypeError("complex numbers")
         waypoints = np.asarray(path, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         reason = f"waypoints (n, k), a path, a plan, a file or a folder is needed: {error}"
         raise ScenarioError(f"path: {reason}") from error
     if waypoints.ndim != 2 or len(waypoints) < 2:

@@ -15,7 +15,7 @@ from problems import Objective
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import deferred_interrupt
-from tpbso_casadi.facade.arguments import in_words_of_python
+from tpbso_casadi.facade.arguments import file_path, in_words_of_python, several, whole
 from tpbso_casadi.facade.plan import StoredPlan
 from tpbso_casadi.facade.showing import chosen, data_frame
 from tpbso_casadi.facade.statement import HasScenario, What, scenario_of
@@ -27,6 +27,7 @@ from tpbso_casadi.scenario import (
     hint,
     in_words,
     plain,
+    shown,
 )
 from tpbso_casadi.storage import read_run
 from tpbso_casadi.trade_off import METHODS, FrontWork, Objectives, Point, PointFront, TradeOff, open_front, save_front
@@ -164,11 +165,12 @@ def pareto(
         KeyboardInterrupt: Ctrl-C; complete points are stored where there is a folder.
     """
     with in_words_of_python(), ExitStack() as opened:
-        names = tuple(plain(objective) for objective in objectives)
-        stated = Objectives(scenario_of(what, **keys), names)
+        names = tuple(plain(objective) for objective in several("objectives", objectives, "two objectives"))
         _check(points, method)
+        place = None if folder is None else file_path("folder", folder)
+        stated = Objectives(scenario_of(what, **keys), names)
         formats = chosen("figures", figures, FORMATS)
-        place = Path(opened.enter_context(TemporaryDirectory())) if folder is None else Path(folder)
+        place = place or Path(opened.enter_context(TemporaryDirectory()))
         made, store = open_front(stated, method, points, place, overwrite)
         with deferred_interrupt() as interruption:
             work = FrontWork(
@@ -186,15 +188,15 @@ def pareto(
                 raise KeyboardInterrupt
         front = _front(TradeOff(stated.headings, {made.name: store.points(made.name)}), made.name, place)
     if folder is not None:
-        front.save(folder, formats)
+        front.save(place, formats)
     return front
 
 
 def _check(points: int, method: str | None) -> None:
-    if not isinstance(points, int | np.integer) or not FEWEST <= points <= MOST:
-        raise ScenarioError(f"points: {points!r} is not within {FEWEST} and {MOST}")
-    if method is not None and method not in METHODS:
-        raise ScenarioError(f"method: {in_words(list(METHODS))} is needed, not {method!r}{hint(method, METHODS)}")
+    if not FEWEST <= whole("points", points) <= MOST:
+        raise ScenarioError(f"points: {shown(points)} is not within {FEWEST} and {MOST}")
+    if method is not None and not (isinstance(method, str) and method in METHODS):
+        raise ScenarioError(f"method: {in_words(list(METHODS))} is needed, not {shown(method)}{hint(method, METHODS)}")
 
 
 def _front(trade_off: TradeOff, method: str, place: Path) -> Front:

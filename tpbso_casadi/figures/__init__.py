@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from problems.base import shown
 from solvers import Interruption
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.planning import PlannedMotion
@@ -39,8 +40,10 @@ def write_run(
             further file cannot be; the plan is written without it.
         OtherPlan: it holds the run of another scenario, where that must not be; it is left as it was.
     """
+    if not isinstance(plan, PlannedMotion):
+        raise TypeError(f"plan: what plan(scenario) returns is needed, not {shown(plan)}")
     figures = figure_writers(plan, formats if plots else ())
-    return write_plan(folder, plan, [*figures, *further], interruption, same_plan_only)
+    return write_plan(Path(folder), plan, [*figures, *further], interruption, same_plan_only)
 
 
 def figure_writers(plan: PlannedMotion, formats: Sequence[str]) -> list[Writer]:

@@ -12,13 +12,13 @@ is known to be safe whenever no better motion is found: passive safety [1].
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from problems import InvalidProblem, Obstacle, Place, Trajectory
-from problems.base import COORDINATES, FloatArray, check_within
+from problems.base import COORDINATES, FloatArray, check_within, conformed, shown
 from problems.certify import ClearanceProof
 from problems.scene import standing
 from problems.tasks import check_at_least, check_obstacles
@@ -116,7 +116,7 @@ class Replanner:
             check_within("within", (within,), (0.0, LONGEST), "s")
         self.scenario, self.every, self.fail_safe_rate = scenario, every, fail_safe_rate
         self.within = within
-        criteria = scenario.criteria()
+        criteria = conformed("scenario", scenario, Scenario).criteria()
         self.task, self.robot, self._goals = criteria.task, criteria.robot, criteria.task.last_places
         if not self._goals:
             raise ScenarioError("task: only a move to a goal at rest, without places on the way, is planned again")
@@ -249,6 +249,11 @@ def replan(
         InvalidProblem: the time is not within the motion, or motion, robot and obstacles do not fit together.
         ScenarioError: the scenario is of another robot, or no move to a goal at rest.
     """
+    if not isinstance(previous, Trajectory | PlannedMotion | Step):
+        raise InvalidProblem("previous", f"a plan, a step or a Trajectory is needed, not {shown(previous)}")
+    if not isinstance(scene, Scenario | Iterable):
+        raise InvalidProblem("scene", f"obstacles or a scenario are needed, not {shown(scene)}")
+    conformed("at_time", at_time, float)
     trajectory = previous if isinstance(previous, Trajectory) else previous.trajectory
     own = None if isinstance(previous, Trajectory) else previous.scenario
     stated = scene if isinstance(scene, Scenario) else None

@@ -22,7 +22,7 @@ import numpy as np
 from problems import Problem, Trajectory
 from problems.families.two_segments import Quantities
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
-from tpbso_casadi.scenario.validation import ScenarioError
+from tpbso_casadi.scenario.validation import ScenarioError, hint, shown
 
 DEFAULT = "time-3"
 
@@ -51,10 +51,10 @@ def builtin(name: str) -> Scenario:
     """A built-in scenario.
 
     Raises:
-        KeyError: no such name; ``TITLES`` has them all.
+        ScenarioError: no such name; ``TITLES`` has them all.
     """
-    if name not in TITLES:
-        raise KeyError(name)
+    if not isinstance(name, str) or name not in TITLES:
+        raise ScenarioError(f"no built-in scenario {shown(name)}{hint(name, TITLES)}")
     kind, detail = name.rsplit("-", 1)
     if kind in SHAPES:
         return _path(SHAPES[kind], objective=detail)

@@ -6,6 +6,7 @@ A :class:`Catalogue` describes one kind of thing (solvers, robots, ...) and find
 
 from __future__ import annotations
 
+import reprlib
 import sys
 import traceback
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -216,4 +217,6 @@ def find_solver(name: str) -> type[AnySolver]:
     Raises:
         PluginError: nothing of that name, it is not a :class:`solvers.Solver`, or its library is not installed.
     """
+    if not isinstance(name, str):
+        raise PluginError(f"solver: a name is needed, not {reprlib.repr(name)}")
     return SOLVER_CATALOGUE.find(name)

@@ -6,6 +6,7 @@ Every error is a :class:`ScenarioError` of one line that names the file, the key
 from __future__ import annotations
 
 import logging
+import os
 import pathlib
 import time
 from collections.abc import Callable, Iterator
@@ -295,6 +296,8 @@ def read_scenario(path: str | pathlib.Path, outside_allowed: bool = False) -> Sc
     Raises:
         ScenarioError: unreadable, not TOML, or not a scenario.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise ScenarioError(f"path: the path of a file is needed, not {shown(path)}")
     file = pathlib.Path(path)
     content = read_toml(file)
     try:

@@ -23,7 +23,7 @@ from pydantic import (
 )
 
 from problems import CertificateStatus, Problem, Trajectory
-from problems.base import FloatArray
+from problems.base import FloatArray, shown
 from solvers import StopReason
 from tpbso_casadi.plain import (
     SEAL,
@@ -473,7 +473,13 @@ class RunResult(StoredTable):
 
 
 def result_of(plan: PlannedMotion) -> RunResult:
-    """The content of ``result.json``: everything to rerun and judge the plan."""
+    """The content of ``result.json``: everything to rerun and judge the plan.
+
+    Raises:
+        TypeError: it is no plan.
+    """
+    if not isinstance(plan, PlannedMotion):
+        raise TypeError(f"plan: what plan(scenario) returns is needed, not {shown(plan)}")
     return RunResult(
         scenario=plan.scenario,
         solution=SolutionResult.of(plan),
