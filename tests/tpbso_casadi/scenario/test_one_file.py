@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -114,6 +114,57 @@ def test_its_namesake_in_space_is_what_it_was() -> None:
     ):
         with pytest.raises(tp.ScenarioError, match=rf"^obstacles\.0\..*{reason}"):
             tp.parse_scenario(content | {"obstacles": [in_plane | wrong]})
+
+
+@dataclass(frozen=True)
+class Disc(tp.Ellipse):
+    """A field with a default that is made."""
+
+    semi_axes: tuple[Length, Length] = field(default_factory=lambda: (0.1, 0.1))
+
+
+@dataclass(frozen=True)
+class Taken(tp.Ellipse):
+    """A field with the name of a key that every table has."""
+
+    velocity: float = 1.0
+
+
+@dataclass(frozen=True)
+class Hidden(tp.Ellipse):
+    """A field that no key can have."""
+
+    _secret: float = 1.0
+
+
+class NoDataclass(tp.Obstacle):
+    """Nothing says what its keys are."""
+
+
+@dataclass
+class Thawed(tp.Obstacle):
+    """It may change after it was checked."""
+
+    place = property(PlaneCapsule.place.fget)
+    width = property(PlaneCapsule.width.fget)
+    contains = PlaneCapsule.contains
+
+
+def test_a_default_may_be_made() -> None:
+    content: dict[str, Any] = tp.builtin("time-3").model_dump()
+    scenario = tp.parse_scenario(content | {"obstacles": [{"shape": f"{__name__}:Disc", "center": [1.5, 1.5]}]})
+    assert scenario.criteria().obstacles == (Disc((1.5, 1.5)),)
+    assert tp.parse_scenario(scenario.model_dump(mode="json")) == scenario
+
+
+@pytest.mark.parametrize(
+    "path",
+    [f"{__name__}:{name}" for name in ("Taken", "Hidden", "NoDataclass", "Thawed")] + ["problems:MovingObstacle"],
+)
+def test_a_class_that_cannot_be_a_table_is_refused(path: str) -> None:
+    content: dict[str, Any] = tp.builtin("time-3").model_dump()
+    with pytest.raises(tp.ScenarioError, match=r"is not a complete frozen dataclass derived from problems\.Obstacle"):
+        tp.parse_scenario(content | {"obstacles": [{"shape": path, "center": [0.5, 1.5], "semi_axes": [0.1, 0.1]}]})
 
 
 @pytest.mark.parametrize("name", ["capsule", f"{__name__}:PlaneCapsule"])

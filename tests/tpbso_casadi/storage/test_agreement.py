@@ -68,6 +68,14 @@ def test_what_does_not(path: tuple[str | int, ...], value: Any, reason: str) -> 
     assert str(caught.value).startswith(reason)
 
 
+def test_the_tolerance_is_that_of_the_closest_path() -> None:
+    looser = {"rows.two.value": Tolerance(1e-3)}
+    for tolerances in (TOLERANCES | looser, looser | TOLERANCES):
+        compare(edited(("rows", 1, "value"), 2.0019), TREE, tolerances)
+        with pytest.raises(Contradiction, match=r"^rows\.one\.value"):
+            compare(edited(("rows", 0, "value"), 1e-4), TREE, tolerances)
+
+
 def test_no_number_is_infinite_to_some_tolerance() -> None:
     with pytest.raises(Contradiction, match=r"^a: 99\.0 is stored, inf is computed$"):
         compare({"a": 99.0}, {"a": float("inf")}, {"a": Tolerance(1e-9)})

@@ -94,6 +94,39 @@ def test_what_is_written_is_read_again(kind: str) -> None:
     assert list(json.loads(text))[:5] == ["scenario", "solver", "seed", "objective", "cost"]
 
 
+@pytest.mark.parametrize(
+    ("former", "now"),
+    [
+        ("slowness", "time_scale"),
+        ("pace_12", "local_time_scale_12"),
+        ("pace_goal", "time_scale_goal"),
+        ("pace", "pace"),
+    ],
+)
+def test_variables_of_older_results_are_known_by_their_names_of_today(former: str, now: str) -> None:
+    document = json.loads(result("search").to_json())
+    document["solution"]["variables"][0]["name"] = former
+    read = RunResult.from_json(as_json(sealed({key: value for key, value in document.items() if key != "seal"})))
+    assert read.solution.variables is not None and read.solution.variables[0].name == now
+
+
+def test_a_verdict_that_older_results_lack_is_not_missed(tmp_path: Path) -> None:
+    arm = {"link_lengths": [1.0, 1.0], "max_speed": 2.0, "max_acceleration": 10.0}
+    task = {"kind": "joint-path", "joints": [[0.0, 0.0], [1.0, 0.5], [0.0, 1.0]]}
+    write_run(tmp_path / "run", plan(parse_scenario({"arm": arm, "task": task})), plots=False)
+    file = tmp_path / "run" / "result.json"
+    document = {key: value for key, value in json.loads(file.read_text()).items() if key != "seal"}
+    names = [row["name"] for row in document["constraints"]]
+    for name in ("waypoints", "speed"):
+        rows = [row for row in document["constraints"] if row["name"] != name]
+        file.write_text(as_json(sealed(document | {"constraints": rows})))
+        if name == "waypoints":
+            assert [verdict.name for verdict in read_run(tmp_path / "run").motion.verdicts] == names
+        else:
+            with pytest.raises(InvalidRun, match="constraints"):
+                read_run(tmp_path / "run")
+
+
 def test_settings_of_any_solver_fit() -> None:
     settings = result("plug-in").solver.settings
     assert settings == settings_of(Peculiar())
