@@ -42,6 +42,7 @@ class ChainJoint(Parametric):
         damping: viscous friction, N m s or N s/m.
         friction: Coulomb friction, N m or N.
         inertia: of the body, with everything fixed to it; None where no mass is stated.
+        fault: why no body has the inertia that is stated, of itself or of what is fixed to it; empty where one has.
     """
 
     name: str
@@ -56,6 +57,7 @@ class ChainJoint(Parametric):
     damping: float = 0.0
     friction: float = 0.0
     inertia: Inertia | None = None
+    fault: str = ""
 
     def moved(self, value: Operand) -> Transform:
         """From its own frame to that of the joint before, at a value (n, 1) in rad or m."""
@@ -128,11 +130,14 @@ class Chain(Parametric):
         return tuple(regrouped([joint.rigid for joint in self.joints]))
 
     def check_masses(self, field: str) -> None:
-        """All masses are known, so that torques are.
+        """All masses are known and those of bodies, so that torques are.
 
         Raises:
             InvalidProblem: they are not, and ``field`` has no effect without them.
         """
+        fault = next((joint.fault for joint in self.joints if joint.fault), "")
+        if fault:
+            raise InvalidProblem(field, f"torques are not known: {fault}")
         if self.massless:
             raise InvalidProblem(field, f"torques are not known: no masses are stated for {', '.join(self.massless)}")
 

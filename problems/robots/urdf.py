@@ -230,7 +230,7 @@ def read_urdf(text: str, base_link: str | None = None, tip_link: str | None = No
     )
     if len(spheres) > MOST_SPHERES:
         raise refused(f"{len(spheres)} spheres cover its collision shapes, of at most {MOST_SPHERES}: give spheres")
-    notes += [note for body in bodies for note in body.notes]
+    notes += [note for body in bodies for note in (*body.faults, *body.notes)]
     notes += _gaps(moving) + _massless(bodies)
     return RobotDescription(chain=chain, links=tuple(frames.values()), spheres=spheres, notes=tuple(notes))
 
@@ -254,6 +254,7 @@ class _Body:
     frames: list[LinkFrame] = field(default_factory=list)
     inertias: list[Inertia] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    faults: list[str] = field(default_factory=list)  # why inertias are none
 
 
 def _bodies(tree: Tree, base: str, moving: list[UrdfJoint]) -> list[_Body]:
@@ -279,7 +280,7 @@ def _body(tree: Tree, number: int, link: str, along: set[str]) -> _Body:
         if inertia is not None:
             body.inertias.append(moved_inertia(inertia, pose))
             reason = impossible(inertia.matrix)
-            body.notes += [] if reason is None else [f"link {name!r}: no body has its inertia, {reason}"]
+            body.faults += [] if reason is None else [f"link {name!r}: no body has its inertia, {reason}"]
         body.notes += [f"link {name!r}: mesh {mesh} is not read, give spheres" for mesh in tree.links[name].meshes]
     return body
 
@@ -299,6 +300,7 @@ def _joint(joint: UrdfJoint, carrier: LinkFrame, body: _Body) -> ChainJoint:
         damping=joint.damping,
         friction=joint.friction,
         inertia=joined(body.inertias),
+        fault=next(iter(body.faults), ""),
     )
 
 

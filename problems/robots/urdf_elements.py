@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from problems.base import COORDINATES, FloatArray, InvalidProblem, shown
+from problems.base import COORDINATES, MASSES, FloatArray, InvalidProblem, shown
 from problems.robots.inertia import Inertia
 from problems.robots.spheres import Ball, cover_box, cover_cylinder, covered_capsule
 from problems.robots.transform import Matrix3, Point3, Transform, as_point, from_angles
@@ -234,8 +234,8 @@ def _inertia(element: ET.Element, owner: str) -> Inertia | None:
     mass = None if inertial is None else number(inertial.find("mass"), "value", owner)
     if inertial is None or mass is None:
         return None
-    if mass < 0.0:
-        raise refused(f"{owner}: a mass of {mass:g} kg")
+    if not 0.0 <= mass <= MASSES[1]:
+        raise refused(f"{owner}: a mass of {mass:g} kg; from 0 to {MASSES[1]:g} kg can be computed with")
     matrix = inertial.find("inertia")
     keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
     xx, xy, xz, yy, yz, zz = (0.0 if matrix is None else numbers(matrix, key, 1, (0.0,), owner)[0] for key in keys)

@@ -204,6 +204,24 @@ def test_an_inertia_that_no_body_has_is_noted() -> None:
     assert not any("no body" in note for note in crane().notes)
 
 
+def test_torques_of_what_no_body_is_are_not_known() -> None:
+    impossible = crane(HEAVY.replace('izz="0.3"', 'izz="0.9"'))
+    for stated in ({}, {"max_torque": [7.0, 9.0]}, {"payload": Payload(mass=1.0)}, {"coulomb_friction": 0.0}):
+        with pytest.raises(InvalidProblem, match="torques are not known: link 'mast': no body has its inertia"):
+            impossible.arm(max_acceleration=1.0, **stated)
+
+
+@pytest.mark.parametrize(("old", "new", "said"), [
+    ('mass value="', 'mass value="1e12" unused="', "a mass of 1e+12 kg; from 0 to 1e+09 kg can be computed with"),
+    ('mass value="', 'mass value="-1" unused="', "a mass of -1 kg"),
+    ('izz="0.3"', 'izz="1e13"', "izz of <inertia> is 1e+13, out of range"),
+])  # fmt: skip
+def test_masses_are_those_of_something(old: str, new: str, said: str) -> None:
+    with pytest.raises(InvalidProblem) as refused:
+        crane(HEAVY.replace(old, new))
+    assert said in refused.value.reason, refused.value.reason
+
+
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_built_in_inertias_are_those_of_bodies(name: str) -> None:
     for joint in built_in(name).chain.joints:
