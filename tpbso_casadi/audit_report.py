@@ -190,7 +190,12 @@ def audit_run(run: StoredRun) -> dict[str, Any]:
         "kind": "run",
         "searched": run.problem is not None,
         "objective": run.result.objective.model_dump(),
-        "certificate": {"verdict": str(motion.status), "seconds": certified - began},
+        "certificate": {
+            "verdict": str(motion.status),
+            "in_words": motion.status_in_words,
+            "not_judged": list(motion.not_judged),
+            "seconds": certified - began,
+        },
         "constraints": [_constraint(verdict, motion.criteria) for verdict in verdicts],
         "optimality": None if kkt is None else {**asdict(kkt), "licq": kkt.licq, "seconds": judged - certified},
         "optimum": optimum,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import casadi as ca
@@ -21,7 +22,7 @@ from problems.certify import (
     stay_verdicts,
     verdict,
 )
-from problems.limits import Clearance, Limit, LimitKind, limits_of
+from problems.limits import Clearance, Limit, LimitKind, SelfClearance, limits_of
 from problems.motions import JointPath, Trajectory
 from problems.objectives import OBJECTIVES, Objective
 from problems.robots import Robot
@@ -107,9 +108,18 @@ class Criteria:
         bounds = self.task.duration_bounds
         return 0.0 if bounds is None else bounds.time_scale(self.task.durations(trajectory))
 
+    @cached_property
+    def judged_limits(self) -> tuple[Limit, ...]:
+        """The limits as verdicts speak of them: of all bodies, also of those that a search need not look at."""
+        judged = [limit.complete(self.obstacles) for limit in self.limits]
+        own = SelfClearance.of_all(self.robot)
+        if own is not None and not any(isinstance(limit, SelfClearance) for limit in judged):
+            judged.append(own)
+        return tuple(judged)
+
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
         """Judge a finished trajectory against every constraint, far more densely than the search does."""
-        verdicts = limit_verdicts(self.limits, trajectory, self.task.end_accelerations)
+        verdicts = limit_verdicts(self.judged_limits, trajectory, self.task.end_accelerations)
         verdicts += stay_verdicts(self.limits, trajectory, self.task.stay)
         bounds = self.task.duration_bounds
         if bounds is not None:
@@ -119,7 +129,7 @@ class Criteria:
 
     def closest_approach(self, trajectory: Trajectory) -> ClosestApproach | None:
         """How near a motion comes to an obstacle, and when; None where none is within reach."""
-        near = (closest_approach(limit, trajectory) for limit in self.limits if isinstance(limit, Clearance))
+        near = (closest_approach(limit, trajectory) for limit in self.judged_limits if isinstance(limit, Clearance))
         return min((found for found in near if found is not None), key=lambda found: found.distance, default=None)
 
     def at_goal(self, trajectory: Trajectory) -> AtGoal | None:

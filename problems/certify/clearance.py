@@ -100,15 +100,14 @@ class KnownPairs:
         """All turns that move any pair, (m, dof), and their levers, (pairs, m), m."""
         numbers: dict[bytes, int] = {}  # of turns
         columns: dict[bytes, list[int]] = {}  # of all turns of a pair
-        levers = np.zeros((len(self.pairs), len(self.pairs) * self.robot.dof))
-        for row, pair in zip(levers, self.pairs, strict=True):
-            turns, own = pair.motion(self.robot)
-            key = turns.tobytes()
-            if key not in columns:
-                columns[key] = [numbers.setdefault(turn.tobytes(), len(numbers)) for turn in turns]
-            row[columns[key]] = own
-        turns = np.array([np.frombuffer(turn) for turn in numbers]).reshape(-1, self.robot.dof)
-        return turns, levers[:, : len(numbers)].copy()
+        motions = [pair.motion(self.robot) for pair in self.pairs]
+        for turns, _ in motions:
+            if turns.tobytes() not in columns:
+                columns[turns.tobytes()] = [numbers.setdefault(turn.tobytes(), len(numbers)) for turn in turns]
+        levers = np.zeros((len(self.pairs), len(numbers)))
+        for row, (turns, own) in zip(levers, motions, strict=True):
+            row[columns[turns.tobytes()]] = own
+        return np.array([np.frombuffer(turn) for turn in numbers]).reshape(-1, self.robot.dof), levers
 
     @cached_property
     def groups(self) -> list[PairGroup]:
@@ -320,10 +319,9 @@ class ClearanceProof:
 
 
 def prove_clearance(limit: Proximity, trajectory: Trajectory) -> ClearanceProof | None:
-    """Bound the clearance of a motion for all t; None when nothing can touch."""
-    robot, margin = limit.robot, limit.robot.margin
-    pairs = tuple(pair for pair in limit.pairs if pair.can_touch(robot))
-    if not pairs:
+    """Bound the clearance of a motion for all t, of all pairs of a limit; None when none of them can touch."""
+    robot, margin, pairs = limit.robot, limit.robot.margin, limit.pairs
+    if not any(pair.can_touch(robot) for pair in pairs):
         return None
     motion = MovingPairs.of(robot, pairs, trajectory)
     edges = trajectory.times(INITIAL_CELLS[robot.dim])

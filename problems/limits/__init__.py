@@ -89,6 +89,7 @@ __all__ = [
     "PenaltyKind",
     "Proximity",
     "Repetition",
+    "SelfClearance",
     "StatedExpression",
     "StepLimit",
     "TaperedMargin",

@@ -163,13 +163,17 @@ def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 
 
     Bodies that no joint moves, as the foot of a robot on a table, are none of them: no motion could avoid anything.
     """
+    return tuple(pair for pair in all_pairs(robot, obstacles) if pair.can_touch(robot, spare))
+
+
+def all_pairs(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[CollisionPair, ...]:
+    """All pairs of a body that a joint moves and an obstacle."""
     bodies = moving_bodies(robot)
-    pairs = (
+    return tuple(
         CollisionPair(body, number, obstacle, measured=is_measured(robot, body, obstacle))
         for number, obstacle in enumerate(obstacles, start=1)
         for body in bodies
     )
-    return tuple(pair for pair in pairs if pair.can_touch(robot, spare))
 
 
 def is_measured(robot: Robot, body: Body, obstacle: Obstacle) -> bool:
@@ -221,6 +225,10 @@ class Clearance(Proximity):
         """The bodies at each sample, kept clear by a share ``margin`` of the reach on top of the robot's margin."""
         formula = "clearance(link i at t_j, obstacle) >= margin: the link's point nearest to the obstacle"
         return [self.constraint(self.name, "", self.clearances(samples), margin, formula, EQUATION)]
+
+    def complete(self, obstacles: Sequence[Obstacle]) -> Clearance:
+        """That of all pairs: the least of all distances is among them."""
+        return Clearance(self.robot, all_pairs(self.robot, obstacles))
 
     def repetitions(self, symbolic_copy: Clearance) -> list[Repetition]:
         """Among balls, one for each make of obstacle: all balls that move, from one of them.

@@ -182,6 +182,10 @@ class Limit(Parametric, ABC):
             margin: to keep at the samples for what lies between them, a share of the limit's own size.
         """
 
+    def complete(self, obstacles: Sequence[Obstacle]) -> Limit:
+        """The limit as a verdict on a finished motion speaks of it, also of what a search need not look at; itself."""
+        return self
+
     def exact_constraints_at(self, samples: Samples) -> list[Constraint]:
         """The same without what may be rounded off for a search or a program; by default there is nothing such."""
         return self.constraints_at(samples)

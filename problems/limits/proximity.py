@@ -371,6 +371,16 @@ class SelfClearance(Proximity):
         pairs = tuple(BodyPair(*pair) for pair in robot.own_pairs) if robot.self_collision else ()
         return cls(robot, pairs) if pairs else None
 
+    def complete(self, obstacles: Sequence[Obstacle]) -> SelfClearance:
+        """That of all pairs of which a verdict speaks."""
+        return SelfClearance.of_all(self.robot) or self
+
+    @classmethod
+    def of_all(cls, robot: Robot) -> Self | None:
+        """The limit of all pairs of which a verdict speaks, where it is asked for and there are any."""
+        pairs = tuple(BodyPair(*pair) for pair in robot.proven_own_pairs) if robot.self_collision else ()
+        return cls(robot, pairs) if pairs else None
+
     def repetitions(self, symbolic_copy: SelfClearance) -> list[Repetition]:
         """Among balls, pairs of the same two clusters together; nothing is repeated."""
         bodies = dict.fromkeys(body for pair in self.pairs for body in (pair.first, pair.second))

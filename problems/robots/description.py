@@ -7,7 +7,7 @@ postures within the joints' limits. Sampling proves nothing: of pairs that are l
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import pi
@@ -37,10 +37,23 @@ LinkPairs = Collection[tuple[str, str]]
 Named = frozenset[frozenset[str]]
 
 
-def self_collision_pairs(
-    robot: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = ()
-) -> tuple[tuple[int, int], ...]:
-    """Numbers of spheres that have to keep apart, in ascending order; the same for the same robot.
+@dataclass(frozen=True)
+class OwnPairs:
+    """Pairs of a robot's spheres, of links that no joint connects, by their numbers in ascending order.
+
+    Attributes:
+        kept: that come together at some random posture, and must not.
+        far: that came together at none; they must not either.
+        together: that touch at nearly every posture, so that they belong together.
+    """
+
+    kept: tuple[tuple[int, int], ...] = ()
+    far: tuple[tuple[int, int], ...] = ()
+    together: tuple[tuple[int, int], ...] = ()
+
+
+def own_pairs_of(robot: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = ()) -> OwnPairs:
+    """Which spheres have to keep apart; the same for the same robot.
 
     Args:
         robot: its spheres, limits of the joints and margin decide.
@@ -56,17 +69,22 @@ def self_collision_pairs(
 
 
 @lru_cache(maxsize=16)
-def _chosen(robot: SpatialArm, disabled: Named, kept: Named) -> tuple[tuple[int, int], ...]:
+def _chosen(robot: SpatialArm, disabled: Named, kept: Named) -> OwnPairs:
     pairs = np.array(robot.link_pairs, dtype=int).reshape(-1, 2)
     may_touch, must_not = (_named(robot, pairs, names) for names in (disabled, kept))
     pairs, must_not = pairs[~may_touch], must_not[~may_touch]
     if not len(pairs):
-        return ()
+        return OwnPairs()
     if len(pairs) > MOST_PAIRS:
         raise InvalidProblem("spheres", f"{len(robot.spheres)} make {len(pairs)} pairs, of at most {MOST_PAIRS}")
     least, touching = _Sampled(robot, pairs).result
-    counted = must_not | ((least < max(SLACK, robot.margin)) & (touching < ALWAYS))
-    return tuple((int(one), int(two)) for one, two in pairs[counted])
+    together = ~must_not & (touching >= ALWAYS)
+    near = ~together & (must_not | (least < max(SLACK, robot.margin)))
+    return OwnPairs(*(_numbers(pairs[chosen]) for chosen in (near, ~together & ~near, together)))
+
+
+def _numbers(pairs: NDArray[np.int64]) -> tuple[tuple[int, int], ...]:
+    return tuple((int(one), int(two)) for one, two in pairs)
 
 
 def _check(robot: SpatialArm, disabled: LinkPairs, kept: LinkPairs) -> None:
@@ -188,6 +206,7 @@ class RobotDescription:
         disabled: names of links that may touch.
         title: what people call the robot; empty where it is not known.
         notes: what is missing or not planned with, a line each.
+        unread: links that a joint moves with a file of their collision geometry that is not read.
         max_acceleration: of each joint, rad/s^2 or m/s^2; None where it is not known (a URDF states none).
         max_jerk: rad/s^3 or m/s^3; None where nothing is known to limit it.
     """
@@ -198,6 +217,7 @@ class RobotDescription:
     disabled: tuple[tuple[str, str], ...] = ()
     title: str = ""
     notes: tuple[str, ...] = ()
+    unread: tuple[tuple[str, str], ...] = ()
     max_acceleration: tuple[float, ...] | None = None
     max_jerk: tuple[float, ...] | None = None
 
@@ -279,17 +299,72 @@ class RobotDescription:
         """The same with more links that may touch."""
         return replace(self, disabled=(*self.disabled, *pairs))
 
-    def self_pairs(
-        self, arm: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = ()
-    ) -> tuple[tuple[int, int], ...]:
-        """Numbers of an arm's spheres that have to keep apart: see :func:`self_collision_pairs`.
+    def own_pairs(self, arm: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = ()) -> OwnPairs:
+        """Which of an arm's spheres have to keep apart: see :func:`own_pairs_of`.
 
         Raises:
             InvalidProblem: as there.
         """
         links = {sphere.name for sphere in arm.spheres}
         known = [pair for pair in self.disabled if links.issuperset(pair)]
-        return self_collision_pairs(arm, (*known, *disabled), kept)
+        return own_pairs_of(arm, (*known, *disabled), kept)
+
+    def complete(
+        self,
+        arm: SpatialArm,
+        disabled: LinkPairs = (),
+        kept: LinkPairs = (),
+        ignored: Sequence[str] = (),
+    ) -> SpatialArm:
+        """An arm made of this, with the pairs of its spheres and what no verdict on it speaks of.
+
+        Args:
+            arm: as :meth:`arm` makes it.
+            disabled: names of links that may touch.
+            kept: names of links that must not, whatever random postures say.
+            ignored: names of links whose geometry is left out.
+
+        Raises:
+            InvalidProblem: as :func:`own_pairs_of`; or the geometry of a link that a joint moves was not read, no
+                spheres are stated for it, and nobody says that it is to be left out.
+        """
+        names = [frame.name for frame in self.links]
+        unknown = next((link for link in ignored if link not in names), None)
+        if unknown is not None:
+            raise InvalidProblem("ignore_geometry", f"no link {unknown!r} in the chain; there are {', '.join(names)}")
+        arm = replace(arm, spheres=tuple(sphere for sphere in arm.spheres if sphere.name not in ignored))
+        covered = {sphere.name for sphere in arm.spheres}
+        for link, file in self.unread:
+            if link not in covered and link not in ignored:
+                cure = f"state spheres for it, or leave it out of every verdict: ignore_geometry = [{link!r}]"
+                raise InvalidProblem("urdf", f"link {link!r}: its mesh {file} is not read; {cure}")
+        pairs = self.own_pairs(arm, disabled, kept)
+        return replace(
+            arm,
+            kept_pairs=pairs.kept,
+            proven_pairs=pairs.far,
+            ignored_links=tuple(dict.fromkeys(ignored)),
+            left_out=tuple(self._left_out(arm, pairs, disabled, ignored)),
+        )
+
+    def _left_out(self, arm: SpatialArm, pairs: OwnPairs, disabled: LinkPairs, ignored: Sequence[str]) -> Iterator[str]:
+        covered = {sphere.name for sphere in arm.spheres}
+        if ignored:
+            yield f"the geometry of {', '.join(dict.fromkeys(ignored))}, which is to be ignored"
+        carried = {joint.link for joint in self.chain.joints}
+        bare = [f.name for f in self.links if f.name in carried and f.name not in covered and f.name not in ignored]
+        if bare:
+            yield f"bodies of {', '.join(bare)}: no collision geometry is stated"
+        may_touch = [*dict.fromkeys(tuple(sorted(pair)) for pair in (*self.disabled, *disabled))]
+        may_touch = [pair for pair in may_touch if covered.issuperset(pair)]
+        if may_touch:
+            yield f"own links that may touch: {', '.join(' and '.join(pair) for pair in may_touch)}"
+        spheres = arm.spheres
+        together = dict.fromkeys(tuple(sorted((spheres[a].name, spheres[b].name))) for a, b in pairs.together)
+        if together:
+            yield f"own spheres that touch at nearly every posture: {', '.join(' and '.join(p) for p in together)}"
+        if arm.max_torque is None and self.chain.massless:
+            yield f"torques: no masses are stated for {', '.join(self.chain.massless)}"
 
     @property
     def drawn(self) -> SpatialArm:

@@ -242,6 +242,21 @@ class Robot(Parametric, ABC):
         return ()
 
     @property
+    def proven_own_pairs(self) -> tuple[tuple[Body, Body], ...]:
+        """Pairs of its own bodies of which the verdict on a finished motion speaks; a search may look at fewer."""
+        return self.own_pairs
+
+    @property
+    def ignored(self) -> tuple[str, ...]:
+        """Links whose geometry is left out because the user says so; none by default."""
+        return ()
+
+    @property
+    def unjudged(self) -> tuple[str, ...]:
+        """What no verdict speaks of, although it is or may be there, a line each; nothing by default."""
+        return ()
+
+    @property
     def says_what_could_touch(self) -> bool:
         """Whether ``own_pairs`` are all that there are; if not, self-collision cannot be looked after."""
         return bool(self.own_pairs) or self.dof <= 2

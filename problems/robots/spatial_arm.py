@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -67,6 +68,10 @@ class SpatialArm(Robot):
         tool_translation: of the tool in the frame of the chain's tip, m.
         tool_rotation: the same.
         kept_pairs: of numbers of spheres that must keep apart with ``self_collision``.
+        proven_pairs: of numbers of spheres that a verdict looks at besides: those that came together at no random
+            posture, so that a search leaves them out.
+        ignored_links: whose geometry is left out because the user says so.
+        left_out: what no verdict speaks of, a line each.
         max_torque: N m or N; None where nothing limits it.
         payload: what the tool carries; None for nothing.
         gravity: m/s^2, as seen from outside.
@@ -92,6 +97,9 @@ class SpatialArm(Robot):
     tool_translation: Point3 = (0.0, 0.0, 0.0)
     tool_rotation: Matrix3 = UNTURNED
     kept_pairs: tuple[tuple[int, int], ...] = ()
+    proven_pairs: tuple[tuple[int, int], ...] = ()
+    ignored_links: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
     max_torque: tuple[float, ...] | None = None
     payload: Payload | None = None
     gravity: Point3 = GRAVITY
@@ -300,8 +308,27 @@ class SpatialArm(Robot):
     @property
     def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
         """Those of ``kept_pairs``, the one nearer the base first."""
-        pairs = (sorted(pair, key=lambda number: self.spheres[number].link) for pair in self.kept_pairs)
+        return self._bodies_of(self.kept_pairs)
+
+    @property
+    def proven_own_pairs(self) -> tuple[tuple[Body, Body], ...]:
+        """Those of ``kept_pairs`` and ``proven_pairs``."""
+        return self._bodies_of((*self.kept_pairs, *self.proven_pairs))
+
+    def _bodies_of(self, numbers: Iterable[tuple[int, int]]) -> tuple[tuple[Body, Body], ...]:
+        """Pairs of spheres by their numbers, the one nearer the base first."""
+        pairs = (sorted(pair, key=lambda number: self.spheres[number].link) for pair in numbers)
         return tuple((self.bodies[one], self.bodies[two]) for one, two in pairs)
+
+    @property
+    def ignored(self) -> tuple[str, ...]:
+        """Those of ``ignored_links``."""
+        return self.ignored_links
+
+    @property
+    def unjudged(self) -> tuple[str, ...]:
+        """The lines of ``left_out``."""
+        return self.left_out
 
     @property
     def link_pairs(self) -> tuple[tuple[int, int], ...]:

@@ -232,7 +232,13 @@ def read_urdf(text: str, base_link: str | None = None, tip_link: str | None = No
         raise refused(f"{len(spheres)} spheres cover its collision shapes, of at most {MOST_SPHERES}: give spheres")
     notes += [note for body in bodies for note in (*body.faults, *body.notes)]
     notes += _gaps(moving) + _massless(bodies)
-    return RobotDescription(chain=chain, links=tuple(frames.values()), spheres=spheres, notes=tuple(notes))
+    return RobotDescription(
+        chain=chain,
+        links=tuple(frames.values()),
+        spheres=spheres,
+        notes=tuple(notes),
+        unread=tuple(unread for body in bodies[1:] for unread in body.unread),
+    )
 
 
 def _check(moving: list[UrdfJoint], base: str) -> None:
@@ -255,6 +261,7 @@ class _Body:
     inertias: list[Inertia] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)  # why inertias are none
+    unread: list[tuple[str, str]] = field(default_factory=list)  # links with a file of their geometry
 
 
 def _bodies(tree: Tree, base: str, moving: list[UrdfJoint]) -> list[_Body]:
@@ -282,6 +289,7 @@ def _body(tree: Tree, number: int, link: str, along: set[str]) -> _Body:
             reason = impossible(inertia.matrix)
             body.faults += [] if reason is None else [f"link {name!r}: no body has its inertia, {reason}"]
         body.notes += [f"link {name!r}: mesh {mesh} is not read, give spheres" for mesh in tree.links[name].meshes]
+        body.unread += [(name, mesh) for mesh in tree.links[name].meshes]
     return body
 
 

@@ -50,7 +50,13 @@ def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
     """Obstacles and robot are both in the plane or in space; a base at which a body begins is clear.
 
     Where bodies are balls, the base's own are checked with the postures.
+
+    Raises:
+        InvalidProblem: one is of another dimension, or encloses the base; or nothing of the robot could touch any.
     """
+    if obstacles and not any(levers.any() for levers in robot.levers):
+        reason = "no collision geometry of a link that moves is known, so that nothing could be kept clear of them"
+        raise InvalidProblem("obstacles", f"{reason}; state spheres of the robot, or leave them out")
     for number, obstacle in enumerate(obstacles, start=1):
         if obstacle.dim != robot.dim:
             name = f"obstacle {number}, {type(obstacle.unmoved).__name__} at {obstacle.place}"

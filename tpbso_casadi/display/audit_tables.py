@@ -117,7 +117,7 @@ def _redundant(c: dict[str, Any]) -> str:
 
 def print_run_audit(audit: dict[str, Any], console: OutputConsole) -> None:
     """The certificate, the margins, the first-order conditions and the shadow prices of the limits."""
-    verdict = audit["certificate"]["verdict"]
+    verdict = audit["certificate"]["in_words"]
     objective, seconds = audit["objective"], audit["certificate"]["seconds"]
     value = "not a number" if objective["value"] is None else f"{objective['value']:.6g}"
     table = table_of(word("constraint"), number("worst"), word("limit"), number("margin"), word(""), prose("where"))
@@ -128,6 +128,8 @@ def print_run_audit(audit: dict[str, Any], console: OutputConsole) -> None:
         table.add_row(*map(Text, (c["name"], f"{c['worst']:.6g}", limit, margin)), mark, Text(c["where"]))
     title = f"{verdict} in {seconds * 1e3:.1f} ms: {objective['name']} {value} {objective['unit']}"
     console.print_table(title, table)
+    for line in audit["certificate"]["not_judged"]:
+        console.say(f"not judged: {line}")
     if audit["retiming"] is not None:
         print_retiming(audit["retiming"], console)
     if audit["optimality"] is None:

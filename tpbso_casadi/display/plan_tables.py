@@ -42,6 +42,8 @@ def print_plan(plan: PlannedMotion, console: OutputConsole) -> None:
     for verdict in plan.verdicts:
         table.add_row(*_row(verdict))
     console.print_table(summary_of(plan), table)
+    for line in plan.motion.not_judged:
+        console.say(f"not judged: {line}")
     if plan.searched is not None and plan.searched.polish is not None:
         print_polish(plan.searched, plan.searched.polish, console)
     if plan.retiming is not None:

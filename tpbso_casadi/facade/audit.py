@@ -63,6 +63,11 @@ class RunAudit(Audit):
         return CertificateStatus(self.content["certificate"]["verdict"])
 
     @property
+    def not_judged(self) -> list[str]:
+        """What no verdict speaks of, although it is or may be there, a line each."""
+        return list(self.content["certificate"]["not_judged"])
+
+    @property
     def certified(self) -> bool:
         """Whether every constraint is proven to hold for all t."""
         return self.status is CertificateStatus.CERTIFIED
@@ -100,14 +105,21 @@ class RunAudit(Audit):
     def _unit(self) -> str:
         return str(self.content["objective"]["unit"])
 
+    @property
+    def _in_words(self) -> str:
+        return str(self.content["certificate"]["in_words"])
+
     def __repr__(self) -> str:
         active = sum(c["active"] for c in self.constraints)
         known = f"; {len(self.shadow_prices)} shadow prices" if self.shadow_prices else ""
-        return f"<audit: {self.status}, {len(self.constraints)} constraints, {active} active{known}>"
+        return f"<audit: {self._in_words}, {len(self.constraints)} constraints, {active} active{known}>"
 
     def _repr_html_(self) -> str:
         keys = ("name", "worst", "bound", "unit", "margin", "status", "where")
-        parts = [heading(f"{self.status} for all t"), table(keys, ([c[key] for key in keys] for c in self.constraints))]
+        parts = [
+            heading(f"{self._in_words} for all t"),
+            table(keys, ([c[key] for key in keys] for c in self.constraints)),
+        ]
         if self.shadow_prices:
             headings = ("limit", "of", "now", "1 % saves", "one unit saves")
             rows = [

@@ -109,6 +109,11 @@ class Plan:
         return self.motion.status
 
     @property
+    def not_judged(self) -> tuple[str, ...]:
+        """What no verdict speaks of, although it is or may be there, a line each: links without geometry, for one."""
+        return self.motion.not_judged
+
+    @property
     def certified(self) -> bool:
         """Whether every constraint is proven to hold for all t."""
         return self.planned.feasible
@@ -130,7 +135,7 @@ class Plan:
             f"{part.name} {value:.6g} {part.unit}" if isfinite(value) else f"{part.name} is undefined"
             for part, _, value in parts
         )
-        return f"<plan: {values}, {self.status}, T = {self.duration:.4g} s>"
+        return f"<plan: {values}, {self.motion.status_in_words}, T = {self.duration:.4g} s>"
 
     def to_numpy(self, times: FloatArray | None = None) -> dict[str, FloatArray]:
         """The motion as arrays, by column name: ``t``, ``q1`` ..., as in ``trajectory.csv``.

@@ -35,7 +35,9 @@ def headline(plan: PlannedMotion) -> str:
     value = f"{objective.name} {plan.objective:.4g} {objective.unit}".rstrip()
     is_duration = f"{plan.objective:.4g} {objective.unit}" == f"{duration:.4g} s"
     first = f"{objective.name} T = {duration:.4g} s" if is_duration else f"{value}, T = {duration:.4g} s"
-    return f"{first}\n{plan.criteria.robot.dof} joints, {STATUSES[plan.motion.status]}"
+    ignored = plan.criteria.robot.ignored
+    without = f"\nwithout the geometry of {', '.join(ignored)}" if ignored else ""
+    return f"{first}\n{plan.criteria.robot.dof} joints, {STATUSES[plan.motion.status]}{without}"
 
 
 HEIGHT = 2.6  # inches

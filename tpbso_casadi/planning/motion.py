@@ -124,6 +124,17 @@ class Motion:
         return next((status for status in worst_first if status in statuses), CertificateStatus.CERTIFIED)
 
     @property
+    def status_in_words(self) -> str:
+        """The same, with the links whose geometry the user left out."""
+        ignored = self.problem.robot.ignored
+        return f"{self.status} without the geometry of {', '.join(ignored)}" if ignored else str(self.status)
+
+    @property
+    def not_judged(self) -> tuple[str, ...]:
+        """What no verdict speaks of, although it is or may be there, a line each."""
+        return self.problem.robot.unjudged
+
+    @property
     def feasible(self) -> bool:
         """Whether every constraint is certified to hold, and the objective is a number."""
         return self.status is CertificateStatus.CERTIFIED and isfinite(self.objective)

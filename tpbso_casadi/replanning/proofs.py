@@ -21,7 +21,7 @@ from problems import (
 )
 from problems.base import FloatArray, Reading
 from problems.certify import TOLERANCE, ClearanceProof, prove, prove_clearance
-from problems.limits import Clearance, Pair, Proximity, limits_of, proximity_limits
+from problems.limits import Clearance, Pair, Proximity, SelfClearance, limits_of, proximity_limits
 from problems.motions import Samples
 
 ROUNDING = 1e-9  # of numbers of obstacles that are one
@@ -57,7 +57,8 @@ class ObservedScene:
 
     @cached_property
     def _own(self) -> tuple[Pair, ...]:
-        return tuple(pair for limit in proximity_limits(self.robot, ()) for pair in limit.pairs)
+        limit = SelfClearance.of_all(self.robot)
+        return () if limit is None else limit.pairs
 
     @cached_property
     def moving(self) -> MergedClearance:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from math import radians
 from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
@@ -310,6 +309,7 @@ class SpatialRobotSection(Section):
     srdf_text: FileText | None = None
     disabled_pairs: LinkPairs | None = None
     kept_pairs: LinkPairs | None = None
+    ignore_geometry: list[Word] | None = None
     max_speed: Annotated[PerJoint | None, ANGULAR] = None
     max_acceleration: Annotated[PerJoint | None, ANGULAR] = None
     max_jerk: Annotated[PerJoint | None, ANGULAR] = None
@@ -392,8 +392,9 @@ class SpatialRobotSection(Section):
             )
             if self.srdf_text is not None:
                 description = description.with_disabled(read_srdf(self.srdf_text))
-            pairs = description.self_pairs(arm, self.disabled_pairs or (), self.kept_pairs or ())
-            return replace(arm, kept_pairs=pairs)
+            return description.complete(
+                arm, self.disabled_pairs or (), self.kept_pairs or (), self.ignore_geometry or ()
+            )
 
     def in_radians(self) -> Self:
         """The same, read as a table in degrees.

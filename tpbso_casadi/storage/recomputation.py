@@ -23,6 +23,7 @@ from tpbso_casadi.planning import (
     motion_of,
 )
 from tpbso_casadi.storage.result import (
+    CertificateResult,
     PiecesResult,
     PolishedMotion,
     RunResult,
@@ -175,6 +176,8 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
     for key in ("closest_approach", "at_goal"):
         if getattr(result, key) is None:  # older results have none
             del keys[key]
+    if result.certificate.in_words is None:  # likewise
+        keys["certificate"] = CertificateResult(verdict=motion.status)
     stated = {constraint.name for constraint in result.constraints}
     keys["constraints"] = [row for row in keys["constraints"] if row.name in stated or row.name not in ADDED_ROWS]
     keys["versions"] = {name: result.versions.get(name, "") for name in ("python", *versions())}

@@ -171,9 +171,22 @@ class AtGoalResult(StoredTable):
 
 
 class CertificateResult(StoredTable):
-    """All constraints together, for all t."""
+    """All constraints together, for all t.
+
+    Attributes:
+        verdict: certified, violated or undecided.
+        in_words: the same with the links whose geometry was left out; None in results of version 1.0.0.
+        not_judged: what no verdict speaks of, a line each; None likewise.
+    """
 
     verdict: CertificateStatus
+    in_words: str | None = None
+    not_judged: list[str] | None = None
+
+    @classmethod
+    def of(cls, motion: Motion) -> Self:
+        """That of a motion."""
+        return cls(verdict=motion.status, in_words=motion.status_in_words, not_judged=list(motion.not_judged))
 
 
 FORMER_NAMES = (  # of variables, in results of version 1.0.0
@@ -498,7 +511,7 @@ def of_motion(motion: Motion) -> dict[str, Any]:
         "objective": ObjectiveResult.of(motion),
         "constraints": [ConstraintResult.model_validate(verdict) for verdict in motion.verdicts],
         "feasible": motion.feasible,
-        "certificate": CertificateResult(verdict=motion.status),
+        "certificate": CertificateResult.of(motion),
         "closest_approach": None if closest is None else ClosestApproachResult.model_validate(closest),
         "at_goal": None if at_goal is None else AtGoalResult.model_validate(at_goal),
     }

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from problems import InvalidProblem
 from problems.robots import BUILT_IN, ChainJoint, SpatialArm, Sphere, Transform, built_in, read_spheres, read_urdf
 from problems.robots.chain import Chain
-from problems.robots.description import self_collision_pairs
+from problems.robots.description import own_pairs_of
 from problems.robots.spheres import MOST_BALLS, Ball, cover_box, cover_cylinder, covered_capsule
 
 SIZES = st.floats(0.001, 2.0)
@@ -146,46 +146,46 @@ def ball(link: int, x: float, radius: float = 0.1) -> Sphere:
 
 
 def test_what_can_touch_has_to_keep_apart() -> None:
-    assert self_collision_pairs(arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9))) == ((0, 2), (1, 2))
+    assert own_pairs_of(arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9))).kept == ((0, 2), (1, 2))
 
 
 def test_bodies_that_a_joint_connects_may_touch() -> None:
-    assert self_collision_pairs(arm(ball(1, 0.5), ball(2, 0.5))) == ()
+    assert own_pairs_of(arm(ball(1, 0.5), ball(2, 0.5))).kept == ()
 
 
 def test_what_never_touches_needs_no_watching() -> None:
-    assert self_collision_pairs(arm(ball(1, 0.5), ball(3, 0.9), bend=0.5)) == ()
+    assert own_pairs_of(arm(ball(1, 0.5), ball(3, 0.9), bend=0.5)).kept == ()
 
 
 def test_what_always_touches_is_one_thing() -> None:
-    assert self_collision_pairs(arm(ball(0, 0.0, 1.2), ball(2, 0.0, 0.3))) == ()
+    assert own_pairs_of(arm(ball(0, 0.0, 1.2), ball(2, 0.0, 0.3))).kept == ()
 
 
 def test_the_margin_counts() -> None:
     near = arm(ball(1, 0.0), ball(3, 0.0), bend=1.0)  # at least 1.75 m apart
-    assert self_collision_pairs(near) == ()
+    assert own_pairs_of(near).kept == ()
     wide = replace(near, margin=1.7)
-    assert self_collision_pairs(wide) == ((0, 1),)
+    assert own_pairs_of(wide).kept == ((0, 1),)
 
 
 def test_links_are_named_to_override() -> None:
     robot = arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9))
-    assert self_collision_pairs(robot, disabled=[("l3", "l0")]) == ((1, 2),)
+    assert own_pairs_of(robot, disabled=[("l3", "l0")]).kept == ((1, 2),)
     stiff = arm(ball(1, 0.5), ball(3, 0.9), bend=0.5)
-    assert self_collision_pairs(stiff, kept=[("l1", "l3")]) == ((0, 1),)
-    assert self_collision_pairs(robot, disabled=[("l0", "l3"), ("l1", "l3")]) == ()
+    assert own_pairs_of(stiff, kept=[("l1", "l3")]).kept == ((0, 1),)
+    assert own_pairs_of(robot, disabled=[("l0", "l3"), ("l1", "l3")]).kept == ()
 
 
 def test_what_cannot_be_overridden_or_would_take_minutes_is_refused() -> None:
     robot = arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9))
     with pytest.raises(InvalidProblem, match="kept_pairs: 'l1' and 'l0' are one body, or a joint connects them"):
-        self_collision_pairs(robot, kept=[("l0", "l3"), ("l1", "l0")])
+        own_pairs_of(robot, kept=[("l0", "l3"), ("l1", "l0")])
     with pytest.raises(InvalidProblem, match="disabled_pairs: no spheres on link 'l7'; there are l0, l1, l3"):
-        self_collision_pairs(robot, disabled=[("l0", "l7")])
+        own_pairs_of(robot, disabled=[("l0", "l7")])
     row = [ball(link, 0.001 * place) for link in (0, 3) for place in range(150)]
     with pytest.raises(InvalidProblem, match="spheres: 300 make 22500 pairs, of at most 20000"):
-        self_collision_pairs(arm(*row))
-    assert self_collision_pairs(arm(*row), disabled=[("l0", "l3")]) == ()
+        own_pairs_of(arm(*row))
+    assert own_pairs_of(arm(*row), disabled=[("l0", "l3")]).kept == ()
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
@@ -193,8 +193,8 @@ def test_no_pair_of_a_real_robot_is_missed(name: str) -> None:
     """At 10,000 other random postures no sphere that may touch does."""
     description = built_in(name)
     robot = description.arm()
-    kept = set(description.self_pairs(robot))
-    assert kept == set(description.self_pairs(robot))
+    kept = set(description.own_pairs(robot).kept)
+    assert kept == set(description.own_pairs(robot).kept)
     low, high = np.clip(np.array(robot.position_limits).T, -np.pi, np.pi)
     theta = np.random.default_rng(99).uniform(low, high, (10_000, robot.dof))
     frames = robot.positions(ca.DM(theta))
@@ -212,7 +212,7 @@ def test_links_that_are_known_to_be_near_may_touch_if_they_have_spheres() -> Non
     description = built_in("panda")
     spheres = [sphere for sphere in description.spheres if sphere.name != "panda_hand"]
     robot = description.arm(spheres=spheres)
-    links = {frozenset((spheres[one].name, spheres[two].name)) for one, two in description.self_pairs(robot)}
+    links = {frozenset((spheres[one].name, spheres[two].name)) for one, two in description.own_pairs(robot).kept}
     assert frozenset(("panda_link5", "panda_link7")) not in links
     assert frozenset(("panda_link2", "panda_link7")) in links
 
@@ -221,7 +221,7 @@ def test_links_that_are_known_to_be_near_may_touch_if_they_have_spheres() -> Non
 def test_most_postures_of_a_real_robot_are_free(name: str) -> None:
     description = built_in(name)
     robot = description.arm()
-    pairs = np.array(description.self_pairs(robot))
+    pairs = np.array(description.own_pairs(robot).kept)
     low, high = np.clip(np.array(robot.position_limits).T, -np.pi, np.pi)
     frames = robot.positions(ca.DM(np.random.default_rng(5).uniform(low, high, (500, robot.dof))))
     centers = np.stack([np.array(frames[body.start]) for body in robot.bodies])

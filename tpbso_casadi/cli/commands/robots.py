@@ -56,7 +56,7 @@ def print_robot(robot: RobotDescription, console: OutputConsole) -> None:
     if robot.spheres:
         console.say("")
         console.print_table("collision spheres, m", _spheres(robot.spheres))
-        pairs = robot.self_pairs(robot.drawn)
+        pairs = robot.own_pairs(robot.drawn).kept
         links = {tuple(sorted((robot.spheres[one].name, robot.spheres[two].name))) for one, two in pairs}
         console.say(f"self-collision: {len(pairs)} pairs of spheres, on {len(links)} pairs of links, can touch")
     else:
