@@ -15,7 +15,18 @@ from oracles.moving import KINDS, Table, random_motion
 from oracles.outlines import dense, inside, skeletons, to_segment
 from scipy.spatial.transform import Rotation
 
-from problems import CertificateStatus, ConstantVelocity, MovingObstacle, PlanarArm, Rectangle, Tabulated, Trajectory
+from problems import (
+    CertificateStatus,
+    ConstantVelocity,
+    Joints,
+    Move,
+    MovingObstacle,
+    PlanarArm,
+    Rectangle,
+    Tabulated,
+    Trajectory,
+    move,
+)
 from problems.certify import ClearanceProof, closest_approach, prove_clearance
 from problems.limits import Clearance, proximity_limits, reachable_pairs
 from problems.robots import SpatialArm, Sphere
@@ -358,3 +369,19 @@ def test_bodies_farther_out_than_the_tool_count() -> None:
 
 def test_where_nothing_can_come_near_there_is_no_closest_approach() -> None:
     assert closest_approach(Clearance(ARM, ()), still_arm(1.0)) is None
+
+
+def test_bodies_that_cannot_touch_are_in_the_least_clearance() -> None:
+    """The first link cannot reach the disc, and is nearest to it all the same: 1.2 m below its centre."""
+    arm = PlanarArm((1.0, 1.0), (2.0, 2.0), (10.0, 10.0))
+    disc = Ellipse((0.5, 1.2), (0.1, 0.1))
+    task = Move(arm, Joints((0.0, -1.5)), (Joints((0.0, -1.6)),), obstacles=(disc,))
+    problem = move(task)
+    assert [str(pair) for limit in problem.limits if isinstance(limit, Clearance) for pair in limit.pairs] == [
+        "link 2, obstacle 1"
+    ]
+    turned = Trajectory(np.array([0.0, 1.0]), np.array([[[0.0, -0.1]], [[0.0, -1.5]]]))
+    (verdict,) = [row for row in problem.verify(turned) if row.name == "clearance"]
+    assert 0.89 * 1.1 <= verdict.worst <= 1.1 and verdict.where.startswith("link 1")
+    closest = problem.closest_approach(turned)
+    assert closest is not None and closest.distance == pytest.approx(1.1, abs=1e-6)

@@ -11,8 +11,12 @@ from helpers.urdf import ARM
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems import InvalidProblem
+from problems import CertificateStatus, InvalidProblem, Joints, Move, Trajectory
+from problems.assembly import Criteria
+from problems.limits import SelfClearance, limits_of
+from problems.objectives import OBJECTIVES
 from problems.robots import BUILT_IN, ChainJoint, SpatialArm, Sphere, Transform, built_in, read_spheres, read_urdf
+from problems.robots import description as description_module
 from problems.robots.chain import Chain
 from problems.robots.description import own_pairs_of
 from problems.robots.spheres import MOST_BALLS, Ball, cover_box, cover_cylinder, covered_capsule
@@ -228,3 +232,27 @@ def test_most_postures_of_a_real_robot_are_free(name: str) -> None:
     radii = np.array([sphere.radius for sphere in robot.spheres])
     gaps = np.linalg.norm(centers[pairs[:, 0]] - centers[pairs[:, 1]], axis=2) - radii[pairs].sum(axis=1)[:, None]
     assert np.mean(gaps.min(axis=0) > 0.0) > 0.7
+
+
+def test_what_random_postures_never_bring_together_is_judged_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small spheres that a random posture hardly ever brings together: a search leaves them out, a verdict does not."""
+    monkeypatch.setattr(description_module, "SAMPLES", 3)
+    closed = 2.0 * np.pi / 3.0  # where the end of the last link is back at the base
+    start, goal = (0.0, closed - 0.1, closed + 0.1), (0.0, closed + 0.1, closed - 0.1)
+    robot = arm(ball(1, 0.0, 0.005), ball(3, 1.0, 0.005))
+    pairs = own_pairs_of(robot)
+    assert (pairs.kept, pairs.far) == ((), ((0, 1),))
+    robot = replace(robot, proven_pairs=pairs.far, self_collision=True)
+    ends = Joints(start), (Joints(goal),)
+    middle = Trajectory(np.array([0.0, 1.0]), np.array([[np.subtract(goal, start)], [start]]))
+    criteria = Criteria(task=Move(robot, *ends), objective=OBJECTIVES["time"], limits=limits_of(robot, ()))
+    assert not any(isinstance(limit, SelfClearance) for limit in criteria.limits)
+    (own,) = [row for row in criteria.verify(middle) if row.name == "self clearance"]
+    assert own.status is CertificateStatus.VIOLATED
+    assert own.worst == pytest.approx(-0.01, abs=1e-6)
+    aside = Trajectory(middle.breakpoints, middle.coefficients + np.array([[[0.0] * 3], [[0.0, 0.2, 0.0]]]))
+    (own,) = [row for row in criteria.verify(aside) if row.name == "self clearance"]
+    turns = np.cumsum(aside.at(np.linspace(0.0, 1.0, 20_001)), axis=1)
+    least = float(np.hypot(np.cos(turns).sum(axis=1), np.sin(turns).sum(axis=1)).min()) - 0.01
+    assert own.status is CertificateStatus.CERTIFIED
+    assert 0.8 * least < own.worst <= least

@@ -12,9 +12,12 @@ import numpy as np
 import pytest
 from helpers.running import line_of
 
+import tpbso_casadi as tp
 from problems import PlanarArm
 from problems.robots import Payload, Robot, SpatialArm, planar_payload
 from tpbso_casadi import ScenarioError, parse_scenario
+from tpbso_casadi.animation import animate
+from tpbso_casadi.cli.commands import audit
 from tpbso_casadi.scenario import InputFolder
 
 URDF = """<robot name="short">
@@ -309,3 +312,57 @@ def test_what_is_wrong_with_bodies_is_named() -> None:
     for key in ("max_torque", "link_centers", "link_inertias", "viscous_friction", "coulomb_friction"):
         message = f"arm.{key}: link_masses are needed with it"
         assert line_of(partial(robot_of, ARM | {key: 1.0}, "arm")).startswith(message)
+
+
+MESH = '<link name="lower"><collision><geometry><mesh filename="lower.stl"/></geometry></collision></link>'
+FULL = SPHERES + SPHERES.replace("hand", "lower").partition('[[spheres]]\nlink = "foot"')[0]
+
+
+@pytest.fixture
+def meshed(folder: InputFolder) -> InputFolder:
+    """The same robot, with a mesh on a link that moves."""
+    (folder.path / "mesh.urdf").write_text(URDF.replace('<link name="lower"/>', MESH))
+    (folder.path / "full.toml").write_text(FULL)
+    return folder
+
+
+def test_a_mesh_that_is_not_read_is_refused(meshed: InputFolder) -> None:
+    unread = r"^robot\.urdf: link 'lower': its mesh lower\.stl is not read; state spheres for it, or leave it out of "
+    for spheres in (..., "balls.toml"):
+        with pytest.raises(ScenarioError, match=unread + r"every verdict: ignore_geometry = \['lower'\]$"):
+            built(meshed, urdf="mesh.urdf", spheres=spheres)
+    assert built(meshed, urdf="mesh.urdf", spheres="full.toml").ignored == ()
+    with pytest.raises(ScenarioError, match=r"^robot\.ignore_geometry: no link 'sail' in the chain; there are foot, "):
+        built(meshed, urdf="mesh.urdf", ignore_geometry=["sail"])
+
+
+def test_what_is_left_out_is_said_wherever_the_status_is(
+    meshed: InputFolder, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = table(urdf="mesh.urdf", ignore_geometry=["lower", "hand"])
+    scenario = parse_scenario({"robot": robot, "task": TASK, "solver": {"evaluations": 200}}, meshed)
+    plan, run = tp.plan(scenario), str(meshed.path / "run")
+    words = "certified without the geometry of lower, hand"
+    assert plan.certified and words in repr(plan)
+    assert plan.not_judged == (
+        "the geometry of lower, hand, which is to be ignored",
+        "bodies of upper: no collision geometry is stated",
+        "torques: no masses are stated for upper, lower",
+    )
+    plan.save(run, figures=())
+    assert f'"in_words": "{words}"' in (meshed.path / "run" / "result.json").read_text()
+    assert words in repr(tp.audit(run)) and tp.audit(run).not_judged == list(plan.not_judged)
+    assert words.removeprefix("certified ") in plan.plot("path").get_suptitle() + plan.plot("path").axes[0].get_title()
+    page = meshed.path / "motion.html"
+    animate(page, "title", plan.motion)
+    assert words.removeprefix("certified ") in page.read_text()
+    assert audit.main([run]) == 0
+    said = capsys.readouterr().out
+    assert words in said and "not judged: torques: no masses are stated for upper, lower" in said
+
+
+def test_nothing_is_clear_of_a_robot_without_bodies(folder: InputFolder) -> None:
+    content = {"robot": table(spheres=...), "task": TASK}
+    ball = {"shape": "sphere", "center": [1.0, 1.0, 1.0], "radius": 0.1}
+    with pytest.raises(ScenarioError, match=r"obstacles: no collision geometry of a link that moves is known"):
+        parse_scenario(content | {"obstacles": [ball]}, folder).problem()
