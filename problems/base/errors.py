@@ -59,7 +59,7 @@ def check_within(field: str, values: Iterable[float], bounds: tuple[float, float
         if not isinstance(value, Real):
             raise InvalidProblem(field, f"{name}a number is needed, not {shown(value)}")
         if not least <= value <= most:
-            exactly = repr(value) if shown(value) in (shown(least), shown(most)) else shown(value)
+            exactly = repr(float(value)) if shown(value) in (shown(least), shown(most)) else shown(value)
             raise InvalidProblem(field, f"{name}{exactly} is not within {least:g} and {most:g} {unit}")
 
 

@@ -6,6 +6,7 @@ Loads nothing but the standard library, so that the overview, the version and a 
 from __future__ import annotations
 
 import sys
+from itertools import takewhile
 from typing import NoReturn
 
 from tpbso_casadi import __version__
@@ -45,7 +46,9 @@ def main(name: str = "tpbso") -> NoReturn:
     Args:
         name: under which all commands are called.
     """
-    command, *arguments = sys.argv[1:] or ["--help"]
+    before = list(takewhile(lambda argument: argument in FOR_ANY, sys.argv[1:]))
+    command, *arguments = sys.argv[1 + len(before) :] or ["--help"]
+    arguments = [*arguments, *before]  # as if they stood behind the command
     if command in COMMANDS:
         sys.argv[1:] = arguments
         sys.path.append("")  # plug-ins in the working folder, as with python -m; what is installed comes first
@@ -55,6 +58,7 @@ def main(name: str = "tpbso") -> NoReturn:
     answer(ANSWERS[command].format(version=__version__, name=name, commands=_listed(name)))
 
 
+FOR_ANY = ("-v", "-vv", "--verbose", "-q", "--quiet")  # options of every command, which may stand before its name
 ANSWERS = {
     **dict.fromkeys(("-h", "--help", "help"), OVERVIEW),
     **dict.fromkeys(("-V", "--version"), "tpbso-casadi {version}"),

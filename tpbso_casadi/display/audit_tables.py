@@ -169,12 +169,13 @@ def print_optimality(audit: dict[str, Any], console: OutputConsole) -> None:
 
 def _print_conditions(kkt: dict[str, Any], polish: dict[str, Any] | None, console: OutputConsole) -> None:
     """KKT residuals of the motion itself."""
-    independent = "independent (LICQ holds)" if kkt["licq"] else f"of rank {kkt['rank']} (LICQ fails)"
+    rest = kkt["active"] - kkt["rank"]
+    independent = "none follows from the others" if kkt["licq"] else f"{rest} of them follow from the others (no LICQ)"
     console.print(
         Text(
             f"as a KKT point: relative stationarity {kkt['stationarity']:.2g}, "
             f"complementarity {kkt['complementarity']:.2g}, violation {kkt['violation']:.2g}; "
-            f"{kkt['active']} active rows, {independent}"
+            f"{kkt['active']} limits of the program are reached, {independent}"
         )
     )
     if polish is not None:

@@ -109,9 +109,9 @@ class Row:
 @in_print
 def joints_figure(plan: PlannedMotion) -> Figure:
     """(c) Angle, speed and acceleration of every joint over time, jerk where it is limited, torque where known."""
-    rows, joints = list(rows_of(plan)), plan.criteria.robot.dof
+    rows, names = list(rows_of(plan)), plan.criteria.robot.joint_names
     heights = np.array(
-        [max(PANEL_HEIGHT, joints * LINE_HEIGHT * SMALL / 72.0 + 0.15), *[PANEL_HEIGHT] * (len(rows) - 1)]
+        [max(PANEL_HEIGHT, len(names) * LINE_HEIGHT * SMALL / 72.0 + 0.15), *[PANEL_HEIGHT] * (len(rows) - 1)]
     )
     figure = Figure(figsize=(TWO_COLUMNS, FRAME + float(heights.sum())), layout="constrained")
     panels = figure.subplots(len(rows), 1, sharex=True, gridspec_kw={"height_ratios": heights})
@@ -120,7 +120,7 @@ def joints_figure(plan: PlannedMotion) -> Figure:
         axes.set_xlim(plan.times[0], plan.times[-1])
         values = as_array(row.values)
         for joint, column in enumerate(values.T):
-            axes.plot(plan.times, column, label=f"joint {joint + 1}", **line_of(joint))
+            axes.plot(plan.times, column, label=names[joint], **line_of(joint))
         for milestone in plan.criteria.milestones(plan.trajectory):
             axes.axvline(milestone.time, color=ORANGE, linestyle=":", linewidth=1.2)
         draw_limits(axes, row, float(np.abs(values).max()))
@@ -128,7 +128,7 @@ def joints_figure(plan: PlannedMotion) -> Figure:
         place = {"xycoords": panels[0].get_xaxis_transform(), "ha": "center", "va": "bottom", "fontsize": SMALL}
         panels[0].annotate(milestone.label, (milestone.time, 1.0), **place)
     ends = as_array(rows[0].values)[-1]
-    label_ends(panels[0], [EndLabel(f"joint {j + 1}", float(end), colour_of(j)) for j, end in enumerate(ends)])
+    label_ends(panels[0], [EndLabel(names[j], float(end), colour_of(j)) for j, end in enumerate(ends)])
     panels[-1].set_xlabel("time [s]")
     figure.suptitle(headline(plan).replace("\n", ", "))
     return figure

@@ -50,7 +50,7 @@ def limits_figure(plan: PlannedMotion) -> Figure:
         above.plot(times, used.max(axis=1), color=colour, linestyle=dashes, label=name)
     above.axhline(1.0, color=LIMIT, linewidth=0.8)
     above.set_ylabel("largest share of a limit")
-    draw_binding(below, times, shares, joints)
+    draw_binding(below, times, shares, plan.criteria.robot.joint_names)
     bound = np.any([used.max(axis=1) >= BINDING for used in shares.values()], axis=0)
     share_bound = float(np.sum(np.diff(times) * (bound[1:] & bound[:-1])) / trajectory.duration)
     above.set_title(f"a limit binds during {share_bound:.0%} of {trajectory.duration:.4g} s")
@@ -61,9 +61,9 @@ def limits_figure(plan: PlannedMotion) -> Figure:
     return figure
 
 
-def draw_binding(axes: Axes, times: FloatArray, shares: dict[str, FloatArray], joints: int) -> None:
+def draw_binding(axes: Axes, times: FloatArray, shares: dict[str, FloatArray], names: Sequence[str]) -> None:
     """A bar for each joint wherever it is at a limit, in the colour and the height of the kind of limit."""
-    height = 0.8 / len(shares)
+    height, joints = 0.8 / len(shares), len(names)
     for row, (name, used) in enumerate(shares.items()):
         for joint in range(joints):
             bottom = joint + 1.4 - (row + 1) * height
@@ -71,7 +71,7 @@ def draw_binding(axes: Axes, times: FloatArray, shares: dict[str, FloatArray], j
             if bars:
                 axes.broken_barh(bars, (bottom, height), facecolor=STYLES[name][0], edgecolor=STYLES[name][0])
                 axes.broken_barh(bars, (bottom, height), **bar_style(name) | {"facecolor": "none"})
-    axes.set_yticks(range(1, joints + 1), [f"joint {joint}" for joint in range(1, joints + 1)])
+    axes.set_yticks(range(1, joints + 1), names)
     axes.set_ylim(joints + 0.6, 0.4)
     axes.set_xlim(times[0], times[-1])
     axes.set_xlabel("time [s]")

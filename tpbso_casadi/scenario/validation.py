@@ -168,6 +168,8 @@ def shown(value: object) -> str:
     """A wrong value for a message: as Python writes it, shortened."""
     if isinstance(value, dict) and list(value) == [DATE]:
         return str(value[DATE])
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
     try:
         text = _REPR.repr(value)
     except ValueError:  # Python does not write out whole numbers of thousands of digits

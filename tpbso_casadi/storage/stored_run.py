@@ -106,8 +106,8 @@ def check_table(path: Path, motion: Motion) -> None:
     if away.any() or not np.isfinite(stored).all():
         row, column = np.argwhere(away | ~np.isfinite(stored))[0]
         raise Contradiction(
-            f"{path} line {row + 2}: {header[column]} = {stored[row, column]!r} where the stored motion has "
-            f"{expected[row, column]!r}"
+            f"{path} line {row + 2}: {header[column]} = {float(stored[row, column])!r} where the stored motion has "
+            f"{float(expected[row, column])!r}"
         )
 
 
