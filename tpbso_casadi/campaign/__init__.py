@@ -24,6 +24,8 @@ from tpbso_casadi.campaign.grid import (
     parse_solver,
     parse_solvers,
 )
+from tpbso_casadi.campaign.polishing import HEADER as POLISH_HEADER
+from tpbso_casadi.campaign.polishing import PolishedRun, PolishGain
 from tpbso_casadi.campaign.results import Best, Results, best_runs, results_of
 from tpbso_casadi.campaign.run import AnyRun, Outcome, Record, Run
 from tpbso_casadi.campaign.runner import campaign_seconds, run_campaign
@@ -41,11 +43,21 @@ from tpbso_casadi.campaign.statistics import (
     summarise,
 )
 from tpbso_casadi.campaign.store import STORE, Store, StoreError
-from tpbso_casadi.campaign.tables import HEADER, check_export, export, files_of, print_tables, rows, write_comparison
+from tpbso_casadi.campaign.tables import (
+    HEADER,
+    check_export,
+    export,
+    files_of,
+    print_polish_gains,
+    print_tables,
+    rows,
+    write_comparison,
+)
 
 __all__ = [
     "FUNCTION_SOLVERS",
     "HEADER",
+    "POLISH_HEADER",
     "PREFIX",
     "SIGNIFICANCE_LEVEL",
     "STORE",
@@ -60,6 +72,8 @@ __all__ = [
     "LostExecutor",
     "Outcome",
     "PairComparison",
+    "PolishGain",
+    "PolishedRun",
     "Record",
     "Relation",
     "Results",
@@ -86,6 +100,7 @@ __all__ = [
     "p_text",
     "parse_solver",
     "parse_solvers",
+    "print_polish_gains",
     "print_tables",
     "processes",
     "rank_sum",

@@ -16,6 +16,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from problems.base import FloatArray
 from tpbso_casadi.campaign.measures import Measure, quantile
+from tpbso_casadi.campaign.polishing import PolishGain, percent
 from tpbso_casadi.campaign.results import FEWEST_FOR_QUARTILES, GapCurve, Results, gap_curve, gaps_of, shares_reached
 from tpbso_casadi.campaign.statistics import Ranking, Summary, p_text, ranking
 from tpbso_casadi.figures.palette import colour_of, line_of, marker_of
@@ -302,3 +303,53 @@ def draw_matrix(axes: Axes, title: str, matrix: FloatArray, solvers: list[str]) 
     axes.tick_params(length=0)
     axes.grid(visible=False)
     axes.set_title(title)
+
+
+POLISH_COLUMNS = 3
+DISCARDED = "0.6"  # of a refined motion that is not kept
+
+
+@in_print
+def polish_figure(results: Results) -> Figure:
+    """A panel a case: from the search's motion to the refined one, a line a run, the solvers side by side."""
+    gains = results.polish_gains
+    cases = list(dict.fromkeys(gain.case for gain in gains))
+    columns = min(POLISH_COLUMNS, len(cases))
+    rows = ceil(len(cases) / columns)
+    widest = max(sum(gain.case == case for gain in gains) for case in cases)
+    figure = Figure(figsize=(max(TWO_COLUMNS / 2.0, columns * (1.0 + 1.3 * widest)), 3.0 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, case in zip(panels, cases, strict=False):
+        draw_gains(axes, [gain for gain in gains if gain.case == case])
+        axes.set_title(case, parse_math=False)
+    for axes in panels[len(cases) :]:
+        axes.set_axis_off()
+    return figure
+
+
+def draw_gains(axes: Axes, gains: list[PolishGain]) -> None:
+    """The runs of each solver on one case, before and after."""
+    for place, gain in enumerate(gains):
+        colour, ends = colour_of(place), np.array([place - 0.28, place + 0.28])
+        for run in gain.runs:
+            values = np.array([run.before, run.after])
+            drawn = np.isfinite(values)
+            shade = colour if run.kept else DISCARDED
+            axes.plot(ends[drawn], values[drawn], marker_of(place), linestyle="-", color=shade, alpha=0.7, markersize=4)
+        words = f"kept {gain.kept} of {len(gain.runs)}\n{percent(gain.gains[1])} less"
+        axes.annotate(
+            words,
+            (place, 1.0),
+            xycoords=axes.get_xaxis_transform(),
+            ha="center",
+            va="top",
+            fontsize=SMALL,
+            color=colour,
+        )
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.3 * (high - low))  # room for the words
+    axes.set_xlim(-0.6, len(gains) - 0.4)
+    labels = [f"{wrapped(gain.solver)}\nbefore, after" for gain in gains]
+    axes.set_xticks(range(len(gains)), labels, fontsize=SMALL)
+    axes.set_ylabel(f"[{gains[0].unit}]")
+    axes.grid(visible=False, axis="x")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib as mpl
+import numpy as np
 from markupsafe import Markup, escape
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
@@ -19,6 +20,7 @@ from tpbso_casadi.campaign.comparison_figures import (
     critical_difference_figure,
     ecdf_figure,
     effect_sizes_figure,
+    polish_figure,
 )
 from tpbso_casadi.campaign.measures import Measure
 from tpbso_casadi.campaign.page import ComparisonPicture
@@ -90,6 +92,12 @@ def too_few_cases(results: Results) -> str:
     return f"{reason}, here {plural(cases)}" if cases < needed else ""
 
 
+def nothing_polished(results: Results) -> str:
+    """No run was refined, or none with a plan."""
+    drawn = any(np.isfinite(run.final) for run in results.polished)
+    return "" if drawn else "nothing was polished; say, for one, bso+polish"
+
+
 def plural(number: int) -> str:
     """There is one, or are more."""
     return f"{'is' if number == 1 else 'are'} {number}"
@@ -105,6 +113,15 @@ FIGURES = (
         "quartiles. Gaps in grey, within {equal}, are counted as equal to it by all tests.",
         draw=comparison_figure,
         left_out=lambda results: no_plan(results) or too_many_panels(results),
+    ),
+    FigureKind(
+        name="polish",
+        title="What the polish gains",
+        reading="Each line is a run: the objective of the motion that the search ended with, on the left, and of the "
+        "one that IPOPT made of it, on the right, both certified. Grey where the refined motion was not better and was "
+        "discarded. Runs whose search had no certified motion have a point on the right alone.",
+        draw=polish_figure,
+        left_out=lambda results: no_plan(results) or nothing_polished(results) or too_many_panels(results),
     ),
     FigureKind(
         name="ecdf",

@@ -12,6 +12,7 @@ from scipy.stats import rankdata
 
 from solvers import Budget
 from tpbso_casadi.campaign.measures import PLANS
+from tpbso_casadi.campaign.polishing import percent
 from tpbso_casadi.campaign.results import Best, Results, gaps_of
 from tpbso_casadi.campaign.run import AnyRun
 from tpbso_casadi.campaign.statistics import Judgement, Summary, against_first, p_text
@@ -165,7 +166,7 @@ def render(
     return page(
         Path(__file__).parent,
         "comparison",
-        {"number": number, "percent": PLANS.shown, "gap": results.measure.shown, "p_text": p_text},
+        {"number": number, "share": percent, "percent": PLANS.shown, "gap": results.measure.shown, "p_text": p_text},
         results=results,
         measure=results.measure,
         command=command,

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from problems.base import FloatArray
 from tpbso_casadi.campaign.functions import StoredPart
 from tpbso_casadi.campaign.measures import PLANS, Measure, gap, quantile
+from tpbso_casadi.campaign.polishing import PolishedRun, PolishGain, gains_of
 from tpbso_casadi.campaign.run import AnyRun, Record, RunFinding
 from tpbso_casadi.campaign.statistics import Summary, a12, summarise, with_ties
 from tpbso_casadi.campaign.store import Store, StoreError
@@ -58,10 +59,21 @@ class _Motion(StoredPart):
     objective: float | None
     feasible: bool
 
+    @property
+    def certified_objective(self) -> float:
+        """The objective; inf where the motion is not certified."""
+        return inf if self.objective is None or not self.feasible else self.objective
+
 
 class _Stage(StoredPart):
     before: _Motion
     evaluations: int = 0
+
+
+class _PolishStage(_Stage):
+    after: _Motion | None = None
+    accepted: bool = False
+    seconds: float = 0.0
 
 
 class _Objective(StoredPart):
@@ -76,7 +88,7 @@ class StoredSearch(StoredPart):
     evaluations: int
     history: HistoryResult
     improvements: HistoryResult | None = None
-    polish: _Stage | None = None
+    polish: _PolishStage | None = None
     retiming: _Stage | None = None
 
     @property
@@ -96,20 +108,36 @@ class StoredSearch(StoredPart):
         return _Motion(objective=self.objective.value, feasible=self.feasible) if stage is None else stage.before
 
 
-def convergences(runs: Iterable[AnyRun], store: Store) -> list[Convergence]:
-    """The convergence of each of these runs that is stored, in their order.
+def searches(runs: Iterable[AnyRun], store: Store) -> list[tuple[AnyRun, StoredSearch | None]]:
+    """These runs with what is stored of each, in their order; None of one that failed.
 
     Raises:
         StoreError: what is stored is not a result.
     """
-    found = []
+    found: list[tuple[AnyRun, StoredSearch | None]] = []
     for run, text in store.texts(runs):
         try:
             stored = None if text is None else StoredSearch.model_validate_json(text)
         except ValidationError as error:
             raise StoreError(f"{store.place(run)}: {in_one_line(error)}") from error
-        found.append(convergence_of(run, stored))
+        found.append((run, stored))
     return found
+
+
+def polished_run(run: AnyRun, stored: StoredSearch | None) -> PolishedRun | None:
+    """What a polish did to a run; None where there was none."""
+    polish = None if stored is None else stored.polish
+    if polish is None or polish.after is None:
+        return None
+    return PolishedRun(
+        case=run.case,
+        solver=run.solver,
+        seed=run.seed,
+        before=polish.before.certified_objective,
+        after=polish.after.certified_objective,
+        kept=polish.accepted,
+        seconds=polish.seconds,
+    )
 
 
 def in_one_line(error: ValidationError) -> str:
@@ -204,16 +232,23 @@ class Results:
         records: of all runs.
         convergences: of all runs.
         measure: that they are judged by.
+        polished: the runs whose searches were refined.
         summaries: one for each case and solver, made of the records.
     """
 
     records: Sequence[Record]
     convergences: Sequence[Convergence]
     measure: Measure = PLANS
+    polished: Sequence[PolishedRun] = ()
     summaries: list[Summary] = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "summaries", summarise(self.records, self.measure))
+
+    @cached_property
+    def polish_gains(self) -> list[PolishGain]:
+        """What polishing gains, a solver on a case each; none where nothing was polished."""
+        return gains_of(self.polished, {summary.case: summary.unit for summary in self.summaries})
 
     @property
     def cases(self) -> list[str]:
@@ -269,7 +304,9 @@ def results_of(runs: Sequence[AnyRun], store: Store) -> Results:
         StoreError: what is stored is not a result.
     """
     measure = runs[0].measure if runs else PLANS
-    return Results(store.records(runs), convergences(runs, store), measure)
+    found = searches(runs, store)
+    polished = [each for run, stored in found if (each := polished_run(run, stored)) is not None]
+    return Results(store.records(runs), [convergence_of(run, stored) for run, stored in found], measure, polished)
 
 
 GRID = 240  # numbers of evaluations at which quartiles are computed

@@ -18,6 +18,8 @@ from rich.measure import Measurement
 from rich.table import Table
 
 from tpbso_casadi.campaign.page import ComparisonPicture, render
+from tpbso_casadi.campaign.polishing import HEADER as POLISH_HEADER
+from tpbso_casadi.campaign.polishing import PolishGain, percent
 from tpbso_casadi.campaign.results import Best, Results, gaps_of, references
 from tpbso_casadi.campaign.run import AnyRun, Record
 from tpbso_casadi.campaign.statistics import Judgement, Relation, Summary, against_first, p_text
@@ -68,6 +70,21 @@ def print_tables(summaries: Sequence[Summary], console: Console) -> None:
         _print(_numbers(of_case), console)
         if len(of_case) > 1:
             _print(_tests(of_case, judgements), console)
+
+
+def print_polish_gains(gains: Sequence[PolishGain], console: Console) -> None:
+    """Print what polishing gains, seed by seed; nothing where nothing was polished."""
+    for case in dict.fromkeys(gain.case for gain in gains):
+        of_case = [gain for gain in gains if gain.case == case]
+        title = f"the polish by IPOPT, seed by seed: {case} [{of_case[0].unit}]"
+        table = _table(title, ("before", "after", "gain", "quartiles", "kept", "seconds"))
+        for each in of_case:
+            lower, median, upper = each.gains
+            objectives = _short(each.before, ".5g"), _short(each.after, ".5g")
+            kept = f"{each.kept} of {len(each.runs)}"
+            spread = f"{percent(lower)} to {percent(upper)}"
+            table.add_row(_label(each.solver), *objectives, percent(median), spread, kept, f"{each.seconds:.2f}")
+        _print(table, console)
 
 
 def _print(table: RenderableType, console: Console) -> None:
@@ -126,7 +143,8 @@ def _short(number: float, digits: str) -> str:
 
 SUFFIXES = (".csv", ".parquet")
 PAGE = "comparison.html"
-FIGURES = ("comparison", "ecdf", "critical-difference", "effect-sizes")
+FIGURES = ("comparison", "polish", "ecdf", "critical-difference", "effect-sizes")
+POLISH_TABLE = "polish.csv"
 
 
 def check_export(path: Path) -> None:
@@ -182,7 +200,7 @@ def write_comparison(
     command: str = "",
     formats: Sequence[str] = DEFAULT,
 ) -> None:
-    """Write ``summary.csv``, the figures, and ``comparison.html`` with all of them.
+    """Write ``summary.csv``, ``polish.csv`` where something was polished, figures, and ``comparison.html`` with all.
 
     Args:
         folder: to write to; it is made.
@@ -199,6 +217,10 @@ def write_comparison(
     pictures: list[ComparisonPicture] = []
     plans: dict[str, Markup] = {}
     with writing(folder):
+        if results.polish_gains:
+            write_csv(folder / POLISH_TABLE, POLISH_HEADER, [gain.row for gain in results.polish_gains])
+        else:
+            (folder / POLISH_TABLE).unlink(missing_ok=True)
         if formats:
             from tpbso_casadi.campaign.drawn_figures import pictures_of, plans_of  # noqa: PLC0415 (matplotlib)
 

@@ -18,6 +18,7 @@ from solvers import AnySolver, deferred_interrupt
 from tpbso_casadi.campaign import (
     FUNCTION_SOLVERS,
     HEADER,
+    POLISH_HEADER,
     PREFIX,
     STORE,
     USUAL_RUNS,
@@ -38,6 +39,7 @@ from tpbso_casadi.campaign import (
     in_process,
     parse_solver,
     parse_solvers,
+    print_polish_gains,
     print_tables,
     processes,
     results_of,
@@ -115,6 +117,16 @@ class Comparison:
         return [dict(zip(HEADER, row, strict=True)) for row in rows(self.summaries)]
 
     @property
+    def polish_table(self) -> list[dict[str, Any]]:
+        """A row for each scenario and solver whose searches were refined by IPOPT, run by run; empty where none was.
+
+        ``median_before`` and ``median_after`` are objectives in ``unit``, of the searches' motions and of what is kept;
+        ``median_gain`` and its quartiles are of how much of itself the objective of each run fell; ``kept`` runs have
+        the refined motion as their plan, ``made_feasible`` ones had none before.
+        """
+        return [dict(zip(POLISH_HEADER, gain.row, strict=True)) for gain in self.results.polish_gains]
+
+    @property
     def objectives(self) -> dict[tuple[str, str], FloatArray]:
         """By scenario and solver the objectives of all runs that did not fail, (n,); inf without a certified plan."""
         return {(summary.case, summary.solver): summary.objectives for summary in self.summaries}
@@ -145,7 +157,8 @@ class Comparison:
         """A figure of the runs.
 
         Args:
-            kind: ``comparison``, gaps to the best plan over evaluations and of final plans; ``ecdf``, the share of
+            kind: ``comparison``, gaps to the best plan over evaluations and of final plans; ``polish``, each search
+                and what IPOPT made of it; ``ecdf``, the share of
                 targets reached; ``critical-difference``, mean ranks over scenarios; ``effect-sizes``, A12 of each
                 solver against each.
 
@@ -187,6 +200,7 @@ class Comparison:
     def __str__(self) -> str:
         text = StringIO()
         print_tables(self.summaries, Console(file=text, width=WIDTH))
+        print_polish_gains(self.results.polish_gains, Console(file=text, width=WIDTH))
         return text.getvalue().rstrip()
 
     def _repr_html_(self) -> str:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
+from math import inf
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -37,6 +39,7 @@ from tpbso_casadi.campaign.comparison_figures import (
 from tpbso_casadi.campaign.drawn_figures import FIGURES, Drawing, drawing_of, inline_svg, write_figures
 from tpbso_casadi.campaign.measures import PLANS
 from tpbso_casadi.campaign.page import render, seeds, solver_rows
+from tpbso_casadi.campaign.polishing import PolishedRun
 from tpbso_casadi.campaign.run import run_one
 from tpbso_casadi.campaign.tables import FIGURES as NAMES
 from tpbso_casadi.cli.commands.compare import main
@@ -153,7 +156,7 @@ def test_one_run_of_one_solver_has_a_page(tmp_path: Path) -> None:
         found, best = results_of(runs, store), best_runs(runs, store)
     write_comparison(tmp_path, found, runs, best, formats=("svg",))
     text = (tmp_path / "comparison.html").read_text()
-    assert "<h1>Comparison of 1 solver on 1 case</h1>" in text and text.count("Left out: ") == 2
+    assert "<h1>Comparison of 1 solver on 1 case</h1>" in text and text.count("Left out: ") == 3
 
 
 STYLE = Path(page.__file__).with_name("comparison.css").read_text()
@@ -180,7 +183,21 @@ def test_no_two_series_look_alike_on_a_dark_ground(vision: str) -> None:
 
 
 INF = np.inf
-FULL = random_results(cases=7, solvers=3, runs=4)
+
+
+def polished_runs() -> list[PolishedRun]:
+    """Of two cases: refined, discarded, and with a plan only after the polish."""
+    ends = ((2.0, 1.5, True), (2.0, 2.5, False), (inf, 1.6, True))
+    return [
+        PolishedRun(
+            case=f"case-{case}", solver="solver-0", seed=seed, before=before, after=after, kept=kept, seconds=1.0
+        )
+        for case in range(2)
+        for seed, (before, after, kept) in enumerate(ends, start=1)
+    ]
+
+
+FULL = replace(random_results(cases=7, solvers=3, runs=4), polished=polished_runs())
 
 
 def texts(axes: object) -> list[str]:
@@ -206,6 +223,7 @@ def test_figures_that_make_no_sense_are_left_out_and_say_why() -> None:
     one = reasons(random_results(cases=1, solvers=1, runs=4))
     assert one == {
         "comparison": "",
+        "polish": "nothing was polished; say, for one, bso+polish",
         "ecdf": "",
         "critical-difference": "it needs 3 solvers, here is 1",
         "effect-sizes": "it needs 2 solvers, here is 1",
@@ -280,7 +298,9 @@ def test_files_are_written_and_old_ones_of_what_is_left_out_removed(tmp_path: Pa
 
 def test_one_figure_by_its_name() -> None:
     assert drawing_of("ecdf", FULL).axes
-    with pytest.raises(ValueError, match=r"^'ecfd' is no figure of a comparison: say comparison, ecdf, critical"):
+    with pytest.raises(
+        ValueError, match=r"^'ecfd' is no figure of a comparison: say comparison, polish, ecdf, critical"
+    ):
         drawing_of("ecfd", FULL)
     with pytest.raises(ValueError, match=r"^effect-sizes is left out: it needs 2 solvers, here is 1$"):
         drawing_of("effect-sizes", random_results(cases=1, solvers=1, runs=4))

@@ -14,9 +14,8 @@ import pytest
 from helpers.running import campaigns_here, line_of, refusal, status
 
 import tpbso_casadi as tp
-from tpbso_casadi.campaign import Store, function_grid, parse_solvers
+from tpbso_casadi.campaign import Store, function_grid, parse_solvers, results_of
 from tpbso_casadi.campaign.functions import Recorder
-from tpbso_casadi.campaign.results import convergences
 from tpbso_casadi.campaign.run import run_one
 from tpbso_casadi.cli.commands.compare import main
 from tpbso_casadi.plain import versions
@@ -88,7 +87,7 @@ def test_the_convergence_of_a_function_is_exact(tmp_path: Path) -> None:
     with Store(tmp_path / "runs.sqlite") as store:
         store.add(search, run_one(*search.task))
         [(_, text)] = store.texts(runs)
-        [convergence] = convergences(runs, store)
+        [convergence] = results_of(runs, store).convergences
     improvements = json.loads(text or "")["improvements"]
     assert convergence.evaluations.tolist() == improvements["evaluations"]
     assert convergence.objectives.tolist() == improvements["cost"]

@@ -25,6 +25,7 @@ from tpbso_casadi.campaign import (
     files_of,
     functions_of,
     parse_solvers,
+    print_polish_gains,
     print_tables,
     write_comparison,
 )
@@ -150,6 +151,7 @@ def compare(options: argparse.Namespace, command: str = "") -> int:
         sys.stdout.write(json.dumps(comparison.table, indent=2) + "\n")
     elif not options.quiet:
         print_tables(comparison.summaries, Console())
+        print_polish_gains(comparison.results.polish_gains, Console())
         Console().print(f"written to {options.out}", highlight=False, soft_wrap=True)
     return failures(comparison.records)
 
