@@ -290,13 +290,14 @@ class DurationBounds(Parametric):
     shortest: float
     longest: float
 
-    def at(self, durations: Matrix, margin: float = 0.0) -> Constraint:
+    def at(self, durations: Matrix, margin: float = 0.0, spare: float = 0.0) -> Constraint:
         """The bounds of durations (1, n), s.
 
         Args:
             durations: of the motion or of its segments.
             margin: to keep below the longest, as a share of it: limits that a motion breaks between its samples
                 slow it down afterwards.
+            spare: to keep above the shortest, as a share of it: of a motion that cannot be slowed down afterwards.
         """
         count = int(durations.shape[1])
         symbols = tuple(self.symbol.format(number) for number in range(1, count + 1))
@@ -304,7 +305,7 @@ class DurationBounds(Parametric):
             name=self.name,
             unit="s",
             expression=durations,
-            lower=ca.repmat(ca.horzcat(self.shortest), 1, count),
+            lower=ca.repmat(ca.horzcat(self.shortest if spare == 0.0 else self.shortest * (1.0 + spare)), 1, count),
             upper=ca.repmat(ca.horzcat(self.with_margin(margin)), 1, count),
             columns=symbols,
             scale=ca.repmat(ca.horzcat(self.longest), 1, count),

@@ -216,6 +216,9 @@ def usual_pieces(task: Move) -> int:
     return PIECES_BETWEEN_VIAS if task.vias else PIECES_ALONE
 
 
+SPARE_TIME = 1e-6  # of the shortest duration: what moves at its ends is not slowed down, and IPOPT leaves some 1e-8
+
+
 @dataclass(frozen=True)
 class MoveNlp(MotionProgram):
     """Move from the start through the vias to a goal.
@@ -339,7 +342,8 @@ class MoveNlp(MotionProgram):
                 rows += limit.constraints(samples.both_sides if _is_dynamic(limit) else samples, margin)
         rows += self.variables.evenness(pieces, self.pieces) if self.has_free_durations and self._is_dynamic else []
         bounds, stay = self.task.duration_bounds, self.task.stay
-        rows += [] if bounds is None else [bounds.at(samples.duration, margin)]
+        spare = 0.0 if self.task.at_rest else SPARE_TIME
+        rows += [] if bounds is None else [bounds.at(samples.duration, margin, spare)]
         if stay_matters(self.limits, stay):
             goal, since = samples.derivative(0)[-1, :], ca.DM(looks(stay) * stay)
             rows += stay_constraints(self.limits, self.robot, goal, samples.duration, since, margin)
