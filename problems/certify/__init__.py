@@ -9,7 +9,7 @@ from problems.certify.clearance import (
     prove_clearance,
 )
 from problems.certify.structure import freedom, jacobian_pattern, structure_of
-from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
+from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, peak_near, verdict
 from problems.certify.verification import (
     AtGoal,
     at_goal,
@@ -28,6 +28,7 @@ __all__ = [
     "ClosestApproach",
     "Travel",
     "Verdict",
+    "WorstIs",
     "at_goal",
     "closest_approach",
     "exact_time_scale",
@@ -35,6 +36,7 @@ __all__ = [
     "halves",
     "jacobian_pattern",
     "limit_verdicts",
+    "peak_near",
     "prove",
     "prove_clearance",
     "safe_time_scale",

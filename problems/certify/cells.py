@@ -24,7 +24,7 @@ from scipy.special import erf
 
 from problems.base import FloatArray, as_array
 from problems.certify.taylor import ROUNDING, TimeCells, shifted
-from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
+from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, peak_near, verdict
 from problems.evaluation import interpret
 from problems.limits import Constraint, Limit
 from problems.motions import SAMPLED_ORDERS, Samples, Trajectory
@@ -308,7 +308,27 @@ def _proven(limit: Limit, index: int, constraint: Constraint, trajectory: Trajec
         if not seen.satisfied:
             return seen
         queue += cells.halved(~settled).divided(MOST_AT_ONCE)
+    outcome = _at_its_peak(limit, index, trajectory, outcome)
     return replace(outcome, status=CertificateStatus.UNDECIDED) if queue else outcome
+
+
+def _at_its_peak(limit: Limit, index: int, trajectory: Trajectory, found: Verdict) -> Verdict:
+    """The verdict with the worst value near that of the times at which it was looked for first."""
+
+    def at(times: FloatArray) -> tuple[Constraint, FloatArray]:
+        constraint = limit.constraints_at(trajectory.samples(times, limit.robot_or_none))[index]
+        return constraint, as_array(constraint.expression)
+
+    def nearness(times: FloatArray) -> FloatArray:
+        constraint, values = at(times)
+        lower, upper = constraint.bounds
+        return -np.asarray((np.minimum(values - lower, upper - values) / constraint.scales).min(axis=1))
+
+    times, step = trajectory.times(FIRST_TIMES), trajectory.duration / (FIRST_TIMES - 1)
+    _, time = peak_near(nearness, float(times[np.argmax(nearness(times))]), step, trajectory.duration)
+    worst = _of_values(*at(np.array([time])), np.array([time]))
+    status = found.status if worst.satisfied else worst.status
+    return replace(worst, status=status, where=f"{worst.where}, t = {time:.4g} s", worst_is=WorstIs.FOUND)
 
 
 def _of_values(constraint: Constraint, values: FloatArray, times: FloatArray) -> Verdict:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -11,6 +12,14 @@ from problems.base import FloatArray, as_array
 from problems.limits import Constraint
 
 TOLERANCE = 1e-9  # relative to the constraint's scale; allows for rounding only
+
+
+class WorstIs(StrEnum):
+    """What the worst value of a verdict is."""
+
+    EXACT = "exact"  # to rounding
+    BOUND = "bound"  # proven: no value is worse
+    FOUND = "found"  # the worst of many times, followed to its peak; that the limit holds is proven without it
 
 
 class CertificateStatus(StrEnum):
@@ -32,6 +41,7 @@ class Verdict:
         unit: of both.
         status: whether the bound holds, to ``TOLERANCE`` of its scale: for all t, or at the points that it is about.
         where: the column and the time in s of the worst value.
+        worst_is: that value itself, a proven bound of it, or the worst that was found.
     """
 
     name: str
@@ -40,6 +50,7 @@ class Verdict:
     unit: str
     status: CertificateStatus
     where: str
+    worst_is: WorstIs = WorstIs.EXACT
 
     @property
     def satisfied(self) -> bool:
@@ -50,6 +61,25 @@ class Verdict:
     def excess(self) -> float:
         """The amount by which the bound is broken, in ``unit``; 0 where it holds or nothing worse is known."""
         return abs(self.worst - self.bound) if self.status is CertificateStatus.VIOLATED else 0.0
+
+
+ZOOMS, ZOOM_POINTS = 3, 65
+
+
+def peak_near(measure: Callable[[FloatArray], FloatArray], time: float, step: float, end: float) -> tuple[float, float]:
+    """The largest value that a measure of times (n,) in s has near a time, and its time, s.
+
+    Args:
+        measure: gives a value (n,) for each time.
+        time: around which to look.
+        step: how far on both sides, s.
+        end: of the times, which begin at 0.
+    """
+    for _ in range(ZOOMS):
+        times = np.clip(np.linspace(time - step, time + step, ZOOM_POINTS), 0.0, end)
+        values = measure(times)
+        time, step = float(times[np.argmax(values)]), 2.0 * step / (ZOOM_POINTS - 1)
+    return float(values.max()), time
 
 
 def verdict(constraint: Constraint, times: FloatArray) -> Verdict:

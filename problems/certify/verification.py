@@ -15,7 +15,7 @@ from problems.base import FloatArray
 from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import MovingPairs, halves, prove_clearance
 from problems.certify.torque import prove_torques, torque_time_scale
-from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, verdict
+from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, verdict
 from problems.limits import (
     AT_GOAL,
     SAMPLING_MARGIN,
@@ -87,10 +87,15 @@ def _(limit: Proximity, trajectory: Trajectory) -> list[Verdict]:
     proof = prove_clearance(limit, trajectory)
     if proof is None:
         return []
-    worst = proof.proven if proof.status is CertificateStatus.CERTIFIED else proof.smallest
+    certified = proof.status is CertificateStatus.CERTIFIED
+    worst, worst_is = (proof.proven, WorstIs.BOUND) if certified else (proof.smallest, WorstIs.FOUND)
     where = f"{proof.where}, t = {proof.time:.4g} s"
     bound = limit.robot.margin
-    return [Verdict(name=limit.name, worst=worst, bound=bound, unit="m", status=proof.status, where=where)]
+    return [
+        Verdict(
+            name=limit.name, worst=worst, bound=bound, unit="m", status=proof.status, where=where, worst_is=worst_is
+        )
+    ]
 
 
 @prove.register

@@ -9,7 +9,7 @@ import numpy as np
 from rich.text import Text
 
 from problems import CertificateStatus, Verdict
-from problems.certify import AtGoal
+from problems.certify import AtGoal, WorstIs
 from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
 from tpbso_casadi.planning import Motion, PlannedMotion, Polish, Retiming, SearchedMotion
 from tpbso_casadi.scenario import DEFAULT, TITLES, best_known
@@ -21,6 +21,14 @@ MARKS = {
 }
 FREE_TO_TURN = "state joint_limits if it must not"
 FAR = 0.02  # above the best known objective, relative to it: worth a word
+
+
+WORST_MARKS = {WorstIs.EXACT: "", WorstIs.BOUND: ">= ", WorstIs.FOUND: "~ "}  # bounds are those of clearances
+
+
+def worst_of(value: float, what: WorstIs) -> str:
+    """A worst value, and whether it is a bound, or the worst that was found."""
+    return f"{WORST_MARKS[what]}{value:.6g}"
 
 
 def summary_of(plan: PlannedMotion) -> str:
@@ -88,7 +96,8 @@ def effort_of(plan: PlannedMotion) -> str:
 
 def _row(verdict: Verdict) -> tuple[Text, ...]:
     limit = limit_of(verdict.bound, verdict.unit)
-    texts = Text(verdict.name), Text(f"{verdict.worst:.6g}"), Text(limit), MARKS[verdict.status], Text(verdict.where)
+    worst = worst_of(verdict.worst, verdict.worst_is)
+    texts = Text(verdict.name), Text(worst), Text(limit), MARKS[verdict.status], Text(verdict.where)
     return texts
 
 

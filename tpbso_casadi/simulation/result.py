@@ -17,7 +17,7 @@ from pydantic import Field
 
 from problems import CertificateStatus, Trajectory, Verdict
 from problems.base import FloatArray, as_array
-from problems.certify import limit_verdicts, prove_clearance
+from problems.certify import limit_verdicts, peak_near, prove_clearance
 from problems.limits import Proximity, limits_of, proximity_limits
 from problems.motions import Samples
 from solvers import Interruption
@@ -110,20 +110,25 @@ def _judged(record: SimulationRecord, first: float, last: float, moves: bool) ->
 def _distances(
     limit: Proximity, trajectory: Trajectory, times: FloatArray
 ) -> Iterator[tuple[CertificateStatus, float, float, str]]:
-    """A proof and the smallest distance that it met; the smallest at times (n,) in s."""
+    """A proof and the smallest distance that it met; the smallest at times (n,) in s, followed to its bottom."""
     proof = prove_clearance(limit, trajectory)
     if proof is None:
         return
     yield proof.status, proof.smallest, proof.time, proof.where
-    samples = Samples(
-        robot=limit.robot,
-        derivatives=(ca.DM(trajectory.at(times)),),
-        duration=ca.DM(trajectory.duration),
-        times=ca.DM(times),
-    )
-    found = as_array(limit.clearances(samples))
-    row, column = np.unravel_index(int(np.argmin(found)), found.shape)
-    yield proof.status, float(found[row, column]), float(times[row]), str(limit.pairs[int(column)])
+
+    def clearances(at: FloatArray) -> FloatArray:
+        postures = (ca.DM(trajectory.at(at)),)
+        duration = ca.DM(trajectory.duration)
+        samples = Samples(robot=limit.robot, derivatives=postures, duration=duration, times=ca.DM(at))
+        return as_array(limit.clearances(samples))
+
+    def nearness(at: FloatArray) -> FloatArray:
+        return -np.asarray(clearances(at).min(axis=1))
+
+    nearest = float(times[int(np.argmax(nearness(times)))])
+    _, time = peak_near(nearness, nearest, float(times[-1]) / max(1, len(times) - 1), trajectory.duration)
+    found = clearances(np.array([time]))[0]
+    yield proof.status, float(found.min()), time, str(limit.pairs[int(np.argmin(found))])
 
 
 def contacts(found: list[Stretch], moving: bool) -> int:

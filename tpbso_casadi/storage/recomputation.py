@@ -178,6 +178,7 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
             del keys[key]
     if result.certificate.in_words is None:  # likewise
         keys["certificate"] = CertificateResult(verdict=motion.status)
+        keys["constraints"] = [row.model_copy(update={"worst_is": None}) for row in keys["constraints"]]
     stated = {constraint.name for constraint in result.constraints}
     keys["constraints"] = [row for row in keys["constraints"] if row.name in stated or row.name not in ADDED_ROWS]
     keys["versions"] = {name: result.versions.get(name, "") for name in ("python", *versions())}

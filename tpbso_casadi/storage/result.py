@@ -24,6 +24,7 @@ from pydantic import (
 
 from problems import CertificateStatus, Problem, Trajectory
 from problems.base import FloatArray, shown
+from problems.certify import WorstIs
 from solvers import StopReason
 from tpbso_casadi.plain import (
     SEAL,
@@ -139,7 +140,10 @@ class ObjectiveResult(StoredTable):
 
 
 class ConstraintResult(StoredTable):
-    """One constraint, judged for all t; worst and bound in ``unit``."""
+    """One constraint, judged for all t; worst and bound in ``unit``.
+
+    ``worst_is`` says whether that value is exact, a proven bound or the worst found; None in results of version 1.0.0.
+    """
 
     name: str
     worst: Number
@@ -148,6 +152,7 @@ class ConstraintResult(StoredTable):
     status: CertificateStatus
     where: str
     satisfied: bool
+    worst_is: WorstIs | None = None
 
 
 class ClosestApproachResult(StoredTable):

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray, as_array, bernstein
-from problems.certify import TOLERANCE, CertificateStatus, Travel, Verdict, halves
+from problems.certify import TOLERANCE, CertificateStatus, Travel, Verdict, WorstIs, halves, peak_near
 from problems.motions import Trajectory
 from problems.robots import Orientations, Robot, SpatialArm, angles_between, tool_jacobian
 
@@ -71,8 +71,12 @@ def prove(
         cells = halves(cells[most > allowed])
     if worst > allowed:
         status = CertificateStatus.VIOLATED
+    step = trajectory.duration / INITIAL_CELLS
+    peak, at = peak_near(lambda t: measure(np.column_stack([t, t]))[0], when, step, trajectory.duration)
+    worst, when = max((worst, when), (peak, at))
     name, unit = quantity
-    return Verdict(name=name, worst=worst, bound=bound, unit=unit, status=status, where=f"tip, t = {when:.4g} s")
+    where = f"tip, t = {when:.4g} s"
+    return Verdict(name=name, worst=worst, bound=bound, unit=unit, status=status, where=where, worst_is=WorstIs.FOUND)
 
 
 def prove_tracing(
