@@ -36,7 +36,7 @@ radius = 0.1
 angle = 45
 [solver]
 name = "bso"
-evaluations = 2000
+evaluations = 500
 polish_starts = 1
 """
 
@@ -85,7 +85,7 @@ def registered(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(OBSTACLES, "capsule", PlaneCapsule)
 
 
-@pytest.mark.usefixtures("registered")
+@pytest.mark.usefixtures("registered", "only_the_path_is_drawn")
 def test_a_file_is_planned_stored_and_audited(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, run = tmp_path / "scene.toml", tmp_path / "run"
     file.write_text(FILE)
@@ -116,6 +116,7 @@ def test_its_namesake_in_space_is_what_it_was() -> None:
             tp.parse_scenario(content | {"obstacles": [in_plane | wrong]})
 
 
+@pytest.mark.usefixtures("no_optimum")  # of which the file's is one
 @pytest.mark.parametrize("name", ["capsule", f"{__name__}:PlaneCapsule"])
 def test_python_plans_stores_and_audits(name: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     """Without an entry in the registry its class is named by its path."""
@@ -124,7 +125,8 @@ def test_python_plans_stores_and_audits(name: str, tmp_path: Path, request: pyte
     arm = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0)
     still = PlaneCapsule((1.5, 0.75), 0.3, 0.1)
     moving = tp.MovingObstacle(PlaneCapsule((2.2, 1.2), 0.3, 0.1), tp.ConstantVelocity((0.1, 0.0)))
-    plan = tp.plan(arm, start=[1.6, -0.6], goal=[0.6, 1.6], obstacles=[still, moving], solver="bso", evaluations=2000)
+    task: dict[str, Any] = {"start": [1.6, -0.6], "goal": [0.6, 1.6], "obstacles": [still, moving]}
+    plan = tp.plan(arm, **task, solver="bso", evaluations=500, retime=False)
     assert plan.certified
     assert [table.shape for table in plan.scenario.obstacles] == [name, name]
     assert plan.scenario.problem().obstacles == (still, moving)
