@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -19,9 +21,26 @@ settings.register_profile(  # neither the load of the machine nor chance decides
 settings.load_profile("unhurried")
 
 
-@pytest.fixture(autouse=True)
-def no_compilers_at_work_behind_the_tests(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(population.VARIABLE, "vm")
+@pytest.fixture(scope="session", autouse=True)
+def no_compilers_at_work_behind_the_tests() -> Iterator[None]:
+    """Of the whole session: fixtures of modules plan too."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(population.VARIABLE, "vm")
+        yield
+
+
+@pytest.fixture
+def no_optimum(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Audits look for no optimum near a plan; the tests of audits do."""
+    monkeypatch.setattr("tpbso_casadi.audit_report.nearest_optimum", lambda problem, motion: None)
+
+
+@pytest.fixture
+def only_the_path_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One figure stands for all that are drawn of a plan."""
+    from tpbso_casadi.figures.path import path_figure  # noqa: PLC0415 (matplotlib is slow to load)
+
+    monkeypatch.setattr("tpbso_casadi.figures.run.drawings_of", lambda plan: {"path": partial(path_figure, plan)})
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from tpbso_casadi.plain import SEAL
 from tpbso_casadi.storage import sealed
 
 QUICK = ["--evaluations", "40", "--no-plots", "--quiet"]
-EXAMPLES = [6, pytest.param(1500, marks=pytest.mark.slow)]
+EXAMPLES = [4, pytest.param(1500, marks=pytest.mark.slow)]
 POLISHED = 7  # of the numbers 0 to 9; neither end, which Hypothesis prefers: it takes seconds
 Trial = Callable[..., None]
 

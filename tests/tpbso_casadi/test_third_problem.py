@@ -46,7 +46,7 @@ center = [-1.5, -1.0]
 size = [0.4, 0.6]
 angle = 0.3
 [solver]
-evaluations = 600
+evaluations = 200
 """
 
 

@@ -29,7 +29,7 @@ TASKS = {
     "positions": SpaceTracing(small_arm(), Path.through(CIRCLE), 0.002),
     "poses": SpaceTracing(small_arm(), Path.through(POSES), 0.002, 0.02),
     "poses, six joints": SpaceTracing(small_arm(6), Path.through(POSES), 0.002, 0.02),
-    "corners and jerk": SpaceTracing(small_arm(max_jerk=(300.0,) * 7), Path.through(CIRCLE[::4]), 0.002),
+    "corners and jerk": SpaceTracing(small_arm(max_jerk=(300.0,) * 7), Path.through(CIRCLE[:9:4]), 0.002),
     "obstacle": SpaceTracing(ELBOW, Path.through(POSES), 0.002, 0.02, (Ball(center=(0.0, 0.35, 0.55), radius=0.05),)),
 }
 QUICK = {"poses, six joints", "corners and jerk", "obstacle"}

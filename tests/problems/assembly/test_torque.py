@@ -67,7 +67,7 @@ def rows(problem: Problem[Any], name: str, x: FloatArray) -> FloatArray:
 )
 def test_feasible_candidates_keep_the_torques_at_the_samples(kind: str, robot: PlanarArm, objective: str) -> None:
     problem = problem_of(kind, robot, objective)
-    x = candidates(problem)
+    x = candidates(problem, 120)
     costs, used = problem.evaluator(VM)(x), rows(problem, "torque", x)
     feasible = costs <= problem.objective_upper_bound
     assert (used[feasible] <= 1.0 + 1e-9).all()
@@ -82,7 +82,7 @@ def test_arms_that_cannot_be_held_are_never_feasible_and_the_weakest_costs_most(
 ) -> None:
     """Gravity on so weak motors cannot be overcome: the cost says by how much."""
     monkeypatch.setattr("problems.tasks.checks.can_hold", lambda robot, theta: np.ones(len(theta), dtype=bool))
-    costs, x = [], candidates(problem_of(kind), 150)
+    costs, x = [], candidates(problem_of(kind), 60)
     for share in (0.05, 0.02):
         weak = problem_of(kind, replace(ARM, max_torque=tuple(share * torque for torque in ARM.max_torque or ())))
         costs.append(weak.evaluator(VM)(x))

@@ -24,7 +24,7 @@ ARM = PlanarArm((0.5, 0.4, 0.3), (3.0,) * 3, (20.0,) * 3)
 TASKS = {
     "three links": PathTracing(ARM, Path.through(SQUARE), 0.01),
     "two links": PathTracing(PlanarArm((0.6, 0.5), (3.0,) * 2, (20.0,) * 2), Path.through(SQUARE), 0.01, elbow="up"),
-    "jerk": PathTracing(replace(ARM, max_jerk=(300.0,) * 3), Path.through(SQUARE), 0.01, elbow="up"),
+    "jerk": PathTracing(replace(ARM, max_jerk=(300.0,) * 3), Path.through(SQUARE[:3]), 0.01, elbow="up"),
     "obstacle": PathTracing(ARM, Path.through(SQUARE), 0.01, obstacles=(Ellipse((0.3, 0.3), (0.08, 0.05)),)),
 }
 each_task = pytest.mark.parametrize(

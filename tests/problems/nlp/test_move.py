@@ -165,7 +165,7 @@ def test_it_waits_for_an_obstacle_that_moves_away() -> None:
     program = nlp(WAITING, 12)
     durations = [sum(x[program.variables.slices[-1]]) for x in islice(program.starts(np.random.default_rng(0)), 4)]
     assert max(durations) > 1.2 * min(durations)
-    motion = solved(program, starts=2)
+    motion = solved(program)
     kept(WAITING, motion)
     assert WAITING_BOUND <= motion.duration <= 1.05 * WAITING_BOUND
 
@@ -218,7 +218,8 @@ def test_a_descent_keeps_to_the_goal_that_its_start_misses_least() -> None:
 @pytest.mark.parametrize("velocity", [None, (-0.3, 0.1)])
 def test_derivatives_around_obstacles_are_those_of_casadi(velocity: tuple[float, float] | None) -> None:
     obstacle = OVAL if velocity is None else MovingObstacle(OVAL, ConstantVelocity(velocity))
-    program = nlp(Move(ARM, HOME, (GOAL,), obstacles=(obstacle,)), 2)
+    robot = joints(2, 4.0, 20.0, None)
+    program = nlp(Move(robot, Joints((0.1, 0.2)), (GOAL,), obstacles=(obstacle,)), 2)
     x = next(program.starts(np.random.default_rng(3)))
     assert program.hessian is not None
     weights = np.random.default_rng(4).normal(size=program.g.shape[0])

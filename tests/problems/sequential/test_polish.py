@@ -212,6 +212,7 @@ def crossing() -> Obstacle:
     return MovingObstacle(Ball(center=(0.5, 0.9, 0.62), radius=0.1), ConstantVelocity((0.0, -0.9, 0.0)))
 
 
+@pytest.mark.slow  # a gate that opens is waited for in the plane, a line is repaired in space
 def test_a_ball_that_crosses_is_passed_in_time() -> None:
     problem = case(crossing(), spheres=FEWER)
     straight = line(problem)

@@ -38,6 +38,8 @@ max_acceleration = 20.0
 kind = "point-to-point"
 start = [1.0, 0.0]
 goal = [0.5, 1.5]
+[model]
+retime = false
 """
 
 

@@ -54,7 +54,7 @@ motion = "cart.csv"
 margin_rate = 0.01
 """
 TABLE = "t,x,y,angle\n0,2.0,0.2,0\n1,1.9,0.5,0.8\n3,1.8,0.9,1.6\n"
-QUICK = ["--evaluations", "500", "--no-plots", "--quiet"]
+QUICK = ["--evaluations", "500", "--no-retime", "--no-plots", "--quiet"]
 LINKS = np.array([0.7, 0.7, 0.6])
 
 
@@ -96,7 +96,7 @@ CASES = [pytest.param(form, solver, marks=[pytest.mark.slow] * ((form, solver) !
 def test_every_form_of_a_plane_motion_knows_the_time(form: str, solver: str) -> None:
     task, model = FORMS[form]
     limit = ["--iterations", "3"] if solver == "ipopt" else ["--evaluations", "1000"]
-    assert solve.main([scene(ARM, task, DISC, solver=solver, model=model), *limit, *QUICK[2:], "--out", "run"]) == 0
+    assert solve.main([scene(ARM, task, DISC, solver=solver, model=model), *limit, *QUICK[3:], "--out", "run"]) == 0
     result = result_of("run")
     last = result["solution"]["breakpoints"][-1]
     nearest = nearest_to_disc(result, np.linspace(0.0, last, 2001))
@@ -147,10 +147,9 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("stored")
     (place / "cart.csv").write_text(TABLE)
     (place / "scene.toml").write_text(f'{ARM}{MOVE}stay = 0.3\n{DISC}{CART}[solver]\nname = "pso"\n')
-    assert (
-        solve.main([str(place / "scene.toml"), "--evaluations", "1500", *QUICK[2:], "--out", str(place / "run")]) == 0
-    )
-    return place / "run"
+    file, run = str(place / "scene.toml"), place / "run"
+    assert solve.main([file, "--evaluations", "1500", *QUICK[3:], "--out", str(run)]) == 0
+    return run
 
 
 def edited(stored: Path, edit: Callable[[dict[str, Any]], object]) -> str:
@@ -172,25 +171,30 @@ def test_a_run_is_complete_without_its_table(stored: Path) -> None:
 
 EDITS: dict[str, Callable[[dict[str, Any]], object]] = {
     "velocity": lambda r: r["scenario"]["obstacles"][0].update(velocity=[-0.6, -0.21]),
+    "an angle": lambda r: r["scenario"]["obstacles"][1]["motion_rows"][1].__setitem__(3, 0.9),
+    "rows that cannot be": lambda r: r["scenario"]["obstacles"][1]["motion_rows"].reverse(),
+    "distance": lambda r: r["closest_approach"].update(distance=r["closest_approach"]["distance"] + 1e-4),
+    "clear for longer": lambda r: r["at_goal"].update(clear_until=r["at_goal"]["clear_until"] + 0.1),
+    "another key": lambda r: r["at_goal"].update(more=1),
+}
+MORE_EDITS: dict[str, Callable[[dict[str, Any]], object]] = {  # of the same kinds
     "no velocity": lambda r: r["scenario"]["obstacles"][0].pop("velocity"),
     "margin rate": lambda r: r["scenario"]["obstacles"][1].update(margin_rate=0.02),
     "a row": lambda r: r["scenario"]["obstacles"][1]["motion_rows"][1].__setitem__(1, 1.8),
-    "an angle": lambda r: r["scenario"]["obstacles"][1]["motion_rows"][1].__setitem__(3, 0.9),
     "no rows": lambda r: r["scenario"]["obstacles"][1].pop("motion_rows"),
-    "rows that cannot be": lambda r: r["scenario"]["obstacles"][1]["motion_rows"].reverse(),
     "stay": lambda r: r["scenario"]["task"].update(stay=0.0),
-    "distance": lambda r: r["closest_approach"].update(distance=r["closest_approach"]["distance"] + 1e-4),
     "time": lambda r: r["closest_approach"].update(time=r["closest_approach"]["time"] + 0.01),
     "pair": lambda r: r["closest_approach"].update(pair="link 1, obstacle 2"),
     "clear for ever": lambda r: r["at_goal"].update(clear_until=None),
-    "clear for longer": lambda r: r["at_goal"].update(clear_until=r["at_goal"]["clear_until"] + 0.1),
     "never touched": lambda r: r["at_goal"].update(touched=False),
-    "another key": lambda r: r["at_goal"].update(more=1),
 }
 
 
-def test_an_edited_run_is_refused(stored: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    for name, edit in EDITS.items():
+@pytest.mark.parametrize("edits", [EDITS, pytest.param(MORE_EDITS, marks=pytest.mark.slow)], ids=["each kind", "more"])
+def test_an_edited_run_is_refused(
+    edits: dict[str, Callable[[dict[str, Any]], object]], stored: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for name, edit in edits.items():
         assert audit.main([edited(stored, edit)]) == 2, name
         [line] = capfd.readouterr().err.splitlines()
         assert line.startswith(f"error: {Path('edited', 'result.json')}: "), name
@@ -265,9 +269,11 @@ start_acceleration = {ACCELERATION}
 center = [2.3, 1.2]
 semi_axes = [0.15, 0.25]
 velocity = [-0.3, 0.0]
+[model]
+samples = 20
 [solver]
 name = "pso"
-evaluations = 1000
+evaluations = 500
 """
 
 

@@ -8,16 +8,13 @@ import shutil
 import signal
 import subprocess
 import sys
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers.running import refusal, status
 
-from problems.evaluation import population
 from tpbso_casadi.cli.commands.pareto import main
-from tpbso_casadi.figures.path import path_figure
 from tpbso_casadi.plain import SEAL, as_json
 from tpbso_casadi.storage import read_run, sealed
 
@@ -37,6 +34,7 @@ elbow = "up"
 
 [model]
 samples = 20
+retime = false
 
 [solver]
 evaluations = 200
@@ -72,7 +70,6 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("made")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        patch.setenv(population.VARIABLE, "vm")
         Path(SCENARIO).write_text(TWO_LINKS)
         assert run(*COMMAND) == 0
     return folder / "front"
@@ -109,8 +106,8 @@ def test_what_it_leaves(complete: list[dict[str, str]], capsys: pytest.CaptureFi
     assert method["evaluations"] == str(200 * len(table))
 
 
-def test_figures_of_the_front_and_of_each_point(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.figures.run.drawings_of", lambda plan: {"path": partial(path_figure, plan)})
+@pytest.mark.usefixtures("only_the_path_is_drawn")
+def test_figures_of_the_front_and_of_each_point() -> None:
     Path(SCENARIO).write_text(TWO_LINKS.replace("polish_starts = 1", ""))
     shown = [part for part in COMMAND if part != "--no-plots"]
     assert run(*shown, "--objectives", "length,rotation", "--points", "2", "--figures", "svg") == 0

@@ -109,13 +109,18 @@ def timeless(content: dict[str, Any]) -> dict[str, Any]:
 
 def test_the_same_seed_is_the_same_simulation() -> None:
     for name, seed in (("out", "5"), ("same", "5"), ("other", "6")):
-        assert run("--out", name, "--seed", seed, "--seconds", "0.4") in (0, 1)
+        assert run("--out", name, "--seed", seed, "--seconds", "0.4", "--no-plots") in (0, 1)
     assert timeless(result_of("out")) == timeless(result_of("same"))
     assert result_of("out")["courses"] != result_of("other")["courses"]
 
 
 def test_the_command_line_overrides_the_table() -> None:
-    assert run("--out", "out", "--seconds", "0.4", "--every", "0.2", "--evaluations", "50", "--within", "0.1") == 0
+    assert (
+        run(
+            "--out", "out", "--seconds", "0.4", "--every", "0.2", "--evaluations", "50", "--within", "0.1", "--no-plots"
+        )
+        == 0
+    )
     table = result_of("out")["scenario"]["simulation"]
     assert (table["seconds"], table["every"], table["evaluations"], table["within"]) == (0.4, 0.2, 50, 0.1)
     assert result_of("out")["summary"]["replans"] == 2
@@ -163,7 +168,7 @@ def test_bad_scenes_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_an_audit_says_that_it_is_no_plan(capsys: pytest.CaptureFixture[str]) -> None:
-    run("--out", "out", "--seconds", "0.2")
+    run("--out", "out", "--seconds", "0.2", "--no-plots")
     assert audit.main(["out"]) == 2
     [line] = capsys.readouterr().err.splitlines()
     file = Path("out", "result.json")

@@ -171,7 +171,7 @@ def test_a_letter_of_200_points_is_followed(links: int) -> None:
         f"[arm]\nlink_lengths = {[2.1 / links] * links}\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
         '[task]\nkind = "path"\naccuracy = 0.01\npoints = "letter.csv"\n[model]\nformulation = "reduced"\n'
     )
-    assert run("letter.toml", "--evaluations", "400", "--no-plots", "--quiet", "--out", "out") == 0
+    assert run("letter.toml", "--evaluations", "100", "--no-plots", "--quiet", "--out", "out") == 0
     check_run(Path("out"))
 
 
@@ -180,9 +180,9 @@ def test_an_accuracy_that_nothing_met_is_said_and_written(capfd: pytest.CaptureF
     Path("way.toml").write_text(
         "[arm]\nlink_lengths = [1.0, 1.0, 1.0]\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
         '[task]\nkind = "path"\naccuracy = 1e-6\npoints = "way.csv"\ncount = 40\n'
-        '[model]\nmotion = "paper"\n'
+        '[model]\nmotion = "paper"\n[solver]\nname = "bso"\n'
     )
-    assert run("way.toml", "--evaluations", "500", "--no-plots", "--quiet", "--out", "out") == 1
+    assert run("way.toml", "--evaluations", "100", "--no-plots", "--quiet", "--out", "out") == 1
     error = capfd.readouterr().err
     assert error.count("\n") == 1 and "accuracy is" in error and "1e-06 is the limit" in error
     result = result_of("out")

@@ -19,7 +19,7 @@ from tpbso_casadi.cli.commands import compare as command
 from tpbso_casadi.facade.comparing import known_to_workers, labelled, specs_of
 
 ARM = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0)
-TASK: dict[str, Any] = {"start": [1.0, 0.0], "goal": [0.5, 1.5]}
+TASK: dict[str, Any] = {"start": [1.0, 0.0], "goal": [0.5, 1.5], "retime": False}
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def test_labels() -> None:
     assert [spec.label for spec in specs_of([tp.BSO(), tp.GA])] == ["bso", "ga"]
 
 
-FRONT: dict[str, Any] = TASK | {"solver": "pso", "pieces": 3, "samples": 15}
+FRONT: dict[str, Any] = TASK | {"retime": True, "solver": "pso", "pieces": 3, "samples": 15}
 
 
 @pytest.fixture(scope="module")

@@ -116,7 +116,7 @@ def test_starts_vias_and_lists_of_goals_may_be_poses() -> None:
         "via": [{"position": [0.5, 0.1, 0.7]}],
         "goal": [GOAL, {"joints": [0.9, 0.4, 1.0]}, {"position": [0.2, 0.5, 0.5]}],
     }
-    found = plan(parse_scenario(space_scenario(task=task, solver={"evaluations": 300}, obstacles=[])))
+    found = plan(parse_scenario(space_scenario(task=task, solver={"evaluations": 100}, obstacles=[])))
     assert found.feasible
     assert isinstance(found, SearchedMotion)
     assert set(found.problem.branch) == {"start", "via_1", "goal"}
@@ -125,7 +125,7 @@ def test_starts_vias_and_lists_of_goals_may_be_poses() -> None:
 
 
 def test_a_time_limit_is_that_of_everything() -> None:
-    found = plan(parse_scenario(space_scenario(solver={"evaluations": None, "time_limit": 0.4})))
+    found = plan(parse_scenario(space_scenario(solver={"evaluations": None, "time_limit": 0.4}, obstacles=[])))
     assert isinstance(found, SearchedMotion)
     assert found.search.seconds < 0.4
     assert found.scenario.solver.time_limit == 0.4

@@ -37,7 +37,12 @@ def retiming_of(case: str) -> Retiming:
 
 
 @pytest.mark.parametrize(
-    ("case", "candidate"), [("time-3", "free space"), ("rotation-3", SAME_PATH), ("pentagram-time", SAME_PATH)]
+    ("case", "candidate"),
+    [
+        ("time-3", "free space"),
+        ("rotation-3", SAME_PATH),
+        pytest.param("pentagram-time", SAME_PATH, marks=pytest.mark.slow),
+    ],
 )
 def test_a_retimed_plan_is_certified_no_slower_and_keeps_what_it_is_bound_to(case: str, candidate: str) -> None:
     before, retiming = planned(case), retiming_of(case)

@@ -133,7 +133,9 @@ def clear_at_20_000_times(solution: SearchedMotion) -> bool:
     return float(ca.mmin(clearance)) >= proven >= 1e-4
 
 
-@pytest.mark.parametrize("obstacles", OBSTACLES)
+@pytest.mark.parametrize(
+    "obstacles", [pytest.param(name, marks=[pytest.mark.slow] * (name == "default")) for name in OBSTACLES]
+)
 @pytest.mark.parametrize("links", [3, *(pytest.param(links, marks=pytest.mark.slow) for links in (4, 5))])
 def test_plans_around_obstacles_are_clear_for_all_t(links: int, obstacles: str) -> None:
     stated: Any = [{"center": center, "semi_axes": axes} for center, axes in OBSTACLES[obstacles]]
@@ -158,7 +160,7 @@ def test_the_polish_stands_in_the_table_and_in_the_result(capsys: pytest.Capture
 
 
 @pytest.mark.usefixtures("in_an_empty_folder")
-@pytest.mark.parametrize("case", ["rotation-3", "closed-curve-time"])
+@pytest.mark.parametrize("case", ["rotation-3", pytest.param("closed-curve-time", marks=pytest.mark.slow)])
 def test_ipopt_alone(case: str) -> None:
     for folder in ("out", "again"):
         assert main([case, "--solver", "ipopt", "--iterations", "2", "--quiet", "--no-plots", "--out", folder]) == 0
@@ -234,7 +236,7 @@ OTHERS = [  # much like those above them
     ("time-5", "up", 1, 0.3220),
     ("rotation-5", "up", 1, 1.4322),
     ("rotation-5", "free", 2, 1.2751),
-    ("closed-curve-rotation", "up", 1, 17.5680),
+    ("pentagram-rotation", "up", 1, 12.1405),
     ("pentagram-time", "up", 8, 0.5465),
 ]
 
@@ -245,7 +247,7 @@ OTHERS = [  # much like those above them
         ("time-4", "up", 1, 0.3737),
         ("time-4", "free", 2, 0.3449),
         ("rotation-4", "up", 1, 1.6284),
-        ("pentagram-rotation", "up", 1, 12.1405),
+        ("closed-curve-rotation", "up", 1, 17.5680),
         ("closed-curve-time", "up", 8, 0.7397),
         *(pytest.param(*other, marks=pytest.mark.slow) for other in OTHERS),
     ],

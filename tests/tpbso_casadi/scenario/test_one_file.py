@@ -36,7 +36,7 @@ radius = 0.1
 angle = 45
 [solver]
 name = "bso"
-evaluations = 2000
+evaluations = 500
 polish_starts = 1
 """
 
@@ -80,12 +80,18 @@ class PlaneCapsule(tp.Obstacle):
         return np.array(self.center) + np.array([-half, half])
 
 
+ARM = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0)
+STILL = PlaneCapsule((1.5, 0.75), 0.3, 0.1)
+MOVING = tp.MovingObstacle(PlaneCapsule((2.2, 1.2), 0.3, 0.1), tp.ConstantVelocity((0.1, 0.0)))
+TASK: dict[str, Any] = {"start": [1.6, -0.6], "goal": [0.6, 1.6], "obstacles": [STILL, MOVING]}
+
+
 @pytest.fixture
 def registered(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(OBSTACLES, "capsule", PlaneCapsule)
 
 
-@pytest.mark.usefixtures("registered")
+@pytest.mark.usefixtures("registered", "only_the_path_is_drawn")
 def test_a_file_is_planned_stored_and_audited(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, run = tmp_path / "scene.toml", tmp_path / "run"
     file.write_text(FILE)
@@ -167,19 +173,25 @@ def test_a_class_that_cannot_be_a_table_is_refused(path: str) -> None:
         tp.parse_scenario(content | {"obstacles": [{"shape": path, "center": [0.5, 1.5], "semi_axes": [0.1, 0.1]}]})
 
 
-@pytest.mark.parametrize("name", ["capsule", f"{__name__}:PlaneCapsule"])
+@pytest.mark.usefixtures("no_optimum")  # of which the file's is one
+@pytest.mark.parametrize("name", [pytest.param("capsule", marks=pytest.mark.slow), f"{__name__}:PlaneCapsule"])
 def test_python_plans_stores_and_audits(name: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     """Without an entry in the registry its class is named by its path."""
     if name == "capsule":
         request.getfixturevalue("registered")
-    arm = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0)
-    still = PlaneCapsule((1.5, 0.75), 0.3, 0.1)
-    moving = tp.MovingObstacle(PlaneCapsule((2.2, 1.2), 0.3, 0.1), tp.ConstantVelocity((0.1, 0.0)))
-    plan = tp.plan(arm, start=[1.6, -0.6], goal=[0.6, 1.6], obstacles=[still, moving], solver="bso", evaluations=2000)
+    plan = tp.plan(ARM, **TASK, solver="bso", evaluations=500, retime=False)
     assert plan.certified
     assert [table.shape for table in plan.scenario.obstacles] == [name, name]
-    assert plan.scenario.problem().obstacles == (still, moving)
+    assert plan.scenario.problem().obstacles == (STILL, MOVING)
     plan.save(tmp_path / "run", figures=())
     again = tp.read_run(tmp_path / "run")
     assert again.scenario == plan.scenario
     assert tp.audit(tmp_path / "run").certified
+
+
+@pytest.mark.usefixtures("registered")
+def test_python_states_it_by_its_name_where_it_has_one() -> None:
+    scenario = tp.scenario_of(ARM, **TASK)
+    assert [table.shape for table in scenario.obstacles] == ["capsule", "capsule"]
+    assert scenario.problem().obstacles == (STILL, MOVING)
+    assert pickle.loads(pickle.dumps(scenario)) == scenario
