@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -20,7 +21,8 @@ from tpbso_casadi.plain import SEAL
 from tpbso_casadi.storage import sealed
 
 QUICK = ["--evaluations", "40", "--no-plots", "--quiet"]
-EXAMPLES = [4, pytest.param(1500, marks=pytest.mark.slow)]
+STATED = os.environ.get("TPBSO_FUZZ_EXAMPLES")  # how many, which is the seed too, of a night of fuzzing
+EXAMPLES = [int(STATED)] if STATED else [4, pytest.param(1500, marks=pytest.mark.slow)]
 POLISHED = 7  # of the numbers 0 to 9; neither end, which Hypothesis prefers: it takes seconds
 Trial = Callable[..., None]
 
