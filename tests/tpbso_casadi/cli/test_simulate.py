@@ -115,7 +115,12 @@ def test_the_same_seed_is_the_same_simulation() -> None:
 
 
 def test_the_command_line_overrides_the_table() -> None:
-    assert run("--out", "out", "--seconds", "0.4", "--every", "0.2", "--evaluations", "50", "--within", "0.1", "--no-plots") == 0
+    assert (
+        run(
+            "--out", "out", "--seconds", "0.4", "--every", "0.2", "--evaluations", "50", "--within", "0.1", "--no-plots"
+        )
+        == 0
+    )
     table = result_of("out")["scenario"]["simulation"]
     assert (table["seconds"], table["every"], table["evaluations"], table["within"]) == (0.4, 0.2, 50, 0.1)
     assert result_of("out")["summary"]["replans"] == 2
