@@ -31,7 +31,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.chdir(path)
         patch.syspath_prepend(str(path))
         patch.setenv("TPBSO_CASADI_BACKEND", "vm")
-        assert solve.main(["lift.toml", "--polish", "--animate", "lift.html", "--out", "run", "--quiet"]) == 0
+        options = ["--polish", "--evaluations", "1000", "--animate", "lift.html", "--out", "run", "--quiet"]
+        assert solve.main(["lift.toml", *options]) == 0
         yield path
         for name in MODULES & sys.modules.keys():
             del sys.modules[name]

@@ -245,6 +245,7 @@ def lifting(mass: float) -> MoveProblem:
     return move(Move(arm, Joints(PANDA_START), (Joints(PANDA_GOAL),)), pieces=4)
 
 
+@pytest.mark.slow  # in the plane torques are kept so by default: planning/test_finishing.py
 def test_a_payload_costs_far_less_than_running_more_slowly() -> None:
     problem = lifting(3.0)
     fastest = line(problem)

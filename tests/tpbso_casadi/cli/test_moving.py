@@ -95,7 +95,7 @@ CASES = [pytest.param(form, solver, marks=[pytest.mark.slow] * ((form, solver) !
 @pytest.mark.parametrize(("form", "solver"), CASES)
 def test_every_form_of_a_plane_motion_knows_the_time(form: str, solver: str) -> None:
     task, model = FORMS[form]
-    limit = ["--iterations", "3"] if solver == "ipopt" else ["--evaluations", "1000"]
+    limit = ["--iterations", "3"] if solver == "ipopt" else ["--evaluations", "500"]
     assert solve.main([scene(ARM, task, DISC, solver=solver, model=model), *limit, *QUICK[3:], "--out", "run"]) == 0
     result = result_of("run")
     last = result["solution"]["breakpoints"][-1]
@@ -170,7 +170,6 @@ def test_a_run_is_complete_without_its_table(stored: Path) -> None:
 
 
 EDITS: dict[str, Callable[[dict[str, Any]], object]] = {
-    "velocity": lambda r: r["scenario"]["obstacles"][0].update(velocity=[-0.6, -0.21]),
     "an angle": lambda r: r["scenario"]["obstacles"][1]["motion_rows"][1].__setitem__(3, 0.9),
     "rows that cannot be": lambda r: r["scenario"]["obstacles"][1]["motion_rows"].reverse(),
     "distance": lambda r: r["closest_approach"].update(distance=r["closest_approach"]["distance"] + 1e-4),
@@ -178,6 +177,7 @@ EDITS: dict[str, Callable[[dict[str, Any]], object]] = {
     "another key": lambda r: r["at_goal"].update(more=1),
 }
 MORE_EDITS: dict[str, Callable[[dict[str, Any]], object]] = {  # of the same kinds
+    "velocity": lambda r: r["scenario"]["obstacles"][0].update(velocity=[-0.6, -0.21]),
     "no velocity": lambda r: r["scenario"]["obstacles"][0].pop("velocity"),
     "margin rate": lambda r: r["scenario"]["obstacles"][1].update(margin_rate=0.02),
     "a row": lambda r: r["scenario"]["obstacles"][1]["motion_rows"][1].__setitem__(1, 1.8),

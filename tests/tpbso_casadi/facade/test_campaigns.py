@@ -29,7 +29,7 @@ class Mine(tp.PSO):
 
 @cache
 def compared() -> tp.Comparison:
-    return tp.compare(ARM, ["bso", tp.PSO(population=8), Mine], **TASK, runs=4, evaluations=60)
+    return tp.compare(ARM, ["bso", tp.PSO(population=8), Mine], **TASK, runs=2, evaluations=60)
 
 
 def test_every_run_is_there() -> None:
@@ -37,15 +37,15 @@ def test_every_run_is_there() -> None:
     solvers = ["bso", "pso(population=8)", "Mine"]
     assert [row["solver"] for row in comparison.table] == solvers
     assert {(record.solver, record.seed) for record in comparison.records} == {
-        (solver, seed) for solver in solvers for seed in range(1, 5)
+        (solver, seed) for solver in solvers for seed in (1, 2)
     }
     assert comparison.failures == []
-    assert repr(comparison) == "<comparison: 3 solvers on 1 scenarios, 12 runs>"
+    assert repr(comparison) == "<comparison: 3 solvers on 1 scenarios, 6 runs>"
 
 
 def test_numbers_are_those_of_the_plans() -> None:
     scenario = tp.scenario_of(ARM, **TASK, solver=Mine, evaluations=60, polish=False)
-    own = [tp.plan(scenario, seed=seed) for seed in range(1, 5)]
+    own = [tp.plan(scenario, seed=seed) for seed in (1, 2)]
     expected = [plan.objective if plan.certified else np.inf for plan in own]
     np.testing.assert_array_equal(compared().objectives["scenario 1", "Mine"], expected)
     row = compared().table[2]
@@ -59,7 +59,7 @@ def test_it_shows_itself(tmp_path: Path) -> None:
     assert comparison.plot()._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
     folder = comparison.save(tmp_path / "saved", plots=False)
     with (folder / "runs.csv").open() as file:
-        assert len(list(csv.DictReader(file))) == len(comparison.runs_to_dataframe()) == 12
+        assert len(list(csv.DictReader(file))) == len(comparison.runs_to_dataframe()) == 6
     with (folder / "summary.csv").open() as file:
         assert [row["solver"] for row in csv.DictReader(file)] == [row["solver"] for row in comparison.table]
     assert len(comparison.to_dataframe()) == 3
