@@ -101,7 +101,7 @@ class PolishGain:
 
     @property
     def row(self) -> list[object]:
-        """Under ``HEADER``; without times, so that it is the same on any machine."""
+        """Under ``HEADER``; without times, so that it is the same however fast the machine is."""
         lower, median, upper = self.gains
         numbers = (self.before, self.after, median, lower, upper)
         counts = (len(self.runs), self.kept, self.made_feasible)
