@@ -36,7 +36,7 @@ LABEL_WIDTH = 22  # columns of a solver's label, which goes on in the next line 
 
 
 def rows(summaries: Sequence[Summary]) -> list[list[object]]:
-    """The whole table, under ``HEADER``, without times: it is the same however many workers there are, and however fast."""
+    """The whole table, under ``HEADER``, without times: the same however many workers there are."""
     judgements, lowest = against_first(summaries), references(summaries)
     table: list[list[object]] = []
     for s in summaries:
