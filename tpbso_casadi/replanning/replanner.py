@@ -159,9 +159,9 @@ class Replanner:
             InvalidProblem: the motion is of another robot or no motion at all, obstacles have another dimension, or the
                 goal cannot be reached.
         """
-        began = time.perf_counter()
+        began, obstacles = time.perf_counter(), tuple(obstacles)
         self._check(executed, obstacles, goal)
-        scene, last = ObservedScene(self.robot, tuple(obstacles)), self._known
+        scene, last = ObservedScene(self.robot, obstacles), self._known
         known = last is not None and last.holds(executed, scene)
         foreseen = None if last is None else last.foreseen(executed, scene)
         decision = Decision(
@@ -265,5 +265,5 @@ def replan(
     if not 0.0 <= at_time <= trajectory.duration:
         raise InvalidProblem("at_time", f"{at_time:g} s is not within the motion, 0 to {trajectory.duration:g} s")
     replanner = Replanner(scenario, every, fail_safe_rate, within=within)
-    obstacles = replanner.task.obstacles if isinstance(scene, Scenario) else scene
+    obstacles = replanner.task.obstacles if isinstance(scene, Scenario) else tuple(scene)
     return replanner.replan(remaining(trajectory, at_time, every), obstacles)

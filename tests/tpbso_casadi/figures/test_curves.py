@@ -53,7 +53,7 @@ def test_a_limit_far_away_does_not_stretch_the_axis() -> None:
 def test_every_joint_has_its_line_and_its_label() -> None:
     figure = joints_figure(space_plan())
     labels = [text.get_text() for text in figure.axes[0].texts]
-    assert labels == [f"joint {joint}" for joint in range(1, 5)]
+    assert labels == [f"joint_{joint}" for joint in range(4)]  # as the robot calls them
     for axes in figure.axes:
         curves = [line for line in axes.lines if str(line.get_label()).startswith("joint")]
         assert [line.get_color() for line in curves] == [line_of(joint)["color"] for joint in range(4)]
@@ -64,7 +64,7 @@ def test_every_joint_has_its_line_and_its_label() -> None:
 def test_every_kind_of_limit_is_named_at_its_line() -> None:
     above, below = limits_figure(space_plan()).axes
     assert [text.get_text() for text in above.texts] == ["speed", "acceleration", "jerk"]
-    assert [label.get_text() for label in below.get_yticklabels()] == [f"joint {joint}" for joint in range(1, 5)]
+    assert [label.get_text() for label in below.get_yticklabels()] == [f"joint_{joint}" for joint in range(4)]
     assert set(STYLES) == set(QUANTITIES)
     assert len({style[1:] for style in STYLES.values()}) == len(STYLES)  # apart without colour
     labels = [axes.get_ylabel() for axes in joints_figure(space_plan()).axes]  # an arm without masses
