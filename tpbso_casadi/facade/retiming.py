@@ -13,7 +13,6 @@ from problems.base import FloatArray
 from problems.motions import JointPath
 from tpbso_casadi.facade.arguments import in_words_of_python, several
 from tpbso_casadi.facade.plan import Plan
-from tpbso_casadi.facade.planning import read_run
 from tpbso_casadi.facade.robots import AnyRobot
 from tpbso_casadi.facade.robots import robot as robot_of
 from tpbso_casadi.facade.statement import obstacle_tables
@@ -21,19 +20,22 @@ from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.scenario import (
     LARGEST_ANGLE,
     InputFolder,
+    Scenario,
     ScenarioError,
     parse_scenario,
     pieces_table,
     plain,
     read_joint_rows,
+    read_toml,
     shown,
 )
-from tpbso_casadi.storage import path_table
+from tpbso_casadi.storage import path_table, read_run
 
 AnyPath: TypeAlias = FloatArray | JointPath | Trajectory | Plan | str | Path
 Content: TypeAlias = dict[str, Any]
-SURROUNDINGS = ("arm", "robot", "obstacles")  # tables of a plan that its path brings along
-MODEL_KEYS = ("limits", "margin", "self_collision")
+ROBOT_TABLES = ("unit", "arm", "robot", "obstacles", "model")  # of a file that states a robot, or of a run's scenario
+SPEEDS = ("start_speed", "goal_speed")  # of a run, which another robot does not take over
+MODEL_KEYS = ("limits", "margin", "self_collision")  # of [model], that say something of any motion
 
 
 def retime(
@@ -55,7 +57,9 @@ def retime(
     Args:
         path: waypoints (n, k) in rad; a CSV file with the header ``q1..qk`` or ``t,q1..qk``; a plan, or the folder of a
             run; a :class:`Trajectory` or a path with polynomial pieces.
-        robot: that moves, with k joints, as for :func:`plan`; that of the plan, where the path is one.
+        robot: that moves, with k joints, as for :func:`plan`; or a TOML file with an [arm] or a [robot] table, whose
+            obstacles and margin are judged too and whose unit is that of waypoints, tolerance and speeds. That of the
+            plan, where the path is one; another one begins and ends at rest, unless speeds are stated.
         interpolation: of waypoints: ``spline``, or ``blend``: straight lines with rounded corners.
         tolerance: how far a blend may leave the lines, rad; with 0 the corners are stops.
         start_speed: ``|dq/dt|`` at the start, along the path, rad/s; 0, or that of the plan.
@@ -71,69 +75,119 @@ def retime(
         InvalidRun: a folder is no run.
     """
     with in_words_of_python():
-        content = content_of(path, interpolation, tolerance)
-        if robot is not None:
-            stated = robot_of(robot).content
-            model = content.get("model", {}) | stated["model"]
-            content = {**_without_robot(content), **stated, "model": model}
-        elif not any(key in content for key in ("arm", "robot")):
-            raise ScenarioError("robot: missing; say which robot runs the path, robot=tp.robot(...)")
-        speeds = {"start_speed": start_speed, "goal_speed": goal_speed, "total_time": total_time}
-        content["task"] |= _given(speeds)
-        content["model"] = content.get("model", {}) | _given(
-            {
-                "margin": margin,
-                "self_collision": self_collision,
-                "limits": None if limits is None else several("limits", limits, "kinds of limits"),
-            }
-        )
-        if obstacles is not None:
-            content["obstacles"] = obstacle_tables(obstacles)
-        return Plan(plan_scenario(parse_scenario(content)))
+        task = {
+            "interpolation": interpolation, "tolerance": tolerance, "start_speed": start_speed,
+            "goal_speed": goal_speed, "total_time": total_time,
+        }  # fmt: skip
+        further = None if limits is None else several("limits", limits, "kinds of limits")
+        model = {"margin": margin, "self_collision": self_collision, "limits": further}
+        around = None if obstacles is None else obstacle_tables(obstacles)
+        return Plan(plan_scenario(retimed_scenario(path, robot, task, model, around)))
+
+
+def retimed_scenario(
+    path: AnyPath,
+    robot: AnyRobot | None,
+    task: Content,
+    model: Content | None = None,
+    obstacles: list[Content] | None = None,
+    payload: float | None = None,
+) -> Scenario:
+    """The scenario of a path that a robot runs as fast as its limits allow.
+
+    Args:
+        path: as of :func:`retime`.
+        robot: likewise.
+        task: keys of [task]; None of what is not stated, as of the other tables.
+        model: keys of [model].
+        obstacles: tables of [[obstacles]] instead of those of the robot's file or of the plan.
+        payload: what the tool carries, a mass at its own origin, kg; 0 for none.
+
+    Raises:
+        ScenarioError: naming the first wrong key.
+        InvalidRun: a folder is no run.
+    """
+    given, around = content_of(path, _given({key: task.get(key) for key in SHAPE}))
+    content, file = around, None
+    if robot is not None:
+        content, file = _robot_tables(robot, around)
+        given = {key: value for key, value in given.items() if key not in SPEEDS}
+    elif not any(content.get(key) for key in ("arm", "robot")):
+        raise ScenarioError("robot: missing; say which robot runs the path, robot=tp.robot(...)")
+    content = _carrying(content, payload) | {"task": given | _given(task)}
+    stated = content.get("model", {})
+    if isinstance(stated, dict):
+        kept = {key: stated[key] for key in MODEL_KEYS if key in stated}
+        content["model"] = kept | _given({} if model is None else model)
+    if obstacles is not None:
+        content["obstacles"] = obstacles
+    if file is None:
+        return parse_scenario(content)
+    try:
+        return parse_scenario(content, InputFolder(file.parent, outside_allowed=True))
+    except ScenarioError as error:
+        raise ScenarioError(f"{file}: {error}") from error
+
+
+SHAPE = ("interpolation", "tolerance")  # of waypoints
 
 
 def _given(keys: Content) -> Content:
     return {key: plain(value) for key, value in keys.items() if value is not None}
 
 
-def _without_robot(content: Content) -> Content:
-    return {key: value for key, value in content.items() if key not in ("arm", "robot")}
+def _robot_tables(robot: AnyRobot, around: Content) -> tuple[Content, Path | None]:
+    """The tables that state a robot and what is around it, and the file that has them, where one does."""
+    file = Path(robot) if isinstance(robot, str | Path) else None
+    if file is not None and (file.suffix == ".toml" or (file.is_file() and file.suffix != ".urdf")):
+        content = read_toml(file)
+        return {key: content[key] for key in ROBOT_TABLES if key in content}, file
+    stated = robot_of(robot).content
+    kept = {key: value for key, value in around.items() if key not in ("arm", "robot", "unit")}
+    return {**kept, **stated, "model": around.get("model", {}) | stated["model"]}, None
 
 
-def content_of(path: AnyPath, interpolation: str | None, tolerance: float | None) -> Content:
-    """The tables of a scenario that a path states: [task], and of a plan what is around it.
+def _carrying(content: Content, mass: float | None) -> Content:
+    """The same with another payload, kg, if one is stated."""
+    tables = [key for key in ("arm", "robot") if mass is not None and isinstance(content.get(key), dict)]
+    return content | {key: _loaded(content[key], mass) for key in tables}
+
+
+def _loaded(table: Content, mass: float | None) -> Content:
+    """A robot's table with a payload, kg; it is one of the settings where the robot has those."""
+    if isinstance(table.get("settings"), dict):
+        return table | {"settings": _loaded(table["settings"], mass)}
+    unloaded = {key: value for key, value in table.items() if key != "payload"}
+    return unloaded | ({"payload": {"mass": mass}} if mass else {})
+
+
+def content_of(path: AnyPath, shape: Content) -> tuple[Content, Content]:
+    """The [task] table that a path states, and of a plan the tables of what is around it.
+
+    Args:
+        path: as of :func:`retime`.
+        shape: keys of [task] that say how waypoints are joined.
 
     Raises:
-        ScenarioError: it is no path.
+        ScenarioError: it is no path, or complete without them.
     """
-    shape = _given({"interpolation": interpolation, "tolerance": tolerance})
     if isinstance(path, str | Path) and not Path(path).is_dir():
         file = Path(path)
-        return _of_rows(read_joint_rows(InputFolder(file.parent, outside_allowed=True), file.name), shape)
-    if isinstance(path, str | Path):
-        path = read_run(path)
-    if not isinstance(path, Plan | JointPath | Trajectory):
-        return _of_rows(plain(_waypoints(path)), shape)
+        rows = read_joint_rows(InputFolder(file.parent, outside_allowed=True), file.name)
+        return {"kind": "joint-path", "joints": rows}, {}
+    if not isinstance(path, str | Path | Plan | JointPath | Trajectory):
+        return {"kind": "joint-path", "joints": plain(_waypoints(path))}, {}
     if shape:
         raise ScenarioError(f"{next(iter(shape))}: the path is complete; it is for waypoints")
-    if isinstance(path, Plan):
-        return _of_plan(path)
-    return {"task": pieces_table(path if isinstance(path, JointPath) else JointPath.of(path))}
-
-
-def _of_rows(rows: Any, shape: Content) -> Content:
-    return {"task": {"kind": "joint-path", "joints": rows, **shape}}
-
-
-def _of_plan(plan: Plan) -> Content:
-    """The path of a plan, of the lowest degree that is known of it, and what the plan says of its surroundings."""
+    if isinstance(path, JointPath | Trajectory):
+        return pieces_table(path if isinstance(path, JointPath) else JointPath.of(path)), {}
+    run = path.as_run() if isinstance(path, Plan) else read_run(Path(path))
     try:
-        task = path_table(plan.as_run())
+        task = path_table(run)
     except ScenarioError as error:
-        raise ScenarioError(f"path: {error}") from error
-    content = plan.scenario.model_dump()
-    model = {key: content["model"][key] for key in MODEL_KEYS}
-    return {key: content[key] for key in SURROUNDINGS} | {"model": model, "task": task}
+        raise ScenarioError(f"{'path' if isinstance(path, Plan) else path}: {error}") from error
+    content = run.scenario.model_dump()
+    return task, {key: content[key] for key in ROBOT_TABLES}
 
 
 def _waypoints(path: Any) -> FloatArray:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
+from tpbso_casadi.cli.commands import retime as command
 from tpbso_casadi.cli.commands import solve
 
 ROWS = np.array([[0.0, 0.5], [0.6, 0.9], [1.0, 0.2], [1.5, 0.4]])
@@ -112,3 +113,18 @@ def test_a_wall_in_the_way_is_not_touched() -> None:
     assert step.kind in {"new", "stop"}
     joints = REPLANNED.model.skeleton(step.trajectory.at(step.trajectory.times(500)))
     assert np.abs(joints - [0.85, 0.85]).max(axis=2).min() > 0.025  # no joint enters it
+
+
+def test_a_file_states_the_robot_as_for_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("arm.toml").write_text(
+        'unit = "deg"\n[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 100.0\nmax_acceleration = 500.0\n'
+        "[[obstacles]]\ncenter = [5.0, 5.0]\nsemi_axes = [0.1, 0.1]\n[model]\nmargin = 0.02\nretime = false\n"
+    )
+    Path("path.csv").write_text("q1,q2\n0,0\n30,20\n10,60\n")
+    options = ["path.csv", "--robot", "arm.toml", "--blend", "2", "--start-speed", "5", "--quiet", "--no-plots"]
+    assert command.main([*options, "--out", "run"]) == 0
+    plan = tp.retime("path.csv", "arm.toml", interpolation="blend", tolerance=2.0, start_speed=5.0)
+    assert plan.certified and plan.scenario == tp.read_run("run").scenario and plan.scenario.model.margin == 0.02
+    again = tp.retime(plan, tp.robot([0.5, 0.5], max_speed=1.0, max_acceleration=5.0))  # at rest at its ends
+    assert again.certified and (again.scenario.task.start_speed, len(again.scenario.obstacles)) == (0.0, 1)

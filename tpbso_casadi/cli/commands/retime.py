@@ -6,27 +6,14 @@ import argparse
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 
 from tpbso_casadi.cli.command import OneLineParser, command_parser, named, run_command
 from tpbso_casadi.cli.commands.solve import written
 from tpbso_casadi.cli.options import defaulting, listed, not_negative, path, problem_group
 from tpbso_casadi.cli.output import Output, add_output_options, free_folder
-from tpbso_casadi.scenario import (
-    InputFolder,
-    Interpolation,
-    Scenario,
-    ScenarioError,
-    is_folder,
-    parse_scenario,
-    read_joint_rows,
-    read_toml,
-)
-from tpbso_casadi.storage import path_table, read_run
-
-ROBOT_TABLES = ("unit", "arm", "robot", "obstacles", "model")  # of the file that states the robot
-SPEEDS = ("start_speed", "goal_speed")
-MODEL_KEYS = ("limits", "margin", "self_collision")  # of [model], that say something of any motion
+from tpbso_casadi.facade.retiming import retimed_scenario
+from tpbso_casadi.scenario import Interpolation, Scenario, ScenarioError, is_folder
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -95,7 +82,7 @@ def parser() -> OneLineParser:
 def retime(options: argparse.Namespace) -> int:
     """Time the path of the options, write and print the motion; returns the exit status."""
     folder = Path(options.path)
-    scenario = of_run(folder, options) if is_folder(options.path) else of_file(folder, options)
+    scenario = stated(folder, options)
     name = f"{folder.resolve().stem}-retimed"
     output = Output.of(options, partial(free_folder, name, scenario), title=name)
     output.check()
@@ -103,61 +90,17 @@ def retime(options: argparse.Namespace) -> int:
         return written(scenario, None, output, options)
 
 
-def of_file(path: Path, options: argparse.Namespace) -> Scenario:
-    """The scenario of a CSV file and a robot."""
-    if options.robot is None:
+def stated(path: Path, options: argparse.Namespace) -> Scenario:
+    """The scenario of a run's path, with its own robot and obstacles unless others are stated, or of a CSV file."""
+    interpolation, is_run = options.interpolation, is_folder(options.path)
+    if is_run:
+        for option in ("interpolation", "blend"):
+            if getattr(options, option) is not None:
+                raise ScenarioError(f"--{option}: {path} is a run, whose path is complete")
+    elif options.robot is None:
         raise ScenarioError(f"{path}: says nothing of a robot; say --robot ARM.toml")
-    rows = read_joint_rows(InputFolder(path.parent, outside_allowed=True), path.name)
-    interpolation = options.interpolation or ("spline" if options.blend is None else "blend")
-    given = {"kind": "joint-path", "joints": rows, "interpolation": interpolation, "tolerance": options.blend}
-    return _parsed(_surroundings(options.robot), given, options, options.robot)
-
-
-def of_run(folder: Path, options: argparse.Namespace) -> Scenario:
-    """The scenario of a run's path, with its own robot and obstacles unless others are stated."""
-    for option in ("interpolation", "blend"):
-        if getattr(options, option) is not None:
-            raise ScenarioError(f"--{option}: {folder} is a run, whose path is complete")
-    run = read_run(folder)
-    with named(folder):
-        given = path_table(run)
-    if options.robot is not None:
-        at_rest = {key: value for key, value in given.items() if key not in SPEEDS}
-        return _parsed(_surroundings(options.robot), at_rest, options, options.robot)
-    content = run.scenario.model_dump()
-    return _parsed({key: content[key] for key in ROBOT_TABLES}, given, options)
-
-
-def _surroundings(file: Path) -> dict[str, Any]:
-    """The tables of a file that state a robot and what is around it; a task and a solver in it are none of ours."""
-    content = read_toml(file)
-    return {key: content[key] for key in ROBOT_TABLES if key in content}
-
-
-def _carrying(surroundings: dict[str, Any], mass: float | None) -> dict[str, Any]:
-    """The same with another payload, kg, if one is stated."""
-    tables = [table for table in ("arm", "robot") if mass is not None and isinstance(surroundings.get(table), dict)]
-    return surroundings | {table: _loaded(surroundings[table], mass) for table in tables}
-
-
-def _loaded(table: dict[str, Any], mass: float | None) -> dict[str, Any]:
-    """A robot's table with a payload, kg; it is one of the settings where the robot has those."""
-    if isinstance(table.get("settings"), dict):
-        return table | {"settings": _loaded(table["settings"], mass)}
-    unloaded = {key: value for key, value in table.items() if key != "payload"}
-    return unloaded | ({"payload": {"mass": mass}} if mass else {})
-
-
-def _parsed(
-    surroundings: dict[str, Any], given: dict[str, Any], options: argparse.Namespace, file: Path | None = None
-) -> Scenario:
-    speeds = {key: getattr(options, key) for key in SPEEDS}
-    task = given | {key: value for key, value in speeds.items() if value is not None}
-    content = {**_carrying(surroundings, options.payload), "task": task}
-    model = content.get("model")
-    if isinstance(model, dict):
-        content["model"] = {key: model[key] for key in MODEL_KEYS if key in model}
-    if file is None:
-        return parse_scenario(content)
-    with named(file):
-        return parse_scenario(content, InputFolder(file.parent, outside_allowed=True))
+    else:
+        interpolation = interpolation or ("spline" if options.blend is None else "blend")
+    speeds = {key: getattr(options, key) for key in ("start_speed", "goal_speed")}
+    task = {"interpolation": interpolation, "tolerance": options.blend, **speeds}
+    return retimed_scenario(path, options.robot, task, payload=options.payload)
