@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 from helpers.running import status
@@ -55,6 +56,22 @@ def test_the_overview_has_a_line_for_every_command(
 def test_the_version(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     for option in ("-V", "--version"):
         assert answer([option], monkeypatch, capsys) == f"tpbso-casadi {__version__}\n"
+
+
+def test_options_of_every_command_may_stand_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def ended(module: str, name: str) -> NoReturn:
+        raise SystemExit([module.rpartition(".")[2], name, *sys.argv[1:]])
+
+    monkeypatch.setattr(tpbso, "run", ended)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    for given, expected in (
+        (["-v", "solve", "time-2"], ["solve", "tpbso solve", "time-2", "-v"]),
+        (["-vv", "-q", "audit", "run"], ["audit", "tpbso audit", "run", "-vv", "-q"]),
+    ):
+        monkeypatch.setattr(sys, "argv", ["tpbso", *given])
+        with pytest.raises(SystemExit) as left:
+            tpbso.main()
+        assert left.value.code == expected
 
 
 @process
