@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from problems import Problem, Trajectory
+from problems.certify import WorstIs
 from problems.motions import CONTINUOUS_ORDERS, SMOOTH_ORDERS, JointPath
 from problems.timing import departure
 from tpbso_casadi.plain import plain, versions
@@ -24,6 +25,7 @@ from tpbso_casadi.planning import (
 )
 from tpbso_casadi.storage.result import (
     CertificateResult,
+    ConstraintResult,
     PiecesResult,
     PolishedMotion,
     RunResult,
@@ -176,11 +178,8 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
     for key in ("closest_approach", "at_goal"):
         if getattr(result, key) is None:  # older results have none
             del keys[key]
-    if result.certificate.in_words is None:  # likewise
-        keys["certificate"] = CertificateResult(verdict=motion.status)
-        keys["constraints"] = [row.model_copy(update={"worst_is": None}) for row in keys["constraints"]]
-    stated = {constraint.name for constraint in result.constraints}
-    keys["constraints"] = [row for row in keys["constraints"] if row.name in stated or row.name not in ADDED_ROWS]
+    if result.certificate.in_words is None:
+        keys |= _as_in_version_1(result, motion, keys["constraints"])
     keys["versions"] = {name: result.versions.get(name, "") for name in ("python", *versions())}
     if problem is None:
         nothing: dict[str, Any] = {"variables": None, "quantities": {}, "branches": None, "time_scale": 1.0}
@@ -200,6 +199,28 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
     trees = (tree.model_dump(mode="json", include=set(keys)) for tree in (result, computed))
     stored, follows = ({key: tree[key] for key in keys if key in tree} for tree in trees)  # in the order of the keys
     compare(stored, follows, tolerances)
+
+
+def _as_in_version_1(result: RunResult, motion: Motion, rows: Sequence[ConstraintResult]) -> dict[str, Any]:
+    """The keys of a result of version 1.0.0, which said less of a certificate; an audit proves all of it all the same.
+
+    What is neither exact nor the same today, bounds of fewer bodies and peaks that were not followed, is believed.
+    """
+    stated = {row.name: row for row in result.constraints}
+
+    def as_it_was(row: ConstraintResult) -> ConstraintResult:
+        older = stated.get(row.name, row)
+        believed = {} if row.worst_is is WorstIs.EXACT else {"worst": older.worst, "where": older.where}
+        return row.model_copy(update={"worst_is": None, **believed})
+
+    known = [
+        row for row in rows if row.name in stated or (row.worst_is is WorstIs.EXACT and row.name not in ADDED_ROWS)
+    ]
+    return {
+        "certificate": CertificateResult(verdict=motion.status),
+        "constraints": [as_it_was(row) for row in known],
+        "closest_approach": result.closest_approach,
+    }
 
 
 def _of_search(

@@ -110,21 +110,33 @@ def test_variables_of_older_results_are_known_by_their_names_of_today(former: st
     assert read.solution.variables is not None and read.solution.variables[0].name == now
 
 
-def test_a_verdict_that_older_results_lack_is_not_missed(tmp_path: Path) -> None:
+def as_in_version_1(document: dict[str, Any]) -> dict[str, Any]:
+    """A result without what was not stored then: waypoints' verdict, what a worst value is, the status in words."""
+    rows = [{key: value for key, value in row.items() if key != "worst_is"} for row in document["constraints"]]
+    rows = [row for row in rows if row["name"] != "waypoints"]
+    verdict = {"verdict": document["certificate"]["verdict"]}
+    return {k: v for k, v in document.items() if k != "seal"} | {"constraints": rows, "certificate": verdict}
+
+
+def test_results_of_version_1_are_read(tmp_path: Path) -> None:
     arm = {"link_lengths": [1.0, 1.0], "max_speed": 2.0, "max_acceleration": 10.0}
     task = {"kind": "joint-path", "joints": [[0.0, 0.0], [1.0, 0.5], [0.0, 1.0]]}
-    write_run(tmp_path / "run", plan(parse_scenario({"arm": arm, "task": task})), plots=False)
+    oval = {"center": [0.5, 3.5], "semi_axes": [1.6, 0.1]}
+    write_run(tmp_path / "run", plan(parse_scenario({"arm": arm, "task": task, "obstacles": [oval]})), plots=False)
     file = tmp_path / "run" / "result.json"
-    document = {key: value for key, value in json.loads(file.read_text()).items() if key != "seal"}
-    names = [row["name"] for row in document["constraints"]]
-    for name in ("waypoints", "speed"):
-        rows = [row for row in document["constraints"] if row["name"] != name]
-        file.write_text(as_json(sealed(document | {"constraints": rows})))
-        if name == "waypoints":
-            assert [verdict.name for verdict in read_run(tmp_path / "run").motion.verdicts] == names
-        else:
-            with pytest.raises(InvalidRun, match="constraints"):
-                read_run(tmp_path / "run")
+    older = as_in_version_1(json.loads(file.read_text()))
+    names = [row["name"] for row in older["constraints"]]
+    next(row for row in older["constraints"] if row["name"] == "clearance")["worst"] += 0.1  # of fewer bodies, then
+    file.write_text(as_json(sealed(older)))
+    now = [verdict.name for verdict in read_run(tmp_path / "run").motion.verdicts]
+    assert "waypoints" in now and [name for name in now if name != "waypoints"] == names
+    for wrong in (
+        [row for row in older["constraints"] if row["name"] != "speed"],
+        [row | {"worst": row["worst"] / 2.0} if row["name"] == "speed" else row for row in older["constraints"]],
+    ):
+        file.write_text(as_json(sealed(older | {"constraints": wrong})))
+        with pytest.raises(InvalidRun, match="constraints"):
+            read_run(tmp_path / "run")
 
 
 def test_settings_of_any_solver_fit() -> None:
