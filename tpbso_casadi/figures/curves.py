@@ -20,6 +20,7 @@ from problems.base import FloatArray, Matrix, as_array
 from problems.tasks import BoundedCurve, ProgressMeasure
 from tpbso_casadi.figures.palette import BLUE, GIVEN, GREEN, LIMIT, ORANGE, PATH, PURPLE, VERMILLION, colour_of, line_of
 from tpbso_casadi.figures.style import LINE_HEIGHT, ONE_COLUMN, SMALL, TWO_COLUMNS, EndLabel, in_print, label_ends
+from tpbso_casadi.plain import visible
 from tpbso_casadi.planning import PlannedMotion, SearchedMotion, alternatives, convergence, first_feasible, step_name
 
 STATUSES = {
@@ -30,14 +31,16 @@ STATUSES = {
 
 
 def headline(plan: PlannedMotion) -> str:
-    """The objective with its value, the duration, joints and certificate, in two lines."""
+    """The name of the case, the objective with its value, the duration, joints and certificate, in two lines."""
     objective, duration = plan.criteria.objective, plan.trajectory.duration
     value = f"{objective.name} {plan.objective:.4g} {objective.unit}".rstrip()
     is_duration = f"{plan.objective:.4g} {objective.unit}" == f"{duration:.4g} s"
     first = f"{objective.name} T = {duration:.4g} s" if is_duration else f"{value}, T = {duration:.4g} s"
+    name = visible(plan.name).replace("$", r"\$")
+    named = f"{name}: " if name and name.isascii() else ""  # fonts may lack other letters
     ignored = plan.criteria.robot.ignored
     without = f"\nwithout the geometry of {', '.join(ignored)}" if ignored else ""
-    return f"{first}\n{plan.criteria.robot.dof} joints, {STATUSES[plan.motion.status]}{without}"
+    return f"{named}{first}\n{plan.criteria.robot.dof} joints, {STATUSES[plan.motion.status]}{without}"
 
 
 HEIGHT = 2.6  # inches

@@ -307,6 +307,7 @@ class PlannedMotion:
         retiming: the last stage of a search; None where there was none.
         interrupted: whether Ctrl-C cut the work short.
         seconds_timed: that the timing of a given path took; 0 where there was a search.
+        name: of the case or the file, for titles; empty where nobody knows one.
     """
 
     scenario: Scenario
@@ -314,6 +315,7 @@ class PlannedMotion:
     retiming: Retiming | None = None
     interrupted: bool = False
     seconds_timed: float = 0.0
+    name: str = ""
 
     def __repr__(self) -> str:
         return f"<planned motion: {self.trajectory!r}>"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -126,6 +127,8 @@ def test_a_path_to_trace_has_its_band() -> None:
 
 def test_the_headline_says_what_a_plan_is_and_without_obstacles_nothing_is_closest() -> None:
     solution = planned("obstacle-3")
+    assert headline(replace(solution, name="a$b")).startswith(r"a\$b: ")
+    assert headline(replace(solution, name="né")) == headline(solution)  # not in every font
     first, second = headline(solution).split("\n")
     assert first == f"length {solution.objective:.4g} m, T = {solution.trajectory.duration:.4g} s"
     assert second == f"3 joints, {STATUSES[solution.motion.status]}"

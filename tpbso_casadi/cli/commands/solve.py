@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 from contextlib import redirect_stdout
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, get_args
@@ -189,7 +190,7 @@ def written(
     with deferred_interrupt() as interruption:
         foreign_output = redirect_stdout(sys.stderr)  # of plug-ins: standard output is for the result
         with foreign_output, planning_progress(problem, is_silent(options)) as progress:
-            solution = plan(scenario, progress, evaluation, problem)
+            solution = replace(plan(scenario, progress, evaluation, problem), name=output.title)
             folder = output.write(solution, progress, interruption)
         if options.json:
             sys.stdout.write(result_of(solution).to_json())
