@@ -22,7 +22,7 @@ from problems.certify import (
     stay_verdicts,
     verdict,
 )
-from problems.limits import Clearance, Limit, LimitKind, SelfClearance, limits_of
+from problems.limits import Clearance, Limit, LimitKind, complete_limits, limits_of
 from problems.motions import JointPath, Trajectory
 from problems.objectives import OBJECTIVES, Objective
 from problems.robots import Robot
@@ -111,11 +111,7 @@ class Criteria:
     @cached_property
     def judged_limits(self) -> tuple[Limit, ...]:
         """The limits as verdicts speak of them: of all bodies, also of those that a search need not look at."""
-        judged = [limit.complete(self.obstacles) for limit in self.limits]
-        own = SelfClearance.of_all(self.robot)
-        if own is not None and not any(isinstance(limit, SelfClearance) for limit in judged):
-            judged.append(own)
-        return tuple(judged)
+        return complete_limits(self.limits, self.robot, self.obstacles)
 
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
         """Judge a finished trajectory against every constraint, far more densely than the search does."""

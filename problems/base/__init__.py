@@ -19,7 +19,17 @@ from problems.base.errors import (
     toml_tables,
     too_much,
 )
-from problems.base.fields import Angle, Coordinate, Count, Length, Quantity, check_fields, conformed, quantities_in
+from problems.base.fields import (
+    Angle,
+    Coordinate,
+    Count,
+    Length,
+    Quantity,
+    check_fields,
+    conformed,
+    quantities_in,
+    types_of,
+)
 from problems.base.matrix import (
     FloatArray,
     Matrix,
@@ -83,5 +93,6 @@ __all__ = [
     "toml_tables",
     "too_much",
     "total",
+    "types_of",
     "within",
 ]

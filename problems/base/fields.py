@@ -7,7 +7,7 @@ from dataclasses import fields
 from functools import cache
 from numbers import Integral, Real
 from types import NoneType, UnionType
-from typing import Annotated, Any, NamedTuple, TypeAlias, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias, Union, get_args, get_origin, get_type_hints
 
 import casadi as ca
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from problems.base.errors import ANGLES, COORDINATES, LENGTHS, InvalidProblem, check_within, shown
 
 SYMBOLS = (ca.SX, ca.MX, ca.DM)
+BELIEVED = (float, int, object, Any)  # what is no check of a class
 
 
 class Quantity(NamedTuple):
@@ -63,15 +64,26 @@ def check_fields(statement: Any) -> None:
         InvalidProblem: a value is of another kind or length, or out of the bounds of its quantity; the first of them.
     """
     kind: Any = type(statement)
-    for name, hint in _types(kind).items():
+    for name, (hint, usual) in _types(kind).items():
+        if getattr(statement, name) is usual:
+            continue
         object.__setattr__(statement, name, conformed(name, getattr(statement, name), hint))
 
 
 @cache
-def _types(kind: type) -> dict[str, Any]:
-    """The types of the fields with which an object of a dataclass is made."""
-    hints = get_type_hints(kind, include_extras=True)
-    return {field.name: hints[field.name] for field in fields(kind) if field.init}
+def _types(kind: type) -> dict[str, tuple[Any, Any]]:
+    """The types of the fields with which an object of a dataclass is made, and their defaults."""
+    hints = types_of(kind)
+    known = [field for field in fields(kind) if field.init and field.name in hints]
+    return {field.name: (hints[field.name], field.default) for field in known}
+
+
+def types_of(kind: type) -> dict[str, Any]:
+    """The types of a class's fields; none where one of them has a name that only its function or a checker knows."""
+    try:
+        return get_type_hints(kind, include_extras=True)
+    except NameError:
+        return {}
 
 
 def conformed(field: str, value: Any, hint: Any) -> Any:
@@ -85,15 +97,15 @@ def conformed(field: str, value: Any, hint: Any) -> Any:
         return _marked(field, conformed(field, value, parts[0]), parts[1:])
     if origin in (Union, UnionType):
         return None if value is None and NoneType in parts else _of_one(field, value, hint)
-    if isinstance(hint, type) and hint not in (float, int, object) and origin is None:
-        if not isinstance(value, hint):
-            raise _wrong(field, value, hint)
-        return value
-    if isinstance(value, SYMBOLS):
-        return value
-    if origin is tuple:
+    if origin is tuple and not isinstance(value, SYMBOLS):
         return _in_tuple(field, value, hint)
-    return _number(field, value, hint) if hint in (float, int) else value
+    if hint in (float, int) and not isinstance(value, SYMBOLS):
+        return _number(field, value, hint)
+    if origin is Literal and value not in parts:
+        raise InvalidProblem(field, f"{shown(value)} is not one of {', '.join(map(str, parts))}")
+    if isinstance(hint, type) and hint not in BELIEVED and origin is None and not isinstance(value, hint):
+        raise _wrong(field, value, hint)
+    return value
 
 
 def _number(field: str, value: Any, kind: type[float]) -> float:
@@ -101,7 +113,7 @@ def _number(field: str, value: Any, kind: type[float]) -> float:
         raise _wrong(field, value, kind)
     try:
         return kind(value)
-    except OverflowError as error:
+    except (OverflowError, ValueError) as error:  # not a number, to a whole one
         raise _wrong(field, value, kind) from error
 
 
@@ -111,7 +123,7 @@ def _marked(field: str, value: Any, marks: Sequence[Any]) -> Any:
         if isinstance(mark, Quantity):
             numbers = [number for number in _entries(value) if not isinstance(number, SYMBOLS)]
             check_within(field, numbers, mark.bounds, mark.unit)
-        elif isinstance(mark, Count) and not mark.least <= len(value) <= mark.most:
+        elif isinstance(mark, Count) and isinstance(value, tuple) and not mark.least <= len(value) <= mark.most:
             raise InvalidProblem(field, f"{len(value)} {mark.what} are not within {mark.least} and {mark.most}")
     return value
 
@@ -133,7 +145,7 @@ def _in_tuple(field: str, value: Any, hint: Any) -> tuple[Any, ...]:
     if not isinstance(values, tuple | list):
         raise _wrong(field, value, hint)
     kinds = get_args(hint)
-    if kinds[-1] is Ellipsis:
+    if kinds and kinds[-1] is Ellipsis:
         kinds = (kinds[0],) * len(values)
     if len(values) != len(kinds):
         raise _wrong(field, value, hint)
@@ -152,14 +164,22 @@ def _wrong(field: str, value: Any, hint: Any) -> InvalidProblem:
     return InvalidProblem(field, f"{words} {'is' if words.startswith('a') else 'are'} needed, not {shown(value)}")
 
 
+SEVERAL = {"a number": "numbers", "a whole number": "numbers", "a word": "words"}
+
+
 def needed(hint: Any) -> str:
     """What a type asks for, in words: ``a number``, ``2 numbers``, ``rows of 2 numbers``, ``an Obstacle``."""
     parts = get_args(hint)
     if get_origin(hint) is Annotated:
         return needed(parts[0])
     if get_origin(hint) is tuple:
-        count, inner = ("" if parts[-1] is Ellipsis else f"{len(parts)} "), needed(parts[0])
-        return f"{count}numbers" if inner in ("a number", "a whole number") else f"{count}rows of {inner}"
+        count = "" if parts and parts[-1] is Ellipsis else f"{len(parts)} "
+        inner = needed(parts[0]) if parts else "nothing"
+        return f"{count}{SEVERAL.get(inner, f'rows of {inner}')}"
+    if get_origin(hint) in (Union, UnionType):
+        return " or ".join(needed(part) for part in parts if part is not NoneType)
+    if get_origin(hint) is Literal:
+        return f"any of {', '.join(map(repr, parts))}"
     name = {float: "number", int: "whole number", str: "word", bool: "truth value"}.get(hint, hint.__name__)
     return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
 

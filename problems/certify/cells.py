@@ -292,8 +292,10 @@ def _proven(limit: Limit, index: int, constraint: Constraint, trajectory: Trajec
         outcome = verdict(constraint, times)
         return replace(outcome, status=CertificateStatus.UNDECIDED) if outcome.satisfied else outcome
     outcome = _of_values(constraint, as_array(constraint.expression), times)
-    if not outcome.satisfied or not trajectory.is_finite:
-        return outcome
+    if not trajectory.is_finite or not np.isfinite(outcome.worst):
+        return replace(outcome, worst_is=WorstIs.FOUND)
+    if not outcome.satisfied:
+        return _at_its_peak(limit, index, trajectory, outcome)
     if jump is not None:
         where = f"accelerations jump, t = {jump:.4g} s"
         return replace(outcome, worst=np.inf, status=CertificateStatus.VIOLATED, where=where)
@@ -306,7 +308,7 @@ def _proven(limit: Limit, index: int, constraint: Constraint, trajectory: Trajec
         settled, values = motion.settled(cells)
         seen = _of_values(constraint, values, cells.moments(np.zeros(len(cells))).times)
         if not seen.satisfied:
-            return seen
+            return replace(seen, worst_is=WorstIs.FOUND)
         queue += cells.halved(~settled).divided(MOST_AT_ONCE)
     outcome = _at_its_peak(limit, index, trajectory, outcome)
     return replace(outcome, status=CertificateStatus.UNDECIDED) if queue else outcome

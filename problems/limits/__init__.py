@@ -69,6 +69,15 @@ def proximity_limits(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[Proxi
     return tuple(limit for limit in limits_of(robot, obstacles) if isinstance(limit, Proximity))
 
 
+def complete_limits(limits: Sequence[Limit], robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[Limit, ...]:
+    """Limits as verdicts speak of them: of all bodies, also of those that a search need not look at."""
+    complete = [limit.complete(obstacles) for limit in limits]
+    own = SelfClearance.of_all(robot)
+    if own is not None and not any(type(limit) is SelfClearance for limit in complete):
+        complete.append(own)
+    return tuple(complete)
+
+
 __all__ = [
     "AT_GOAL",
     "KINDS",
@@ -96,6 +105,7 @@ __all__ = [
     "TorqueLimit",
     "can_hold",
     "clearances",
+    "complete_limits",
     "end_point",
     "holding_torques",
     "holds_time",

@@ -227,8 +227,8 @@ class Clearance(Proximity):
         return [self.constraint(self.name, "", self.clearances(samples), margin, formula, EQUATION)]
 
     def complete(self, obstacles: Sequence[Obstacle]) -> Clearance:
-        """That of all pairs: the least of all distances is among them."""
-        return Clearance(self.robot, all_pairs(self.robot, obstacles))
+        """That of all pairs: the least of all distances is among them; itself where a class of its own chose pairs."""
+        return Clearance(self.robot, all_pairs(self.robot, obstacles)) if type(self) is Clearance else self
 
     def repetitions(self, symbolic_copy: Clearance) -> list[Repetition]:
         """Among balls, one for each make of obstacle: all balls that move, from one of them.

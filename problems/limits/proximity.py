@@ -372,8 +372,8 @@ class SelfClearance(Proximity):
         return cls(robot, pairs) if pairs else None
 
     def complete(self, obstacles: Sequence[Obstacle]) -> SelfClearance:
-        """That of all pairs of which a verdict speaks."""
-        return SelfClearance.of_all(self.robot) or self
+        """That of all pairs of which a verdict speaks; itself where a class of its own chose pairs."""
+        return (SelfClearance.of_all(self.robot) or self) if type(self) is SelfClearance else self
 
     @classmethod
     def of_all(cls, robot: Robot) -> Self | None:

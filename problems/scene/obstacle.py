@@ -5,13 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, get_type_hints
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, Matrix, Operand, Parametric, check_fields, quantities_in
+from problems.base import FloatArray, Matrix, Operand, Parametric, check_fields, quantities_in, types_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class Obstacle(Parametric, ABC):
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         if "numbers" not in vars(cls):
-            hints = get_type_hints(cls, include_extras=True)
+            hints = types_of(cls)
             cls.numbers = tuple(name for name in hints if quantities_in(hints[name]))
 
     def __post_init__(self) -> None:

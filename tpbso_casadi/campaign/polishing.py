@@ -46,10 +46,10 @@ class PolishedRun:
 
     @property
     def gain(self) -> float:
-        """By how much of itself the objective fell: 0 where nothing is kept; inf where only the polish has a plan."""
+        """By how much of its larger value the objective fell: 0 where nothing is kept; inf where there was no plan."""
         if not self.kept or not isfinite(self.final):
             return 0.0
-        return (self.before - self.after) / abs(self.before) if isfinite(self.before) and self.before else inf
+        return (self.before - self.after) / max(abs(self.before), abs(self.after)) if isfinite(self.before) else inf
 
 
 @dataclass(frozen=True, kw_only=True)

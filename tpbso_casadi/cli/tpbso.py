@@ -46,7 +46,7 @@ def main(name: str = "tpbso") -> NoReturn:
     Args:
         name: under which all commands are called.
     """
-    before = list(takewhile(lambda argument: argument in FOR_ANY, sys.argv[1:]))
+    before = list(takewhile(lambda argument: argument in FOR_ANY or argument.strip("v") == "-", sys.argv[1:]))
     command, *arguments = sys.argv[1 + len(before) :] or ["--help"]
     arguments = [*arguments, *before]  # as if they stood behind the command
     if command in COMMANDS:
@@ -58,7 +58,7 @@ def main(name: str = "tpbso") -> NoReturn:
     answer(ANSWERS[command].format(version=__version__, name=name, commands=_listed(name)))
 
 
-FOR_ANY = ("-v", "-vv", "--verbose", "-q", "--quiet")  # options of every command, which may stand before its name
+FOR_ANY = ("--verbose", "-q", "--quiet")  # options of every command, which may stand before its name
 ANSWERS = {
     **dict.fromkeys(("-h", "--help", "help"), OVERVIEW),
     **dict.fromkeys(("-V", "--version"), "tpbso-casadi {version}"),

@@ -139,7 +139,7 @@ def _given(keys: Content) -> Content:
 def _robot_tables(robot: AnyRobot, around: Content) -> tuple[Content, Path | None]:
     """The tables that state a robot and what is around it, and the file that has them, where one does."""
     file = Path(robot) if isinstance(robot, str | Path) else None
-    if file is not None and (file.suffix == ".toml" or (file.is_file() and file.suffix != ".urdf")):
+    if file is not None and (file.suffix == ".toml" or (file.exists() and file.suffix != ".urdf")):
         content = read_toml(file)
         return {key: content[key] for key in ROBOT_TABLES if key in content}, file
     stated = robot_of(robot).content

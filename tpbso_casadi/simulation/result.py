@@ -18,7 +18,7 @@ from pydantic import Field
 from problems import CertificateStatus, Trajectory, Verdict
 from problems.base import FloatArray, as_array
 from problems.certify import limit_verdicts, peak_near, prove_clearance
-from problems.limits import Proximity, limits_of, proximity_limits
+from problems.limits import Proximity, complete_limits, limits_of, proximity_limits
 from problems.motions import Samples
 from solvers import Interruption
 from tpbso_casadi.plain import as_json, plain, versions
@@ -97,8 +97,10 @@ def _settled(record: SimulationRecord, first: float, last: float, moves: bool) -
 
 def _judged(record: SimulationRecord, first: float, last: float, moves: bool) -> Stretch:
     trajectory = part(record.executed, first, last)
-    around = (obstacle.during(first, last).later(first) for obstacle in record.obstacles)
-    limits = proximity_limits(replace(record.robot, margin=0.0), tuple(around))
+    around = tuple(obstacle.during(first, last).later(first) for obstacle in record.obstacles)
+    robot = replace(record.robot, margin=0.0)
+    judged = complete_limits(proximity_limits(robot, around), robot, around)
+    limits = [limit for limit in judged if isinstance(limit, Proximity)]
     times = np.linspace(0.0, last - first, int(np.ceil((last - first) / record.settings.every * SAMPLES)) + 1)
     seen = [found for limit in limits for found in _distances(limit, trajectory, times)]
     statuses = {status for status, *_ in seen}

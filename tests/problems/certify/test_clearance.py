@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -29,7 +29,7 @@ from problems import (
 )
 from problems.certify import ClearanceProof, closest_approach, prove_clearance
 from problems.limits import Clearance, proximity_limits, reachable_pairs
-from problems.robots import SpatialArm, Sphere
+from problems.robots import Robot, SpatialArm, Sphere
 from problems.scene import Ellipse, Obstacle, Polygon
 from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
 
@@ -385,3 +385,25 @@ def test_bodies_that_cannot_touch_are_in_the_least_clearance() -> None:
     assert 0.89 * 1.1 <= verdict.worst <= 1.1 and verdict.where.startswith("link 1")
     closest = problem.closest_approach(turned)
     assert closest is not None and closest.distance == pytest.approx(1.1, abs=1e-6)
+
+
+class Fence(Clearance):
+    """A clearance of its own, from what no obstacle of the scene is."""
+
+    name = "fence"
+
+    @classmethod
+    def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Fence | None:
+        return cls(robot, reachable_pairs(robot, (Rectangle((0.55, 0.45), (0.1, 0.1)),)))
+
+
+def test_a_clearance_of_another_class_keeps_its_pairs_and_its_name() -> None:
+    arm = PlanarArm((1.0, 1.0), (2.0, 2.0), (10.0, 10.0))
+    disc = Ellipse((-0.8, -0.3), (0.05, 0.05))
+    problem = move(Move(arm, Joints((0.0, 0.2)), (Joints((1.4, 0.2)),), obstacles=(disc,)), limits=[Fence])
+    turned = Trajectory(np.array([0.0, 1.0]), np.array([[[1.4, 0.0]], [[0.0, 0.2]]]))
+    rows = {row.name: row for row in problem.verify(turned)}
+    assert (
+        rows["fence"].status is CertificateStatus.VIOLATED and rows["clearance"].status is CertificateStatus.CERTIFIED
+    )
+    assert [row.name for row in problem.verify(turned)].count("clearance") == 1

@@ -45,8 +45,8 @@ def parser() -> OneLineParser:
         "--robot",
         type=path,
         metavar="FILE",
-        help="TOML file with an [arm] or a [robot] table; its [[obstacles]] and the margin in [model] are judged too "
-        "[default: a run's own]",
+        help="TOML file with an [arm] or a [robot] table, whose [[obstacles]] and margin in [model] are judged too; or "
+        "a robot that is built in, or a URDF that says all [default: a run's own]",
     )
     problem.add_argument(
         "--payload",
