@@ -84,8 +84,8 @@ def test_a_broken_floor_is_not_certified(folder: Path, capfd: pytest.CaptureFixt
 
 @pytest.mark.process
 def test_they_are_compared(folder: Path) -> None:
-    arguments = ["lift.toml", "--solvers", "random_walk:RandomWalk,bso+polish", "--runs", "2"]
-    arguments += ["--evaluations", "1000", "--out", "cmp", "--json", "--quiet"]
+    arguments = ["lift.toml", "--solvers", "random_walk:RandomWalk,pso+polish", "--runs", "2"]
+    arguments += ["--evaluations", "5000", "--out", "cmp", "--json", "--quiet"]
     command = [sys.executable, "-m", "tpbso_casadi.compare", *arguments]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])}
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
@@ -93,6 +93,6 @@ def test_they_are_compared(folder: Path) -> None:
     rows = json.loads(done.stdout)
     assert [(row["solver"], row["runs"], row["infeasible"], row["unit"]) for row in rows] == [
         ("random_walk:RandomWalk", 2, 0, "s"),
-        ("bso+polish", 2, 0, "s"),
+        ("pso+polish", 2, 0, "s"),
     ]
     assert rows[1]["mean"] < rows[0]["mean"]
