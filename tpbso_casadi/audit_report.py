@@ -36,7 +36,7 @@ from problems.nlp import (
 from solvers import IPOPT, Descent, Solution, StopReason
 from tpbso_casadi.planning import Motion
 from tpbso_casadi.scenario import Scenario
-from tpbso_casadi.storage import StoredRun
+from tpbso_casadi.storage import CertificateResult, StoredRun
 
 LONGEST = 60.0  # s, of a descent
 CHECKED_TIMES = 401  # at which limits that were left out have to hold
@@ -191,9 +191,7 @@ def audit_run(run: StoredRun) -> dict[str, Any]:
         "searched": run.problem is not None,
         "objective": run.result.objective.model_dump(),
         "certificate": {
-            "verdict": str(motion.status),
-            "in_words": motion.status_in_words,
-            "not_judged": list(motion.not_judged),
+            **CertificateResult.of(motion).model_dump(mode="json"),
             "seconds": certified - began,
         },
         "constraints": [_constraint(verdict, motion.criteria) for verdict in verdicts],

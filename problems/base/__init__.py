@@ -18,6 +18,7 @@ from problems.base.errors import (
     shown,
     toml_tables,
     too_much,
+    written,
 )
 from problems.base.fields import (
     Angle,
@@ -95,4 +96,5 @@ __all__ = [
     "total",
     "types_of",
     "within",
+    "written",
 ]

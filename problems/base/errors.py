@@ -73,9 +73,18 @@ def shown(value: object) -> str:
     try:
         if isinstance(value, float | int | np.number) and not isinstance(value, bool):
             return f"{float(value):g}"
-        text = _WRITTEN.repr(value.tolist() if isinstance(value, np.ndarray | np.generic) else value)
-    except (OverflowError, ValueError):  # Python does not write out whole numbers of thousands of digits
+        return written(value)
+    except (OverflowError, ValueError):
         return "a number of more than 300 digits"
+
+
+def written(value: object) -> str:
+    """A value as Python writes it, shortened.
+
+    Raises:
+        ValueError: a whole number of thousands of digits, which Python does not write out.
+    """
+    text = _WRITTEN.repr(value.tolist() if isinstance(value, np.ndarray | np.generic) else value)
     return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 3]}..."
 
 

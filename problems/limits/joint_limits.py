@@ -305,7 +305,7 @@ class DurationBounds(Parametric):
             name=self.name,
             unit="s",
             expression=durations,
-            lower=ca.repmat(ca.horzcat(self.shortest if spare == 0.0 else self.shortest * (1.0 + spare)), 1, count),
+            lower=ca.repmat(ca.horzcat(self.shortest * (1.0 + spare)), 1, count),
             upper=ca.repmat(ca.horzcat(self.with_margin(margin)), 1, count),
             columns=symbols,
             scale=ca.repmat(ca.horzcat(self.longest), 1, count),

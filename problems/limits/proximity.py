@@ -368,8 +368,7 @@ class SelfClearance(Proximity):
     @classmethod
     def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
         """The limit, where it is asked for and there are bodies that could touch."""
-        pairs = tuple(BodyPair(*pair) for pair in robot.own_pairs) if robot.self_collision else ()
-        return cls(robot, pairs) if pairs else None
+        return cls._among(robot, robot.own_pairs)
 
     def complete(self, obstacles: Sequence[Obstacle]) -> SelfClearance:
         """That of all pairs of which a verdict speaks; itself where a class of its own chose pairs."""
@@ -378,7 +377,11 @@ class SelfClearance(Proximity):
     @classmethod
     def of_all(cls, robot: Robot) -> Self | None:
         """The limit of all pairs of which a verdict speaks, where it is asked for and there are any."""
-        pairs = tuple(BodyPair(*pair) for pair in robot.proven_own_pairs) if robot.self_collision else ()
+        return cls._among(robot, robot.proven_own_pairs)
+
+    @classmethod
+    def _among(cls, robot: Robot, own: Sequence[tuple[Body, Body]]) -> Self | None:
+        pairs = tuple(BodyPair(*pair) for pair in own) if robot.self_collision else ()
         return cls(robot, pairs) if pairs else None
 
     def repetitions(self, symbolic_copy: SelfClearance) -> list[Repetition]:

@@ -1,168 +1,19 @@
-"""A robot as its files describe it: links, joints, the spheres file, and the arm between two of its links.
-
-Pairs of its own bodies are kept apart as the MoveIt Setup Assistant chooses pairs of links: bodies that a joint
-connects are left out, and so are spheres that touch at almost all or come near each other at none of many random
-postures within the joints' limits. Sampling proves nothing: of pairs that are left out, no certificate speaks.
-"""
+"""A robot as its files describe it: links, joints, the spheres file, and the arm between two of its links."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
 from math import pi
 from typing import Any, TypeAlias
 
-import casadi as ca
-import numpy as np
-from numpy.typing import NDArray
-
-from problems.base import ANGLES, FloatArray, InvalidProblem, as_array, shown, toml_tables
+from problems.base import ANGLES, InvalidProblem, shown, toml_tables
 from problems.robots.chain import UNTURNED, Chain, ChainJoint, JointKind
 from problems.robots.inertia import Payload
+from problems.robots.own_pairs import LinkPairs, OwnPairs, own_pairs_of
 from problems.robots.spatial_arm import GRAVITY, SpatialArm
 from problems.robots.spheres import Ball, Sphere, covered_capsule
 from problems.robots.transform import Matrix3, Point3, Transform, numbers_of
-
-SAMPLES = 2_000
-NEAREST = 400  # postures around which more are tried
-SPREAD = 0.1  # of those, as a part of the joints' ranges
-ALWAYS = 0.95  # of the postures: spheres that touch at so many belong together
-SLACK = 0.01  # m: spheres that come no nearer never touch
-TURN = np.pi  # rad, largest angle tried of a joint that can turn farther
-HELD = 1_000_000  # distances that are held at once
-MOST_PAIRS = 20_000  # of spheres
-
-LinkPairs = Collection[tuple[str, str]]
-Named = frozenset[frozenset[str]]
-
-
-@dataclass(frozen=True)
-class OwnPairs:
-    """Pairs of a robot's spheres, of links that no joint connects, by their numbers in ascending order.
-
-    Attributes:
-        kept: that come together at some random posture, and must not.
-        far: that came together at none; they must not either.
-        together: that touch at nearly every posture, so that they belong together.
-    """
-
-    kept: tuple[tuple[int, int], ...] = ()
-    far: tuple[tuple[int, int], ...] = ()
-    together: tuple[tuple[int, int], ...] = ()
-
-
-def own_pairs_of(robot: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = ()) -> OwnPairs:
-    """Which spheres have to keep apart; the same for the same robot.
-
-    Args:
-        robot: its spheres, limits of the joints and margin decide.
-        disabled: names of links that may touch.
-        kept: names of links that must not, whatever the random postures say.
-
-    Raises:
-        InvalidProblem: ``disabled_pairs`` or ``kept_pairs`` names a link without spheres, ``kept_pairs`` links that one
-            body or neighbours carry, or ``spheres`` are too many.
-    """
-    _check(robot, disabled, kept)
-    return _chosen(robot, frozenset(map(frozenset, disabled)), frozenset(map(frozenset, kept)))
-
-
-@lru_cache(maxsize=16)
-def _chosen(robot: SpatialArm, disabled: Named, kept: Named) -> OwnPairs:
-    pairs = np.array(robot.link_pairs, dtype=int).reshape(-1, 2)
-    may_touch, must_not = (_named(robot, pairs, names) for names in (disabled, kept))
-    pairs, must_not = pairs[~may_touch], must_not[~may_touch]
-    if not len(pairs):
-        return OwnPairs()
-    if len(pairs) > MOST_PAIRS:
-        raise InvalidProblem("spheres", f"{len(robot.spheres)} make {len(pairs)} pairs, of at most {MOST_PAIRS}")
-    least, touching = _Sampled(robot, pairs).result
-    together = ~must_not & (touching >= ALWAYS)
-    near = ~together & (must_not | (least < max(SLACK, robot.margin)))
-    return OwnPairs(*(_numbers(pairs[chosen]) for chosen in (near, ~together & ~near, together)))
-
-
-def _numbers(pairs: NDArray[np.int64]) -> tuple[tuple[int, int], ...]:
-    return tuple((int(one), int(two)) for one, two in pairs)
-
-
-def _check(robot: SpatialArm, disabled: LinkPairs, kept: LinkPairs) -> None:
-    bodies: dict[str, set[int]] = {}
-    for sphere in robot.spheres:
-        bodies.setdefault(sphere.name, set()).add(sphere.link)
-    for field, names in (("disabled_pairs", disabled), ("kept_pairs", kept)):
-        for link in (link for pair in names for link in pair):
-            if link not in bodies:
-                raise InvalidProblem(field, f"no spheres on link {link!r}; there are {', '.join(sorted(bodies))}")
-    for one, two in kept:
-        if not any(abs(first - second) > 1 for first in bodies[one] for second in bodies[two]):
-            raise InvalidProblem("kept_pairs", f"{one!r} and {two!r} are one body, or a joint connects them")
-
-
-def _named(robot: SpatialArm, pairs: NDArray[np.int64], names: Named) -> NDArray[np.bool_]:
-    """Which pairs are of spheres on two links that are named together."""
-    links = [sphere.name for sphere in robot.spheres]
-    return np.array([frozenset((links[one], links[two])) in names for one, two in pairs], dtype=bool)
-
-
-@dataclass
-class _Sampled:
-    """Distances at random postures.
-
-    Attributes:
-        robot: that has the spheres.
-        pairs: of their numbers, (m, 2).
-    """
-
-    robot: SpatialArm
-    pairs: NDArray[np.int64]
-
-    @property
-    def result(self) -> tuple[FloatArray, FloatArray]:
-        """The least distance of each pair, (m,), m, and the part of the uniform postures at which it touches."""
-        rng = np.random.default_rng(0)
-        low, high = self._ranges
-        theta = rng.uniform(low, high, (SAMPLES, self.robot.dof))
-        least, nearest, touching = self._distances(theta)
-        near = theta[np.unique(nearest)[:NEAREST]]
-        around = np.repeat(near, max(1, SAMPLES // len(near)), axis=0)
-        around = np.clip(around + SPREAD * (high - low) * rng.normal(size=around.shape), low, high)
-        return np.minimum(least, self._distances(around)[0]), touching
-
-    @property
-    def _ranges(self) -> tuple[FloatArray, FloatArray]:
-        limits = self.robot.position_limits or ((-TURN, TURN),) * self.robot.dof
-        low, high = np.array(limits, dtype=float).T
-        turning = np.array([joint.turns for joint in self.robot.chain.joints]) & (high - low > 2.0 * TURN)
-        return np.where(turning, -TURN, low), np.where(turning, TURN, high)
-
-    @cached_property
-    def _centers(self) -> ca.Function:
-        """Centers of the spheres, one after the other, (3 spheres, 1), of a posture (dof, 1)."""
-        theta = ca.SX.sym("theta", self.robot.dof)
-        points = self.robot.positions(theta.T)
-        centers = [points[body.start].T for body in self.robot.bodies]
-        return ca.Function("centers", [theta], [ca.densify(ca.vertcat(*centers))])
-
-    def _distances(self, theta: FloatArray) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
-        """Of each pair: the least distance, m, the posture that has it, and the part of the postures that touch."""
-        centers = as_array(self._centers(theta.T)).T.reshape(len(theta), -1, 3)
-        radii = np.array([sphere.radius for sphere in self.robot.spheres])
-        one, two = self.pairs.T
-        least, nearest = np.full(len(one), np.inf), np.zeros(len(one), dtype=np.int64)
-        touching = np.zeros(len(one))
-        chunk = max(1, HELD // len(one))
-        for start in range(0, len(theta), chunk):
-            x, y, z = np.moveaxis(centers[start : start + chunk], 2, 0)
-            squares = (x[:, one] - x[:, two]) ** 2 + (y[:, one] - y[:, two]) ** 2 + (z[:, one] - z[:, two]) ** 2
-            gaps = np.sqrt(squares) - (radii[one] + radii[two])
-            lowest = np.min(gaps, axis=0)
-            nearest = np.where(lowest < least, start + np.argmin(gaps, axis=0), nearest)
-            least = np.minimum(least, lowest)
-            touching += np.sum(gaps < 0.0, axis=0)
-        return least, nearest, touching / len(theta)
-
 
 PerJoint: TypeAlias = float | Sequence[float]  # one value for all joints, or one for each
 Ranges: TypeAlias = Sequence[tuple[float, float]]

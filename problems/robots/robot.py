@@ -252,6 +252,11 @@ class Robot(Parametric, ABC):
         return ()
 
     @property
+    def without(self) -> str:
+        """These links in words, to stand behind ``certified``; empty where there are none."""
+        return f"without the geometry of {', '.join(self.ignored)}" if self.ignored else ""
+
+    @property
     def unjudged(self) -> tuple[str, ...]:
         """What no verdict speaks of, although it is or may be there, a line each; nothing by default."""
         return ()

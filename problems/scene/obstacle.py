@@ -60,8 +60,8 @@ class Obstacle(Parametric, ABC):
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         if "numbers" not in vars(cls):
-            hints = types_of(cls)
-            cls.numbers = tuple(name for name in hints if quantities_in(hints[name]))
+            own = (name for name, hint in types_of(cls).items() if name not in cls.numbers and quantities_in(hint))
+            cls.numbers = (*cls.numbers, *own)
 
     def __post_init__(self) -> None:
         check_fields(self)

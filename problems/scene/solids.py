@@ -91,23 +91,14 @@ class Solid(Obstacle):
         center: (x, y, z), m.
         quaternion: how it is turned, (x, y, z, w), of length 1; None where it is not.
 
-    Attributes:
-        lengths: the names of its fields that are lengths, or tuples of them.
-
     Raises:
         InvalidProblem: a number is out of range, or the quaternion is not of length 1.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("center", "quaternion")
-    lengths: ClassVar[tuple[str, ...]] = ()
 
     center: tuple[Coordinate, Coordinate, Coordinate]
     quaternion: tuple[float, float, float, float] | None = None
-
-    def __init_subclass__(cls) -> None:
-        if "numbers" not in vars(cls):
-            cls.numbers = (*Solid.numbers, *cls.lengths)
-        super().__init_subclass__()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -187,7 +178,6 @@ class Ball(Solid):
         radius: m, positive.
     """
 
-    lengths: ClassVar[tuple[str, ...]] = ("radius",)
     not_stated: ClassVar[tuple[str, ...]] = ("quaternion",)
 
     radius: Length
@@ -223,8 +213,6 @@ class Box(Solid):
         size: along its own axes, m, positive.
     """
 
-    lengths: ClassVar[tuple[str, ...]] = ("size",)
-
     size: tuple[Length, Length, Length]
 
     @property
@@ -259,8 +247,6 @@ class Capsule(Solid):
         length: of the line, along its own z axis, m, positive.
     """
 
-    lengths: ClassVar[tuple[str, ...]] = ("radius", "length")
-
     radius: Length
     length: Length
 
@@ -293,8 +279,6 @@ class Cylinder(Solid):
         radius: m, positive.
         length: along its own z axis, m, positive.
     """
-
-    lengths: ClassVar[tuple[str, ...]] = ("radius", "length")
 
     radius: Length
     length: Length
@@ -334,8 +318,6 @@ class Ellipsoid(Solid):
     Args:
         semi_axes: along its own axes, m, positive.
     """
-
-    lengths: ClassVar[tuple[str, ...]] = ("semi_axes",)
 
     semi_axes: tuple[Length, Length, Length]
 

@@ -111,7 +111,7 @@ def _columns(times: Any, positions: Any, turns: Any) -> tuple[list[float], Float
     """The columns of a table of motion, each with as many rows, two at least.
 
     Raises:
-        InvalidProblem: they are no numbers, or of other shapes.
+        InvalidProblem: they are no numbers, of other shapes, or a row is at fault.
     """
     try:
         stated = np.asarray(times, dtype=np.float64)
@@ -126,6 +126,9 @@ def _columns(times: Any, positions: Any, turns: Any) -> tuple[list[float], Float
         raise InvalidProblem("motion", f"turns of the shape {(len(stated), width)} are needed, not {angles.shape}")
     if len(stated) < 2:
         raise InvalidProblem("motion", "two rows at least are needed")
+    fault = first_fault(stated.tolist(), places, angles)
+    if fault is not None:
+        raise InvalidProblem("motion", f"row {fault[0] + 1}: {fault[1]}")
     return stated.tolist(), places, angles
 
 
@@ -166,9 +169,6 @@ class Tabulated(ObstacleMotion):
                 are turned by more than 90 degrees from each other, or the frame moves too fast in between.
         """
         times, positions, turns = _columns(times, positions, turns)
-        fault = first_fault(times, positions, turns)
-        if fault is not None:
-            raise InvalidProblem("motion", f"row {fault[0] + 1}: {fault[1]}")
         values = positions if turns is None else np.hstack([positions, as_numbers(turns)])
         spline = CubicSpline(np.array(times, dtype=np.float64), values)
         coefficients = np.zeros((POWERS, len(times) - 1, values.shape[1]))
@@ -195,9 +195,6 @@ class Tabulated(ObstacleMotion):
             InvalidProblem: they are no table of numbers, or times do not increase.
         """
         times, positions, _ = _columns(times, positions, None)
-        fault = first_fault(times, positions, None)
-        if fault is not None:
-            raise InvalidProblem("motion", f"row {fault[0] + 1}: {fault[1]}")
         rates = np.diff(positions, axis=0) / np.diff(times)[:, None]
         zeros = np.zeros_like(rates)
         coefficients = np.stack([zeros, zeros, rates, positions[:-1]], axis=-1)  # (p, dim, POWERS)

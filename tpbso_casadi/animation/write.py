@@ -53,8 +53,8 @@ def animate(path: Path, title: str, motion: Motion) -> None:
     Raises:
         OutputError: it cannot be written.
     """
-    ignored = motion.criteria.robot.ignored
-    title = visible(f"{title}, without the geometry of {', '.join(ignored)}" if ignored else title)
+    without = motion.criteria.robot.without
+    title = visible(f"{title}, {without}" if without else title)
     with writing(path.parent):
         if path.suffix == ".html":
             write_text(path, lambda file: file.write(page(title, frames_of(motion))))

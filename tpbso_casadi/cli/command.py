@@ -205,16 +205,3 @@ def exit_code_of(work: Callable[[], int], failures: tuple[type[Exception], ...],
     except KeyboardInterrupt:
         print_error(interrupted)
         return Exit.INTERRUPTED
-
-
-@contextmanager
-def named(what: object) -> Iterator[None]:
-    """Let errors of a scenario begin with its name.
-
-    Raises:
-        ScenarioError: one.
-    """
-    try:
-        yield
-    except ScenarioError as error:
-        raise ScenarioError(f"{what}: {error}") from error

@@ -127,11 +127,7 @@ def print_run_audit(audit: dict[str, Any], console: OutputConsole) -> None:
         mark = ACTIVE if c["active"] and status is CertificateStatus.CERTIFIED else MARKS[status]
         worst = worst_of(c["worst"], WorstIs(c["worst_is"]))
         limit, margin = limit_of(c["bound"], c["unit"]), f"{c['margin']:.4g}"
-        table.add_row(
-            *map(Text, (c["name"], worst, limit, margin)),
-            mark,
-            Text(c["where"]),
-        )
+        table.add_row(*map(Text, (c["name"], worst, limit, margin)), mark, Text(c["where"]))
     title = f"{verdict} in {seconds * 1e3:.1f} ms: {objective['name']} {value} {objective['unit']}"
     console.print_table(title, table)
     for line in audit["certificate"]["not_judged"]:

@@ -158,9 +158,8 @@ class Comparison:
 
         Args:
             kind: ``comparison``, gaps to the best plan over evaluations and of final plans; ``polish``, each search
-                and what IPOPT made of it; ``ecdf``, the share of
-                targets reached; ``critical-difference``, mean ranks over scenarios; ``effect-sizes``, A12 of each
-                solver against each.
+                and what IPOPT made of it; ``ecdf``, the share of targets reached; ``critical-difference``, mean ranks
+                over scenarios; ``effect-sizes``, A12 of each solver against each.
 
         Raises:
             ValueError: there is no such figure, or it makes no sense for these runs.

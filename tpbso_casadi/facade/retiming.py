@@ -22,6 +22,7 @@ from tpbso_casadi.scenario import (
     InputFolder,
     Scenario,
     ScenarioError,
+    named,
     parse_scenario,
     pieces_table,
     plain,
@@ -123,10 +124,8 @@ def retimed_scenario(
         content["obstacles"] = obstacles
     if file is None:
         return parse_scenario(content)
-    try:
+    with named(file):
         return parse_scenario(content, InputFolder(file.parent, outside_allowed=True))
-    except ScenarioError as error:
-        raise ScenarioError(f"{file}: {error}") from error
 
 
 SHAPE = ("interpolation", "tolerance")  # of waypoints
@@ -182,10 +181,8 @@ def content_of(path: AnyPath, shape: Content) -> tuple[Content, Content]:
     if isinstance(path, JointPath | Trajectory):
         return pieces_table(path if isinstance(path, JointPath) else JointPath.of(path)), {}
     run = path.as_run() if isinstance(path, Plan) else read_run(Path(path))
-    try:
+    with named("path" if isinstance(path, Plan) else path):
         task = path_table(run)
-    except ScenarioError as error:
-        raise ScenarioError(f"{'path' if isinstance(path, Plan) else path}: {error}") from error
     content = run.scenario.model_dump()
     return task, {key: content[key] for key in ROBOT_TABLES}
 

@@ -38,9 +38,8 @@ def headline(plan: PlannedMotion) -> str:
     first = f"{objective.name} T = {duration:.4g} s" if is_duration else f"{value}, T = {duration:.4g} s"
     name = visible(plan.name).replace("$", r"\$")
     named = f"{name}: " if name and name.isascii() else ""  # fonts may lack other letters
-    ignored = plan.criteria.robot.ignored
-    without = f"\nwithout the geometry of {', '.join(ignored)}" if ignored else ""
-    return f"{named}{first}\n{plan.criteria.robot.dof} joints, {STATUSES[plan.motion.status]}{without}"
+    robot = plan.criteria.robot
+    return f"{named}{first}\n{robot.dof} joints, {STATUSES[plan.motion.status]}\n{robot.without}".rstrip()
 
 
 HEIGHT = 2.6  # inches

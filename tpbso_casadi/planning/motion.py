@@ -126,8 +126,7 @@ class Motion:
     @property
     def status_in_words(self) -> str:
         """The same, with the links whose geometry the user left out."""
-        ignored = self.problem.robot.ignored
-        return f"{self.status} without the geometry of {', '.join(ignored)}" if ignored else str(self.status)
+        return f"{self.status} {self.problem.robot.without}".rstrip()
 
     @property
     def not_judged(self) -> tuple[str, ...]:

@@ -49,6 +49,7 @@ from tpbso_casadi.scenario.validation import (
     as_text,
     describe,
     hint,
+    named,
     shown,
 )
 
@@ -300,10 +301,8 @@ def read_scenario(path: str | pathlib.Path, outside_allowed: bool = False) -> Sc
         raise ScenarioError(f"path: the path of a file is needed, not {shown(path)}")
     file = pathlib.Path(path)
     content = read_toml(file)
-    try:
+    with named(path):
         return parse_scenario(content, InputFolder(file.parent, outside_allowed))
-    except ScenarioError as error:
-        raise ScenarioError(f"{path}: {error}") from error
 
 
 def parse_scenario(content: dict[str, Any], folder: InputFolder | None = None) -> Scenario:

@@ -8,8 +8,8 @@ from __future__ import annotations
 import inspect
 import json
 import re
-import reprlib
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import MISSING, InitVar, fields
 from math import radians
 from pathlib import Path
@@ -21,12 +21,11 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, PydanticKnownError
 
-from problems.base import Count, Quantity, quantities_in
+from problems.base import Count, Quantity, quantities_in, written
 from tpbso_casadi.plain import nearest
 from tpbso_casadi.scenario.catalogues import failure
 
 Location: TypeAlias = Sequence[int | str]
-LONGEST_INPUT = 60  # characters of a wrong value that are shown
 DATE = "a date"  # the only key of a table that stands for one
 LONGEST_HINT = 100  # characters of a word for which a similar one is looked up
 NEEDED = {  # by what pydantic calls an error
@@ -168,17 +167,10 @@ def shown(value: object) -> str:
     """A wrong value for a message: as Python writes it, shortened."""
     if isinstance(value, dict) and list(value) == [DATE]:
         return str(value[DATE])
-    if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
     try:
-        text = _REPR.repr(value)
-    except ValueError:  # Python does not write out whole numbers of thousands of digits
+        return written(value)
+    except ValueError:
         return "a number of thousands of digits"
-    return text if len(text) <= LONGEST_INPUT else text[: LONGEST_INPUT - 3] + "..."
-
-
-_REPR = reprlib.Repr()
-_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 2 * LONGEST_INPUT
 
 
 def hint(word: object, known: Iterable[str]) -> str:
@@ -262,6 +254,19 @@ Angle = Annotated[Number, ANGULAR]
 
 class ScenarioError(ValueError):
     """A scenario that cannot be planned; the message is one line: file, key, reason."""
+
+
+@contextmanager
+def named(what: object) -> Iterator[None]:
+    """Let errors of a scenario begin with its name.
+
+    Raises:
+        ScenarioError: one.
+    """
+    try:
+        yield
+    except ScenarioError as error:
+        raise ScenarioError(f"{what}: {error}") from error
 
 
 class Section(StrictModel):

@@ -21,6 +21,7 @@ from tpbso_casadi.storage.files import (
 )
 from tpbso_casadi.storage.recomputation import Contradiction
 from tpbso_casadi.storage.result import (
+    CertificateResult,
     ConstraintResult,
     Count,
     FileName,
@@ -49,6 +50,7 @@ __all__ = [
     "HIGHEST_RATE",
     "LARGEST_RESULT",
     "BrokenSeal",
+    "CertificateResult",
     "ConstraintResult",
     "Contradiction",
     "Count",

@@ -65,11 +65,7 @@ def read_run(folder: Path) -> StoredRun:
         raise InvalidRun(f"{path}: scenario.{error}") from error
     except (InvalidResult, Contradiction) as error:
         raise InvalidRun(f"{path}: {error}") from error
-    except (
-        ArithmeticError,
-        ValueError,
-        RuntimeError,
-    ) as error:  # where numbers are beyond all bounds
+    except (ArithmeticError, ValueError, RuntimeError) as error:  # where numbers are beyond all bounds
         raise InvalidRun(f"{path}: solution: no motion can be computed from it ({error})") from error
     try:
         check_table(folder / "trajectory.csv", run.motion)

@@ -16,9 +16,9 @@ from problems.assembly import Criteria
 from problems.limits import SelfClearance, limits_of
 from problems.objectives import OBJECTIVES
 from problems.robots import BUILT_IN, ChainJoint, SpatialArm, Sphere, Transform, built_in, read_spheres, read_urdf
-from problems.robots import description as description_module
+from problems.robots import own_pairs as own_pairs_module
 from problems.robots.chain import Chain
-from problems.robots.description import own_pairs_of
+from problems.robots.own_pairs import own_pairs_of
 from problems.robots.spheres import MOST_BALLS, Ball, cover_box, cover_cylinder, covered_capsule
 
 SIZES = st.floats(0.001, 2.0)
@@ -236,7 +236,7 @@ def test_most_postures_of_a_real_robot_are_free(name: str) -> None:
 
 def test_what_random_postures_never_bring_together_is_judged_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small spheres that a random posture hardly ever brings together: a search leaves them out, a verdict does not."""
-    monkeypatch.setattr(description_module, "SAMPLES", 3)
+    monkeypatch.setattr(own_pairs_module, "SAMPLES", 3)
     closed = 2.0 * np.pi / 3.0  # where the end of the last link is back at the base
     start, goal = (0.0, closed - 0.1, closed + 0.1), (0.0, closed + 0.1, closed - 0.1)
     robot = arm(ball(1, 0.0, 0.005), ball(3, 1.0, 0.005))

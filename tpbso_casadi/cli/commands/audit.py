@@ -10,7 +10,7 @@ from pathlib import Path
 from problems import CertificateStatus
 from problems.evaluation import InvalidEvaluation
 from tpbso_casadi.audit_report import audit_run, audit_scenario, impossible
-from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, named, print_error, run_command
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
 from tpbso_casadi.cli.options import (
     add_figures_option,
     add_json,
@@ -25,7 +25,7 @@ from tpbso_casadi.display.audit_tables import print_run_audit, print_scenario_au
 from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.plain import as_json
-from tpbso_casadi.scenario import TITLES, Scenario, ScenarioError, is_folder, load, plugin_failures_named
+from tpbso_casadi.scenario import TITLES, Scenario, ScenarioError, is_folder, load, named, plugin_failures_named
 from tpbso_casadi.storage import OutputError, check_writable, read_run
 
 

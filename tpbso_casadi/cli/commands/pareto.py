@@ -13,7 +13,7 @@ from rich.text import Text
 from problems import OBJECTIVES
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from solvers import Interruption, deferred_interrupt
-from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, named, print_error, run_command
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
 from tpbso_casadi.cli.commands.solve import evaluation_options, stated
 from tpbso_casadi.cli.options import (
     SCENARIO,
@@ -39,7 +39,7 @@ from tpbso_casadi.cli.options import (
 from tpbso_casadi.cli.output import RUNS
 from tpbso_casadi.cli.progress import planning_progress
 from tpbso_casadi.display.console import OutputConsole, number, table_of, word
-from tpbso_casadi.scenario import load, overridden, plugin_failures_named
+from tpbso_casadi.scenario import load, named, overridden, plugin_failures_named
 from tpbso_casadi.storage import OutputError
 from tpbso_casadi.trade_off import (
     ENDS,

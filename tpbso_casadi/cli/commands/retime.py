@@ -8,12 +8,12 @@ from functools import partial
 from pathlib import Path
 from typing import get_args
 
-from tpbso_casadi.cli.command import OneLineParser, command_parser, named, run_command
+from tpbso_casadi.cli.command import OneLineParser, command_parser, run_command
 from tpbso_casadi.cli.commands.solve import written
 from tpbso_casadi.cli.options import defaulting, listed, not_negative, path, problem_group
 from tpbso_casadi.cli.output import Output, add_output_options, free_folder
 from tpbso_casadi.facade.retiming import retimed_scenario
-from tpbso_casadi.scenario import Interpolation, Scenario, ScenarioError, is_folder
+from tpbso_casadi.scenario import Interpolation, Scenario, ScenarioError, is_folder, named
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

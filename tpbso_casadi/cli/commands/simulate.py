@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.text import Text
 
 from solvers import deferred_interrupt
-from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, named, print_error, run_command
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
 from tpbso_casadi.cli.options import (
     SCENARIO,
     SCENARIOS,
@@ -35,6 +35,7 @@ from tpbso_casadi.scenario import (
     Scenario,
     SimulationSection,
     load,
+    named,
 )
 from tpbso_casadi.simulation import (
     LARGEST_JUMP,

@@ -16,7 +16,7 @@ from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import Elbow, KnotRedundancy
 from solvers import Interruption, deferred_interrupt
-from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, named, print_error, run_command
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
 from tpbso_casadi.cli.options import (
     SCENARIO,
     SCENARIOS,
@@ -56,6 +56,7 @@ from tpbso_casadi.scenario import (
     Scenario,
     ScenarioError,
     load,
+    named,
     overridden,
     plugin_failures_named,
 )
