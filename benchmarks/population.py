@@ -37,8 +37,8 @@ from benchmarks.array_cost import array_cost
 from benchmarks.stopwatch import medians, slope
 from problems import Problem
 from problems.base import FloatArray
+from problems.base.cache import VARIABLE
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from problems.evaluation.cache import VARIABLE
 from problems.evaluation.kernel import portable
 from solvers import SOLVERS, Box, Budget, minimize
 from tpbso_casadi.scenario import Scenario, parse_scenario

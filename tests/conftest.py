@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from problems.evaluation import cache, population
+from problems.base import cache
+from problems.evaluation import population
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as for all that a shell runs in the background
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -19,9 +19,9 @@ ROOT = Path(__file__).parent.parent
 FORBIDDEN = {"solvers": {"problems", "tpbso_casadi"}, "problems": {"solvers", "tpbso_casadi"}, "tpbso_casadi": set()}
 FLOORS = {  # of the folders of a package; a package that is not here has none
     "problems": {
-        **{"base": 1, "evaluation": 2, "robots": 2, "scene": 2, "motions": 3},
-        **{"limits": 4, "objectives": 4, "timing": 4, "tasks": 5, "certify": 5},
-        **{"nlp": 6, "sequential": 6, "assembly": 7, "families": 8},
+        **{"base": 1, "geometry": 2, "evaluation": 3, "robots": 3, "scene": 3, "motions": 4},
+        **{"limits": 5, "objectives": 5, "timing": 5, "tasks": 6, "certify": 6},
+        **{"nlp": 7, "sequential": 7, "assembly": 8, "families": 9},
     },
     "tpbso_casadi": {
         **{"plain": 1, "html": 1, "scenario": 2, "planning": 3, "replanning": 4, "storage": 4},

@@ -16,13 +16,14 @@ from problems.certify import (
     Verdict,
     at_goal,
     closest_approach,
+    closest_cover,
     exact_time_scale,
     limit_verdicts,
     safe_time_scale,
     stay_verdicts,
     verdict,
 )
-from problems.limits import Clearance, Limit, LimitKind, complete_limits, limits_of
+from problems.limits import Clearance, CoverClearance, Limit, LimitKind, complete_limits, limits_of
 from problems.motions import JointPath, Trajectory
 from problems.objectives import OBJECTIVES, Objective
 from problems.robots import Robot
@@ -125,7 +126,8 @@ class Criteria:
 
     def closest_approach(self, trajectory: Trajectory) -> ClosestApproach | None:
         """How near a motion comes to an obstacle, and when; None where none is within reach."""
-        near = (closest_approach(limit, trajectory) for limit in self.judged_limits if isinstance(limit, Clearance))
+        near = [closest_approach(limit, trajectory) for limit in self.judged_limits if isinstance(limit, Clearance)]
+        near += [closest_cover(limit, trajectory) for limit in self.judged_limits if isinstance(limit, CoverClearance)]
         return min((found for found in near if found is not None), key=lambda found: found.distance, default=None)
 
     def at_goal(self, trajectory: Trajectory) -> AtGoal | None:

@@ -1,5 +1,6 @@
 """Foundations: matrices, symbolic or numeric; arguments of compiled code; the error for impossible statements."""
 
+from problems.base import cache
 from problems.base.arguments import Arguments, Parametric, Reading, is_zero
 from problems.base.errors import (
     ACCELERATIONS,
@@ -72,6 +73,7 @@ __all__ = [
     "Reading",
     "as_array",
     "bernstein",
+    "cache",
     "check_fields",
     "check_within",
     "columns",

@@ -8,6 +8,7 @@ from problems.certify.clearance import (
     halves,
     prove_clearance,
 )
+from problems.certify.covers import closest_cover, prove_covers
 from problems.certify.structure import freedom, jacobian_pattern, structure_of
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, peak_near, verdict
 from problems.certify.verification import (
@@ -31,6 +32,7 @@ __all__ = [
     "WorstIs",
     "at_goal",
     "closest_approach",
+    "closest_cover",
     "exact_time_scale",
     "freedom",
     "halves",
@@ -39,6 +41,7 @@ __all__ = [
     "peak_near",
     "prove",
     "prove_clearance",
+    "prove_covers",
     "safe_time_scale",
     "stay_verdicts",
     "structure_of",

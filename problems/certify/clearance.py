@@ -59,11 +59,14 @@ class Travel:
         Args:
             cells: start and end of each, within one piece, (n, 2), s.
         """
+        return np.asarray(self.turns(cells) @ self.robot.levers.T)
+
+    def turns(self, cells: FloatArray) -> FloatArray:
+        """How far angles can be from where they are in the middle of cells, each within one piece, (n, m), rad or m."""
         middles, h = cells.mean(axis=1), np.diff(cells, axis=1)
         last = self.trajectory.breakpoints.size - 2
         pieces = np.clip(np.searchsorted(self.trajectory.breakpoints, middles, side="right") - 1, 0, last)
-        speeds = np.abs(self.turning.at(middles, 1))
-        return np.asarray((speeds * h / 2.0 + self.sharpest[pieces] * h**2 / 8.0) @ self.robot.levers.T)
+        return np.asarray(np.abs(self.turning.at(middles, 1)) * h / 2.0 + self.sharpest[pieces] * h**2 / 8.0)
 
 
 def _turning(turns: FloatArray, trajectory: Trajectory) -> Trajectory:

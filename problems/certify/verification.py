@@ -13,12 +13,14 @@ import numpy as np
 
 from problems.base import FloatArray
 from problems.certify.cells import prove_by_cells
-from problems.certify.clearance import MovingPairs, halves, prove_clearance
+from problems.certify.clearance import ClearanceProof, MovingPairs, halves, prove_clearance
+from problems.certify.covers import prove_covers
 from problems.certify.torque import prove_torques, torque_time_scale
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, verdict
 from problems.limits import (
     AT_GOAL,
     SAMPLING_MARGIN,
+    CoverLimit,
     ExpressionLimit,
     Limit,
     Proximity,
@@ -85,17 +87,22 @@ def prove(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
 def _(limit: Proximity, trajectory: Trajectory) -> list[Verdict]:
     """The verdict on a clearance, from a proven lower bound."""
     proof = prove_clearance(limit, trajectory)
-    if proof is None:
-        return []
+    return [] if proof is None else [_of_clearance(limit, limit.robot.margin, proof)]
+
+
+@prove.register
+def _(limit: CoverLimit, trajectory: Trajectory) -> list[Verdict]:
+    """The verdict on covers, from a proven lower bound."""
+    return [_of_clearance(limit, limit.margin, prove_covers(limit, trajectory))]
+
+
+def _of_clearance(limit: Limit, bound: float, proof: ClearanceProof) -> Verdict:
     certified = proof.status is CertificateStatus.CERTIFIED
     worst, worst_is = (proof.proven, WorstIs.BOUND) if certified else (proof.smallest, WorstIs.FOUND)
     where = f"{proof.where}, t = {proof.time:.4g} s"
-    bound = limit.robot.margin
-    return [
-        Verdict(
-            name=limit.name, worst=worst, bound=bound, unit="m", status=proof.status, where=where, worst_is=worst_is
-        )
-    ]
+    return Verdict(
+        name=limit.name, worst=worst, bound=bound, unit="m", status=proof.status, where=where, worst_is=worst_is
+    )
 
 
 @prove.register

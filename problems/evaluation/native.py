@@ -17,8 +17,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from problems.base import FloatArray
-from problems.evaluation import cache
+from problems.base import FloatArray, cache
 from problems.evaluation.compiler import Compiler, NativeUnavailable, find_compiler
 from problems.evaluation.kernel import KernelData
 

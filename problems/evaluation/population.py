@@ -14,8 +14,7 @@ from weakref import finalize
 import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, shown
-from problems.evaluation import cache
+from problems.base import FloatArray, cache, shown
 from problems.evaluation.batches import VirtualMachine
 from problems.evaluation.codegen import cpp
 from problems.evaluation.compiler import NativeUnavailable

@@ -6,6 +6,15 @@ from typing import Protocol
 from problems.base import InvalidProblem
 from problems.limits.accuracy import Accuracy, AngularAccuracy, shares_along
 from problems.limits.clearance import MAX_STEP_SHARE, Clearance, CollisionPair, StepLimit, reachable_pairs
+from problems.limits.covers import (
+    CoverClearance,
+    CoverLimit,
+    CoverSelfClearance,
+    Items,
+    Postures,
+    cover_limits,
+    touching_links,
+)
 from problems.limits.expression import ExpressionLimit, StatedExpression
 from problems.limits.joint_limits import (
     AccelerationLimit,
@@ -71,6 +80,9 @@ def proximity_limits(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[Proxi
 
 def complete_limits(limits: Sequence[Limit], robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[Limit, ...]:
     """Limits as verdicts speak of them: of all bodies, also of those that a search need not look at."""
+    if robot.is_covered:
+        others = [limit.complete(obstacles) for limit in limits if type(limit) not in (Clearance, SelfClearance)]
+        return (*others, *cover_limits(robot, obstacles))
     complete = [limit.complete(obstacles) for limit in limits]
     own = SelfClearance.of_all(robot)
     if own is not None and not any(type(limit) is SelfClearance for limit in complete):
@@ -90,12 +102,17 @@ __all__ = [
     "Clearance",
     "CollisionPair",
     "Constraint",
+    "CoverClearance",
+    "CoverLimit",
+    "CoverSelfClearance",
     "DurationBounds",
     "ExpressionLimit",
+    "Items",
     "Limit",
     "LimitKind",
     "Pair",
     "PenaltyKind",
+    "Postures",
     "Proximity",
     "Repetition",
     "SelfClearance",
@@ -106,6 +123,7 @@ __all__ = [
     "can_hold",
     "clearances",
     "complete_limits",
+    "cover_limits",
     "end_point",
     "holding_torques",
     "holds_time",
@@ -122,4 +140,5 @@ __all__ = [
     "stay_constraints",
     "stay_matters",
     "time_dependent_parts",
+    "touching_links",
 ]

@@ -1,15 +1,19 @@
 """Robots: kinematics and limits of the joints."""
 
-from problems.robots.chain import ChainJoint
-from problems.robots.description import RobotDescription, read_spheres
+from problems.robots.arm_cover import ArmCover, CoveredLink
+from problems.robots.chain import Chain, ChainJoint
+from problems.robots.description import RobotDescription
 from problems.robots.dynamics import RigidChain, time_scales, time_scales_of_arrays
 from problems.robots.inertia import MASSLESS, Payload, planar_payload
 from problems.robots.inverse_kinematics import LONGEST_STEP, postures, project, tool_jacobian
+from problems.robots.link_covers import FINE_OVERHANG, LinkCover, MeshNote, covers_text, read_covers
 from problems.robots.planar import PLANAR_GRAVITY, PlanarArm
 from problems.robots.planar_links import wrap_to
 from problems.robots.robot import Body, JointLimits, Robot
+from problems.robots.shapes import MeshShape
 from problems.robots.spatial_arm import GRAVITY, POSTURES, SpatialArm, most_held
-from problems.robots.spheres import Sphere
+from problems.robots.spheres import Ball, Sphere
+from problems.robots.spheres_file import read_spheres, written_spheres
 from problems.robots.transform import Orientations, Transform, angles_between, matrix_of, unit_quaternions
 from problems.robots.urdf import BUILT_IN, built_in, read_srdf, read_urdf
 
@@ -17,15 +21,23 @@ ROBOTS: dict[str, type[Robot]] = {"planar": PlanarArm}
 
 __all__ = [
     "BUILT_IN",
+    "FINE_OVERHANG",
     "GRAVITY",
     "LONGEST_STEP",
     "MASSLESS",
     "PLANAR_GRAVITY",
     "POSTURES",
     "ROBOTS",
+    "ArmCover",
+    "Ball",
     "Body",
+    "Chain",
     "ChainJoint",
+    "CoveredLink",
     "JointLimits",
+    "LinkCover",
+    "MeshNote",
+    "MeshShape",
     "Orientations",
     "Payload",
     "PlanarArm",
@@ -37,11 +49,13 @@ __all__ = [
     "Transform",
     "angles_between",
     "built_in",
+    "covers_text",
     "matrix_of",
     "most_held",
     "planar_payload",
     "postures",
     "project",
+    "read_covers",
     "read_spheres",
     "read_srdf",
     "read_urdf",
@@ -50,4 +64,5 @@ __all__ = [
     "tool_jacobian",
     "unit_quaternions",
     "wrap_to",
+    "written_spheres",
 ]

@@ -12,7 +12,7 @@ import numpy as np
 from problems.base import FRICTIONS, FloatArray, InvalidProblem, Matrix, Operand, Parametric, check_within, columns
 from problems.robots.dynamics import RigidJoint, regrouped
 from problems.robots.inertia import Inertia
-from problems.robots.transform import Matrix3, Point3, Transform, moved
+from problems.robots.transform import Matrix3, Point3, Transform, moved, numbers_of
 
 UNTURNED: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -170,3 +170,48 @@ class Chain(Parametric):
     def offsets(self) -> FloatArray:
         """How far a joint's frame can be from the one before, m; (dof,)."""
         return np.array([float(np.linalg.norm(joint.translation)) + joint.travel for joint in self.joints])
+
+    def levers(self, body: int, points: FloatArray) -> FloatArray:
+        """How far points (n, 3) of a body can be from each joint's axis, (n, dof), m; 1 for a joint that slides.
+
+        Args:
+            body: number of the joint that moves it; 0 for the base.
+            points: in its frame, m.
+        """
+        found = np.zeros((len(points), len(self.joints)))
+        beyond, nearest, travel = np.linalg.norm(points, axis=1), points, 0.0
+        for number in range(body - 1, -1, -1):
+            joint, axis = self.joints[number], np.array(self.joints[number].axis)
+            across = np.linalg.norm(nearest - np.outer(nearest @ axis, axis), axis=1) + travel
+            farther = beyond - np.linalg.norm(nearest, axis=1) - travel
+            found[:, number] = across + farther if joint.turns else 1.0
+            nearest, travel = np.tile(np.array(joint.translation, dtype=float), (len(points), 1)), joint.travel
+            beyond = beyond + float(self.offsets[number])
+        return found
+
+
+@dataclass(frozen=True)
+class LinkFrame:
+    """A link's frame on the body that carries it.
+
+    Attributes:
+        name: of the link.
+        body: number of the body: 0 for the base, then that of the joint that moves it.
+        translation: of the frame in that of the body, m.
+        rotation: the same.
+    """
+
+    name: str
+    body: int
+    translation: Point3 = (0.0, 0.0, 0.0)
+    rotation: Matrix3 = UNTURNED
+
+    @classmethod
+    def of(cls, name: str, body: int, pose: Transform) -> LinkFrame:
+        """The frame with a pose of plain numbers."""
+        return cls(name, body, *numbers_of(pose))
+
+    @property
+    def pose(self) -> Transform:
+        """From the link's frame to the body's."""
+        return Transform(self.rotation, self.translation)

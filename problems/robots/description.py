@@ -1,49 +1,41 @@
-"""A robot as its files describe it: links, joints, the spheres file, and the arm between two of its links."""
+"""A robot as its files describe it: links, joints, collision geometry, and the arm between two of its links."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from math import pi
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-from problems.base import ANGLES, InvalidProblem, shown, toml_tables
-from problems.robots.chain import UNTURNED, Chain, ChainJoint, JointKind
+import numpy as np
+
+from problems.base import ANGLES, InvalidProblem
+from problems.robots.arm_cover import ArmCover, CoveredLink
+from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame
 from problems.robots.inertia import Payload
+from problems.robots.link_covers import (
+    COARSE_OVERHANG,
+    COARSE_SHARE,
+    FINE_OVERHANG,
+    LinkCover,
+    MeshNote,
+    ReadFile,
+    cover_link,
+    cure,
+    fine_balls,
+    placed,
+    searched_balls,
+)
 from problems.robots.own_pairs import LinkPairs, OwnPairs, own_pairs_of
+from problems.robots.shapes import Shape
 from problems.robots.spatial_arm import GRAVITY, SpatialArm
-from problems.robots.spheres import Ball, Sphere, covered_capsule
-from problems.robots.transform import Matrix3, Point3, Transform, numbers_of
+from problems.robots.spheres import Ball, Sphere
+from problems.robots.spheres_file import MOST_SPHERES
+from problems.robots.transform import Point3, Transform, numbers_of
 
 PerJoint: TypeAlias = float | Sequence[float]  # one value for all joints, or one for each
 Ranges: TypeAlias = Sequence[tuple[float, float]]
-
-
-@dataclass(frozen=True)
-class LinkFrame:
-    """A link's frame on the body that carries it.
-
-    Attributes:
-        name: of the link.
-        body: number of the body: 0 for the base, then that of the joint that moves it.
-        translation: of the frame in that of the body, m.
-        rotation: the same.
-    """
-
-    name: str
-    body: int
-    translation: Point3 = (0.0, 0.0, 0.0)
-    rotation: Matrix3 = UNTURNED
-
-    @classmethod
-    def of(cls, name: str, body: int, pose: Transform) -> LinkFrame:
-        """The frame with a pose of plain numbers."""
-        return cls(name, body, *numbers_of(pose))
-
-    @property
-    def pose(self) -> Transform:
-        """From the link's frame to the body's."""
-        return Transform(self.rotation, self.translation)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,17 +45,21 @@ class RobotDescription:
     Attributes:
         chain: joints, with position limits, speeds, efforts and masses where they are stated.
         links: frames of all links that the chain carries.
-        spheres: that hold the collision shapes.
+        shapes: of the links' collision geometry, by their names.
+        covers: of links, by their names: of meshes, or finer than the spheres.
+        spheres: that hold the collision geometry, as far as it is known, for searches.
         disabled: names of links that may touch.
         title: what people call the robot; empty where it is not known.
         notes: what is missing or not planned with, a line each.
-        unread: links that a joint moves with a file of their collision geometry that is not read.
+        unread: links with a file of their collision geometry that is not read.
         max_acceleration: of each joint, rad/s^2 or m/s^2; None where it is not known (a URDF states none).
         max_jerk: rad/s^3 or m/s^3; None where nothing is known to limit it.
     """
 
     chain: Chain
     links: tuple[LinkFrame, ...]
+    shapes: tuple[tuple[str, tuple[Shape, ...]], ...] = ()
+    covers: tuple[LinkCover, ...] = ()
     spheres: tuple[Sphere, ...] = ()
     disabled: tuple[tuple[str, str], ...] = ()
     title: str = ""
@@ -97,6 +93,7 @@ class RobotDescription:
         base: Transform | None = None,
         tool: Transform | None = None,
         margin: float = 0.0,
+        self_margin: float = 0.0,
         self_collision: bool = False,
     ) -> SpatialArm:
         """The robot to plan with; what is given replaces what is known.
@@ -116,6 +113,7 @@ class RobotDescription:
             base: where it stands.
             tool: from the tool's frame to the tip's.
             margin: what its bodies keep from everything, m.
+            self_margin: what links with covers keep from each other, m.
             self_collision: whether its own bodies must not touch.
 
         Raises:
@@ -143,8 +141,65 @@ class RobotDescription:
             tool_rotation=tool_rotation,
             kept_pairs=tuple(kept_pairs),
             margin=margin,
+            self_margin=self_margin,
             self_collision=self_collision,
         )
+
+    def with_covers(self, covers: Mapping[str, LinkCover]) -> RobotDescription:
+        """The same with covers of links, by their names, and the spheres that these and the shapes make.
+
+        Raises:
+            InvalidProblem: ``urdf`` needs more spheres than there may be.
+        """
+        frames = {frame.name: frame for frame in self.links}
+        spheres = tuple(
+            ball.seen_from(frames[link].pose).on(frames[link].body, link)
+            for link, shapes in self.shapes
+            for ball in searched_balls(shapes, covers.get(link))
+        )
+        if len(spheres) > MOST_SPHERES:
+            reason = f"{len(spheres)} spheres cover its collision shapes, of at most {MOST_SPHERES}: give spheres"
+            raise InvalidProblem("urdf", reason)
+        meshes = ((link, shape.mesh) for link, shapes in self.shapes if link not in covers for shape in shapes)
+        unread = tuple((link, mesh.file) for link, mesh in meshes if mesh is not None)
+        used = tuple(covers[link] for link, _ in self.shapes if link in covers)
+        return replace(self, covers=used, spheres=spheres, unread=unread)
+
+    @property
+    def balls(self) -> Iterator[tuple[str, Ball]]:
+        """The balls for searches, in the frames of the links that are named with them."""
+        covers = {cover.link: cover for cover in self.covers}
+        return ((link, ball) for link, shapes in self.shapes for ball in searched_balls(shapes, covers.get(link)))
+
+    def with_spheres(self, spheres: tuple[Sphere, ...]) -> RobotDescription:
+        """The same with spheres in the place of all others, and of covers."""
+        return replace(self, spheres=spheres, covers=())
+
+    def new_covers(
+        self, read: ReadFile, overhang: float | None = None, ignored: Collection[str] = ()
+    ) -> tuple[dict[str, LinkCover], list[MeshNote]]:
+        """Covers of all links whose geometry is more than balls, by their names; notes on their meshes.
+
+        Args:
+            read: the content of a mesh's file.
+            overhang: of the balls for searches, m; 20 mm, or 2 % of the reach where that is less, if None.
+            ignored: names of links that are left out.
+
+        Raises:
+            InvalidProblem: ``urdf`` names a mesh of a link that a joint moves and that cannot be read or covered, with
+                the reason in one line.
+        """
+        used = min(COARSE_OVERHANG, COARSE_SHARE * self.reach) if overhang is None else overhang
+        covers, notes = {}, []
+        for link, shapes in self.shapes:
+            if link not in ignored and any(shape.mesh is not None or len(shape.triangles) for shape in shapes):
+                try:
+                    covers[link], own = cover_link(link, shapes, read, used)
+                    notes += own
+                except InvalidProblem:
+                    if self.frame(link).body > 0:
+                        raise
+        return covers, notes
 
     def with_disabled(self, pairs: LinkPairs) -> RobotDescription:
         """The same with more links that may touch."""
@@ -186,23 +241,47 @@ class RobotDescription:
         arm = replace(arm, spheres=tuple(sphere for sphere in arm.spheres if sphere.name not in ignored))
         covered = {sphere.name for sphere in arm.spheres}
         for link, file in self.unread:
-            if link not in covered and link not in ignored:
-                cure = f"state spheres for it, or leave it out of every verdict: ignore_geometry = [{link!r}]"
-                raise InvalidProblem("urdf", f"link {link!r}: its mesh {file} is not read; {cure}")
+            if self.frame(link).body > 0 and link not in covered and link not in ignored:
+                raise InvalidProblem("urdf", f"link {link!r}: its mesh {file} is not read; {cure(link)}")
+        if self.covers:
+            arm = replace(arm, cover=self.arm_cover(disabled, ignored))
         pairs = self.own_pairs(arm, disabled, kept)
         return replace(
             arm,
             kept_pairs=pairs.kept,
-            proven_pairs=pairs.far,
+            proven_pairs=() if self.covers else pairs.far,
             ignored_links=tuple(dict.fromkeys(ignored)),
             left_out=tuple(self._left_out(arm, pairs, disabled, ignored)),
         )
+
+    def arm_cover(self, disabled: LinkPairs = (), ignored: Collection[str] = ()) -> ArmCover:
+        """Of all links with collision geometry: balls for proofs, and which links must keep apart.
+
+        All do that no joint connects directly, unless their names are disabled.
+        """
+        covers, links = {cover.link: cover for cover in self.covers}, []
+        for link, shapes in self.shapes:
+            balls, frame = fine_balls(shapes, covers.get(link)), self.frame(link)
+            if len(balls) and link not in ignored:
+                turn, shift = np.array(frame.rotation, dtype=float), np.array(frame.translation, dtype=float)
+                links.append(CoveredLink(link, frame.body, placed(balls, turn, shift), FINE_OVERHANG))
+        links.sort(key=lambda link: link.body)
+        may_touch = set(map(frozenset, (*self.disabled, *disabled)))
+        pairs = tuple(
+            (one, two)
+            for one, two in combinations(range(len(links)), 2)
+            if links[two].body - links[one].body > 1 and {links[one].name, links[two].name} not in may_touch
+        )
+        return ArmCover(tuple(links), pairs)
 
     def _left_out(self, arm: SpatialArm, pairs: OwnPairs, disabled: LinkPairs, ignored: Sequence[str]) -> Iterator[str]:
         covered = {sphere.name for sphere in arm.spheres}
         if ignored:
             yield f"the geometry of {', '.join(dict.fromkeys(ignored))}, which is to be ignored"
         carried = {joint.link for joint in self.chain.joints}
+        for link, file in self.unread:
+            if self.frame(link).body == 0 and link not in covered and link not in ignored:
+                yield f"{link}, which stands still: its mesh {file} is not read"
         bare = [f.name for f in self.links if f.name in carried and f.name not in covered and f.name not in ignored]
         if bare:
             yield f"bodies of {', '.join(bare)}: no collision geometry is stated"
@@ -210,8 +289,10 @@ class RobotDescription:
         may_touch = [pair for pair in may_touch if covered.issuperset(pair)]
         if may_touch:
             yield f"own links that may touch: {', '.join(' and '.join(pair) for pair in may_touch)}"
-        spheres = arm.spheres
-        together = dict.fromkeys(tuple(sorted((spheres[a].name, spheres[b].name))) for a, b in pairs.together)
+        spheres = arm.spheres if arm.cover is None else ()
+        together = dict.fromkeys(
+            tuple(sorted((spheres[a].name, spheres[b].name))) for a, b in pairs.together if spheres
+        )
         if together:
             yield f"own spheres that touch at nearly every posture: {', '.join(' and '.join(p) for p in together)}"
         if arm.max_torque is None and self.chain.massless:
@@ -273,97 +354,3 @@ def _range(joint: ChainJoint) -> tuple[float, float]:
     if joint.position is None:
         raise InvalidProblem("position_limits", f"missing: none are known for joint {joint.name!r}")
     return joint.position
-
-
-MOST_CHARACTERS = 1_000_000
-MOST_SPHERES = 1_000
-FARTHEST = 1e4  # m
-KEYS = {"spheres": {"link", "center", "radius"}, "capsules": {"link", "start", "end", "radius"}}
-
-
-def read_spheres(text: str, links: Sequence[LinkFrame]) -> tuple[Sphere, ...]:
-    """The spheres that a file states, on the bodies that carry their links.
-
-    Args:
-        text: of the file. Centers and ends are in the frames of their links, m.
-        links: that the robot has.
-
-    Returns:
-        Spheres in the order of the file; those that hold its capsules follow.
-
-    Raises:
-        InvalidProblem: ``spheres`` is impossible, with the reason in one line.
-    """
-    frames = {frame.name: frame for frame in links}
-    spheres: list[Sphere] = []
-    for kind, entry, owner in _entries(_tables(text)):
-        frame = frames.get(entry["link"]) if isinstance(entry["link"], str) else None
-        if frame is None:
-            raise _wrong(f"{owner}: no link {entry['link']!r} in the chain; there are {', '.join(frames)}")
-        radius = _length(entry["radius"], f"{owner}: radius")
-        if kind == "spheres":
-            balls: Sequence[Ball] = (Ball(_point(entry["center"], f"{owner}: center"), radius),)
-        else:
-            start, end = (_point(entry[key], f"{owner}: {key}") for key in ("start", "end"))
-            balls = covered_capsule(start, end, radius)
-        moved = (ball.seen_from(frame.pose) for ball in balls)
-        spheres += [Sphere(frame.body, ball.center, ball.radius, frame.name) for ball in moved]
-        if len(spheres) > MOST_SPHERES:
-            raise _wrong(f"more than {MOST_SPHERES}")
-    return tuple(spheres)
-
-
-def _tables(text: str) -> dict[str, Any]:
-    if len(text) > MOST_CHARACTERS:
-        raise _wrong(f"{len(text)} characters, of at most {MOST_CHARACTERS}")
-    try:
-        tables = toml_tables(text)
-    except ValueError as error:
-        raise _wrong(str(error)) from error
-    unknown = next((key for key in tables if key not in KEYS), None)
-    if unknown is not None:
-        raise _wrong(f"unknown key {unknown!r}; there are {', '.join(KEYS)}")
-    if not any(tables.values()):
-        raise _wrong("neither [[spheres]] nor [[capsules]]")
-    return tables
-
-
-def _entries(tables: dict[str, Any]) -> Sequence[tuple[str, dict[str, Any], str]]:
-    """Kind, table and name of every entry, spheres first."""
-    entries = []
-    for kind, keys in KEYS.items():
-        listed = tables.get(kind, [])
-        if not isinstance(listed, list):
-            raise _wrong(f"[[{kind}]] is a list of tables")
-        for number, entry in enumerate(listed, start=1):
-            owner = f"{kind[:-1]} {number}"
-            if not isinstance(entry, dict) or set(entry) != keys:
-                raise _wrong(f"{owner}: needs {', '.join(sorted(keys))} and nothing else")
-            entries.append((kind, entry, owner))
-    return entries
-
-
-def _wrong(reason: str) -> InvalidProblem:
-    return InvalidProblem("spheres", reason)
-
-
-def _number(value: Any, what: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise _wrong(f"{what}: a number is needed, not {str(value)[:40]!r}")
-    if not abs(value) <= FARTHEST:
-        raise _wrong(f"{what}: {shown(value)} is not within {FARTHEST:g} m")
-    return float(value)
-
-
-def _length(value: Any, what: str) -> float:
-    length = _number(value, what)
-    if not length > 0.0:
-        raise _wrong(f"{what}: {length:g} m is not above 0")
-    return length
-
-
-def _point(value: Any, what: str) -> Point3:
-    if not isinstance(value, list) or len(value) != 3:
-        raise _wrong(f"{what}: three coordinates are needed")
-    x, y, z = (_number(part, what) for part in value)
-    return x, y, z

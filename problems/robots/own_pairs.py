@@ -25,7 +25,6 @@ ALWAYS = 0.95  # of the postures: spheres that touch at so many belong together
 SLACK = 0.01  # m: spheres that come no nearer never touch
 TURN = np.pi  # rad, largest angle tried of a joint that can turn farther
 HELD = 1_000_000  # distances that are held at once
-MOST_PAIRS = 20_000  # of spheres
 
 LinkPairs = Collection[tuple[str, str]]
 Named = frozenset[frozenset[str]]
@@ -56,7 +55,7 @@ def own_pairs_of(robot: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = 
 
     Raises:
         InvalidProblem: ``disabled_pairs`` or ``kept_pairs`` names a link without spheres, ``kept_pairs`` links that one
-            body or neighbours carry, or ``spheres`` are too many.
+            body or neighbours carry.
     """
     _check(robot, disabled, kept)
     return _chosen(robot, frozenset(map(frozenset, disabled)), frozenset(map(frozenset, kept)))
@@ -69,8 +68,6 @@ def _chosen(robot: SpatialArm, disabled: Named, kept: Named) -> OwnPairs:
     pairs, must_not = pairs[~may_touch], must_not[~may_touch]
     if not len(pairs):
         return OwnPairs()
-    if len(pairs) > MOST_PAIRS:
-        raise InvalidProblem("spheres", f"{len(robot.spheres)} make {len(pairs)} pairs, of at most {MOST_PAIRS}")
     least, touching = _Sampled(robot, pairs).result
     together = ~must_not & (touching >= ALWAYS)
     near = ~together & (must_not | (least < max(SLACK, robot.margin)))
@@ -142,7 +139,8 @@ class _Sampled:
     def _distances(self, theta: FloatArray) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
         """Of each pair: the least distance, m, the posture that has it, and the part of the postures that touch."""
         centers = as_array(self._centers(theta.T)).T.reshape(len(theta), -1, 3)
-        radii = np.array([sphere.radius for sphere in self.robot.spheres])
+        robot = self.robot
+        radii = np.array([s.radius if robot.cover is None else robot.inner(k) for k, s in enumerate(robot.spheres)])
         one, two = self.pairs.T
         least, nearest = np.full(len(one), np.inf), np.zeros(len(one), dtype=np.int64)
         touching = np.zeros(len(one))

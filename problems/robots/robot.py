@@ -247,6 +247,11 @@ class Robot(Parametric, ABC):
         return self.own_pairs
 
     @property
+    def is_covered(self) -> bool:
+        """Whether verdicts speak of covers of its links, finer than its bodies; not by default."""
+        return False
+
+    @property
     def ignored(self) -> tuple[str, ...]:
         """Links whose geometry is left out because the user says so; none by default."""
         return ()

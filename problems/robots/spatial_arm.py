@@ -24,29 +24,13 @@ from problems.base import (
     as_array,
     check_within,
 )
+from problems.robots.arm_cover import ArmCover
 from problems.robots.chain import UNTURNED, Chain
 from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Moments, Payload
 from problems.robots.robot import Body, JointLimits, Robot
 from problems.robots.spheres import Sphere
 from problems.robots.transform import Matrix3, Point3, Transform, as_rows, quaternions_of
-
-
-def levers_of(chain: Chain, sphere: Sphere) -> FloatArray:
-    """How far a sphere's centre can be from each joint's axis, (dof,), m; 1 for a joint that slides."""
-    levers, joints, offsets = np.zeros(len(chain.joints)), chain.joints, chain.offsets
-    beyond = float(np.linalg.norm(sphere.center))
-    nearest = np.array(sphere.center, dtype=float)
-    travel = 0.0
-    for number in range(sphere.link - 1, -1, -1):
-        joint, axis = joints[number], np.array(joints[number].axis)
-        across = float(np.linalg.norm(nearest - axis * (axis @ nearest))) + travel
-        farther = beyond - float(np.linalg.norm(nearest)) - travel
-        levers[number] = across + farther if joint.turns else 1.0
-        nearest, travel = np.array(joint.translation, dtype=float), joint.travel
-        beyond += float(offsets[number])
-    return levers
-
 
 GRAVITY: Point3 = (0.0, 0.0, -9.81)  # m/s^2
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
@@ -70,6 +54,9 @@ class SpatialArm(Robot):
         kept_pairs: of numbers of spheres that must keep apart with ``self_collision``.
         proven_pairs: of numbers of spheres that a verdict looks at besides: those that came together at no random
             posture, so that a search leaves them out.
+        cover: of its links for proofs, where that is finer than the spheres; None where the spheres are all there is.
+        self_margin: what links with a cover keep from each other with ``self_collision``, m: no more than they can, as
+            neighbours of neighbours are near each other in every posture.
         ignored_links: whose geometry is left out because the user says so.
         left_out: what no verdict speaks of, a line each.
         max_torque: N m or N; None where nothing limits it.
@@ -98,6 +85,8 @@ class SpatialArm(Robot):
     tool_rotation: Matrix3 = UNTURNED
     kept_pairs: tuple[tuple[int, int], ...] = ()
     proven_pairs: tuple[tuple[int, int], ...] = ()
+    cover: ArmCover | None = None
+    self_margin: float = 0.0
     ignored_links: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     max_torque: tuple[float, ...] | None = None
@@ -114,6 +103,7 @@ class SpatialArm(Robot):
         self._check_dynamics()
         check_within("base", self.base_translation, COORDINATES, "m")
         check_within("tool", self.tool_translation, COORDINATES, "m")
+        check_within("self_margin", (self.self_margin,), (0.0, COORDINATES[1]), "m")
         check_within("spheres", (sphere.radius for sphere in self.spheres), LENGTHS, "m")
 
     def _check_rates(self) -> None:
@@ -286,13 +276,14 @@ class SpatialArm(Robot):
     @cached_property
     def levers(self) -> FloatArray:
         """How far a sphere's centre can be from each joint's axis, (spheres, dof), m; 1 for a joint that slides."""
-        return np.array([levers_of(self.chain, sphere) for sphere in self.spheres]).reshape(-1, self.dof)
+        each = [self.chain.levers(sphere.link, np.array([sphere.center], dtype=float)) for sphere in self.spheres]
+        return np.concatenate([np.empty((0, self.dof)), *each])
 
     @cached_property
     def tool_levers(self) -> FloatArray:
         """How far the tool can be from each joint's axis, (dof,), m; 1 for a joint that slides."""
-        x, y, z = (float(part) for part in self.tool_frame.translation)
-        return levers_of(self.chain, Sphere(self.dof, (x, y, z), 0.0, "tool"))
+        place = np.array([[float(part) for part in self.tool_frame.translation]])
+        return np.asarray(self.chain.levers(self.dof, place)[0])
 
     def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
         """Only the joints between the two bodies move them as seen from each other."""
@@ -307,18 +298,32 @@ class SpatialArm(Robot):
 
     @property
     def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
-        """Those of ``kept_pairs``, the one nearer the base first."""
-        return self._bodies_of(self.kept_pairs)
+        """Those of ``kept_pairs``, the one nearer the base first; where a cover decides, what surely lies in them."""
+        return self._bodies_of(self.kept_pairs, self.bodies if self.cover is None else self._inner_bodies)
 
     @property
     def proven_own_pairs(self) -> tuple[tuple[Body, Body], ...]:
         """Those of ``kept_pairs`` and ``proven_pairs``."""
-        return self._bodies_of((*self.kept_pairs, *self.proven_pairs))
+        return self._bodies_of((*self.kept_pairs, *self.proven_pairs), self.bodies)
 
-    def _bodies_of(self, numbers: Iterable[tuple[int, int]]) -> tuple[tuple[Body, Body], ...]:
+    def _bodies_of(self, numbers: Iterable[tuple[int, int]], bodies: tuple[Body, ...]) -> tuple[tuple[Body, Body], ...]:
         """Pairs of spheres by their numbers, the one nearer the base first."""
         pairs = (sorted(pair, key=lambda number: self.spheres[number].link) for pair in numbers)
-        return tuple((self.bodies[one], self.bodies[two]) for one, two in pairs)
+        return tuple((bodies[one], bodies[two]) for one, two in pairs)
+
+    @cached_property
+    def _inner_bodies(self) -> tuple[Body, ...]:
+        other = (self.self_margin - self.margin) / 2.0  # their pairs keep the margin, as all pairs do
+        return tuple(replace(body, radius=self.inner(number) + other) for number, body in enumerate(self.bodies))
+
+    def inner(self, number: int) -> float:
+        """Radius of the ball in the middle of a sphere that surely lies in the body, m; 0 where none is known."""
+        return self.spheres[number].inner or 0.0
+
+    @property
+    def is_covered(self) -> bool:
+        """Where there is a cover."""
+        return self.cover is not None
 
     @property
     def ignored(self) -> tuple[str, ...]:

@@ -11,10 +11,10 @@ from importlib.resources import files
 from typing import Any
 
 from problems.base import InvalidProblem
-from problems.robots.chain import Chain, ChainJoint, JointKind
-from problems.robots.description import LinkFrame, RobotDescription, read_spheres
+from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame
+from problems.robots.description import RobotDescription
 from problems.robots.inertia import Inertia, impossible
-from problems.robots.spheres import Sphere
+from problems.robots.spheres_file import read_spheres
 from problems.robots.transform import Transform, numbers_of
 from problems.robots.urdf_elements import (
     MOVING,
@@ -188,7 +188,6 @@ def _some(names: list[str]) -> str:
 
 
 MOST_JOINTS = 50
-MOST_SPHERES = 1_000
 
 
 def read_urdf(text: str, base_link: str | None = None, tip_link: str | None = None) -> RobotDescription:
@@ -222,23 +221,11 @@ def read_urdf(text: str, base_link: str | None = None, tip_link: str | None = No
         tip_translation=tip.translation,
         tip_rotation=tip.rotation,
     )
-    spheres = tuple(
-        Sphere(frame.body, ball.center, ball.radius, frame.name)
-        for body in bodies
-        for frame in body.frames
-        for ball in (ball.seen_from(frame.pose) for ball in tree.links[frame.name].balls)
-    )
-    if len(spheres) > MOST_SPHERES:
-        raise refused(f"{len(spheres)} spheres cover its collision shapes, of at most {MOST_SPHERES}: give spheres")
     notes += [note for body in bodies for note in (*body.faults, *body.notes)]
     notes += _gaps(moving) + _massless(bodies)
-    return RobotDescription(
-        chain=chain,
-        links=tuple(frames.values()),
-        spheres=spheres,
-        notes=tuple(notes),
-        unread=tuple(unread for body in bodies[1:] for unread in body.unread),
-    )
+    shapes = tuple((name, tree.links[name].shapes) for name in frames if tree.links[name].shapes)
+    description = RobotDescription(chain=chain, links=tuple(frames.values()), shapes=shapes, notes=tuple(notes))
+    return description.with_covers({})
 
 
 def _check(moving: list[UrdfJoint], base: str) -> None:
@@ -261,7 +248,6 @@ class _Body:
     inertias: list[Inertia] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)  # why inertias are none
-    unread: list[tuple[str, str]] = field(default_factory=list)  # links with a file of their geometry
 
 
 def _bodies(tree: Tree, base: str, moving: list[UrdfJoint]) -> list[_Body]:
@@ -288,8 +274,6 @@ def _body(tree: Tree, number: int, link: str, along: set[str]) -> _Body:
             body.inertias.append(moved_inertia(inertia, pose))
             reason = impossible(inertia.matrix)
             body.faults += [] if reason is None else [f"link {name!r}: no body has its inertia, {reason}"]
-        body.notes += [f"link {name!r}: mesh {mesh} is not read, give spheres" for mesh in tree.links[name].meshes]
-        body.unread += [(name, mesh) for mesh in tree.links[name].meshes]
     return body
 
 
@@ -345,9 +329,8 @@ def built_in(name: str, tip_link: str | None = None) -> RobotDescription:
     known = tomllib.loads(_text(f"{name}.toml"))
     description = read_urdf(_text(f"{name}.urdf"), tip_link=tip_link or known["tip_link"])
     return replace(
-        description,
+        description.with_spheres(read_spheres(_text(f"{name}-spheres.toml"), description.links)),
         title=known["title"],
-        spheres=read_spheres(_text(f"{name}-spheres.toml"), description.links),
         max_acceleration=_known(description, known, "max_acceleration"),
         max_jerk=_known(description, known, "max_jerk"),
         disabled=tuple((one, two) for one, two in known["disabled"]),

@@ -10,8 +10,8 @@ import numpy as np
 
 from problems.base import COORDINATES, MASSES, FloatArray, InvalidProblem, shown
 from problems.robots.inertia import Inertia
-from problems.robots.spheres import Ball, cover_box, cover_cylinder, covered_capsule
-from problems.robots.transform import Matrix3, Point3, Transform, as_point, from_angles
+from problems.robots.shapes import BoxShape, CapsuleShape, CylinderShape, MeshShape, Shape, SphereShape
+from problems.robots.transform import Matrix3, Point3, Transform, as_point, from_angles, numbers_of
 
 MOST_CHARACTERS = 10_000_000
 NUMBERS = (-1e12, 1e12)  # of any attribute; masses and inertias included
@@ -144,14 +144,12 @@ class UrdfLink:
     Attributes:
         name: unique.
         inertia: None where the file has no ``inertial``.
-        balls: that hold its collision shapes.
-        meshes: file names of collision meshes, which are not read.
+        shapes: of its collision geometry.
     """
 
     name: str
     inertia: Inertia | None
-    balls: tuple[Ball, ...]
-    meshes: tuple[str, ...]
+    shapes: tuple[Shape, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -195,19 +193,14 @@ def read_link(element: ET.Element) -> UrdfLink:
     """
     name = name_of(element)
     owner = f"link {name!r}"
-    balls: list[Ball] = []
-    meshes: list[str] = []
+    shapes: list[Shape] = []
     for collision in element.findall("collision"):
-        pose = origin(collision, owner)
-        for shape in collision.iterfind("geometry/*"):
-            if shape.tag == "mesh":
-                meshes.append(shape.get("filename", "?"))
-            else:
-                balls += [ball.seen_from(pose) for ball in _balls(shape, owner)]
-    return UrdfLink(name=name, inertia=_inertia(element, owner), balls=tuple(balls), meshes=tuple(meshes))
+        translation, rotation = numbers_of(origin(collision, owner))
+        shapes += [_shape(shape, owner, translation, rotation) for shape in collision.iterfind("geometry/*")]
+    return UrdfLink(name=name, inertia=_inertia(element, owner), shapes=tuple(shapes))
 
 
-def _balls(shape: ET.Element, owner: str) -> tuple[Ball, ...]:
+def _shape(shape: ET.Element, owner: str, translation: Point3, rotation: Matrix3) -> Shape:
     def size(key: str) -> float:
         value = number(shape, key, owner)
         if value is None or not 0.0 < value <= 1e4:
@@ -215,17 +208,21 @@ def _balls(shape: ET.Element, owner: str) -> tuple[Ball, ...]:
         return value
 
     if shape.tag == "sphere":
-        return (Ball((0.0, 0.0, 0.0), size("radius")),)
+        return SphereShape(translation, rotation, radius=size("radius"))
     if shape.tag == "cylinder":
-        return cover_cylinder(size("radius"), size("length"))
+        return CylinderShape(translation, rotation, radius=size("radius"), length=size("length"))
     if shape.tag == "capsule":
-        half = size("length") / 2
-        return covered_capsule((0.0, 0.0, -half), (0.0, 0.0, half), size("radius"))
+        return CapsuleShape(translation, rotation, radius=size("radius"), length=size("length"))
     if shape.tag == "box":
         sizes = point(shape, "size", (0.0, 0.0, 0.0), owner)
         if not all(0.0 < part <= 1e4 for part in sizes):
             raise refused(f"{owner}: size of <box> must be three lengths above 0 m")
-        return cover_box(sizes)
+        return BoxShape(translation, rotation, sizes=sizes)
+    if shape.tag == "mesh":
+        scale = point(shape, "scale", (1.0, 1.0, 1.0), owner)
+        if not all(1e-9 <= abs(part) <= 1e9 for part in scale):
+            raise refused(f"{owner}: scale of <mesh> must be three factors other than 0")
+        return MeshShape(translation, rotation, file=shape.get("filename", "?"), scale=scale)
     raise refused(f"{owner}: a collision shape <{shape.tag}>; there are box, cylinder, sphere, capsule and mesh")
 
 

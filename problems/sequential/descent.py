@@ -175,6 +175,7 @@ GROWS, SHRINKS, FAILS = 1.6, 0.5, 0.3  # the trust region
 GOOD, POOR = 0.5, 0.1  # shares of the promised gain
 HOPELESS = 1.5  # of a duration to beat
 LEAST_GAIN, PATIENCE = 2e-4, 3  # of the duration; and how many iterations may gain less
+SLACK = 1e-4  # m, more than bodies come too near at the ends
 ENOUGH, AT_ENDS = 0.5, 0.8  # of the spare clearance, and of that of the ends
 LOOKED_AT = 1.0  # m/rad: pairs are looked at that come no farther than that beyond what is kept, of the trust region;
 # and by no more than that an obstacle may be elsewhere after a step, because the motion passes it at another time
@@ -314,18 +315,22 @@ class Descent:
         looked_at = LOOKED_AT * trust * (2.0 if self.nearness.is_time_dependent else 1.0)
         near = self.nearness.near(theta, times, self.kept + self.spare + looked_at)
         spares = self._spares(near)
-        missing = np.maximum(self.kept + ENOUGH * spares[near.pairs] - near.clearances, 0.0)
+        enough = np.where(spares > 0.0, ENOUGH, 1.0) * spares
+        missing = np.maximum(self.kept + enough[near.pairs] - near.clearances, 0.0)
         return Reached(motion, near, spares, float(missing.sum()))
 
     def _spares(self, near: NearPairs) -> FloatArray:
         """The spare clearance of each pair, (pairs,): no more than most of what it has at the ends, which are given.
 
-        When the goal is reached is not given.
+        When the goal is reached is not given. Of a robot with covers, which decide what is clear, bodies that are
+        thicker may come as near as they are there.
         """
         spares = np.full(len(self.nearness.pairs), self.spare)
         last = (near.samples == len(self._clearance_basis) - 1) & ~self._moving[near.pairs]
         ends = (near.samples == 0) | last
-        np.minimum.at(spares, near.pairs[ends], np.maximum(AT_ENDS * (near.clearances[ends] - self.kept), 0.0))
+        room = near.clearances[ends] - self.kept
+        short = room - SLACK if self.nearness.robot.is_covered else 0.0
+        np.minimum.at(spares, near.pairs[ends], np.where(room > 0.0, AT_ENDS * room, short))
         return spares
 
     def _clearances(self, around: Reached, passing: FloatArray, trust: float) -> ClearanceRows:

@@ -18,7 +18,7 @@ from problems.base import (
     is_of_length_one,
     shown,
 )
-from problems.limits import can_hold, holding_torques, proximity_limits
+from problems.limits import can_hold, cover_limits, holding_torques, proximity_limits
 from problems.motions import Samples
 from problems.robots import Robot
 from problems.scene import Obstacle
@@ -117,6 +117,13 @@ def check_posture(
 
 def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> str:
     """Which bodies of a posture (dof,) at t = 0 are too near to what, and how near; empty where none is."""
+    for cover in cover_limits(robot, obstacles):
+        found = cover.nearest(theta[None], np.zeros(1))
+        if found.clearance[0] < cover.margin:
+            links = cover.described(found.items)
+            return f"{links}: {cover.name} {found.clearance[0]:.6g} m, not {cover.margin:.6g} m"
+    if robot.is_covered:
+        return ""
     samples = Samples(robot=robot, derivatives=(ca.DM(theta).T,), duration=ca.DM(1.0), times=ca.DM(0.0))
     for limit in proximity_limits(robot, obstacles):
         clearances = as_array(limit.clearances(samples)).ravel()
@@ -146,6 +153,9 @@ def overloaded(robot: Robot, theta: FloatArray) -> str:
 
 def least_clearances(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> FloatArray:
     """How far postures (n, dof) at t = 0 are from touching anything, (n,), m; infinite where there is nothing."""
+    if robot.is_covered:
+        found = [cover.nearest(theta, np.zeros(len(theta))).clearance for cover in cover_limits(robot, obstacles)]
+        return np.asarray(np.min([np.full(len(theta), np.inf), *found], axis=0))
     times = ca.DM.zeros(len(theta), 1)
     samples = Samples(robot=robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=times)
     limits = proximity_limits(robot, obstacles)

@@ -21,6 +21,7 @@ from tpbso_casadi.scenario.robots import (
     RobotSection,
     SpatialRobotSection,
     arm_table,
+    new_covers,
     settings_table,
 )
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named, read_scenario
@@ -115,6 +116,7 @@ __all__ = [
     "load",
     "load_all",
     "named",
+    "new_covers",
     "obstacle_table",
     "overridden",
     "parse_scenario",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import logging
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from math import radians
 from typing import Annotated, Any, ClassVar, Self, TypeAlias
@@ -15,19 +16,24 @@ from problems.robots import (
     GRAVITY,
     MASSLESS,
     PLANAR_GRAVITY,
+    LinkCover,
+    MeshNote,
+    MeshShape,
     Payload,
     RobotDescription,
     SpatialArm,
     Transform,
     built_in,
+    covers_text,
     matrix_of,
     planar_payload,
+    read_covers,
     read_spheres,
     read_srdf,
     read_urdf,
 )
 from tpbso_casadi.scenario.catalogues import ROBOT_CATALOGUE, PluginError
-from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.input_files import InputFolder, MeshPlace
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
     LARGEST,
@@ -52,6 +58,7 @@ from tpbso_casadi.scenario.validation import (
     stated_values,
 )
 
+LOG = logging.getLogger(__name__)
 Rows: TypeAlias = tuple[SpacePoint, SpacePoint, SpacePoint]
 
 
@@ -262,6 +269,7 @@ def check_numbers(key: str, value: object) -> None:
 LARGEST_TEXT = 2_000_000  # characters of a file that a result holds
 FILES = ("urdf", "spheres", "srdf")  # keys that name files; their texts are in keys of the same names with TEXT
 TEXT = "_text"
+LARGEST_COVERS = 20_000_000  # characters
 MOST_JOINTS = 20  # of a robot in space
 KEYS = {"position_limits": "joint_limits"}  # by the fields of the robot
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]
@@ -310,6 +318,10 @@ class SpatialRobotSection(Section):
     disabled_pairs: LinkPairs | None = None
     kept_pairs: LinkPairs | None = None
     ignore_geometry: list[Word] | None = None
+    packages: dict[Word, FileName] = Field(default_factory=dict)
+    cover_overhang: Annotated[float, Field(ge=0.003, le=0.1)] | None = None
+    self_margin: NotNegative = 0.0
+    covers_text: Annotated[str, Field(max_length=LARGEST_COVERS)] | None = None
     max_speed: Annotated[PerJoint | None, ANGULAR] = None
     max_acceleration: Annotated[PerJoint | None, ANGULAR] = None
     max_jerk: Annotated[PerJoint | None, ANGULAR] = None
@@ -345,7 +357,25 @@ class SpatialRobotSection(Section):
             name = getattr(self, key)
             if name is not None and getattr(self, key + TEXT) is None:
                 texts[key + TEXT] = self._read(folder, key, name)
-        return self.model_copy(update=texts)
+        return self.model_copy(update=texts)._with_covers(folder)
+
+    def _with_covers(self, folder: InputFolder) -> Self:
+        """The same with covers of the URDF's links, made of the meshes that it names, where no spheres are stated.
+
+        Raises:
+            ScenarioError: a mesh cannot be read or covered.
+        """
+        if self.urdf is None or self.urdf_text is None or self.spheres_text is not None or self.covers_text is not None:
+            return self
+        try:
+            with self._named():
+                ignored, overhang = self.ignore_geometry or (), self.cover_overhang
+                covers, notes = new_covers(self.description(), self.urdf, folder, self.packages, overhang, ignored)
+        except InvalidProblem as error:
+            raise ScenarioError(f"robot.{error.field}: {error.reason}") from error
+        for note in notes:
+            LOG.warning("robot.urdf: link %r: mesh %s %s", note.link, note.file, note.note)
+        return self.model_copy(update={"covers_text": covers_text(covers.values())}) if covers else self
 
     def _read(self, folder: InputFolder, key: str, name: str) -> str:
         try:
@@ -373,9 +403,8 @@ class SpatialRobotSection(Section):
                 raise InvalidProblem(
                     "urdf", f"{len(description.chain.joints)} joints; at most {MOST_JOINTS} are planned"
                 )
-            spheres = description.spheres
             if self.spheres_text is not None:
-                spheres = read_spheres(self.spheres_text, description.links)
+                description = description.with_spheres(read_spheres(self.spheres_text, description.links))
             arm = description.arm(
                 max_speed=self.max_speed,
                 max_acceleration=self.max_acceleration,
@@ -386,7 +415,7 @@ class SpatialRobotSection(Section):
                 coulomb_friction=self.coulomb_friction,
                 payload=None if self.payload is None else self.payload.build(),
                 gravity=self.gravity,
-                spheres=spheres,
+                self_margin=self.self_margin,
                 base=self._pose("base"),
                 tool=self._pose("tool"),
             )
@@ -430,7 +459,8 @@ class SpatialRobotSection(Section):
             return built_in(self.model, self.tip_link)
         if self.urdf_text is None:
             raise InvalidProblem("urdf", f"{self.urdf!r} has not been read; only a scenario file can name one")
-        return read_urdf(self.urdf_text, self.base_link, self.tip_link)
+        description = read_urdf(self.urdf_text, self.base_link, self.tip_link)
+        return description if self.covers_text is None else description.with_covers(read_covers(self.covers_text))
 
     @contextmanager
     def _named(self) -> Iterator[None]:
@@ -455,6 +485,43 @@ def read_robot(table: Any) -> RobotSection | SpatialRobotSection:
     if in_space:
         return read_section(SpatialRobotSection, table, "model", "")
     return read_section(RobotSection, table, "model", str(table["model"]))
+
+
+def new_covers(
+    description: RobotDescription,
+    urdf: str,
+    folder: InputFolder,
+    packages: Mapping[str, str],
+    overhang: float | None = None,
+    ignored: Collection[str] = (),
+) -> tuple[dict[str, LinkCover], list[MeshNote]]:
+    """Covers of the links of a URDF, by their names, and notes on its meshes.
+
+    Args:
+        description: that it makes.
+        urdf: name of its file.
+        folder: where that is.
+        packages: folders of packages, by their names.
+        overhang: of the spheres for searches, m; as usual where None.
+        ignored: names of links that are left out.
+
+    Raises:
+        InvalidProblem: a mesh cannot be read or covered.
+    """
+    place = MeshPlace(urdf, packages)
+    return description.new_covers(lambda shape: mesh_content(folder, place, shape), overhang, ignored)
+
+
+def mesh_content(folder: InputFolder, place: MeshPlace, shape: MeshShape) -> bytes:
+    """The content of the file of a mesh.
+
+    Raises:
+        InvalidProblem: ``mesh`` cannot be read.
+    """
+    try:
+        return folder.read_mesh(place, shape.file)
+    except ScenarioError as error:
+        raise InvalidProblem("mesh", str(error)) from error
 
 
 AnyRobot = Annotated[SerializeAsAny[RobotSection | SpatialRobotSection], PlainValidator(read_robot)]

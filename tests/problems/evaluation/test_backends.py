@@ -16,8 +16,8 @@ from helpers.waiting import wait_until
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems.base import FloatArray
-from problems.evaluation import EvaluationOptions, InvalidEvaluation, PopulationFunction, Program, cache, population
+from problems.base import FloatArray, cache
+from problems.evaluation import EvaluationOptions, InvalidEvaluation, PopulationFunction, Program, population
 from problems.evaluation.batches import BATCH_AFTER_CANDIDATES, BATCH_SIZE
 from problems.evaluation.compiler import find_compiler
 from problems.evaluation.interpreter import BINARY, UNARY, UnsupportedOperation

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from helpers.evaluation import needs_compiler, points, same_bits, small, source_of
 
-from problems.base import FloatArray
-from problems.evaluation import EvaluationOptions, PopulationFunction, cache, population
+from problems.base import FloatArray, cache
+from problems.evaluation import EvaluationOptions, PopulationFunction, population
 from problems.evaluation.compiler import find_compiler
 from problems.evaluation.native import compile_library, find_library, key
 
@@ -82,7 +82,7 @@ def test_a_read_only_cache(cache_folder: Path) -> None:
 
 
 def test_the_least_recently_used_libraries_go(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cache, "MAX_LIBRARIES", 3)
+    monkeypatch.setitem(cache.MOST_KEPT, "so", 3)
     keys = [cache.key_of(str(k)) for k in range(5)]
     for age, name in enumerate(keys):
         path = cache.keep(name, b"library")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from problems.evaluation import cache
+from problems.base import cache
 
 KEY = cache.key_of("library")
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="links and owners")

@@ -13,7 +13,8 @@ from tempfile import gettempdir
 import pytest
 from helpers.evaluation import needs_compiler, points, same_bits, small, source_of
 
-from problems.evaluation import EvaluationOptions, PopulationFunction, cache, compiler, native
+from problems.base import cache
+from problems.evaluation import EvaluationOptions, PopulationFunction, compiler, native
 from problems.evaluation.compiler import (
     FLAGS,
     MAX_OUTPUT,

@@ -61,7 +61,7 @@ class UrdfOracle:
 
 
 def robots() -> dict[str, tuple[str, RobotDescription]]:
-    folder = files("problems.robots.spatial.models")
+    folder = files("problems.robots") / "models"
     found = {name: (folder.joinpath(f"{name}.urdf").read_text(), built_in(name)) for name in BUILT_IN}
     tilted = ARM.replace('xyz="0 0 0.5"/><axis xyz="0 0 2"/>', 'rpy="0.3 -0.7 2"/><axis xyz="1 -2 0.5"/>')
     assert tilted != ARM

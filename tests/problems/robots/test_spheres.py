@@ -180,16 +180,12 @@ def test_links_are_named_to_override() -> None:
     assert own_pairs_of(robot, disabled=[("l0", "l3"), ("l1", "l3")]).kept == ()
 
 
-def test_what_cannot_be_overridden_or_would_take_minutes_is_refused() -> None:
+def test_what_cannot_be_overridden_is_refused() -> None:
     robot = arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9))
     with pytest.raises(InvalidProblem, match="kept_pairs: 'l1' and 'l0' are one body, or a joint connects them"):
         own_pairs_of(robot, kept=[("l0", "l3"), ("l1", "l0")])
     with pytest.raises(InvalidProblem, match="disabled_pairs: no spheres on link 'l7'; there are l0, l1, l3"):
         own_pairs_of(robot, disabled=[("l0", "l7")])
-    row = [ball(link, 0.001 * place) for link in (0, 3) for place in range(150)]
-    with pytest.raises(InvalidProblem, match="spheres: 300 make 22500 pairs, of at most 20000"):
-        own_pairs_of(arm(*row))
-    assert own_pairs_of(arm(*row), disabled=[("l0", "l3")]).kept == ()
 
 
 @pytest.mark.parametrize("name", BUILT_IN)

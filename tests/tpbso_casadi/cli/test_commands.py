@@ -144,12 +144,13 @@ def test_a_short_option_that_two_have_is_an_error_of_the_parser() -> None:
 
 
 def test_the_same_option_has_the_same_short_form_metavar_and_help_everywhere() -> None:
-    meanings: dict[str, set[tuple[str, ...]]] = {}
+    """Where one file is written, not a folder, it says so."""
+    meanings: dict[tuple[str, bool], set[tuple[str, ...]]] = {}
     for parser in parsers():
         for action in options_of(parser):
             text = str(action.help).partition(" [default:")[0]
             meaning = (*action.option_strings, str(action.metavar), text)
-            meanings.setdefault(action.option_strings[-1], set()).add(meaning)
+            meanings.setdefault((action.option_strings[-1], action.metavar == "FILE"), set()).add(meaning)
     assert {option: several for option, several in meanings.items() if len(several) > 1} == {}
     assert {"--out", "--seed", "--evaluations", "--within"} <= set(meanings)
 

@@ -10,6 +10,8 @@ from pathlib import Path
 from rich.table import Table
 
 from problems import InvalidProblem
+from problems.geometry import Cover
+from problems.limits import touching_links
 from problems.robots import (
     BUILT_IN,
     POSTURES,
@@ -20,13 +22,19 @@ from problems.robots import (
     most_held,
     read_spheres,
     read_urdf,
+    written_spheres,
 )
 from tpbso_casadi.cli.command import Exit, OneLineParser, add_verbose, command_parser, run_command
-from tpbso_casadi.cli.options import defaulting, listed, path
+from tpbso_casadi.cli.options import defaulting, listed, path, positive_number
 from tpbso_casadi.display.console import OutputConsole, number, table_of, word
 from tpbso_casadi.figures.palette import FORMATS
-from tpbso_casadi.scenario import ScenarioError, read_text
-from tpbso_casadi.storage import OutputError, check_file, check_writable, writing
+from tpbso_casadi.scenario import (
+    InputFolder,
+    ScenarioError,
+    new_covers,
+    read_text,
+)
+from tpbso_casadi.storage import OutputError, check_file, check_writable, write_text, writing
 
 NOT_STATED = "-"
 
@@ -61,8 +69,42 @@ def print_robot(robot: RobotDescription, console: OutputConsole) -> None:
         console.say(f"self-collision: {len(pairs)} pairs of spheres, on {len(links)} pairs of links, can touch")
     else:
         console.say("no collision spheres: nothing is kept clear")
+    if robot.covers:
+        console.say("")
+        print_covers(robot, console)
+    for link, file in robot.unread:
+        console.say(f"note: link {link!r}: its mesh {file} is not read")
     for note in robot.notes:
         console.say(f"note: {note}")
+
+
+def print_covers(robot: RobotDescription, console: OutputConsole) -> None:
+    """What holds the robot's links, and how far it is from being them."""
+    coarse = [(cover.link, cover.coarse) for cover in robot.covers]
+    fine = [(cover.link, cover.fine) for cover in robot.covers]
+    console.print_table("spheres that hold meshes, proven, for searches; how far beyond, mm", _overhangs(coarse))
+    console.say("")
+    console.print_table("spheres that hold meshes, boxes and cylinders, proven, for proofs", _overhangs(fine))
+
+
+def _overhangs(covers: Sequence[tuple[str, Cover | None]]) -> Table:
+    table = table_of(word("link"), number("spheres"), number("95 % within"), number("all within"), number("volume"))
+    known = [(link, cover) for link, cover in covers if cover is not None]
+    for link, cover in known:
+        overhangs = (f"{1e3 * length:.2f}" for length in (cover.usual_overhang, cover.largest_overhang))
+        table.add_row(link, str(len(cover.balls)), *overhangs, f"{cover.volume_ratio:.3f}")
+    table.add_row("all", str(sum(len(cover.balls) for _, cover in known)), "", "", "")
+    return table
+
+
+def print_pairs(robot: RobotDescription, console: OutputConsole) -> None:
+    """The pairs of links that touch at almost all postures, and how to say that they may."""
+    found = touching_links(replace(robot.drawn, cover=robot.arm_cover(), self_collision=True))
+    if not found:
+        console.say("no two links that have to keep apart touch at almost every posture")
+        return
+    console.say("links that touch at almost every posture; if they are meant to, state")
+    console.say("disabled_pairs = [" + ", ".join(f'["{one}", "{two}"]' for one, two in found) + "]")
 
 
 def _joints(robot: RobotDescription) -> Table:
@@ -135,11 +177,39 @@ def parser() -> OneLineParser:
         help="joints, limits, masses, reach and spheres of a robot",
         examples=["panda", "arm.urdf --tip-link tool0 --figure arm.png"],
     )
-    for command in (listing, shown):
+    covering = commands.add_parser(
+        "spheres",
+        help="cover the meshes of a robot with spheres, proven to hold them",
+        examples=["arm.urdf --overhang 0.01 -o arm-spheres.toml"],
+    )
+    for command in (listing, shown, covering):
         add_verbose(command, default=argparse.SUPPRESS)
     shown.add_argument("robot", metavar="NAME|FILE.urdf", help=f"{listed(BUILT_IN)}, or a file")
-    shown.add_argument("--base-link", metavar="LINK", help=defaulting("what stands still", "the root"))
-    shown.add_argument("--tip-link", metavar="LINK", help=defaulting("the end of the chain", "a robot's usual one"))
+    covering.add_argument("robot", metavar="FILE.urdf", help="a file")
+    for command in (shown, covering):
+        command.add_argument("--base-link", metavar="LINK", help=defaulting("what stands still", "the root"))
+        command.add_argument(
+            "--tip-link", metavar="LINK", help=defaulting("the end of the chain", "a robot's usual one")
+        )
+        command.add_argument(
+            "--package",
+            action="append",
+            default=[],
+            metavar="NAME=FOLDER",
+            help=defaulting(
+                "where package://NAME/ is", "what ROS_PACKAGE_PATH and AMENT_PREFIX_PATH say, or above the file"
+            ),
+        )
+        command.add_argument(
+            "--overhang",
+            type=positive_number(0.1),
+            metavar="METRES",
+            help=defaulting("how far spheres for searches may stick out", "0.02, or 2 %% of a shorter reach"),
+        )
+    covering.add_argument(
+        "-o", "--out", type=path, metavar="FILE", help=defaulting("write the spheres there, as TOML", "nowhere")
+    )
+    shown.add_argument("--pairs", action="store_true", help="list links that touch at almost every posture")
     shown.add_argument(
         "--spheres", type=path, metavar="FILE", help=defaulting("collision spheres, a TOML file", "the robot's own")
     )
@@ -156,6 +226,8 @@ def robots(options: argparse.Namespace) -> int:
     """Do what the options ask for; returns the exit status."""
     if options.command == "show":
         return show(options)
+    if options.command == "spheres":
+        return spheres(options)
     print_list([(name, built_in(name)) for name in BUILT_IN], OutputConsole())
     return Exit.FEASIBLE
 
@@ -167,6 +239,8 @@ def show(options: argparse.Namespace) -> int:
     try:
         description = described(options)
         print_robot(description, OutputConsole())
+        if options.pairs:
+            print_pairs(description, OutputConsole())
     except InvalidProblem as error:
         raise ScenarioError(f"{options.robot}: {error}") from error
     if options.figure is not None:
@@ -205,8 +279,62 @@ def described(options: argparse.Namespace) -> RobotDescription:
     else:
         description = read_urdf(read_text(Path(options.robot)), options.base_link, options.tip_link)
     if options.spheres is None:
-        return description
+        return description if options.robot in BUILT_IN else with_covers(description, options)
     try:
-        return replace(description, spheres=read_spheres(read_text(options.spheres), description.links))
+        return description.with_spheres(read_spheres(read_text(options.spheres), description.links))
     except InvalidProblem as error:
         raise ScenarioError(f"{options.spheres}: {error}") from error
+
+
+def with_covers(description: RobotDescription, options: argparse.Namespace) -> RobotDescription:
+    """A robot with covers of its links; without, and a note that says why, where a mesh is not read.
+
+    Raises:
+        ScenarioError: ``--package`` names no folder.
+    """
+    try:
+        covers, notes = new_covers(description, options.robot, _folder(), packages(options), options.overhang)
+    except InvalidProblem as error:
+        return replace(description, notes=(*description.notes, error.reason))
+    more = (f"link {note.link!r}: mesh {note.file} {note.note}" for note in notes)
+    return replace(description.with_covers(covers), notes=(*description.notes, *more))
+
+
+def _folder() -> InputFolder:
+    return InputFolder(Path(), outside_allowed=True)
+
+
+def packages(options: argparse.Namespace) -> dict[str, str]:
+    """The folders of packages, by their names.
+
+    Raises:
+        ScenarioError: one is not stated as NAME=FOLDER.
+    """
+    pairs = [stated.partition("=") for stated in options.package]
+    wrong = next((stated for stated, pair in zip(options.package, pairs, strict=True) if not all(pair)), None)
+    if wrong is not None:
+        raise ScenarioError(f"--package {wrong}: NAME=FOLDER is needed")
+    return {name: folder for name, _, folder in pairs}
+
+
+def spheres(options: argparse.Namespace) -> int:
+    """Cover a robot's links, and write the spheres if that is wished; returns the exit status."""
+    if options.out is not None:
+        check_file(options.out)
+        check_writable(options.out.parent)
+    try:
+        description = read_urdf(read_text(Path(options.robot)), options.base_link, options.tip_link)
+        covers, _ = new_covers(description, options.robot, _folder(), packages(options), options.overhang)
+        description = description.with_covers(covers)
+    except InvalidProblem as error:
+        raise ScenarioError(f"{options.robot}: {error}") from error
+    if not description.spheres:
+        raise ScenarioError(f"{options.robot}: no link has collision geometry")
+    console = OutputConsole()
+    if description.covers:
+        print_covers(description, console)
+    if options.out is not None:
+        with writing(options.out.parent):
+            write_text(options.out, lambda file: file.write(written_spheres(description.balls)))
+        console.say(f"{options.out}: {len(description.spheres)} spheres")
+    return Exit.FEASIBLE

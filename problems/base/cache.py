@@ -1,4 +1,4 @@
-"""Compiled libraries, kept between processes: found by key, written whole or not at all, oldest forgotten.
+"""Compiled libraries and covers, kept between processes: found by key, written whole or not at all, oldest forgotten.
 
 A library is code that will run with the rights of the user, so that nothing is loaded which somebody else could have
 written: the folder and the file belong to the user and only the user may write them, and the file ends with a digest
@@ -21,14 +21,14 @@ from secrets import token_hex
 from platformdirs import user_cache_path
 
 VARIABLE = "TPBSO_CASADI_CACHE"
-MAX_LIBRARIES = 200  # the least recently used go
+MOST_KEPT = {"so": 200, "cover": 500}  # by the ending of their names; the least recently used go
 CLAIM_SECONDS = 60.0  # after which a process that announced to make a library is taken for dead
-LIBRARY = re.compile(r"[0-9a-f]{64}\.so")
+NAME = re.compile(r"[0-9a-f]{64}\.(so|cover)")
 NEVER_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 
 
 def folder() -> Path:
-    """Where libraries lie: ``$TPBSO_CASADI_CACHE``, or the user's cache directory."""
+    """Where they lie: ``$TPBSO_CASADI_CACHE``, or the user's cache directory."""
     path = os.environ.get(VARIABLE)
     return Path(path) if path else user_cache_path("tpbso-casadi")
 
@@ -44,19 +44,29 @@ def key_of(*parts: str) -> str:
 
 def find(key: str) -> Path | None:
     """The library of that key, if it is whole and no other user could have written it."""
+    return None if _found(key, "so") is None else _place(key, "so")
+
+
+def find_cover(key: str) -> bytes | None:
+    """The content of the cover of that key, if it is whole."""
+    return _found(key, "cover")
+
+
+def _found(key: str, ending: str) -> bytes | None:
     try:
-        with _opened() as home, _opened_file(f"{key}.so", os.O_RDONLY, home) as file:
-            if not _sealed(_content(file), key):
+        with _opened() as home, _opened_file(f"{key}.{ending}", os.O_RDONLY, home) as file:
+            content = _content(file)
+            if not _sealed(content, key):
                 return None
             with suppress(OSError):  # it has been used
                 os.utime(file)
     except OSError:
         return None
-    return _place(key)
+    return content[:-SEAL]
 
 
-def keep(key: str, library: bytes) -> Path:
-    """Store a library in one step: other processes see all of it or nothing.
+def keep(key: str, content: bytes, ending: str = "so") -> Path:
+    """Store a library, or a cover, in one step: other processes see all of it or nothing.
 
     Raises:
         OSError: the folder cannot be written.
@@ -66,15 +76,15 @@ def keep(key: str, library: bytes) -> Path:
     with _opened(create=True) as home:
         try:
             with _opened_file(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, home) as file:
-                _write(file, library + _seal(library, key))
-            os.replace(temporary, f"{key}.so", src_dir_fd=home, dst_dir_fd=home)
+                _write(file, content + _seal(content, key))
+            os.replace(temporary, f"{key}.{ending}", src_dir_fd=home, dst_dir_fd=home)
         finally:
             with suppress(FileNotFoundError):
                 os.unlink(temporary, dir_fd=home)
         with suppress(FileNotFoundError):
             os.unlink(f".{key}", dir_fd=home)
-        _forget_oldest(home)
-    return _place(key)
+        _forget_oldest(home, ending)
+    return _place(key, ending)
 
 
 def claim(key: str) -> bool:
@@ -131,8 +141,8 @@ def writable() -> bool:
     return False
 
 
-def _place(key: str) -> Path:
-    return folder() / f"{key}.so"
+def _place(key: str, ending: str) -> Path:
+    return folder() / f"{key}.{ending}"
 
 
 @contextmanager
@@ -186,17 +196,20 @@ def _write(file: int, content: bytes) -> None:
         opened.write(content)
 
 
-def _seal(library: bytes, key: str) -> bytes:
-    return sha256(key.encode() + library).digest()
+SEAL = 32  # bytes
+
+
+def _seal(content: bytes, key: str) -> bytes:
+    return sha256(key.encode() + content).digest()
 
 
 def _sealed(content: bytes, key: str) -> bool:
-    return content[-32:] == _seal(content[:-32], key)
+    return content[-SEAL:] == _seal(content[:-SEAL], key)
 
 
-def _forget_oldest(home: int) -> None:
+def _forget_oldest(home: int, ending: str) -> None:
     with suppress(OSError):  # another process may be doing the same
-        names = [name for name in os.listdir(home) if LIBRARY.fullmatch(name)]
+        names = [name for name in os.listdir(home) if NAME.fullmatch(name) and name.endswith(ending)]
         oldest = sorted(names, key=lambda name: os.stat(name, dir_fd=home, follow_symlinks=False).st_mtime)
-        for name in oldest[:-MAX_LIBRARIES]:
+        for name in oldest[: -MOST_KEPT[ending]]:
             os.unlink(name, dir_fd=home)

@@ -1,0 +1,488 @@
+"""Covers of an arm's links kept clear of obstacles and of each other: what verdicts speak of where there is a cover.
+
+A node of a link's tree of balls is far from something when the ball around it is. From the roots down, only nodes that
+may matter are opened: a thousand balls cost little more than one where they are far.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import ClassVar, NamedTuple, Self
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base import Arguments, FloatArray, Reading, as_array
+from problems.evaluation import PARAMETERS, RowFunction
+from problems.geometry import Balls
+from problems.limits.limit import Constraint, Limit
+from problems.motions import Samples
+from problems.robots import ArmCover, Chain, Robot, SpatialArm
+from problems.scene import Obstacle
+
+AT_ONCE = 128  # postures, or points, that are computed at once
+KEPT = 16  # arms of which functions are kept
+SPARE = 1.0 + 1e-12  # rounding must not make a lever shorter
+
+Numbers = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """The nodes of all links' trees in one list.
+
+    Attributes:
+        cover: whose.
+        chain: that moves them.
+    """
+
+    cover: ArmCover
+    chain: Chain
+
+    @classmethod
+    @lru_cache(maxsize=KEPT)
+    def of(cls, cover: ArmCover, chain: Chain) -> Nodes:
+        """The same object for the same arm."""
+        return cls(cover, chain)
+
+    @cached_property
+    def roots(self) -> Numbers:
+        """The number of each link's first node, (links,)."""
+        sizes = [len(link.tree.count) for link in self.cover.links]
+        return np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.intp)
+
+    @cached_property
+    def balls(self) -> Balls:
+        """Of all nodes, in the frames of their bodies."""
+        trees = [link.tree.nodes for link in self.cover.links]
+        return Balls(np.concatenate([tree.centers for tree in trees]), np.concatenate([tree.radii for tree in trees]))
+
+    @cached_property
+    def link(self) -> Numbers:
+        """The number of each node's link, (nodes,)."""
+        return np.repeat(np.arange(len(self.cover.links)), [len(link.tree.count) for link in self.cover.links])
+
+    @cached_property
+    def body(self) -> Numbers:
+        """The number of the body that carries each node, (nodes,)."""
+        return np.array([link.body for link in self.cover.links], dtype=np.intp)[self.link]
+
+    @cached_property
+    def first(self) -> Numbers:
+        """The first child of each node, (nodes,)."""
+        starts = zip(self.cover.links, self.roots, strict=True)
+        return np.concatenate([link.tree.first + start for link, start in starts])
+
+    @cached_property
+    def count(self) -> Numbers:
+        """How many children each node has, (nodes,)."""
+        return np.concatenate([link.tree.count for link in self.cover.links])
+
+    @cached_property
+    def levers(self) -> FloatArray:
+        """How far each node's centre can be from each joint's axis, (nodes, dof), m; 1 for a joint that slides."""
+        each = [self.chain.levers(link.body, link.tree.nodes.centers) for link in self.cover.links]
+        return np.concatenate(each) * SPARE
+
+    def opened(self, nodes: Numbers) -> tuple[Numbers, Numbers]:
+        """The children of nodes (n,), and of which of the n each is the child; both (m,)."""
+        counts = self.count[nodes]
+        parents = np.repeat(np.arange(len(nodes)), counts)
+        within = np.arange(len(parents)) - np.repeat(np.cumsum(counts) - counts, counts)
+        return self.first[nodes][parents] + within, parents
+
+
+class Postures(NamedTuple):
+    """Where the bodies of an arm are in n postures.
+
+    Attributes:
+        times: (n,), s.
+        rotations: of the base and of all joints' frames, (n, bodies, 3, 3).
+        translations: likewise, (n, bodies, 3), m.
+    """
+
+    times: FloatArray
+    rotations: FloatArray
+    translations: FloatArray
+
+    @classmethod
+    def of(cls, arm: SpatialArm, theta: FloatArray, times: FloatArray) -> Postures:
+        """Those of joint angles (n, dof), rad, at times (n,), s."""
+        columns = _frames(arm)(np.ascontiguousarray(theta.T)).T.reshape(len(theta), -1, 12)
+        return cls(times, columns[:, :, :9].reshape(len(theta), -1, 3, 3), columns[:, :, 9:])
+
+    def joined(self, other: Postures) -> Postures:
+        """These and others."""
+        return Postures(*(np.concatenate(parts) for parts in zip(self, other, strict=True)))
+
+    def points(self, rows: Numbers, bodies: Numbers, points: FloatArray) -> FloatArray:
+        """Where points (m, 3) of bodies are in some of the postures, (m, 3), m."""
+        turned = np.einsum("mij,mj->mi", self.rotations[rows, bodies], points)
+        return np.asarray(turned + self.translations[rows, bodies])
+
+
+@lru_cache(maxsize=KEPT)
+def _frames(arm: SpatialArm) -> RowFunction:
+    """Rotation row by row and translation of every body's frame, (12 bodies,), in a posture (dof,)."""
+    theta = ca.SX.sym("theta", arm.dof)
+    frames = arm.chain.frames(theta.T, arm.base_frame)
+    entries = [entry for frame in frames for entry in (*(e for row in frame.rotation for e in row), *frame.translation)]
+    return RowFunction(ca.Function("frames", [theta], [ca.densify(ca.vertcat(*map(ca.SX, entries)))]), AT_ONCE)
+
+
+class Items(NamedTuple):
+    """Nodes that may come near something, in some of many postures.
+
+    Attributes:
+        row: number of the posture, (m,).
+        node: of the arm, (m,).
+        other: what it may come near: an obstacle's number, or another node, (m,).
+    """
+
+    row: Numbers
+    node: Numbers
+    other: Numbers
+
+    def taken(self, chosen: Numbers | NDArray[np.bool_]) -> Items:
+        """Some of them."""
+        return Items(*(part[chosen] for part in self))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Items]) -> Items:
+        """Several in one."""
+        return cls(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+class Nearest(NamedTuple):
+    """What comes nearest in n postures.
+
+    Attributes:
+        clearance: (n,), m; infinite where there is nothing.
+        items: which balls that are, and in which posture, (n,).
+    """
+
+    clearance: FloatArray
+    items: Items
+
+
+@dataclass(frozen=True)
+class CoverLimit(Limit):
+    """Covers that keep the robot's margin.
+
+    Args:
+        robot: whose cover.
+
+    Attributes:
+        proof_gap: what is proven is lower than the smallest clearance by so much, relative, beyond the margin.
+        looks: postures in which the nearest is looked for before a proof.
+    """
+
+    proof_gap: ClassVar[float] = 0.1
+    looks: ClassVar[int] = 100
+
+    robot: SpatialArm
+
+    @property
+    def nodes(self) -> Nodes:
+        """Of the cover."""
+        assert self.robot.cover is not None
+        return Nodes.of(self.robot.cover, self.robot.chain)
+
+    @property
+    def margin(self) -> float:
+        """What is kept, m: the robot's margin by default."""
+        return self.robot.margin
+
+    @abstractmethod
+    def roots(self, rows: int) -> Items:
+        """All that may come near each other, in so many postures."""
+
+    @abstractmethod
+    def gaps(self, items: Items, postures: Postures) -> FloatArray:
+        """Lower bounds of how far items are apart, (m,), m; of two balls, or a ball and an obstacle, what it says."""
+
+    @abstractmethod
+    def sizes(self, items: Items) -> FloatArray:
+        """The radius of what could be opened, (m,), m; 0 where both are balls themselves."""
+
+    @abstractmethod
+    def opened(self, items: Items) -> Items:
+        """Items that hold all that other items hold, which can be opened."""
+
+    @abstractmethod
+    def travel(self, items: Items, turns: FloatArray, cells: FloatArray) -> FloatArray:
+        """How far items move at most as seen from each other, (m,), m.
+
+        Args:
+            items: whose rows are cells of time.
+            turns: how far each joint turns from where it is in the middle of each cell, (cells, dof), rad or m.
+            cells: start and end of each, (cells, 2), s.
+        """
+
+    @abstractmethod
+    def described(self, item: Items) -> str:
+        """What the first of some items is, for messages."""
+
+    @abstractmethod
+    def overhang(self, item: Items) -> float:
+        """How far the covers of the first of some items stick out of what they hold, m."""
+
+    def _overhang_of(self, node: int) -> float:
+        assert self.robot.cover is not None
+        return float(self.robot.cover.links[self.nodes.link[node]].overhang)
+
+    def nearest(self, theta: FloatArray, times: FloatArray, each: bool = True) -> Nearest:
+        """The balls that come nearest in postures (n, dof), rad, at times (n,), s.
+
+        Args:
+            theta: joint angles.
+            times: of the postures.
+            each: whether in every one of them; else in that in which anything comes nearest, and (1,) is returned.
+        """
+        postures, items = Postures.of(self.robot, theta, times), self.roots(len(theta))
+        count = len(theta) if each else 1
+        least, best = np.full(count, np.inf), Items(*(np.zeros(count, dtype=np.intp) for _ in range(3)))
+        while len(items.row):
+            gaps, sizes = self.gaps(items, postures), self.sizes(items)
+            place = items.row if each else np.zeros_like(items.row)
+            ends = np.flatnonzero(sizes == 0.0)
+            ends = ends[np.argsort(-gaps[ends], kind="stable")]  # the nearest comes last, and stays
+            nearer = ends[gaps[ends] < least[place[ends]]]
+            least[place[nearer]] = gaps[nearer]
+            for kept, part in zip(best, items, strict=True):
+                kept[place[nearer]] = part[nearer]
+            within = least.copy()
+            np.minimum.at(within, place, gaps + 4.0 * sizes)  # a ball is no farther
+            items = items.taken((sizes > 0.0) & (gaps <= within[place]))
+            items = self.opened(items) if len(items.row) else items
+        return Nearest(least, best)
+
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        """The nearest of all at each sample; of numbers."""
+        theta = as_array(samples.theta)
+        times = np.zeros(len(theta)) if samples.times is None else as_array(samples.times).ravel()
+        clearance = self.nearest(theta, np.broadcast_to(times, len(theta))).clearance
+        return [
+            Constraint(
+                name=self.name,
+                unit="m",
+                expression=ca.DM(clearance),
+                lower=ca.DM(self.margin + margin * float(self.robot.radius)),
+                upper=None,
+                columns=("the nearest of all",),
+                scale=ca.DM(float(self.robot.radius) / 2.0),
+                formula="clearance(cover of any link at t_j, what it must not touch) >= margin",
+            )
+        ]
+
+
+@dataclass(frozen=True)
+class CoverClearance(CoverLimit):
+    """No link's cover comes nearer to an obstacle than the robot's margin.
+
+    Args:
+        robot: whose cover.
+        obstacles: to keep clear of.
+    """
+
+    name: ClassVar[str] = "clearance"
+
+    obstacles: tuple[Obstacle, ...]
+
+    @classmethod
+    def for_robot(cls, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> Self | None:  # type: ignore[override]
+        """The limit, where there are obstacles and links that move."""
+        moves = robot.cover is not None and any(link.body > 0 for link in robot.cover.links)
+        return cls(robot, tuple(obstacles)) if obstacles and moves else None
+
+    def roots(self, rows: int) -> Items:
+        """Every link that a joint moves, and every obstacle."""
+        moving = self.nodes.roots[self.nodes.body[self.nodes.roots] > 0]
+        row, node, other = np.meshgrid(np.arange(rows), moving, np.arange(len(self.obstacles)), indexing="ij")
+        return Items(row.ravel(), node.ravel(), other.ravel())
+
+    def gaps(self, items: Items, postures: Postures) -> FloatArray:
+        """From the obstacles, less what is kept as time goes by."""
+        balls = self.nodes.balls
+        points = postures.points(items.row, self.nodes.body[items.node], balls.centers[items.node])
+        gaps, times = np.empty(len(points)), postures.times[items.row]
+        for number in np.unique(items.other):
+            chosen = items.other == number
+            gaps[chosen] = _distances(self.obstacles[number], points[chosen], times[chosen])
+        return np.asarray(gaps - balls.radii[items.node])
+
+    def sizes(self, items: Items) -> FloatArray:
+        """Of nodes."""
+        return np.where(self.nodes.count[items.node] > 0, self.nodes.balls.radii[items.node], 0.0)
+
+    def opened(self, items: Items) -> Items:
+        """The nodes' children."""
+        children, parents = self.nodes.opened(items.node)
+        return Items(items.row[parents], children, items.other[parents])
+
+    def travel(self, items: Items, turns: FloatArray, cells: FloatArray) -> FloatArray:
+        """Of nodes, and of obstacles."""
+        moved = np.einsum("mj,mj->m", self.nodes.levers[items.node], turns[items.row])
+        around = self._around
+        for number, obstacle in enumerate(self.obstacles):
+            if obstacle.moves:
+                chosen = items.other == number
+                moved[chosen] += obstacle.travel(cells, around)[items.row[chosen]]
+        return np.asarray(moved)
+
+    @cached_property
+    def _around(self) -> float:
+        """No centre of a node is farther from the world's origin, m."""
+        return float(self.nodes.levers.max() + self.robot.reach()[1] + np.linalg.norm(self.robot.base))
+
+    @property
+    def time_dependent_part(self) -> Limit | None:
+        """The same among the obstacles that move."""
+        return CoverClearance.for_robot(self.robot, [obstacle for obstacle in self.obstacles if obstacle.moves])
+
+    @property
+    def time_independent_part(self) -> Limit | None:
+        """The same among the others."""
+        return CoverClearance.for_robot(self.robot, [obstacle for obstacle in self.obstacles if not obstacle.moves])
+
+    def without_growth(self) -> CoverClearance:
+        """The same among obstacles where they are predicted."""
+        return CoverClearance(self.robot, tuple(obstacle.without_growth() for obstacle in self.obstacles))
+
+    def overhang(self, item: Items) -> float:
+        """Of the link."""
+        return self._overhang_of(item.node[0])
+
+    def described(self, item: Items) -> str:
+        """Link and obstacle."""
+        assert self.robot.cover is not None
+        return f"{self.robot.cover.links[self.nodes.link[item.node[0]]].name}, obstacle {item.other[0] + 1}"
+
+
+def _distances(obstacle: Obstacle, points: FloatArray, times: FloatArray) -> FloatArray:
+    """How far points (m, 3) are from an obstacle at times (m,), s, less what is kept as time goes by, (m,), m."""
+    form, view = obstacle.unmoved, obstacle.frames(times)
+    own = Arguments()
+    own.symbolic_copy(form)
+    function = _distance(_Form(Reading(form).structure_key, form))
+    seen = points if view is None else view.seen(points)
+    return np.asarray(function(np.ascontiguousarray(seen.T), own.values)[0] - obstacle.growth_rate * times)
+
+
+@dataclass(frozen=True)
+class _Form:
+    """An obstacle where it stands still; others of the same make have the same formula."""
+
+    make: object
+    obstacle: Obstacle
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Form) and self.make == other.make
+
+    def __hash__(self) -> int:
+        return hash(self.make)
+
+
+@lru_cache(maxsize=64)
+def _distance(form: _Form) -> RowFunction:
+    own = Arguments()
+    obstacle, point = own.symbolic_copy(form.obstacle), ca.SX.sym("point", 3)
+    clearance = ca.densify(obstacle.point_clearance(point.T))
+    return RowFunction(
+        ca.Function("clearance", [point, own.symbols], [clearance], ["point", PARAMETERS], ["clearance"]), 256
+    )
+
+
+@dataclass(frozen=True)
+class CoverSelfClearance(CoverLimit):
+    """No two links that must keep apart come nearer to each other than the robot's margin for that.
+
+    Neighbours of neighbours are as near in every posture, with much of their surfaces: a sharper proof would take long.
+    """
+
+    name: ClassVar[str] = "self clearance"
+    proof_gap: ClassVar[float] = 0.5
+    looks: ClassVar[int] = 10
+
+    @property
+    def margin(self) -> float:
+        """That for links, m."""
+        return self.robot.self_margin
+
+    @classmethod
+    def for_robot(cls, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> Self | None:  # type: ignore[override]
+        """The limit, where it is asked for and there are links that could touch."""
+        return cls(robot) if robot.self_collision and robot.cover is not None and robot.cover.pairs else None
+
+    def roots(self, rows: int) -> Items:
+        """Every pair, the link nearer the base second."""
+        assert self.robot.cover is not None
+        one, two = np.array(self.robot.cover.pairs, dtype=np.intp).T
+        row = np.repeat(np.arange(rows), len(one))
+        return Items(row, np.tile(self.nodes.roots[two], rows), np.tile(self.nodes.roots[one], rows))
+
+    def gaps(self, items: Items, postures: Postures) -> FloatArray:
+        """From each other."""
+        balls, body = self.nodes.balls, self.nodes.body
+        one, two = (postures.points(items.row, body[part], balls.centers[part]) for part in items[1:])
+        apart = one - two
+        between = np.sqrt(np.einsum("mi,mi->m", apart, apart))
+        return np.asarray(between - balls.radii[items.node] - balls.radii[items.other])
+
+    def sizes(self, items: Items) -> FloatArray:
+        """Of the larger node that can be opened."""
+        return np.maximum(self._size(items.node), self._size(items.other))
+
+    def _size(self, nodes: Numbers) -> FloatArray:
+        return np.where(self.nodes.count[nodes] > 0, self.nodes.balls.radii[nodes], 0.0)
+
+    def opened(self, items: Items) -> Items:
+        """The children of the larger one."""
+        first = self._size(items.node) >= self._size(items.other)
+        one, two = items.taken(first), items.taken(~first)
+        children, parents = self.nodes.opened(one.node)
+        others, owners = self.nodes.opened(two.other)
+        parts = Items(one.row[parents], children, one.other[parents]), Items(two.row[owners], two.node[owners], others)
+        return Items.joined(parts)
+
+    def travel(self, items: Items, turns: FloatArray, cells: FloatArray) -> FloatArray:
+        """By the joints between them."""
+        between = np.arange(self.robot.dof) >= self.nodes.body[items.other][:, None]
+        return np.asarray(np.einsum("mj,mj->m", self.nodes.levers[items.node] * between, turns[items.row]))
+
+    def overhang(self, item: Items) -> float:
+        """Of both links."""
+        return self._overhang_of(item.node[0]) + self._overhang_of(item.other[0])
+
+    def described(self, item: Items) -> str:
+        """Both links, the one nearer the base first."""
+        assert self.robot.cover is not None
+        links = [self.robot.cover.links[self.nodes.link[part[0]]].name for part in (item.other, item.node)]
+        return ", ".join(links)
+
+
+POSTURES, ALWAYS = 100, 0.95  # at random, and of them: links that touch at so many belong together
+
+
+def touching_links(arm: SpatialArm) -> list[tuple[str, str]]:
+    """Names of links that have to keep apart and touch at almost all random postures, of an arm with a cover."""
+    assert arm.cover is not None
+    low, high = np.array(arm.position_limits or [(-np.pi, np.pi)] * arm.dof).T
+    theta = np.random.default_rng(0).uniform(np.maximum(low, -np.pi), np.minimum(high, np.pi), (POSTURES, arm.dof))
+    found = []
+    for one, two in arm.cover.pairs:
+        pair = CoverSelfClearance(replace(arm, cover=replace(arm.cover, pairs=((one, two),))))
+        if (pair.nearest(theta, np.zeros(POSTURES)).clearance < 0.0).mean() >= ALWAYS:
+            found.append((arm.cover.links[one].name, arm.cover.links[two].name))
+    return found
+
+
+def cover_limits(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[CoverLimit, ...]:
+    """What an arm with a cover has to keep clear of; nothing of another robot."""
+    makers: tuple[Callable[..., CoverLimit | None], ...] = (CoverClearance.for_robot, CoverSelfClearance.for_robot)
+    made = (make(robot, obstacles) for make in makers if robot.is_covered)
+    return tuple(limit for limit in made if limit is not None)

@@ -1,0 +1,66 @@
+"""The cover of an arm for proofs: of every link a tree of balls, and which links must keep apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
+
+import numpy as np
+
+from problems.geometry import Balls, BallTree
+
+
+@dataclass(frozen=True, eq=False)
+class CoveredLink:
+    """A link on a body of the chain.
+
+    Attributes:
+        name: of the link.
+        body: number of the body that carries it: 0 for the base, then that of the joint that moves it.
+        balls: that are proven to hold it, in the body's frame.
+        overhang: no farther than that from the link is any of them, m.
+    """
+
+    name: str
+    body: int
+    balls: Balls
+    overhang: float
+
+    @cached_property
+    def tree(self) -> BallTree:
+        """Of the balls."""
+        return BallTree.of(self.balls)
+
+    @cached_property
+    def digest(self) -> str:
+        """Of everything."""
+        content = np.column_stack([self.balls.centers, self.balls.radii])
+        return sha256(f"{self.name} {self.body} {self.overhang!r} ".encode() + content.tobytes()).hexdigest()
+
+
+@dataclass(frozen=True, eq=False)
+class ArmCover:
+    """All links of an arm. Two with the same content are equal.
+
+    Attributes:
+        links: those with collision geometry.
+        pairs: numbers of links that must keep apart, the one nearer the base first.
+    """
+
+    links: tuple[CoveredLink, ...]
+    pairs: tuple[tuple[int, int], ...] = ()
+
+    @cached_property
+    def digest(self) -> str:
+        """Of everything."""
+        return sha256(f"{[link.digest for link in self.links]} {self.pairs}".encode()).hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ArmCover) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def __repr__(self) -> str:
+        return f"<cover of {sum(len(link.balls) for link in self.links)} balls on {len(self.links)} links>"

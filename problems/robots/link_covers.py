@@ -1,0 +1,162 @@
+"""Covers of links: few balls for searches, many for proofs, made from what a description states and files hold."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from problems.base import FloatArray, InvalidProblem
+from problems.geometry import Balls, Cover, cover_of, read_mesh
+from problems.robots.shapes import MeshShape, Shape
+from problems.robots.spheres import Ball
+from problems.robots.transform import as_point
+
+COARSE_OVERHANG = 0.02  # m, of the balls for searches, or
+COARSE_SHARE = 0.02  # of the reach, where that is less
+FINE_OVERHANG = 0.002  # m, of the balls for proofs
+
+ReadFile = Callable[[MeshShape], bytes]
+
+
+@dataclass(frozen=True)
+class LinkCover:
+    """Balls that are proven to hold a link's collision geometry, in the link's frame.
+
+    Attributes:
+        link: its name.
+        overhang: of the coarse balls, m.
+        coarse: those that hold its meshes; None where it has none.
+        fine: those that hold its meshes, boxes and cylinders; None where it has none.
+    """
+
+    link: str
+    overhang: float
+    coarse: Cover | None
+    fine: Cover | None
+
+    @property
+    def searched(self) -> tuple[Ball, ...]:
+        """The coarse balls."""
+        if self.coarse is None:
+            return ()
+        each = zip(self.coarse.balls.centers, self.coarse.balls.radii.tolist(), strict=True)
+        return tuple(Ball(as_point(center), radius, max(radius - self.overhang, 0.0)) for center, radius in each)
+
+
+@dataclass(frozen=True)
+class MeshNote:
+    """Something unusual of a mesh.
+
+    Attributes:
+        link: that has it.
+        file: as it is named.
+        note: what is unusual.
+    """
+
+    link: str
+    file: str
+    note: str
+
+
+def cover_link(link: str, shapes: Sequence[Shape], read: ReadFile, overhang: float) -> tuple[LinkCover, list[MeshNote]]:
+    """The covers of a link, and notes on its meshes.
+
+    Args:
+        link: its name.
+        shapes: of its collision geometry.
+        read: the content of a mesh's file.
+        overhang: of the coarse balls, m.
+
+    Raises:
+        InvalidProblem: ``urdf`` names a mesh that cannot be read or covered, with the reason in one line.
+    """
+    meshes, notes = [], []
+    files = [shape.mesh for shape in shapes if shape.mesh is not None]
+    for file in files:
+        with _named(link, file.file):
+            mesh = read_mesh(file.file, read(file), file.scale)
+        meshes.append(file.placed(mesh.corners))
+        notes += [MeshNote(link, file.file, note) for note in mesh.notes]
+    triangles = [*meshes, *(shape.placed(shape.triangles) for shape in shapes if len(shape.triangles))]
+    with _named(link, ", ".join(file.file for file in files)):
+        coarse = cover_of(np.concatenate(meshes), overhang) if meshes else None
+        fine = cover_of(np.concatenate(triangles), FINE_OVERHANG) if triangles else None
+    return LinkCover(link, overhang, coarse, fine), notes
+
+
+@contextmanager
+def _named(link: str, files: str) -> Iterator[None]:
+    try:
+        yield
+    except InvalidProblem as error:
+        what = f"its mesh {files}" if files else "its shapes"
+        raise InvalidProblem("urdf", f"link {link!r}: {what}: {error.reason}; {cure(link)}") from error
+
+
+def cure(link: str) -> str:
+    """What helps where the geometry of a link is not known."""
+    return f"state spheres for it, or leave it out of every verdict: ignore_geometry = [{link!r}]"
+
+
+def searched_balls(shapes: Iterable[Shape], cover: LinkCover | None) -> tuple[Ball, ...]:
+    """The balls of a link for searches, in its frame: those of its shapes, and those that hold its meshes."""
+    stated = (ball.seen_from(shape.pose) for shape in shapes for ball in shape.balls())
+    return (*stated, *(() if cover is None else cover.searched))
+
+
+def fine_balls(shapes: Iterable[Shape], cover: LinkCover | None) -> Balls:
+    """The balls of a link for proofs, in its frame: those of its cover, and of shapes of which balls say all."""
+    stated = [
+        ball.seen_from(shape.pose)
+        for shape in shapes
+        if shape.mesh is None and not (cover is not None and len(shape.triangles))
+        for ball in shape.balls(FINE_OVERHANG)
+    ]
+    balls = Balls(
+        np.array([b.center for b in stated]).reshape(-1, 3), np.array([b.radius for b in stated], dtype=float)
+    )
+    return balls if cover is None or cover.fine is None else cover.fine.balls.joined(balls)
+
+
+def covers_text(covers: Iterable[LinkCover]) -> str:
+    """Covers as a text, to be stored."""
+    return json.dumps(
+        {
+            cover.link: {
+                "overhang": cover.overhang,
+                "coarse": None if cover.coarse is None else cover.coarse.text,
+                "fine": None if cover.fine is None else cover.fine.text,
+            }
+            for cover in covers
+        }
+    )
+
+
+def read_covers(text: str) -> dict[str, LinkCover]:
+    """What a text states, by the links' names.
+
+    Raises:
+        InvalidProblem: ``covers`` is no such text.
+    """
+    try:
+        stated: Mapping[str, Any] = json.loads(text)
+        return {
+            link: LinkCover(
+                link,
+                float(entry["overhang"]),
+                *(None if entry[key] is None else Cover.from_text(entry[key]) for key in ("coarse", "fine")),
+            )
+            for link, entry in stated.items()
+        }
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InvalidProblem("covers", f"no covers of links: {error}") from error
+
+
+def placed(balls: Balls, rotation: FloatArray, translation: FloatArray) -> Balls:
+    """Balls as seen from the frame in which their own has this pose."""
+    return Balls(balls.centers @ rotation.T + translation, balls.radii)
