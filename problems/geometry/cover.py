@@ -33,7 +33,7 @@ MOST_BALLS = 200_000
 QUANTUM = 2.0**-17  # m: places and radii are whole multiples, so that what is stored is what was proven
 LARGEST_VOXEL = 0.0025  # m
 MOST_VOXELS = 30_000_000
-PIECES = 2.0  # voxels: sides of the triangles to which distances are computed
+LARGE, DEEP = 4.0, 8.0  # voxels: sides of the triangles to which distances are computed, from points so deep inside
 ALIGNED = 0.8  # of the way to a neighbour: where depth grows by so much, the neighbour's ball is better
 THINNING = 0.2  # of the radius of the cap that a ball covers of a plane: no two candidates of a size are so near
 KEPT = 0.1  # of the overhang: samples lie so deep in a ball that holds them
@@ -182,10 +182,26 @@ class Solid:
         return self._middles[self._beside[self._places(self._middles)]]
 
     @cached_property
-    def surface(self) -> Surface:
-        """What can be seen from outside, in pieces so large that few have to be looked at."""
-        pieces = pieces_of(self.corners, PIECES * self.voxel)
-        return Surface(pieces[self._beside[self._places(pieces.mean(axis=1))]])
+    def _near(self) -> Surface:
+        """What can be seen from outside."""
+        return Surface(self._pieces[self._beside[self._places(self._middles)]])
+
+    @cached_property
+    def _far(self) -> Surface:
+        """The same in larger pieces, of which some may not be seen, as points deep inside are as near to many."""
+        pieces = pieces_of(self.corners, LARGE * self.voxel)
+        points = np.concatenate(
+            [0.9 * pieces + 0.1 * pieces.mean(axis=1, keepdims=True), pieces.mean(axis=1)[:, None]], axis=1
+        )
+        seen = self._beside[self._places(points.reshape(-1, 3))].reshape(len(pieces), -1)
+        return Surface(pieces[seen.any(axis=1)])
+
+    def distances(self, points: FloatArray, depths: FloatArray) -> FloatArray:
+        """How far points (n, 3) are from what can be seen from outside, (n,), m, given how deep they are about, m."""
+        deep, found = depths > DEEP * self.voxel, np.empty(len(points))
+        for surface, chosen in ((self._near, ~deep), (self._far, deep)):
+            found[chosen] = surface.distances(points[chosen]) if chosen.any() else 0.0
+        return found
 
     def encloses(self, points: FloatArray) -> NDArray[np.bool_]:
         """Whether points (n, 3) are in filled voxels, (n,)."""
@@ -212,13 +228,14 @@ def _candidates(solid: Solid, overhang: float) -> Balls:
     order = np.argsort(-depths, kind="stable")
     places, depths = places[order], depths[order]
     sizes = np.floor(np.log2(np.maximum(depths / solid.voxel, 1.0)))
-    spaced = []
+    chosen = []
     for size in np.unique(sizes):
         radius = solid.voxel * 2.0**size + overhang
-        same = places[sizes == size]
-        spaced.append(same[thinned(same, THINNING * np.sqrt(2.0 * radius * overhang))])
-    inside = np.round(np.concatenate([np.empty((0, 3)), *spaced]) / QUANTUM) * QUANTUM
-    radii = solid.surface.distances(inside) + overhang
+        same = np.flatnonzero(sizes == size)
+        chosen.append(same[thinned(places[same], THINNING * np.sqrt(2.0 * radius * overhang))])
+    spaced = np.concatenate([np.empty(0, dtype=np.intp), *chosen])
+    inside = np.round(places[spaced] / QUANTUM) * QUANTUM
+    radii = solid.distances(inside, depths[spaced]) + overhang
     return Balls(inside, np.floor(radii / QUANTUM) * QUANTUM)
 
 
@@ -277,7 +294,7 @@ def _overhangs(balls: Balls, solid: Solid) -> tuple[float, float]:
     points = (balls.centers[:, None] + balls.radii[:, None, None] * _sphere_points(DIRECTIONS)).reshape(-1, 3)
     points = points[~balls.shrunk(QUANTUM).hold(points)]
     points = points[thinned(points, solid.voxel)]
-    away = np.where(solid.encloses(points), 0.0, solid.surface.distances(points))
+    away = np.where(solid.encloses(points), 0.0, solid.distances(points, np.zeros(len(points))))
     return (float(np.quantile(away, 0.95)), float(away.max())) if len(away) else (0.0, 0.0)
 
 

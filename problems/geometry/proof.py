@@ -79,12 +79,12 @@ class Balls:
 
 
 def unheld(corners: FloatArray, balls: Balls, resolution: float = 0.0) -> FloatArray:
-    """The middles of pieces of triangles that lie in no ball, (m, 3), m; none where the balls hold all triangles.
+    """Points of triangles that lie in no ball, or on the border of all, (m, 3), m; none where the balls hold all.
 
     Args:
         corners: of the triangles, (n, 3, 3), m.
         balls: that should hold them.
-        resolution: a piece no longer than that of which a corner lies in no ball is not cut any more, m.
+        resolution: a piece no longer than that of which a corner lies in no ball is cut no more, m.
     """
     if not len(balls):
         return np.asarray(corners.mean(axis=1))
@@ -99,9 +99,12 @@ def unheld(corners: FloatArray, balls: Balls, resolution: float = 0.0) -> FloatA
             continue
         middles, lengths = left.mean(axis=1), longest_sides(left)
         lost = lengths <= SHORTEST
-        small = np.flatnonzero(~lost & (lengths <= resolution))
-        lost[small] = ~balls.hold(left[small].reshape(-1, 3)).reshape(-1, 3).all(axis=1)
         found.append(middles[lost])
+        small = np.flatnonzero(~lost & (lengths <= resolution))
+        bare = ~balls.hold(left[small].reshape(-1, 3)).reshape(-1, 3)
+        some = bare.any(axis=1)
+        found.append(left[small[some], np.argmax(bare[some], axis=1)])
+        lost[small[some]] = True
         if not lost.all():
             waiting.append(halved(left[~lost]))
     return np.concatenate(found) if found else np.empty((0, 3))
