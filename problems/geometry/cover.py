@@ -29,10 +29,11 @@ from problems.geometry.proof import Balls, unheld
 from problems.geometry.surface import Surface, pieces_of, thinned
 
 VERSION = "1"  # of how covers are made: another finds none of those kept before
-MOST_BALLS = 200_000
+MOST_BALLS, MOST_CHOSEN = 200_000, 10_000  # in a stored text, and in a cover of a body
 QUANTUM = 2.0**-17  # m: places and radii are whole multiples, so that what is stored is what was proven
 LARGEST_VOXEL = 0.0025  # m
 MOST_VOXELS = 30_000_000
+MARGIN = 6  # voxels around a body
 LARGE, DEEP = 4.0, 8.0  # voxels: sides of the triangles to which distances are computed, from points so deep inside
 ALIGNED = 0.8  # of the way to a neighbour: where depth grows by so much, the neighbour's ball is better
 THINNING = 0.2  # of the radius of the cap that a ball covers of a plane: no two candidates of a size are so near
@@ -90,7 +91,8 @@ def cover_of(corners: FloatArray, overhang: float) -> Cover:
 
     Args:
         corners: of the triangles, (n, 3, 3), m.
-        overhang: how far a ball may reach beyond the triangles, m.
+        overhang: how far a ball may reach beyond the triangles, m; farther where more than ``MOST_CHOSEN`` balls were
+            needed, as for large sheets.
 
     Raises:
         InvalidProblem: ``mesh`` needs more voxels than there may be, or its cover cannot be proven.
@@ -118,6 +120,8 @@ def new_cover_of(corners: FloatArray, overhang: float) -> Cover:
     """
     solid = Solid(corners, min(overhang, LARGEST_VOXEL))
     balls = _proven(corners, solid, overhang)
+    if balls is None:
+        return new_cover_of(corners, 1.5 * overhang)
     return Cover(balls, *_overhangs(balls, solid), _volume_ratio(balls, solid, overhang))
 
 
@@ -133,13 +137,21 @@ class Solid:
     corners: FloatArray
     voxel: float
 
+    def __post_init__(self) -> None:
+        sizes = np.ptp(self.corners, axis=(0, 1))
+        if np.prod(sizes / self.voxel + MARGIN) > MOST_VOXELS:
+            shown = " x ".join(f"{size:.3g}" for size in sizes)
+            reason = f"{shown} m make more than {MOST_VOXELS} voxels of {self.voxel * 1e3:g} mm"
+            raise InvalidProblem("mesh", f"it is too large to be covered: {reason}")
+
     @cached_property
-    def _pieces(self) -> FloatArray:
+    def pieces(self) -> FloatArray:
+        """The triangles, cut so that no side is longer than a voxel, (m, 3, 3), m."""
         return pieces_of(self.corners, self.voxel)
 
     @cached_property
     def _middles(self) -> FloatArray:
-        return np.asarray(self._pieces.mean(axis=1))
+        return np.asarray(self.pieces.mean(axis=1))
 
     @cached_property
     def origin(self) -> FloatArray:
@@ -149,10 +161,6 @@ class Solid:
     @cached_property
     def _shape(self) -> NDArray[np.int64]:
         shape = np.ceil((self.corners.max(axis=(0, 1)) - self.origin) / self.voxel).astype(np.int64) + 3
-        if np.prod(shape.astype(float)) > MOST_VOXELS:
-            sizes = " x ".join(f"{size:.3g}" for size in np.ptp(self.corners, axis=(0, 1)))
-            reason = f"{sizes} m make more than {MOST_VOXELS} voxels of {self.voxel * 1e3:g} mm"
-            raise InvalidProblem("mesh", f"it is too large to be covered: {reason}")
         return np.asarray(shape)
 
     def _places(self, points: FloatArray) -> tuple[NDArray[np.int64], ...]:
@@ -161,7 +169,7 @@ class Solid:
 
     @cached_property
     def _touched(self) -> NDArray[np.bool_]:
-        points = np.concatenate([self._middles, self._pieces.reshape(-1, 3)])
+        points = np.concatenate([self._middles, self.pieces.reshape(-1, 3)])
         lattice = np.zeros(self._shape, dtype=bool)
         lattice[self._places(points)] = True
         return lattice
@@ -184,7 +192,7 @@ class Solid:
     @cached_property
     def _near(self) -> Surface:
         """What can be seen from outside."""
-        return Surface(self._pieces[self._beside[self._places(self._middles)]])
+        return Surface(self.pieces[self._beside[self._places(self._middles)]])
 
     @cached_property
     def _far(self) -> Surface:
@@ -245,7 +253,8 @@ def _around(points: FloatArray, overhang: float) -> Balls:
     return Balls(centers, np.full(len(centers), np.floor(overhang / QUANTUM) * QUANTUM))
 
 
-def _proven(corners: FloatArray, solid: Solid, overhang: float) -> Balls:
+def _proven(corners: FloatArray, solid: Solid, overhang: float) -> Balls | None:
+    """The balls of a cover; None where they are too many."""
     candidates, middles = _candidates(solid, overhang), solid.outer
     samples = middles[thinned(middles, max(0.2 * overhang, 0.75 * solid.voxel))]
     bare = samples if not len(candidates) else samples[~candidates.shrunk(KEPT * overhang).hold(samples)]
@@ -254,6 +263,8 @@ def _proven(corners: FloatArray, solid: Solid, overhang: float) -> Balls:
     for _ in range(MOST_ROUNDS):
         picked = list(_picked(samples, candidates, KEPT * overhang))
         chosen = np.concatenate([chosen, np.array(picked, dtype=np.intp)])
+        if len(chosen) > MOST_CHOSEN:
+            return None
         balls = Balls(candidates.centers[chosen], candidates.radii[chosen])
         missed = unheld(corners, balls, COARSENESS * overhang)
         if not len(missed):
@@ -294,7 +305,9 @@ def _overhangs(balls: Balls, solid: Solid) -> tuple[float, float]:
     points = (balls.centers[:, None] + balls.radii[:, None, None] * _sphere_points(DIRECTIONS)).reshape(-1, 3)
     points = points[~balls.shrunk(QUANTUM).hold(points)]
     points = points[thinned(points, solid.voxel)]
-    away = np.where(solid.encloses(points), 0.0, solid.distances(points, np.zeros(len(points))))
+    away = (
+        np.where(solid.encloses(points), 0.0, Surface(solid.pieces).distances(points)) if len(points) else np.empty(0)
+    )
     return (float(np.quantile(away, 0.95)), float(away.max())) if len(away) else (0.0, 0.0)
 
 

@@ -78,7 +78,7 @@ class Balls:
         return held
 
 
-def unheld(corners: FloatArray, balls: Balls, resolution: float = 0.0) -> FloatArray:
+def unheld(corners: FloatArray, balls: Balls, resolution: float = np.inf) -> FloatArray:
     """Points of triangles that lie in no ball, or on the border of all, (m, 3), m; none where the balls hold all.
 
     Args:

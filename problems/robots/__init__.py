@@ -14,8 +14,9 @@ from problems.robots.shapes import MeshShape
 from problems.robots.spatial_arm import GRAVITY, POSTURES, SpatialArm, most_held
 from problems.robots.spheres import Ball, Sphere
 from problems.robots.spheres_file import read_spheres, written_spheres
+from problems.robots.srdf import read_srdf, srdf_chain
 from problems.robots.transform import Orientations, Transform, angles_between, matrix_of, unit_quaternions
-from problems.robots.urdf import BUILT_IN, built_in, read_srdf, read_urdf
+from problems.robots.urdf import BUILT_IN, built_in, read_urdf
 
 ROBOTS: dict[str, type[Robot]] = {"planar": PlanarArm}
 
@@ -59,6 +60,7 @@ __all__ = [
     "read_spheres",
     "read_srdf",
     "read_urdf",
+    "srdf_chain",
     "time_scales",
     "time_scales_of_arrays",
     "tool_jacobian",

@@ -17,13 +17,13 @@ from problems.robots.inertia import Payload
 from problems.robots.link_covers import (
     COARSE_OVERHANG,
     COARSE_SHARE,
-    FINE_OVERHANG,
     LinkCover,
     MeshNote,
     ReadFile,
     cover_link,
     cure,
     fine_balls,
+    overhang_of,
     placed,
     searched_balls,
 )
@@ -190,14 +190,15 @@ class RobotDescription:
                 the reason in one line.
         """
         used = min(COARSE_OVERHANG, COARSE_SHARE * self.reach) if overhang is None else overhang
-        covers, notes = {}, []
+        covers, notes, frames = {}, [], {frame.name: frame for frame in self.links}
         for link, shapes in self.shapes:
             if link not in ignored and any(shape.mesh is not None or len(shape.triangles) for shape in shapes):
                 try:
-                    covers[link], own = cover_link(link, shapes, read, used)
+                    stands = frames[link].body == 0
+                    covers[link], own = cover_link(link, shapes, read, used, stands)
                     notes += own
                 except InvalidProblem:
-                    if self.frame(link).body > 0:
+                    if frames[link].body > 0:
                         raise
         return covers, notes
 
@@ -264,7 +265,7 @@ class RobotDescription:
             balls, frame = fine_balls(shapes, covers.get(link)), self.frame(link)
             if len(balls) and link not in ignored:
                 turn, shift = np.array(frame.rotation, dtype=float), np.array(frame.translation, dtype=float)
-                links.append(CoveredLink(link, frame.body, placed(balls, turn, shift), FINE_OVERHANG))
+                links.append(CoveredLink(link, frame.body, placed(balls, turn, shift), overhang_of(covers.get(link))))
         links.sort(key=lambda link: link.body)
         may_touch = set(map(frozenset, (*self.disabled, *disabled)))
         pairs = tuple(

@@ -12,13 +12,14 @@ import numpy as np
 
 from problems.base import FloatArray, InvalidProblem
 from problems.geometry import Balls, Cover, cover_of, read_mesh
-from problems.robots.shapes import MeshShape, Shape
+from problems.robots.shapes import NO_TRIANGLES, MeshShape, Shape
 from problems.robots.spheres import Ball
 from problems.robots.transform import as_point
 
 COARSE_OVERHANG = 0.02  # m, of the balls for searches, or
 COARSE_SHARE = 0.02  # of the reach, where that is less
 FINE_OVERHANG = 0.002  # m, of the balls for proofs
+STANDING_SHARE = 0.01  # of the size of what no joint moves, if that is more: mobile bases are large
 
 ReadFile = Callable[[MeshShape], bytes]
 
@@ -63,7 +64,9 @@ class MeshNote:
     note: str
 
 
-def cover_link(link: str, shapes: Sequence[Shape], read: ReadFile, overhang: float) -> tuple[LinkCover, list[MeshNote]]:
+def cover_link(
+    link: str, shapes: Sequence[Shape], read: ReadFile, overhang: float, stands: bool = False
+) -> tuple[LinkCover, list[MeshNote]]:
     """The covers of a link, and notes on its meshes.
 
     Args:
@@ -71,6 +74,7 @@ def cover_link(link: str, shapes: Sequence[Shape], read: ReadFile, overhang: flo
         shapes: of its collision geometry.
         read: the content of a mesh's file.
         overhang: of the coarse balls, m.
+        stands: whether no joint moves it: if it is large too, so are its balls.
 
     Raises:
         InvalidProblem: ``urdf`` names a mesh that cannot be read or covered, with the reason in one line.
@@ -84,9 +88,16 @@ def cover_link(link: str, shapes: Sequence[Shape], read: ReadFile, overhang: flo
         notes += [MeshNote(link, file.file, note) for note in mesh.notes]
     triangles = [*meshes, *(shape.placed(shape.triangles) for shape in shapes if len(shape.triangles))]
     with _named(link, ", ".join(file.file for file in files)):
-        coarse = cover_of(np.concatenate(meshes), overhang) if meshes else None
-        fine = cover_of(np.concatenate(triangles), FINE_OVERHANG) if triangles else None
+        body, exact = (np.concatenate([NO_TRIANGLES, *parts]) for parts in (meshes, triangles))
+        overhang = _overhang(body, overhang, stands) if meshes else overhang
+        coarse = cover_of(body, overhang) if meshes else None
+        fine = cover_of(exact, _overhang(exact, FINE_OVERHANG, stands)) if triangles else None
     return LinkCover(link, overhang, coarse, fine), notes
+
+
+def _overhang(triangles: FloatArray, least: float, stands: bool) -> float:
+    size = float(np.linalg.norm(np.ptp(triangles, axis=(0, 1))))
+    return max(least, STANDING_SHARE * least / FINE_OVERHANG * size) if stands else least
 
 
 @contextmanager
@@ -121,6 +132,11 @@ def fine_balls(shapes: Iterable[Shape], cover: LinkCover | None) -> Balls:
         np.array([b.center for b in stated]).reshape(-1, 3), np.array([b.radius for b in stated], dtype=float)
     )
     return balls if cover is None or cover.fine is None else cover.fine.balls.joined(balls)
+
+
+def overhang_of(cover: LinkCover | None) -> float:
+    """How far the balls of a link for proofs may stick out of it, m; what was measured, and a little."""
+    return FINE_OVERHANG + (cover.fine.largest_overhang if cover is not None and cover.fine is not None else 0.0)
 
 
 def covers_text(covers: Iterable[LinkCover]) -> str:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import casadi as ca
 import numpy as np
 
 from problems.base import COORDINATES, MASSES, FloatArray, InvalidProblem, shown
 from problems.robots.inertia import Inertia
 from problems.robots.shapes import BoxShape, CapsuleShape, CylinderShape, MeshShape, Shape, SphereShape
-from problems.robots.transform import Matrix3, Point3, Transform, as_point, from_angles, numbers_of
+from problems.robots.transform import Matrix3, Point3, Transform, as_point, from_angles, moved, numbers_of, snapped
 
 MOST_CHARACTERS = 10_000_000
 NUMBERS = (-1e12, 1e12)  # of any attribute; masses and inertias included
@@ -41,12 +42,23 @@ def document(text: str) -> ET.Element:
     try:
         robot = ET.fromstring(text, ET.XMLParser(target=WithoutDoctype()))
     except (ET.ParseError, UnicodeError) as error:
-        raise refused(f"no XML: {' '.join(str(error).split())}") from error
+        reason = (
+            XACRO if "unbound prefix" in str(error) and "xacro:" in text else f"no XML: {' '.join(str(error).split())}"
+        )
+        raise refused(reason) from error
     if robot.tag != "robot":
         raise refused(f"its root is <{robot.tag}>, not <robot>")
-    if any("ros.org/wiki/xacro" in element.tag for element in robot.iter()):
-        raise refused("a xacro file: expand it to a URDF first (xacro FILE > robot.urdf)")
+    if any(_is_of_xacro(element) for element in robot.iter()):
+        raise refused(XACRO)
     return robot
+
+
+XACRO = "a xacro file: expand it to a URDF first (xacro FILE > robot.urdf)"
+
+
+def _is_of_xacro(element: ET.Element) -> bool:
+    namespace = element.tag.rpartition("}")[0]
+    return "xacro" in namespace or any("${" in value or "$(" in value for value in element.attrib.values())
 
 
 def name_of(element: ET.Element, key: str = "name") -> str:
@@ -152,6 +164,15 @@ class UrdfLink:
     shapes: tuple[Shape, ...]
 
 
+@dataclass(frozen=True)
+class Mimic:
+    """How a joint follows another: multiplier times its value and an offset, rad or m."""
+
+    joint: str
+    multiplier: float
+    offset: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class UrdfJoint:
     """A joint as the file states it; None where it does not.
@@ -168,7 +189,7 @@ class UrdfJoint:
         effort: N m or N.
         damping: N m s or N s/m.
         friction: N m or N.
-        mimic: name of the joint that it follows.
+        mimic: how it follows another; None where it does not.
     """
 
     name: str
@@ -182,7 +203,14 @@ class UrdfJoint:
     effort: float | None
     damping: float
     friction: float
-    mimic: str | None
+    mimic: Mimic | None
+
+    def at(self, value: float) -> UrdfJoint:
+        """The same, held at a value, rad or m."""
+        turned = moved(self.origin, self.axis, self.kind != "prismatic", ca.DM(value))
+        entries = [[float(entry) for entry in row] for row in (*turned.rotation, turned.translation)]
+        pose = Transform(snapped(np.array(entries[:3])), as_point(entries[3]))
+        return replace(self, kind="fixed", origin=pose)
 
 
 def read_link(element: ET.Element) -> UrdfLink:
@@ -264,8 +292,13 @@ def read_joint(element: ET.Element) -> UrdfJoint:
         effort=_not_negative(limit, "effort", owner) or None,
         damping=_not_negative(dynamics, "damping", owner) or 0.0,
         friction=_not_negative(dynamics, "friction", owner) or 0.0,
-        mimic=None if mimic is None else mimic.get("joint", "?"),
+        mimic=None if mimic is None else _mimic(mimic, owner),
     )
+
+
+def _mimic(element: ET.Element, owner: str) -> Mimic:
+    multiplier, offset = number(element, "multiplier", owner), number(element, "offset", owner)
+    return Mimic(element.get("joint", "?"), 1.0 if multiplier is None else multiplier, offset or 0.0)
 
 
 def _not_negative(element: ET.Element | None, key: str, owner: str) -> float | None:

@@ -31,6 +31,7 @@ from problems.robots import (
     read_spheres,
     read_srdf,
     read_urdf,
+    srdf_chain,
 )
 from tpbso_casadi.scenario.catalogues import ROBOT_CATALOGUE, PluginError
 from tpbso_casadi.scenario.input_files import InputFolder, MeshPlace
@@ -311,6 +312,8 @@ class SpatialRobotSection(Section):
     urdf_text: FileText | None = None
     base_link: Word | None = None
     tip_link: Word | None = None
+    group: Word | None = None
+    locked: dict[Word, Number] = Field(default_factory=dict)
     spheres: FileName | None = None
     spheres_text: FileText | None = None
     srdf: FileName | None = None
@@ -459,8 +462,21 @@ class SpatialRobotSection(Section):
             return built_in(self.model, self.tip_link)
         if self.urdf_text is None:
             raise InvalidProblem("urdf", f"{self.urdf!r} has not been read; only a scenario file can name one")
-        description = read_urdf(self.urdf_text, self.base_link, self.tip_link)
+        base, tip = self._ends
+        description = read_urdf(self.urdf_text, base, tip, self.locked)
         return description if self.covers_text is None else description.with_covers(read_covers(self.covers_text))
+
+    @property
+    def _ends(self) -> tuple[str | None, str | None]:
+        """Base and tip, as far as they are stated here or in the SRDF.
+
+        Raises:
+            InvalidProblem: ``group`` has no chain there, or there is no SRDF.
+        """
+        if self.group is not None and self.srdf_text is None:
+            raise InvalidProblem("group", "of what? a group is one of an srdf")
+        chain = None if self.srdf_text is None or self.tip_link is not None else srdf_chain(self.srdf_text, self.group)
+        return (self.base_link, self.tip_link) if chain is None else (self.base_link or chain[0], chain[1])
 
     @contextmanager
     def _named(self) -> Iterator[None]:

@@ -1,0 +1,215 @@
+"""The links and joints of a URDF as a tree: what hangs on what, and which chain of joints is the arm."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+from problems.base import InvalidProblem
+from problems.robots.urdf_elements import MOVING, UrdfJoint, UrdfLink, read_joint, read_link, refused
+
+Filter: TypeAlias = Callable[[UrdfJoint], bool]
+MOST_LINKS = 1_000
+MOST_NAMED = 6  # chains, in a message
+FEWEST_JOINTS, LONGEST_FINGER = 3, 3  # after so many joints, several chains of no more are fingers
+TOOLS = tuple(map(re.compile, (r"^tool0$", r"tcp", r"tool", r"(^|_)ee(f|_|$)|end_?effector", r"flange")))
+ACCESSORIES = re.compile(
+    "grip|finger|thumb|knuckle|jaw|claw|wheel|caster|suspension|head|neck|camera|optical|laser|lidar|imu|sensor|antenna"
+    "|sonar|range|accelerometer"
+)
+
+
+def is_of_an_arm(joint: UrdfJoint) -> bool:
+    """Whether a joint is none of a hand, a wheel, or a head by its name, and follows no other."""
+    name = joint.name.lower()
+    return joint.mimic is None and not ACCESSORIES.search(name) and "hand" not in name
+
+
+def moves_by_itself(joint: UrdfJoint) -> bool:
+    """Any joint that follows no other."""
+    return joint.mimic is None
+
+
+@dataclass(frozen=True)
+class Tree:
+    """Links and joints by name.
+
+    Attributes:
+        links: in the order of the file.
+        joints: the same.
+    """
+
+    links: dict[str, UrdfLink]
+    joints: dict[str, UrdfJoint]
+
+    @classmethod
+    def of(cls, robot: ET.Element) -> Tree:
+        """What a ``robot`` element holds.
+
+        Raises:
+            InvalidProblem: two of a name, a link that no one states, a loop.
+        """
+        if len(robot.findall("link")) > MOST_LINKS:
+            raise refused(f"more than {MOST_LINKS} links")
+        links = [read_link(element) for element in robot.findall("link")]
+        joints = [read_joint(element) for element in robot.findall("joint")]
+        tree = cls({link.name: link for link in links}, {joint.name: joint for joint in joints})
+        for kind, stated, names in (("links", links, tree.links), ("joints", joints, tree.joints)):
+            if len(stated) > len(names):
+                raise refused(f"two {kind} of one name")
+        tree._check()
+        return tree
+
+    def _check(self) -> None:
+        if not self.links:
+            raise refused("no links")
+        moved: set[str] = set()
+        for joint in self.joints.values():
+            for link in (joint.parent, joint.child):
+                if link not in self.links:
+                    raise refused(f"joint {joint.name!r}: no link {link!r} in the file")
+            if joint.child in moved:
+                raise refused(f"link {joint.child!r} hangs on two joints: a loop cannot be planned")
+            moved.add(joint.child)
+        reached = {link for root in self.roots for link in (root, *(joint.child for joint in self.below(root)))}
+        if len(reached) < len(self.links):
+            lost = next(link for link in self.links if link not in reached)
+            raise refused(f"link {lost!r} is in a loop, which cannot be planned")
+
+    @cached_property
+    def above(self) -> dict[str, UrdfJoint]:
+        """The joint that carries a link, by the link's name."""
+        return {joint.child: joint for joint in self.joints.values()}
+
+    @cached_property
+    def children(self) -> dict[str, list[UrdfJoint]]:
+        """The joints on a link, by the link's name."""
+        children: dict[str, list[UrdfJoint]] = {link: [] for link in self.links}
+        for joint in self.joints.values():
+            children[joint.parent].append(joint)
+        return children
+
+    @property
+    def roots(self) -> list[str]:
+        """Links that no joint carries."""
+        return [link for link in self.links if link not in self.above]
+
+    def below(self, link: str) -> Iterator[UrdfJoint]:
+        """All joints that are carried by a link, parents first."""
+        waiting = list(self.children[link])
+        while waiting:
+            joint = waiting.pop(0)
+            yield joint
+            waiting += self.children[joint.child]
+
+    def chain(self, base_link: str | None, tip_link: str | None) -> tuple[str, list[UrdfJoint], list[str]]:
+        """The base, the joints from it to the tip, fixed ones included, and notes on what was not stated.
+
+        Raises:
+            InvalidProblem: a link is not in the file, or the tip is not carried by the base.
+        """
+        base = self._base(base_link)
+        notes: list[str] = []
+        if tip_link is None:
+            tip_link, notes = self._tip(base)
+        elif tip_link not in self.links:
+            raise InvalidProblem("tip_link", self._unknown(tip_link))
+        joints: list[UrdfJoint] = []
+        link = tip_link
+        while link != base:
+            if link not in self.above:
+                raise InvalidProblem("tip_link", f"{tip_link!r} is not carried by {base!r}")
+            joints.insert(0, self.above[link])
+            link = joints[0].parent
+        return base, joints, notes
+
+    def _base(self, base_link: str | None) -> str:
+        if base_link is None:
+            if len(self.roots) > 1:
+                raise InvalidProblem("base_link", f"must be stated: {_some(self.roots)} hang on nothing")
+            return self.roots[0]
+        if base_link not in self.links:
+            raise InvalidProblem("base_link", self._unknown(base_link))
+        return base_link
+
+    def _unknown(self, link: str) -> str:
+        return f"no link {link!r} in the URDF; there are {_some(list(self.links))}"
+
+    def next_joints(self, body: str) -> list[UrdfJoint]:
+        """The joints that move something on a link, or on what is fixed to it."""
+        found = []
+        for joint in self.children[body]:
+            found += self.next_joints(joint.child) if joint.kind == "fixed" else [joint]
+        return found
+
+    def _tip(self, base: str) -> tuple[str, list[str]]:
+        """Where the only chain of joints ends that are no fingers, wheels, or carry sensors."""
+        arms = list(self._arms(base, [], is_of_an_arm)) or list(self._arms(base, [], moves_by_itself))
+        if len(arms) > 1:
+            each = [f"{self._frame_at(joints[-1].child)!r} ({_counted(joints)})" for joints in arms[:MOST_NAMED]]
+            more = ", ..." if len(arms) > MOST_NAMED else ""
+            raise InvalidProblem("tip_link", f"must be stated, for several chains end at {', '.join(each)}{more}")
+        tip = self._frame_at(arms[0][-1].child if arms else base)
+        return tip, [f"tip_link is not stated: {tip!r} is taken"]
+
+    def _arms(
+        self, body: str, joints: list[UrdfJoint], is_part: Callable[[UrdfJoint], bool]
+    ) -> Iterator[list[UrdfJoint]]:
+        """Chains of joints that go on from some, each as far as it goes before fingers."""
+        ahead = [joint for joint in self.next_joints(body) if is_part(joint)]
+        chains = [chain for joint in ahead for chain in self._arms(joint.child, [*joints, joint], is_part)]
+        longest = max((len(chain) for chain in chains), default=len(joints)) - len(joints)
+        if len(joints) >= FEWEST_JOINTS and len(ahead) > 1 and longest <= LONGEST_FINGER:
+            yield joints
+        elif chains:
+            yield from chains
+        elif joints:
+            yield joints
+
+    def _frame_at(self, body: str) -> str:
+        """Of the frames fixed to a body the one called as tools are, or the one that most others carry."""
+        depths = {body: 0}
+        for joint in self.below(body):
+            if joint.kind == "fixed" and joint.parent in depths:
+                depths[joint.child] = depths[joint.parent] + 1
+        for pattern in TOOLS:
+            tools = [link for link in depths if pattern.search(link.lower())]
+            if tools:
+                return max(tools, key=lambda link: depths[link])
+        plain = [link for link in depths if link == body or not ACCESSORIES.search(link.lower())]
+        return max(plain, key=lambda link: depths[link])
+
+    def locked(self, values: Mapping[str, float]) -> Tree:
+        """The same with joints held at values, rad or m, and those that mimic them.
+
+        Raises:
+            InvalidProblem: ``locked`` names no joint that moves, or a value that it cannot have.
+        """
+        for name, value in values.items():
+            joint = self.joints.get(name)
+            if joint is None or joint.kind not in MOVING:
+                moving = [joint.name for joint in self.joints.values() if joint.kind in MOVING]
+                raise InvalidProblem("locked", f"no joint {name!r} moves; there are {_some(moving)}")
+            if joint.position is not None and not joint.position[0] <= value <= joint.position[1]:
+                low, high = joint.position
+                raise InvalidProblem("locked", f"{name}: {value:g} is not within {low:g} to {high:g}")
+        held = dict(values)
+        for joint in self.joints.values():
+            if joint.mimic is not None and joint.mimic.joint in values and joint.kind in MOVING:
+                held[joint.name] = joint.mimic.multiplier * values[joint.mimic.joint] + joint.mimic.offset
+        fixed = {name: self.joints[name].at(value) for name, value in held.items()}
+        return Tree(self.links, {**self.joints, **fixed})
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+
+
+def _counted(joints: Sequence[UrdfJoint]) -> str:
+    names = ", ".join(joint.name for joint in (joints if len(joints) <= 3 else (joints[0], joints[-1])))
+    dots = names if len(joints) <= 3 else names.replace(", ", " to ", 1)
+    return f"{len(joints)} joint{'s' * (len(joints) > 1)}: {dots}"

@@ -1,0 +1,145 @@
+"""Covers: every triangle is held, proven; a hole is found; how far they stick out; trees and texts of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from problems.base import InvalidProblem
+from problems.geometry import Balls, BallTree, Cover, box_corners, cover_of, cylinder_corners, unheld
+from problems.geometry.cover import new_cover_of
+from problems.geometry.surface import Surface, pieces_of
+
+BOX = box_corners((0.06, 0.1, 0.16))
+PIPE = cylinder_corners(0.03, 0.1)[: 2 * 64]  # without some of its ends: not watertight
+SHEET = np.array([[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.08, 0.0]]])
+SLIVER = np.array([[[0.0, 0.0, 0.0], [0.3, 1e-7, 0.0], [0.15, 2e-7, 1e-9]]])
+BODIES = {"box": BOX, "pipe": PIPE, "sheet": SHEET, "sliver": SLIVER}
+OVERHANGS = (0.02, 0.004)
+
+
+def points_on(corners: np.ndarray, count: int) -> np.ndarray:
+    """Points all over triangles, with their corners."""
+    rng = np.random.default_rng(3)
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    which = corners[rng.choice(len(corners), count, p=areas / areas.sum())]
+    shares = rng.dirichlet((1.0, 1.0, 1.0), count)
+    return np.concatenate([np.einsum("nc,nci->ni", shares, which), corners.reshape(-1, 3)])
+
+
+def depths(points: np.ndarray, balls: Balls) -> np.ndarray:
+    """How deep points are in the ball that holds them best, one ball after the other."""
+    best = np.full(len(points), -np.inf)
+    for center, radius in zip(balls.centers, balls.radii, strict=True):
+        np.maximum(best, radius - np.linalg.norm(points - center, axis=1), out=best)
+    return best
+
+
+@pytest.mark.parametrize("overhang", OVERHANGS)
+@pytest.mark.parametrize("name", BODIES)
+def test_every_point_of_a_surface_is_held_and_nothing_sticks_out(name: str, overhang: float) -> None:
+    corners = BODIES[name]
+    cover = cover_of(corners, overhang)
+    assert depths(points_on(corners, 20_000), cover.balls).min() > 0.0
+    assert not len(unheld(corners, cover.balls))
+    assert cover.largest_overhang <= overhang + 1e-5  # distances are to the nearest of a few triangles
+    assert 0.0 < cover.usual_overhang <= cover.largest_overhang
+    assert cover.volume_ratio > 1.0
+
+
+def test_what_is_inside_counts_as_solid() -> None:
+    """A fine cover of a box of sides of 6 cm and more fills it with large balls; it is hardly larger than the box."""
+    cover = cover_of(BOX, 0.004)
+    inside = np.random.default_rng(0).uniform(-0.5, 0.5, (5_000, 3)) * [0.06, 0.1, 0.16]
+    assert (depths(inside, cover.balls) > 0.0).mean() > 0.99
+    assert cover.volume_ratio < 1.25
+    assert cover.balls.radii.max() > 0.03
+
+
+@pytest.mark.parametrize("overhang", OVERHANGS)
+def test_a_smaller_ball_is_found_out_wherever_points_say_so(overhang: float) -> None:
+    balls, points = cover_of(BOX, overhang).balls, points_on(BOX, 20_000)
+    found = 0
+    for number in range(0, len(balls), max(1, len(balls) // 12)):
+        smaller = replace(balls, radii=balls.radii - np.where(np.arange(len(balls)) == number, 0.2 * overhang, 0.0))
+        if (depths(points, smaller) < 0.0).any():
+            bare = unheld(BOX, smaller)
+            assert len(bare)
+            assert (np.linalg.norm(bare - balls.centers[number], axis=1) <= balls.radii[number] + 1e-5).all()
+            found += 1
+    assert found > 0
+
+
+def test_a_hole_of_a_hundredth_of_a_millimetre_is_found() -> None:
+    """Two balls that meet on a segment, then not any more."""
+    line = np.array([[[-0.1, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 1e-9, 0.0]]])
+    centers = np.array([[-0.05, 0.0, 0.0], [0.05, 0.0, 0.0]])
+    assert not len(unheld(line, Balls(centers, np.array([0.0501, 0.0501]))))
+    bare = unheld(line, Balls(centers, np.array([0.0501, 0.04989])))
+    assert len(bare) and np.abs(bare[:, 0]).max() < 0.1002
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10_000))
+def test_random_triangles_are_held_exactly_when_their_points_are(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    corners = rng.uniform(-0.1, 0.1, (rng.integers(1, 6), 3, 3))
+    balls = Balls(rng.uniform(-0.1, 0.1, (8, 3)), rng.uniform(0.05, 0.15, 8))
+    deepest, bare = depths(points_on(corners, 2_000), balls).min(), unheld(corners, balls)
+    assert len(bare) if deepest < -1e-4 else not (len(bare) and deepest > 1e-3)
+    assert (depths(bare, balls) < 1e-4).all()
+
+
+def test_the_same_body_has_the_same_cover_and_a_stored_one_is_it() -> None:
+    one, other = new_cover_of(PIPE, 0.01), cover_of(PIPE, 0.01)
+    stored = Cover.from_text(one.text)
+    for cover in (other, stored):
+        np.testing.assert_array_equal(cover.balls.centers, one.balls.centers)
+        np.testing.assert_array_equal(cover.balls.radii, one.balls.radii)
+        figures = (cover.usual_overhang, cover.largest_overhang, cover.volume_ratio)
+        assert figures == (one.usual_overhang, one.largest_overhang, one.volume_ratio)
+
+
+@pytest.mark.parametrize("text", ["", "?", "AAAA", "A" * 200, "é"])
+def test_what_is_no_stored_cover_is_refused(text: str) -> None:
+    with pytest.raises(InvalidProblem, match="cover: it is none"):
+        Cover.from_text(text)
+
+
+def test_a_body_too_large_for_its_overhang_is_refused() -> None:
+    with pytest.raises(InvalidProblem, match="mesh: it is too large to be covered: 9 x 9 x 9 m make more than"):
+        cover_of(box_corners((9.0, 9.0, 9.0)), 0.002)
+
+
+def test_a_tree_holds_its_balls_and_each_is_a_leaf_once() -> None:
+    balls = cover_of(BOX, 0.004).balls
+    tree = BallTree.of(balls)
+    nodes, parents = tree.children(np.arange(len(tree.count)))
+    leaves = np.flatnonzero(tree.count == 0)
+    assert sorted(map(tuple, tree.nodes.centers[leaves])) == sorted(map(tuple, balls.centers))
+    below: dict[int, list[int]] = {int(parent): [] for parent in parents}
+    for node, parent in zip(nodes, parents, strict=True):
+        below[int(parent)].append(int(node))
+
+    def balls_of(node: int) -> list[int]:
+        return [node] if node not in below else [leaf for child in below[node] for leaf in balls_of(child)]
+
+    for node in below:
+        own = balls_of(node)
+        gaps = np.linalg.norm(tree.nodes.centers[own] - tree.nodes.centers[node], axis=1) + tree.nodes.radii[own]
+        assert (gaps <= tree.nodes.radii[node]).all()
+
+
+def test_distances_from_triangles_are_those_of_many_points() -> None:
+    rng = np.random.default_rng(5)
+    corners = rng.uniform(-0.1, 0.1, (4, 3, 3))
+    points = rng.uniform(-0.2, 0.2, (50, 3))
+    on_them = np.concatenate([piece.mean(axis=0)[None] for piece in pieces_of(corners, 0.001)])
+    expected = np.linalg.norm(points[:, None] - on_them, axis=2).min(axis=1)
+    found = Surface(pieces_of(corners, 0.01)).distances(points)
+    np.testing.assert_allclose(found, expected, atol=6e-4)
+    assert (found <= expected + 1e-12).all()
