@@ -35,13 +35,16 @@ def srdf_chain(text: str, group: str | None = None) -> tuple[str, str] | None:
         Names of links; None where no group is asked for and no chain, or more than one, is stated.
 
     Raises:
-        InvalidProblem: ``group`` has no chain in the file.
+        InvalidProblem: ``group`` has no chain in the file, or ``srdf`` is impossible.
     """
-    chains = {
-        name_of(found): (name_of(chain, "base_link"), name_of(chain, "tip_link"))
-        for found in document(text).findall("group")
-        for chain in found.findall("chain")[:1]
-    }
+    try:
+        chains = {
+            name_of(found): (name_of(chain, "base_link"), name_of(chain, "tip_link"))
+            for found in document(text).findall("group")
+            for chain in found.findall("chain")[:1]
+        }
+    except InvalidProblem as error:
+        raise InvalidProblem("srdf", error.reason) from error
     if group is None:
         return next(iter(chains.values())) if len(chains) == 1 else None
     if group not in chains:

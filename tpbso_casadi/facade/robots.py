@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 from problems import InvalidProblem, PlanarArm, Robot
 from problems.base import FloatArray
-from problems.robots import BUILT_IN, SpatialArm
+from problems.robots import BUILT_IN, LinkCover, SpatialArm
 from tpbso_casadi.facade.arguments import as_argument, check_keywords, in_words_of_python
 from tpbso_casadi.scenario import (
     OF_THE_MODEL,
@@ -65,6 +65,17 @@ class StatedRobot:
     def dof(self) -> int:
         """The number of joints."""
         return self.model.dof
+
+    @property
+    def cover(self) -> dict[str, LinkCover]:
+        """The spheres that hold its links' meshes, boxes and cylinders, in the links' frames, by the links' names.
+
+        Of each the ``coarse`` ones for searches and the ``fine`` ones for proofs: ``balls.centers`` (n, 3) and
+        ``balls.radii`` (n,), m; ``usual_overhang`` and ``largest_overhang``, m: how far 95 % of their surface, and all
+        of it, are from the link; ``volume_ratio``. Empty for a robot without meshes, or with spheres of its own.
+        """
+        described = self.table.description() if isinstance(self.table, SpatialRobotSection) else None
+        return {} if described is None else {cover.link: cover for cover in described.covers}
 
     @property
     def content(self) -> dict[str, Any]:

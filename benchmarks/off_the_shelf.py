@@ -1,0 +1,209 @@
+"""Arms straight from their public URDFs: what is read, what their covers cost, and plans checked on the meshes.
+
+Arms are those of ``example-robot-data`` (extra ``test``). Plans are among boxes, from and to random postures; each is
+checked by Pinocchio and coal (extra ``oracles``), on the meshes themselves, at 20,000 times. In how many of the
+postures at both ends, contacts included, the verdict and the meshes' distance differ by how much is printed too.
+
+    python -m benchmarks.off_the_shelf
+    python -m benchmarks.off_the_shelf --plans ur5,panda,kinova
+"""
+
+from __future__ import annotations
+
+import argparse
+import sysconfig
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import tpbso_casadi as tp
+from problems.base import FloatArray
+from problems.limits import cover_limits
+from problems.robots import SpatialArm
+from problems.scene.solids import Box
+from tpbso_casadi.scenario import ScenarioError
+
+ROBOTS = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
+TIMES = 20_000
+BOXES, SIZE = 4, 0.1  # in a scene; m
+MOST_SCENES = 200  # that are drawn until one has ends without contact
+EVALUATIONS = 2_000
+
+
+@dataclass(frozen=True)
+class Arm:
+    """A file and what it leaves open.
+
+    Attributes:
+        file: in the folder of all robots.
+        keys: of the [robot] table.
+    """
+
+    file: str
+    keys: dict[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def robot(self) -> Any:
+        """The robot, its links covered."""
+        return tp.robot(ROBOTS / self.file, **{"max_speed": 2.0, "max_acceleration": 8.0} | self.keys)
+
+
+ARMS = {
+    "ur3": Arm("ur_description/urdf/ur3_robot.urdf"),
+    "ur5": Arm("ur_description/urdf/ur5_robot.urdf"),
+    "ur10": Arm("ur_description/urdf/ur10_robot.urdf"),
+    "ur5_gripper": Arm("ur_description/urdf/ur5_gripper.urdf"),
+    "panda": Arm("panda_description/urdf/panda.urdf"),
+    "panda_collision": Arm("panda_description/urdf/panda_collision.urdf"),
+    "kinova": Arm("kinova_description/robots/kinova.urdf"),
+    "xarm7": Arm("xarm_description/urdf/xarm7.urdf"),
+    "z1": Arm("z1_description/urdf/z1.urdf"),
+    "so100": Arm("so_arm_description/urdf/so100.urdf"),
+    "so101": Arm("so_arm_description/urdf/so101.urdf"),
+    "talos_left_arm": Arm("talos_data/robots/talos_left_arm.urdf"),
+    "baxter": Arm("baxter_description/urdf/baxter.urdf", {"base_link": "left_arm_mount", "tip_link": "left_hand"}),
+    "tiago_no_hand": Arm("tiago_description/robots/tiago_no_hand.urdf"),
+}
+HEADER = ("arm", "joints", "tip", "spheres", "fine", "95 % mm", "all mm", "seconds", "again", "pairs")
+
+
+def row(name: str) -> list[str]:
+    """What is read of an arm, and what its cover costs, first and then."""
+    seconds = []
+    for arm in (ARMS[name], Arm(ARMS[name].file, ARMS[name].keys)):
+        began = time.perf_counter()
+        model = arm.robot.model
+        seconds.append(f"{time.perf_counter() - began:.1f}")
+    fine = [cover.fine for cover in ARMS[name].robot.cover.values() if cover.fine is not None]
+    overhangs = [1e3 * max((getattr(cover, key) for cover in fine), default=0.0) for key in OVERHANGS]
+    links, pairs = ((), ()) if model.cover is None else (model.cover.links, model.cover.pairs)
+    sizes = (
+        str(len(model.spheres)),
+        str(sum(len(link.balls) for link in links)),
+        *(f"{length:.2f}" for length in overhangs),
+    )
+    return [name, str(model.dof), model.chain.tip_link, *sizes, *seconds, str(len(pairs))]
+
+
+OVERHANGS = ("usual_overhang", "largest_overhang")
+
+
+def print_rows(rows: Sequence[Sequence[str]]) -> None:
+    """In columns."""
+    widths = [max(len(line[column]) for line in rows) for column in range(len(rows[0]))]
+    for line in rows:
+        print("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip(), flush=True)
+
+
+class Meshes:
+    """An arm and boxes as Pinocchio and coal see them.
+
+    Args:
+        name: of the arm.
+        arm: the same, as planned.
+        boxes: places of their middles, (n, 3), m.
+    """
+
+    def __init__(self, name: str, arm: SpatialArm, boxes: FloatArray) -> None:
+        import coal  # noqa: PLC0415 (extra)
+        import pinocchio as pin  # noqa: PLC0415
+
+        file = str(ROBOTS / ARMS[name].file)
+        self.model = pin.buildModelFromUrdf(file)
+        self.geometry = pin.buildGeomFromUrdf(self.model, file, pin.GeometryType.COLLISION, [str(ROBOTS.parents[1])])
+        self.data, own = self.model.createData(), len(self.geometry.geometryObjects)
+        columns = [self.model.joints[self.model.getJointId(joint.name)] for joint in arm.chain.joints]
+        self.columns = [(joint.idx_q, joint.nq) for joint in columns]
+        base = self.model.getFrameId(arm.chain.base_link)
+        self.base = pin.updateFramePlacement(self.model, self.data, base) if base else pin.SE3.Identity()
+        pin.forwardKinematics(self.model, self.data, pin.neutral(self.model))
+        self.base = pin.updateFramePlacement(self.model, self.data, base)
+        for number, place in enumerate(boxes):
+            pose = self.base * pin.SE3(np.eye(3), place)
+            box = pin.GeometryObject(f"box {number}", 0, pose, coal.Box(SIZE, SIZE, SIZE))
+            added = self.geometry.addGeometryObject(box)
+            for link in range(own):
+                if self.geometry.geometryObjects[link].parentJoint in self._moved(arm):
+                    self.geometry.addCollisionPair(pin.CollisionPair(link, added))
+        self.geometry_data, self.pin = self.geometry.createData(), pin
+
+    def _moved(self, arm: SpatialArm) -> set[int]:
+        """Numbers of the joints that the first of the chain carries."""
+        first = self.model.getJointId(arm.chain.joints[0].name)
+        return set(self.model.subtrees[first])
+
+    def configuration(self, theta: FloatArray) -> FloatArray:
+        """Pinocchio's values of a posture (dof,): cosine and sine of joints that turn without end."""
+        values = self.pin.neutral(self.model)
+        for (column, size), angle in zip(self.columns, theta, strict=True):
+            values[column : column + size] = angle if size == 1 else (np.cos(angle), np.sin(angle))
+        return np.asarray(values)
+
+    def distance(self, theta: FloatArray) -> float:
+        """Of the arm's meshes from the boxes, m; 0 or less in contact."""
+        self.pin.updateGeometryPlacements(
+            self.model, self.data, self.geometry, self.geometry_data, self.configuration(theta)
+        )
+        self.pin.computeDistances(self.geometry, self.geometry_data)
+        return float(min(found.min_distance for found in self.geometry_data.distanceResults))
+
+
+def scenes(arm: SpatialArm) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
+    """Starts, goals and places of boxes, the same ones for the same arm."""
+    low, high = np.clip(np.array(arm.position_limits), -np.pi, np.pi).T
+    reach = 0.5 * arm.reach()[1]
+    for seed in range(MOST_SCENES):
+        rng = np.random.default_rng(seed)
+        start, goal = rng.uniform(low, high, (2, arm.dof))
+        yield start, goal, rng.uniform(-reach, reach, (BOXES, 3)) + np.array([0.0, 0.0, reach / 2.0])
+
+
+def planned(name: str) -> list[str]:
+    """A certified plan among boxes, and what the meshes say of it."""
+    arm, ends = ARMS[name].robot.model, []
+    for start, goal, places in scenes(arm):
+        meshes = Meshes(name, arm, places)
+        (limit,) = cover_limits(arm, [Box(center=tuple(place), size=(SIZE,) * 3) for place in places.tolist()])
+        for posture in (start, goal):
+            exact = meshes.distance(posture)
+            if exact > 0.0:
+                ends.append(exact - limit.nearest(posture[None], np.zeros(1)).clearance[0])
+        obstacles = [{"shape": "box", "center": list(place), "size": [SIZE] * 3} for place in places.tolist()]
+        began = time.perf_counter()
+        try:
+            keys = {"start": {"joints": list(start)}, "goal": {"joints": list(goal)}, "evaluations": EVALUATIONS}
+            plan = tp.plan(ARMS[name].robot, obstacles=obstacles, seed=1, **keys)
+        except ScenarioError:
+            continue
+        if plan.certified:
+            break
+    seconds, trajectory = time.perf_counter() - began, plan.motion.trajectory
+    times = np.linspace(0.0, trajectory.duration, TIMES)
+    least = min(meshes.distance(theta) for theta in trajectory.at(times))
+    proven = next(verdict.worst for verdict in plan.motion.verdicts if verdict.name == "clearance")
+    figures = (f"{1e3 * length:.1f}" for length in (proven, least))
+    differs = f"{1e3 * min(ends):.2f} to {1e3 * max(ends):.2f} ({len(ends)})"
+    return [name, plan.motion.status.value, f"{trajectory.duration:.3f}", f"{seconds:.1f}", *figures, differs]
+
+
+PLANS = ("arm", "plan", "T s", "seconds", "proven mm", "meshes mm", "ends: meshes less verdict, mm")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--arms", default=",".join(ARMS), help="names, with commas between them")
+    parser.add_argument("--plans", default="", help="names of arms for which to plan")
+    options = parser.parse_args()
+    if options.plans:
+        print_rows([PLANS, *map(planned, options.plans.split(","))])
+    else:
+        print_rows([HEADER, *map(row, options.arms.split(","))])
+
+
+if __name__ == "__main__":
+    main()
