@@ -117,12 +117,17 @@ class Criteria:
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
         """Judge a finished trajectory against every constraint, far more densely than the search does."""
         verdicts = limit_verdicts(self.judged_limits, trajectory, self.task.end_accelerations)
-        verdicts += stay_verdicts(self.limits, trajectory, self.task.stay)
+        verdicts += stay_verdicts(self._lasting_limits, trajectory, self.task.stay)
         bounds = self.task.duration_bounds
         if bounds is not None:
             durations = bounds.at(ca.DM(self.task.durations(trajectory)).T)
             verdicts.append(verdict(durations, trajectory.breakpoints[-1:]))
         return [*verdicts, *(verdict(constraint, times) for constraint, times in self.task.conditions(trajectory))]
+
+    @property
+    def _lasting_limits(self) -> tuple[Limit, ...]:
+        """The limits by which a robot that stands is judged: what can reach it, or its covers."""
+        return self.judged_limits if self.robot.is_covered else self.limits
 
     def closest_approach(self, trajectory: Trajectory) -> ClosestApproach | None:
         """How near a motion comes to an obstacle, and when; None where none is within reach."""
@@ -134,7 +139,7 @@ class Criteria:
         """How long a robot that stands at the end of a motion stays clear; None where nothing moves, or it goes on."""
         if self.task.end_velocities[1].any():
             return None
-        return at_goal(self.limits, self.obstacles, trajectory)
+        return at_goal(self._lasting_limits, self.obstacles, trajectory)
 
     def objective_value(self, trajectory: Trajectory, times: FloatArray) -> float:
         """The objective of a finished motion, exact where it can be; else over samples at times (n,) in s."""

@@ -20,6 +20,7 @@ from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, Wors
 from problems.limits import (
     AT_GOAL,
     SAMPLING_MARGIN,
+    CoverClearance,
     CoverLimit,
     ExpressionLimit,
     Limit,
@@ -194,7 +195,8 @@ def at_goal(limits: Iterable[Limit], obstacles: Sequence[Obstacle], trajectory: 
     Proven as in :mod:`problems.certify.clearance`: where the distance in the middle of a time cell is larger than what
     the obstacle moves within it.
     """
-    moving = [limit for limit in time_dependent_parts(list(limits)) if isinstance(limit, Proximity)]
+    parts = time_dependent_parts(list(limits))
+    moving = [limit for limit in parts if isinstance(limit, Proximity | CoverClearance)]
     if not moving:
         return None
     arrival, around = trajectory.duration, max(_around(limit.robot) for limit in moving)
@@ -213,7 +215,7 @@ def _around(robot: Robot) -> float:
     return float(robot.reach()[1] + np.linalg.norm(robot.base) + thickest + robot.margin)
 
 
-def _clear_until(limit: Proximity, theta: FloatArray, start: float, end: float) -> float:
+def _clear_until(limit: Proximity | CoverClearance, theta: FloatArray, start: float, end: float) -> float:
     """Up to which time in s a posture (1, dof) is proven to keep a limit, at the latest ``end``."""
     edges = np.linspace(start, end, INITIAL_CELLS + 1)
     cells, until, touched = np.column_stack([edges[:-1], edges[1:]]), end, end
@@ -230,8 +232,14 @@ def _clear_until(limit: Proximity, theta: FloatArray, start: float, end: float) 
     return float(min(until, touched))  # what comes after a touch has not been looked at
 
 
-def _clearances(limit: Proximity, theta: FloatArray, cells: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _clearances(
+    limit: Proximity | CoverClearance, theta: FloatArray, cells: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """The smallest clearance in the middle of each cell, and a lower bound of it all through, both (n,), m."""
+    if isinstance(limit, CoverClearance):
+        middles = cells.mean(axis=1)
+        nearest = limit.nearest(np.repeat(theta, len(cells), axis=0), middles).clearance
+        return nearest, nearest - limit.obstacles_travel(cells)
     standing = Trajectory(np.array([cells.min(), cells.max()]), theta[None])
     everywhere = np.ones((len(cells), 1), dtype=bool)
     nearest, _, low = MovingPairs.of(limit.robot, limit.pairs, standing).around_middles(cells, everywhere)

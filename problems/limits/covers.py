@@ -334,6 +334,11 @@ class CoverClearance(CoverLimit):
                 moved[chosen] += obstacle.travel(cells, around)[items.row[chosen]]
         return np.asarray(moved)
 
+    def obstacles_travel(self, cells: FloatArray) -> FloatArray:
+        """How far any obstacle moves at most within cells of time (n, 2), s, from the middle of each, (n,), m."""
+        moving = [obstacle.travel(cells, self._around) for obstacle in self.obstacles if obstacle.moves]
+        return np.asarray(np.max([np.zeros(len(cells)), *moving], axis=0))
+
     @cached_property
     def _around(self) -> float:
         """No centre of a node is farther from the world's origin, m."""

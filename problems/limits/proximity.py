@@ -376,8 +376,11 @@ class SelfClearance(Proximity):
 
     @classmethod
     def of_all(cls, robot: Robot) -> Self | None:
-        """The limit of all pairs of which a verdict speaks, where it is asked for and there are any."""
-        return cls._among(robot, robot.proven_own_pairs)
+        """The limit of all pairs of which a verdict speaks, where it is asked for and there are any.
+
+        Of a robot with covers, a verdict speaks of these instead.
+        """
+        return None if robot.is_covered else cls._among(robot, robot.proven_own_pairs)
 
     @classmethod
     def _among(cls, robot: Robot, own: Sequence[tuple[Body, Body]]) -> Self | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from typing import Any, ClassVar, Self
 
 import casadi as ca
@@ -250,6 +250,11 @@ class Robot(Parametric, ABC):
     def is_covered(self) -> bool:
         """Whether verdicts speak of covers of its links, finer than its bodies; not by default."""
         return False
+
+    @property
+    def touching(self) -> Self:
+        """The same, which keeps nothing but must not touch."""
+        return replace(self, margin=0.0)
 
     @property
     def ignored(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import casadi as ca
 import numpy as np
@@ -324,6 +324,11 @@ class SpatialArm(Robot):
     def is_covered(self) -> bool:
         """Where there is a cover."""
         return self.cover is not None
+
+    @property
+    def touching(self) -> Self:
+        """The same, which keeps nothing but must not touch."""
+        return replace(self, margin=0.0, self_margin=0.0)
 
     @property
     def ignored(self) -> tuple[str, ...]:

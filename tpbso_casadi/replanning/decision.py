@@ -331,7 +331,8 @@ class Decision:
         return self._is_kept_by(self.until_then)
 
     def _is_kept_by(self, trajectory: Trajectory) -> bool:
-        return stays_clear(self.scene.fixed, trajectory) and self.limits.hold(trajectory)
+        clear = stays_clear(self.scene.fixed, trajectory) and self.scene.keeps_apart(trajectory)
+        return clear and self.limits.hold(trajectory)
 
     @cached_property
     def _uncertain(self) -> ObservedScene:
@@ -343,7 +344,8 @@ class Decision:
         if not beginning.moves:
             return True
         for stop in stops(MotionState.at_end(beginning), self.scene.robot.limits):
-            if not stays_clear(self._uncertain.all, beginning.followed_by(stop)):
+            whole = beginning.followed_by(stop)
+            if not (stays_clear(self._uncertain.all, whole) and self.scene.keeps_apart(whole)):
                 return False  # a stop with less effort takes longer
             if self.limits.hold(stop):
                 return True

@@ -20,8 +20,8 @@ from problems import (
     Trajectory,
 )
 from problems.base import FloatArray, Reading
-from problems.certify import TOLERANCE, ClearanceProof, prove, prove_clearance
-from problems.limits import Clearance, Pair, Proximity, SelfClearance, limits_of, proximity_limits
+from problems.certify import TOLERANCE, ClearanceProof, prove, prove_clearance, prove_covers
+from problems.limits import Clearance, Pair, Proximity, SelfClearance, cover_limits, limits_of, proximity_limits
 from problems.motions import Samples
 
 ROUNDING = 1e-9  # of numbers of obstacles that are one
@@ -60,6 +60,10 @@ class ObservedScene:
         limit = SelfClearance.of_all(self.robot)
         return () if limit is None else limit.pairs
 
+    def keeps_apart(self, trajectory: Trajectory) -> bool:
+        """Whether the links of a robot with covers are proven not to touch each other, for all t."""
+        return all(is_clear(prove_covers(limit, trajectory)) for limit in cover_limits(self.robot, ()))
+
     @cached_property
     def moving(self) -> MergedClearance:
         """What is kept from obstacles that move."""
@@ -67,7 +71,7 @@ class ObservedScene:
 
     @cached_property
     def fixed(self) -> MergedClearance:
-        """What is kept from obstacles that stand still, and from the robot itself."""
+        """What is kept from obstacles that stand still, and from the robot itself, unless it has covers."""
         return MergedClearance(
             self.robot, (*(pair for pair in self._clearance if not pair.is_time_dependent), *self._own)
         )

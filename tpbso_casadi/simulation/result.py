@@ -17,8 +17,8 @@ from pydantic import Field
 
 from problems import CertificateStatus, Trajectory, Verdict
 from problems.base import FloatArray, as_array
-from problems.certify import limit_verdicts, peak_near, prove_clearance
-from problems.limits import Proximity, complete_limits, limits_of, proximity_limits
+from problems.certify import limit_verdicts, peak_near, prove_clearance, prove_covers
+from problems.limits import CoverLimit, Proximity, complete_limits, limits_of, proximity_limits
 from problems.motions import Samples
 from solvers import Interruption
 from tpbso_casadi.plain import as_json, plain, versions
@@ -98,9 +98,9 @@ def _settled(record: SimulationRecord, first: float, last: float, moves: bool) -
 def _judged(record: SimulationRecord, first: float, last: float, moves: bool) -> Stretch:
     trajectory = part(record.executed, first, last)
     around = tuple(obstacle.during(first, last).later(first) for obstacle in record.obstacles)
-    robot = replace(record.robot, margin=0.0)
+    robot = record.robot.touching
     judged = complete_limits(proximity_limits(robot, around), robot, around)
-    limits = [limit for limit in judged if isinstance(limit, Proximity)]
+    limits = [limit for limit in judged if isinstance(limit, Proximity | CoverLimit)]
     times = np.linspace(0.0, last - first, int(np.ceil((last - first) / record.settings.every * SAMPLES)) + 1)
     seen = [found for limit in limits for found in _distances(limit, trajectory, times)]
     statuses = {status for status, *_ in seen}
@@ -110,9 +110,15 @@ def _judged(record: SimulationRecord, first: float, last: float, moves: bool) ->
 
 
 def _distances(
-    limit: Proximity, trajectory: Trajectory, times: FloatArray
+    limit: Proximity | CoverLimit, trajectory: Trajectory, times: FloatArray
 ) -> Iterator[tuple[CertificateStatus, float, float, str]]:
     """A proof and the smallest distance that it met; the smallest at times (n,) in s, followed to its bottom."""
+    if isinstance(limit, CoverLimit):
+        found = prove_covers(limit, trajectory)
+        yield found.status, found.smallest, found.time, found.where
+        seen = limit.nearest(trajectory.at(times), times, each=False)
+        yield found.status, float(seen.clearance[0]), float(times[seen.items.row[0]]), limit.described(seen.items)
+        return
     proof = prove_clearance(limit, trajectory)
     if proof is None:
         return
