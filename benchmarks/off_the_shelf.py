@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import sysconfig
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -66,7 +66,7 @@ ARMS = {
     "so100": Arm("so_arm_description/urdf/so100.urdf"),
     "so101": Arm("so_arm_description/urdf/so101.urdf"),
     "talos_left_arm": Arm("talos_data/robots/talos_left_arm.urdf"),
-    "baxter": Arm("baxter_description/urdf/baxter.urdf", {"base_link": "left_arm_mount", "tip_link": "left_hand"}),
+    "baxter": Arm("baxter_description/urdf/baxter.urdf", {"base_link": "left_arm_mount", "tip_link": "left_hand_link"}),
     "tiago_no_hand": Arm("tiago_description/robots/tiago_no_hand.urdf"),
 }
 HEADER = ("arm", "joints", "tip", "spheres", "fine", "95 % mm", "all mm", "seconds", "again", "pairs")
@@ -93,11 +93,12 @@ def row(name: str) -> list[str]:
 OVERHANGS = ("usual_overhang", "largest_overhang")
 
 
-def print_rows(rows: Sequence[Sequence[str]]) -> None:
-    """In columns."""
-    widths = [max(len(line[column]) for line in rows) for column in range(len(rows[0]))]
+def print_rows(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """As they come."""
+    for line in (header, ("---",) * len(header)):
+        print("| " + " | ".join(line) + " |", flush=True)
     for line in rows:
-        print("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip(), flush=True)
+        print("| " + " | ".join(line) + " |", flush=True)
 
 
 class Meshes:
@@ -107,9 +108,12 @@ class Meshes:
         name: of the arm.
         arm: the same, as planned.
         boxes: places of their middles, (n, 3), m.
+        size: of each, m.
     """
 
-    def __init__(self, name: str, arm: SpatialArm, boxes: FloatArray) -> None:
+    def __init__(
+        self, name: str, arm: SpatialArm, boxes: FloatArray, size: tuple[float, float, float] = (SIZE,) * 3
+    ) -> None:
         import coal  # noqa: PLC0415 (extra)
         import pinocchio as pin  # noqa: PLC0415
 
@@ -125,7 +129,7 @@ class Meshes:
         self.base = pin.updateFramePlacement(self.model, self.data, base)
         for number, place in enumerate(boxes):
             pose = self.base * pin.SE3(np.eye(3), place)
-            box = pin.GeometryObject(f"box {number}", 0, pose, coal.Box(SIZE, SIZE, SIZE))
+            box = pin.GeometryObject(f"box {number}", 0, pose, coal.Box(*size))
             added = self.geometry.addGeometryObject(box)
             for link in range(own):
                 if self.geometry.geometryObjects[link].parentJoint in self._moved(arm):
@@ -200,9 +204,9 @@ def main() -> None:
     parser.add_argument("--plans", default="", help="names of arms for which to plan")
     options = parser.parse_args()
     if options.plans:
-        print_rows([PLANS, *map(planned, options.plans.split(","))])
+        print_rows(PLANS, map(planned, options.plans.split(",")))
     else:
-        print_rows([HEADER, *map(row, options.arms.split(","))])
+        print_rows(HEADER, map(row, options.arms.split(",")))
 
 
 if __name__ == "__main__":

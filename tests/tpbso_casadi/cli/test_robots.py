@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from helpers.meshed import write_meshed
 from helpers.running import refusal, status
 from helpers.urdf import ARM
 
@@ -118,3 +119,44 @@ def test_it_is_a_command_of_its_own() -> None:
     command, root = [sys.executable, "-m", "tpbso_casadi.robots"], Path(__file__).parents[3]
     done = subprocess.run(command, capture_output=True, text=True, cwd=root, check=True)
     assert "KUKA LBR iiwa 14 R820" in done.stdout
+
+
+# Meshes
+
+
+def test_spheres_are_listed_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    urdf, out = write_meshed(tmp_path), tmp_path / "spheres.toml"
+    assert main(["spheres", str(urdf), "--overhang", "0.01", "-o", str(out)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "spheres that hold meshes, proven, for searches; how far beyond, mm"
+    assert [line.split()[0] for line in lines[3:7]] == ["lower", "middle", "upper", "all"]
+    count, usual, largest, volume = map(float, lines[3].split()[1:])
+    assert 4 <= count <= 120 and 0.0 < usual <= largest <= 10.01 and 1.0 < volume < 3.0
+    assert lines[-1] == f"{out}: {int(lines[6].split()[1])} spheres"
+    assert main(["show", str(urdf), "--spheres", str(out)]) == 0
+    assert "collision spheres, m" in capsys.readouterr().out
+
+
+def test_show_has_covers_and_what_could_not_be_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    urdf = write_meshed(tmp_path)
+    assert main(["show", str(urdf), "--pairs"]) == 0
+    shown = capsys.readouterr().out
+    assert "spheres that hold meshes, boxes and cylinders, proven, for proofs" in shown
+    assert "no two links that have to keep apart touch at almost every posture" in shown
+    (tmp_path / "bars" / "meshes" / "upper.stl").unlink()
+    assert main(["show", str(urdf)]) == 0
+    shown = capsys.readouterr().out
+    assert "note: link 'upper': its mesh package://bars/meshes/upper.stl is not read" in shown
+    assert "there is no such file; packages = { bars = " in " ".join(shown.split())
+    assert main(["spheres", str(urdf)]) == 2
+    assert capsys.readouterr().err.startswith(f"error: {urdf}: urdf: link 'upper': its mesh ")
+    assert main(["spheres", str(urdf), "--package", "bars"]) == 2
+    assert capsys.readouterr().err == "error: --package bars: NAME=FOLDER is needed\n"
+
+
+def test_links_that_always_touch_are_listed_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Shorter by 34 cm, the middle link begins within the lower and the upper one."""
+    urdf = write_meshed(tmp_path)
+    urdf.write_text(urdf.read_text().replace('xyz="0 0 0.36"', 'xyz="0 0 0.02"'))
+    assert main(["show", str(urdf), "--pairs"]) == 0
+    assert 'disabled_pairs = [["lower", "upper"]]' in capsys.readouterr().out
