@@ -6,12 +6,11 @@ from typing import Protocol
 from problems.base import InvalidProblem
 from problems.limits.accuracy import Accuracy, AngularAccuracy, shares_along
 from problems.limits.clearance import MAX_STEP_SHARE, Clearance, CollisionPair, StepLimit, reachable_pairs
+from problems.limits.cover_nodes import Items, Postures
 from problems.limits.covers import (
     CoverClearance,
     CoverLimit,
     CoverSelfClearance,
-    Items,
-    Postures,
     cover_limits,
     touching_links,
 )

@@ -14,147 +14,14 @@ from typing import ClassVar, NamedTuple, Self
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from problems.base import Arguments, FloatArray, Reading, as_array
 from problems.evaluation import PARAMETERS, RowFunction
-from problems.geometry import Balls
+from problems.limits.cover_nodes import Items, Nodes, Numbers, Postures
 from problems.limits.limit import Constraint, Limit
 from problems.motions import Samples
-from problems.robots import ArmCover, Chain, Robot, SpatialArm
+from problems.robots import Robot, SpatialArm
 from problems.scene import Obstacle
-
-AT_ONCE = 128  # postures, or points, that are computed at once
-KEPT = 16  # arms of which functions are kept
-SPARE = 1.0 + 1e-12  # rounding must not make a lever shorter
-
-Numbers = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class Nodes:
-    """The nodes of all links' trees in one list.
-
-    Attributes:
-        cover: whose.
-        chain: that moves them.
-    """
-
-    cover: ArmCover
-    chain: Chain
-
-    @classmethod
-    @lru_cache(maxsize=KEPT)
-    def of(cls, cover: ArmCover, chain: Chain) -> Nodes:
-        """The same object for the same arm."""
-        return cls(cover, chain)
-
-    @cached_property
-    def roots(self) -> Numbers:
-        """The number of each link's first node, (links,)."""
-        sizes = [len(link.tree.count) for link in self.cover.links]
-        return np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.intp)
-
-    @cached_property
-    def balls(self) -> Balls:
-        """Of all nodes, in the frames of their bodies."""
-        trees = [link.tree.nodes for link in self.cover.links]
-        return Balls(np.concatenate([tree.centers for tree in trees]), np.concatenate([tree.radii for tree in trees]))
-
-    @cached_property
-    def link(self) -> Numbers:
-        """The number of each node's link, (nodes,)."""
-        return np.repeat(np.arange(len(self.cover.links)), [len(link.tree.count) for link in self.cover.links])
-
-    @cached_property
-    def body(self) -> Numbers:
-        """The number of the body that carries each node, (nodes,)."""
-        return np.array([link.body for link in self.cover.links], dtype=np.intp)[self.link]
-
-    @cached_property
-    def first(self) -> Numbers:
-        """The first child of each node, (nodes,)."""
-        starts = zip(self.cover.links, self.roots, strict=True)
-        return np.concatenate([link.tree.first + start for link, start in starts])
-
-    @cached_property
-    def count(self) -> Numbers:
-        """How many children each node has, (nodes,)."""
-        return np.concatenate([link.tree.count for link in self.cover.links])
-
-    @cached_property
-    def levers(self) -> FloatArray:
-        """How far each node's centre can be from each joint's axis, (nodes, dof), m; 1 for a joint that slides."""
-        each = [self.chain.levers(link.body, link.tree.nodes.centers) for link in self.cover.links]
-        return np.concatenate(each) * SPARE
-
-    def opened(self, nodes: Numbers) -> tuple[Numbers, Numbers]:
-        """The children of nodes (n,), and of which of the n each is the child; both (m,)."""
-        counts = self.count[nodes]
-        parents = np.repeat(np.arange(len(nodes)), counts)
-        within = np.arange(len(parents)) - np.repeat(np.cumsum(counts) - counts, counts)
-        return self.first[nodes][parents] + within, parents
-
-
-class Postures(NamedTuple):
-    """Where the bodies of an arm are in n postures.
-
-    Attributes:
-        times: (n,), s.
-        rotations: of the base and of all joints' frames, (n, bodies, 3, 3).
-        translations: likewise, (n, bodies, 3), m.
-    """
-
-    times: FloatArray
-    rotations: FloatArray
-    translations: FloatArray
-
-    @classmethod
-    def of(cls, arm: SpatialArm, theta: FloatArray, times: FloatArray) -> Postures:
-        """Those of joint angles (n, dof), rad, at times (n,), s."""
-        columns = _frames(arm)(np.ascontiguousarray(theta.T)).T.reshape(len(theta), -1, 12)
-        return cls(times, columns[:, :, :9].reshape(len(theta), -1, 3, 3), columns[:, :, 9:])
-
-    def joined(self, other: Postures) -> Postures:
-        """These and others."""
-        return Postures(*(np.concatenate(parts) for parts in zip(self, other, strict=True)))
-
-    def points(self, rows: Numbers, bodies: Numbers, points: FloatArray) -> FloatArray:
-        """Where points (m, 3) of bodies are in some of the postures, (m, 3), m."""
-        turned = np.einsum("mij,mj->mi", self.rotations[rows, bodies], points)
-        return np.asarray(turned + self.translations[rows, bodies])
-
-
-@lru_cache(maxsize=KEPT)
-def _frames(arm: SpatialArm) -> RowFunction:
-    """Rotation row by row and translation of every body's frame, (12 bodies,), in a posture (dof,)."""
-    theta = ca.SX.sym("theta", arm.dof)
-    frames = arm.chain.frames(theta.T, arm.base_frame)
-    entries = [entry for frame in frames for entry in (*(e for row in frame.rotation for e in row), *frame.translation)]
-    return RowFunction(ca.Function("frames", [theta], [ca.densify(ca.vertcat(*map(ca.SX, entries)))]), AT_ONCE)
-
-
-class Items(NamedTuple):
-    """Nodes that may come near something, in some of many postures.
-
-    Attributes:
-        row: number of the posture, (m,).
-        node: of the arm, (m,).
-        other: what it may come near: an obstacle's number, or another node, (m,).
-    """
-
-    row: Numbers
-    node: Numbers
-    other: Numbers
-
-    def taken(self, chosen: Numbers | NDArray[np.bool_]) -> Items:
-        """Some of them."""
-        return Items(*(part[chosen] for part in self))
-
-    @classmethod
-    def joined(cls, parts: Sequence[Items]) -> Items:
-        """Several in one."""
-        return cls(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
 class Nearest(NamedTuple):

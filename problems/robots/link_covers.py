@@ -161,6 +161,9 @@ def read_covers(text: str) -> dict[str, LinkCover]:
     """
     try:
         stated: Mapping[str, Any] = json.loads(text)
+        wrong = next((link for link, entry in stated.items() if not 0.0 < float(entry["overhang"]) < 1.0), None)
+        if wrong is not None:
+            raise ValueError(f"the overhang of {wrong!r}")
         return {
             link: LinkCover(
                 link,

@@ -19,12 +19,11 @@ from tpbso_casadi.scenario.robots import (
     OF_THE_MODEL,
     ArmSection,
     RobotSection,
-    SpatialRobotSection,
     arm_table,
-    new_covers,
     settings_table,
 )
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named, read_scenario
+from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection, new_covers
 from tpbso_casadi.scenario.tasks import STATED, TASK_CATALOGUE, PointToPointTask, task_tables
 from tpbso_casadi.scenario.validation import (
     ANGULAR,

@@ -32,7 +32,8 @@ from tpbso_casadi.scenario.input_files import InputFolder, read_toml
 from tpbso_casadi.scenario.model import ModelSection, with_motion
 from tpbso_casadi.scenario.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles, with_motions
 from tpbso_casadi.scenario.places import SimulationSection
-from tpbso_casadi.scenario.robots import AnyRobot, ArmSection, RobotSection, SpatialRobotSection, check_numbers
+from tpbso_casadi.scenario.robots import AnyRobot, ArmSection, RobotSection, check_numbers
+from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection
 from tpbso_casadi.scenario.tasks import TASKS, AnyTask
 from tpbso_casadi.scenario.validation import (
     LARGEST_SEED,

@@ -23,7 +23,7 @@ NAMES = ("lower", "middle", "upper")
 
 @pytest.fixture(scope="module")
 def arm() -> SpatialArm:
-    corners = box_corners((0.06, 0.06, 0.3)) + [0.0, 0.0, 0.17]
+    corners = box_corners((0.06, 0.06, 0.3)) + np.array([0.0, 0.0, 0.17])
     coarse, fine = cover_of(corners, 0.02), cover_of(corners, 0.004)
     description = read_urdf(meshed_urdf()).with_covers({name: LinkCover(name, 0.02, coarse, fine) for name in NAMES})
     return description.complete(description.arm(max_speed=2.0, max_acceleration=5.0, self_collision=True))

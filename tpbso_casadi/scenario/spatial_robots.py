@@ -1,0 +1,321 @@
+"""Arms in space as tables: a built-in model, or a URDF with meshes, spheres and SRDF, and what is to be different."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Annotated, ClassVar, Self, TypeAlias
+
+from pydantic import Field, model_validator
+
+from problems import InvalidProblem
+from problems.robots import (
+    GRAVITY,
+    MASSLESS,
+    LinkCover,
+    MeshNote,
+    MeshShape,
+    Payload,
+    RobotDescription,
+    SpatialArm,
+    Transform,
+    built_in,
+    covers_text,
+    matrix_of,
+    read_covers,
+    read_spheres,
+    read_srdf,
+    read_urdf,
+    srdf_chain,
+)
+from tpbso_casadi.scenario.input_files import InputFolder, MeshPlace
+from tpbso_casadi.scenario.validation import (
+    ANGULAR,
+    MOST_LINKS,
+    Interval,
+    NotNegative,
+    Number,
+    Positive,
+    Quaternion,
+    ScenarioError,
+    Section,
+    SpacePoint,
+    Word,
+)
+
+LOG = logging.getLogger(__name__)
+Rows: TypeAlias = tuple[SpacePoint, SpacePoint, SpacePoint]
+
+
+class PayloadTable(Section):
+    """In space: kg, m, kg m^2, in the tool's frame; the inertia is about the centre of mass, a matrix row by row."""
+
+    mass: NotNegative
+    center: SpacePoint = (0.0, 0.0, 0.0)
+    inertia: Rows = MASSLESS
+
+    def build(self) -> Payload:
+        """The payload itself.
+
+        Raises:
+            InvalidProblem: a number is out of range, or no body has such an inertia.
+        """
+        return Payload(mass=self.mass, center=self.center, matrix=self.inertia)
+
+
+LARGEST_TEXT = 2_000_000  # characters of a file that a result holds
+FILES = ("urdf", "spheres", "srdf")  # keys that name files; their texts are in keys of the same names with TEXT
+TEXT = "_text"
+LARGEST_COVERS = 20_000_000  # characters
+MOST_JOINTS = 20  # of a robot in space
+KEYS = {"position_limits": "joint_limits"}  # by the fields of the robot
+FileName = Annotated[str, Field(min_length=1, max_length=1000)]
+FileText = Annotated[str, Field(max_length=LARGEST_TEXT)]
+LinkPairs = Annotated[list[tuple[Word, Word]], Field(max_length=10_000)]
+FrictionPerJoint = NotNegative | Annotated[list[NotNegative], Field(max_length=MOST_LINKS)]
+PerJoint = Positive | Annotated[list[Positive], Field(max_length=MOST_LINKS)]
+
+
+class PoseTable(Section):
+    """Where something stands, and how it is turned: m, and a quaternion (x, y, z, w)."""
+
+    position: SpacePoint = (0.0, 0.0, 0.0)
+    quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+    def build(self) -> Transform:
+        """The pose itself.
+
+        Raises:
+            InvalidProblem: the quaternion is none.
+        """
+        return Transform(matrix_of(self.quaternion), self.position)
+
+
+class SpatialRobotSection(Section):
+    """[robot] in space: a built-in model or a URDF, and what is to be different; m, rad, s.
+
+    ``urdf``, ``spheres`` and ``srdf`` name files beside the scenario. Once they are read, their texts stand beside the
+    names, so that a result is complete without them.
+    """
+
+    prefix: ClassVar[str] = "robot."
+    avoids_itself: ClassVar[bool] = True
+    usual_samples: ClassVar[int] = 100
+    usual_descents: ClassVar[int] = 0
+
+    model: Word | None = None
+    urdf: FileName | None = None
+    urdf_text: FileText | None = None
+    base_link: Word | None = None
+    tip_link: Word | None = None
+    group: Word | None = None
+    locked: dict[Word, Number] = Field(default_factory=dict)
+    spheres: FileName | None = None
+    spheres_text: FileText | None = None
+    srdf: FileName | None = None
+    srdf_text: FileText | None = None
+    disabled_pairs: LinkPairs | None = None
+    kept_pairs: LinkPairs | None = None
+    ignore_geometry: list[Word] | None = None
+    packages: dict[Word, FileName] = Field(default_factory=dict)
+    cover_overhang: Annotated[float, Field(ge=0.003, le=0.1)] | None = None
+    self_margin: NotNegative = 0.0
+    covers_text: Annotated[str, Field(max_length=LARGEST_COVERS)] | None = None
+    max_speed: Annotated[PerJoint | None, ANGULAR] = None
+    max_acceleration: Annotated[PerJoint | None, ANGULAR] = None
+    max_jerk: Annotated[PerJoint | None, ANGULAR] = None
+    joint_limits: Annotated[list[Interval] | None, ANGULAR] = None
+    max_torque: PerJoint | None = None
+    viscous_friction: FrictionPerJoint | None = None
+    coulomb_friction: FrictionPerJoint | None = None
+    payload: PayloadTable | None = None
+    gravity: SpacePoint = GRAVITY
+    base: PoseTable = PoseTable()
+    tool: PoseTable = PoseTable()
+
+    @property
+    def title(self) -> str:
+        """The name of its model, or of its file."""
+        return self.model or self.urdf or "robot"
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        described = self.urdf is not None or self.urdf_text is not None
+        if described == (self.model is not None):
+            raise ValueError("model: one of model and urdf is needed, not both")
+        return self
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same with the texts of the files that it names.
+
+        Raises:
+            ScenarioError: a file cannot be read.
+        """
+        texts: dict[str, str] = {}
+        for key in FILES:
+            name = getattr(self, key)
+            if name is not None and getattr(self, key + TEXT) is None:
+                texts[key + TEXT] = self._read(folder, key, name)
+        return self.model_copy(update=texts)._with_covers(folder)
+
+    def _with_covers(self, folder: InputFolder) -> Self:
+        """The same with covers of the URDF's links, made of the meshes that it names, where no spheres are stated.
+
+        Raises:
+            ScenarioError: a mesh cannot be read or covered.
+        """
+        if self.urdf is None or self.urdf_text is None or self.spheres_text is not None or self.covers_text is not None:
+            return self
+        try:
+            with self._named():
+                ignored, overhang = self.ignore_geometry or (), self.cover_overhang
+                covers, notes = new_covers(self.description(), self.urdf, folder, self.packages, overhang, ignored)
+        except InvalidProblem as error:
+            raise ScenarioError(f"robot.{error.field}: {error.reason}") from error
+        for note in notes:
+            LOG.warning("robot.urdf: link %r: mesh %s %s", note.link, note.file, note.note)
+        return self.model_copy(update={"covers_text": covers_text(covers.values())}) if covers else self
+
+    def _read(self, folder: InputFolder, key: str, name: str) -> str:
+        try:
+            text = folder.read_text(name)
+        except ScenarioError as error:
+            raise ScenarioError(f"robot.{key}: {error}") from error
+        if len(text) > LARGEST_TEXT:
+            raise ScenarioError(f"robot.{key}: {folder.path / name}: longer than {LARGEST_TEXT} characters")
+        return text
+
+    @property
+    def plugins(self) -> list[str]:
+        """None: it names no class."""
+        return []
+
+    def build(self) -> SpatialArm:
+        """The robot itself.
+
+        Raises:
+            InvalidProblem: it cannot be; with a key of this table.
+        """
+        with self._named():
+            description = self.description()
+            if len(description.chain.joints) > MOST_JOINTS:
+                raise InvalidProblem(
+                    "urdf", f"{len(description.chain.joints)} joints; at most {MOST_JOINTS} are planned"
+                )
+            if self.spheres_text is not None:
+                description = description.with_spheres(read_spheres(self.spheres_text, description.links))
+            arm = description.arm(
+                max_speed=self.max_speed,
+                max_acceleration=self.max_acceleration,
+                max_jerk=self.max_jerk,
+                position_limits=self.joint_limits,
+                max_torque=self.max_torque,
+                viscous_friction=self.viscous_friction,
+                coulomb_friction=self.coulomb_friction,
+                payload=None if self.payload is None else self.payload.build(),
+                gravity=self.gravity,
+                self_margin=self.self_margin,
+                base=self._pose("base"),
+                tool=self._pose("tool"),
+            )
+            if self.srdf_text is not None:
+                description = description.with_disabled(read_srdf(self.srdf_text))
+            return description.complete(
+                arm, self.disabled_pairs or (), self.kept_pairs or (), self.ignore_geometry or ()
+            )
+
+    def in_radians(self) -> Self:
+        """The same, read as a table in degrees.
+
+        Raises:
+            ScenarioError: a joint slides, so that which numbers are angles depends on the joint.
+        """
+        try:
+            joints = self.description().chain.joints
+        except InvalidProblem:  # said when it is built
+            return super().in_radians()
+        sliding = [joint.name for joint in joints if not joint.turns]
+        if sliding:
+            raise ScenarioError(f"unit: 'deg' does not apply, joint {sliding[0]!r} slides: state rad and m")
+        return super().in_radians()
+
+    def _pose(self, key: str) -> Transform:
+        table: PoseTable = getattr(self, key)
+        try:
+            return table.build()
+        except InvalidProblem as error:
+            raise InvalidProblem(f"{key}.{error.field}", error.reason) from error
+
+    def description(self) -> RobotDescription:
+        """What the model or the URDF says.
+
+        Raises:
+            InvalidProblem: it is none.
+        """
+        if self.model is not None:
+            if self.base_link is not None:
+                raise InvalidProblem("base_link", "a robot that is built in has its own")
+            return built_in(self.model, self.tip_link)
+        if self.urdf_text is None:
+            raise InvalidProblem("urdf", f"{self.urdf!r} has not been read; only a scenario file can name one")
+        base, tip = self._ends
+        description = read_urdf(self.urdf_text, base, tip, self.locked)
+        return description if self.covers_text is None else description.with_covers(read_covers(self.covers_text))
+
+    @property
+    def _ends(self) -> tuple[str | None, str | None]:
+        """Base and tip, as far as they are stated here or in the SRDF.
+
+        Raises:
+            InvalidProblem: ``group`` has no chain there, or there is no SRDF.
+        """
+        if self.group is not None and self.srdf_text is None:
+            raise InvalidProblem("group", "of what? a group is one of an srdf")
+        chain = None if self.srdf_text is None or self.tip_link is not None else srdf_chain(self.srdf_text, self.group)
+        return (self.base_link, self.tip_link) if chain is None else (self.base_link or chain[0], chain[1])
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Errors name keys of this table."""
+        try:
+            yield
+        except InvalidProblem as error:
+            raise InvalidProblem(KEYS.get(error.field, error.field), error.reason) from error
+
+
+def new_covers(
+    description: RobotDescription,
+    urdf: str,
+    folder: InputFolder,
+    packages: Mapping[str, str],
+    overhang: float | None = None,
+    ignored: Collection[str] = (),
+) -> tuple[dict[str, LinkCover], list[MeshNote]]:
+    """Covers of the links of a URDF, by their names, and notes on its meshes.
+
+    Args:
+        description: that it makes.
+        urdf: name of its file.
+        folder: where that is.
+        packages: folders of packages, by their names.
+        overhang: of the spheres for searches, m; as usual where None.
+        ignored: names of links that are left out.
+
+    Raises:
+        InvalidProblem: a mesh cannot be read or covered.
+    """
+    place = MeshPlace(urdf, packages)
+    return description.new_covers(lambda shape: mesh_content(folder, place, shape), overhang, ignored)
+
+
+def mesh_content(folder: InputFolder, place: MeshPlace, shape: MeshShape) -> bytes:
+    """The content of the file of a mesh.
+
+    Raises:
+        InvalidProblem: ``mesh`` cannot be read.
+    """
+    try:
+        return folder.read_mesh(place, shape.file)
+    except ScenarioError as error:
+        raise InvalidProblem("mesh", str(error)) from error
