@@ -9,7 +9,9 @@ surface that no other holds yet. What the proof finds in no ball becomes samples
 from __future__ import annotations
 
 import heapq
+import logging
 import struct
+import time
 import zlib
 from base64 import b64decode, b64encode
 from collections.abc import Iterator
@@ -28,6 +30,7 @@ from problems.base import FloatArray, InvalidProblem, cache
 from problems.geometry.proof import Balls, unheld
 from problems.geometry.surface import Surface, pieces_of, thinned
 
+LOG = logging.getLogger(__name__)
 VERSION = "1"  # of how covers are made: another finds none of those kept before
 MOST_BALLS, MOST_CHOSEN = 200_000, 10_000  # in a stored text, and in a cover of a body
 QUANTUM = 2.0**-17  # m: places and radii are whole multiples, so that what is stored is what was proven
@@ -102,7 +105,10 @@ def cover_of(corners: FloatArray, overhang: float) -> Cover:
     kept = cache.find_cover(key)
     if kept is not None:
         return Cover.from_text(kept.decode())
+    began = time.perf_counter()
     cover = new_cover_of(corners, overhang)
+    figures = len(corners), len(cover.balls), 1e3 * overhang, time.perf_counter() - began
+    LOG.info("cover: %d triangles, %d spheres that stick out by %.3g mm, %.1f s", *figures)
     with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
         cache.keep(key, cover.text.encode(), "cover")
     return cover
