@@ -114,8 +114,8 @@ def test_four_processes_compile_the_same(cache_folder: Path) -> None:
 @needs_compiler
 @pytest.mark.process
 def test_a_killed_compile_leaves_nothing(cache_folder: Path) -> None:
-    code = "import sys; from problems.evaluation import native, cache; import os, signal\n"
-    code += "cache._seal = lambda library, key: os.kill(os.getpid(), signal.SIGKILL)\n"
+    code = "import os, signal, sys; from problems.base import cache; from problems.evaluation import native\n"
+    code += "cache._seal = lambda content, key: os.kill(os.getpid(), signal.SIGKILL)\n"
     code += "native.compile_library(sys.stdin.read())"
     process = subprocess.run([sys.executable, "-c", code], input=source_of(small()), text=True, check=False)
     assert process.returncode == -9
