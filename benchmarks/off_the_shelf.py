@@ -119,7 +119,8 @@ class Meshes:
 
         file = str(ROBOTS / ARMS[name].file)
         self.model = pin.buildModelFromUrdf(file)
-        self.geometry = pin.buildGeomFromUrdf(self.model, file, pin.GeometryType.COLLISION, [str(ROBOTS.parents[1])])
+        folder = str(ROBOTS.parents[1])
+        self.geometry = pin.buildGeomFromUrdf(self.model, file, pin.GeometryType.COLLISION, package_dirs=[folder])
         self.data, own = self.model.createData(), len(self.geometry.geometryObjects)
         columns = [self.model.joints[self.model.getJointId(joint.name)] for joint in arm.chain.joints]
         self.columns = [(joint.idx_q, joint.nq) for joint in columns]
