@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +43,14 @@ class BallTree:
         around = [_around(balls, own) for own in members]
         nodes = Balls(np.array([center for center, _ in around]), np.array([radius for _, radius in around]))
         return cls(nodes, np.array(first, dtype=np.intp), np.array(count, dtype=np.intp))
+
+    @classmethod
+    def joined(cls, trees: Sequence[BallTree]) -> BallTree:
+        """Several in one list of nodes, one after the other."""
+        starts = np.cumsum([0, *(len(tree.count) for tree in trees[:-1])])
+        nodes = Balls(*(np.concatenate([getattr(t.nodes, name) for t in trees]) for name in ("centers", "radii")))
+        first = np.concatenate([tree.first + start for tree, start in zip(trees, starts, strict=True)])
+        return cls(nodes, first, np.concatenate([tree.count for tree in trees]))
 
     def children(self, nodes: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """The children of nodes (n,), and of which of the n each is the child; both (m,)."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.evaluation import RowFunction
-from problems.geometry import Balls
+from problems.geometry import BallTree
 from problems.robots import ArmCover, Chain, SpatialArm
 
 AT_ONCE = 128  # postures that are computed at once
@@ -48,10 +48,9 @@ class Nodes:
         return np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.intp)
 
     @cached_property
-    def balls(self) -> Balls:
-        """Of all nodes, in the frames of their bodies."""
-        trees = [link.tree.nodes for link in self.cover.links]
-        return Balls(np.concatenate([tree.centers for tree in trees]), np.concatenate([tree.radii for tree in trees]))
+    def tree(self) -> BallTree:
+        """All of them, in the frames of their bodies."""
+        return BallTree.joined([link.tree for link in self.cover.links])
 
     @cached_property
     def link(self) -> Numbers:
@@ -64,28 +63,10 @@ class Nodes:
         return np.array([link.body for link in self.cover.links], dtype=np.intp)[self.link]
 
     @cached_property
-    def first(self) -> Numbers:
-        """The first child of each node, (nodes,)."""
-        starts = zip(self.cover.links, self.roots, strict=True)
-        return np.concatenate([link.tree.first + start for link, start in starts])
-
-    @cached_property
-    def count(self) -> Numbers:
-        """How many children each node has, (nodes,)."""
-        return np.concatenate([link.tree.count for link in self.cover.links])
-
-    @cached_property
     def levers(self) -> FloatArray:
         """How far each node's centre can be from each joint's axis, (nodes, dof), m; 1 for a joint that slides."""
         each = [self.chain.levers(link.body, link.tree.nodes.centers) for link in self.cover.links]
         return np.concatenate(each) * SPARE
-
-    def opened(self, nodes: Numbers) -> tuple[Numbers, Numbers]:
-        """The children of nodes (n,), and of which of the n each is the child; both (m,)."""
-        counts = self.count[nodes]
-        parents = np.repeat(np.arange(len(nodes)), counts)
-        within = np.arange(len(parents)) - np.repeat(np.cumsum(counts) - counts, counts)
-        return self.first[nodes][parents] + within, parents
 
 
 class Postures(NamedTuple):

@@ -7,8 +7,8 @@ may matter are opened: a thousand balls cost little more than one where they are
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import ClassVar, NamedTuple, Self
 
@@ -53,7 +53,7 @@ class CoverLimit(Limit):
 
     robot: SpatialArm
 
-    @property
+    @cached_property
     def nodes(self) -> Nodes:
         """Of the cover."""
         assert self.robot.cover is not None
@@ -101,6 +101,10 @@ class CoverLimit(Limit):
     def _overhang_of(self, node: int) -> float:
         assert self.robot.cover is not None
         return float(self.robot.cover.links[self.nodes.link[node]].overhang)
+
+    def _sizes_of(self, nodes: Numbers) -> FloatArray:
+        """The radii of nodes that can be opened, (m,), m; 0 of balls themselves."""
+        return np.where(self.nodes.tree.count[nodes] > 0, self.nodes.tree.nodes.radii[nodes], 0.0)
 
     def nearest(self, theta: FloatArray, times: FloatArray, each: bool = True) -> Nearest:
         """The balls that come nearest in postures (n, dof), rad, at times (n,), s.
@@ -174,7 +178,7 @@ class CoverClearance(CoverLimit):
 
     def gaps(self, items: Items, postures: Postures) -> FloatArray:
         """From the obstacles, less what is kept as time goes by."""
-        balls = self.nodes.balls
+        balls = self.nodes.tree.nodes
         points = postures.points(items.row, self.nodes.body[items.node], balls.centers[items.node])
         gaps, times = np.empty(len(points)), postures.times[items.row]
         for number in np.unique(items.other):
@@ -184,11 +188,11 @@ class CoverClearance(CoverLimit):
 
     def sizes(self, items: Items) -> FloatArray:
         """Of nodes."""
-        return np.where(self.nodes.count[items.node] > 0, self.nodes.balls.radii[items.node], 0.0)
+        return self._sizes_of(items.node)
 
     def opened(self, items: Items) -> Items:
         """The nodes' children."""
-        children, parents = self.nodes.opened(items.node)
+        children, parents = self.nodes.tree.children(items.node)
         return Items(items.row[parents], children, items.other[parents])
 
     def travel(self, items: Items, turns: FloatArray, cells: FloatArray) -> FloatArray:
@@ -238,25 +242,18 @@ class CoverClearance(CoverLimit):
 def _distances(obstacle: Obstacle, points: FloatArray, times: FloatArray) -> FloatArray:
     """How far points (m, 3) are from an obstacle at times (m,), s, less what is kept as time goes by, (m,), m."""
     form, view = obstacle.unmoved, obstacle.frames(times)
-    own = Arguments()
-    own.symbolic_copy(form)
-    function = _distance(_Form(Reading(form).structure_key, form))
+    reading = Reading(form)
+    function = _distance(_Form(reading.structure_key, form))
     seen = points if view is None else view.seen(points)
-    return np.asarray(function(np.ascontiguousarray(seen.T), own.values)[0] - obstacle.growth_rate * times)
+    return np.asarray(function(np.ascontiguousarray(seen.T), reading.values)[0] - obstacle.growth_rate * times)
 
 
 @dataclass(frozen=True)
 class _Form:
     """An obstacle where it stands still; others of the same make have the same formula."""
 
-    make: object
-    obstacle: Obstacle
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Form) and self.make == other.make
-
-    def __hash__(self) -> int:
-        return hash(self.make)
+    make: Hashable
+    obstacle: Obstacle = field(compare=False)
 
 
 @lru_cache(maxsize=64)
@@ -299,7 +296,7 @@ class CoverSelfClearance(CoverLimit):
 
     def gaps(self, items: Items, postures: Postures) -> FloatArray:
         """From each other."""
-        balls, body = self.nodes.balls, self.nodes.body
+        balls, body = self.nodes.tree.nodes, self.nodes.body
         one, two = (postures.points(items.row, body[part], balls.centers[part]) for part in items[1:])
         apart = one - two
         between = np.sqrt(np.einsum("mi,mi->m", apart, apart))
@@ -307,17 +304,14 @@ class CoverSelfClearance(CoverLimit):
 
     def sizes(self, items: Items) -> FloatArray:
         """Of the larger node that can be opened."""
-        return np.maximum(self._size(items.node), self._size(items.other))
-
-    def _size(self, nodes: Numbers) -> FloatArray:
-        return np.where(self.nodes.count[nodes] > 0, self.nodes.balls.radii[nodes], 0.0)
+        return np.maximum(self._sizes_of(items.node), self._sizes_of(items.other))
 
     def opened(self, items: Items) -> Items:
         """The children of the larger one."""
-        first = self._size(items.node) >= self._size(items.other)
+        first = self._sizes_of(items.node) >= self._sizes_of(items.other)
         one, two = items.taken(first), items.taken(~first)
-        children, parents = self.nodes.opened(one.node)
-        others, owners = self.nodes.opened(two.other)
+        children, parents = self.nodes.tree.children(one.node)
+        others, owners = self.nodes.tree.children(two.other)
         parts = Items(one.row[parents], children, one.other[parents]), Items(two.row[owners], two.node[owners], others)
         return Items.joined(parts)
 

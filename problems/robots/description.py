@@ -152,18 +152,14 @@ class RobotDescription:
             InvalidProblem: ``urdf`` needs more spheres than there may be.
         """
         frames = {frame.name: frame for frame in self.links}
-        spheres = tuple(
-            ball.seen_from(frames[link].pose).on(frames[link].body, link)
-            for link, shapes in self.shapes
-            for ball in searched_balls(shapes, covers.get(link))
-        )
+        covered = replace(self, covers=tuple(covers[link] for link, _ in self.shapes if link in covers))
+        spheres = tuple(ball.seen_from(frames[link].pose).on(frames[link].body, link) for link, ball in covered.balls)
         if len(spheres) > MOST_SPHERES:
             reason = f"{len(spheres)} spheres cover its collision shapes, of at most {MOST_SPHERES}: give spheres"
             raise InvalidProblem("urdf", reason)
         meshes = ((link, shape.mesh) for link, shapes in self.shapes if link not in covers for shape in shapes)
         unread = tuple((link, mesh.file) for link, mesh in meshes if mesh is not None)
-        used = tuple(covers[link] for link, _ in self.shapes if link in covers)
-        return replace(self, covers=used, spheres=spheres, unread=unread)
+        return replace(covered, spheres=spheres, unread=unread)
 
     @property
     def balls(self) -> Iterator[tuple[str, Ball]]:
