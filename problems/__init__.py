@@ -24,6 +24,7 @@ from problems.scene import (
     MovingObstacle,
     Obstacle,
     Polygon,
+    Polytope,
     Rectangle,
     Tabulated,
 )
@@ -63,6 +64,7 @@ __all__ = [
     "PointToPoint",
     "PointToPointProblem",
     "Polygon",
+    "Polytope",
     "Position",
     "Problem",
     "Rectangle",

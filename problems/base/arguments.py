@@ -26,10 +26,12 @@ class Parametric:
     Attributes:
         numbers: names of these fields: numbers, or tuples of numbers or of such tuples.
         zero_is_structure: those of them that stay numbers where they are zero, because formulas are then shorter.
+        inert: names of fields that no formula reads, as names are: they are no part of the structure.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ()
     zero_is_structure: ClassVar[tuple[str, ...]] = ()
+    inert: ClassVar[tuple[str, ...]] = ()
 
 
 def is_zero(value: Any) -> bool:
@@ -93,7 +95,8 @@ class Arguments:
             structural = field.name in statement.zero_is_structure and is_zero(value)
             chosen = self._chosen is None or self._chosen(statement, field.name)
             is_number = field.name in statement.numbers and chosen and not structural
-            lifted = self.symbol(value) if is_number else self.symbolic_copy(value)
+            inert = field.name in statement.inert
+            lifted = self.symbol(value) if is_number else value if inert else self.symbolic_copy(value)
             object.__setattr__(symbolic_copy, field.name, lifted)
         return symbolic_copy
 
@@ -147,7 +150,8 @@ class Reading:
 @cache
 def _fields_of(kind: type[Any]) -> tuple[tuple[str, bool, bool], ...]:
     """Of each field of a kind of statement: its name, whether it is a number, and whether zeros stay as they are."""
-    names: list[str] = [field.name for field in fields(kind)] if is_dataclass(kind) else []
+    known = fields(kind) if is_dataclass(kind) else ()
+    names = [field.name for field in known if field.name not in kind.inert]
     return tuple((name, name in kind.numbers, name in kind.zero_is_structure) for name in names)
 
 

@@ -157,9 +157,12 @@ class PairGroup:
             rows: at which of the times, (m,).
             ends: of the lines, each (m, dim), m.
         """
-        view, (function, numbers) = self.first.view(times), self._formula
+        view = self.first.view(times)
         seen = ends if view is None else [view.at(rows).seen(end) for end in ends]
-        distances = np.asarray(function(np.vstack([end.T for end in seen]), numbers)[0])
+        distances = self.first.exactly_apart(*seen)
+        if distances is None:
+            function, numbers = self._formula
+            distances = np.asarray(function(np.vstack([end.T for end in seen]), numbers)[0])
         rate = self.first.growth_rate
         return distances - rate * times[rows] if rate else distances
 

@@ -100,5 +100,14 @@ def cylinder_corners(radius: float, length: float) -> FloatArray:
     return _hull_corners(np.concatenate(ends))
 
 
+def ball_corners() -> FloatArray:
+    """Corners of a polyhedron around the ball of radius 1 about the origin, (n, 3)."""
+    import trimesh  # noqa: PLC0415 (half a second)
+
+    ball = trimesh.creation.icosphere(3)
+    inside = np.einsum("ni,ni->n", ball.face_normals, ball.triangles[:, 0]).min()
+    return np.asarray(ball.vertices / inside)
+
+
 def _hull_corners(points: FloatArray) -> FloatArray:
     return np.asarray(points[ConvexHull(points).simplices], dtype=np.float64)

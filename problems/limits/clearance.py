@@ -38,7 +38,7 @@ class CollisionPair(Pair):
     measured: bool = False
 
     def __str__(self) -> str:
-        return f"{self.body.name}, obstacle {self.number}"
+        return f"{self.body.name}, {self.obstacle.label(self.number)}"
 
     @property
     def description(self) -> str:
@@ -103,6 +103,10 @@ class CollisionPair(Pair):
         measure = obstacle.segment_distance if self.measured else obstacle.segment_clearance
         return measure(*ends)
 
+    def exactly_apart(self, *ends: FloatArray) -> FloatArray | None:
+        """What the obstacle says of points."""
+        return self.obstacle.unmoved.exact_distances(ends[0]) if len(ends) == 1 else None
+
     def between(self, *ends: Matrix, times: Matrix | None = None) -> Matrix:
         """The same of ends where they are, less what is kept from it as time goes by."""
         return self._grown(self.apart(*(self.obstacle.seen(end, times) for end in ends)), times)
@@ -121,9 +125,7 @@ class CollisionPair(Pair):
 
     def distance(self, positions: Sequence[Matrix], times: Matrix | None = None) -> float:
         """The distance in one posture, exact to rounding, m."""
-        if self.body.is_ball:
-            return float(self.clearance(positions, times))
-        ends = (self.obstacle.seen(positions[frame], times) for frame in self.body.frames)
+        ends = (self.obstacle.seen(positions[frame], times) for frame in (self.body.start, self.body.end))
         start, end = (tuple(as_array(place).ravel()) for place in ends)
         return self.obstacle.unmoved.distance_of(start, end) - float(self.body.radius + self.obstacle.growth(times))
 
@@ -167,13 +169,17 @@ def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 
 
 
 def all_pairs(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[CollisionPair, ...]:
-    """All pairs of a body that a joint moves and an obstacle."""
-    bodies = moving_bodies(robot)
+    """All pairs of a body that a joint moves and an obstacle that it must not touch."""
     return tuple(
         CollisionPair(body, number, obstacle, measured=is_measured(robot, body, obstacle))
         for number, obstacle in enumerate(obstacles, start=1)
-        for body in bodies
+        for body in bodies_kept_from(robot, obstacle)
     )
+
+
+def bodies_kept_from(robot: Robot, obstacle: Obstacle) -> list[Body]:
+    """Those that a joint moves and that must not touch an obstacle."""
+    return [body for body in moving_bodies(robot) if not robot.may_meet(body.name, obstacle.unmoved.name)]
 
 
 def is_measured(robot: Robot, body: Body, obstacle: Obstacle) -> bool:
@@ -235,8 +241,10 @@ class Clearance(Proximity):
 
         Those that cannot touch it are among them, so that where obstacles are changes no code.
         """
-        clusters = clusters_of(self.robot, moving_bodies(self.robot)) if self._of_one_make else []
-        return [_repetition(symbolic_copy.robot, clusters, pairs) for pairs in self._of_one_make]
+        return [_repetition(symbolic_copy.robot, self._clusters(pairs), pairs) for pairs in self._of_one_make]
+
+    def _clusters(self, pairs: Sequence[CollisionPair]) -> list[Cluster]:
+        return clusters_of(self.robot, bodies_kept_from(self.robot, pairs[0].obstacle))
 
     def repeated_numbers(self) -> list[FloatArray]:
         """Those of the obstacles of each make."""
@@ -244,12 +252,17 @@ class Clearance(Proximity):
 
     @cached_property
     def _of_one_make(self) -> list[list[CollisionPair]]:
-        """Among balls, a pair with each obstacle, those of one structure together, in order; else none."""
+        """Among balls, a pair with each obstacle, those of one structure together, in order; else none.
+
+        Of one structure are obstacles of one make that the same bodies may touch.
+        """
         if not all(pair.body.is_ball for pair in self.pairs):
             return []
         structures: dict[Hashable, dict[int, CollisionPair]] = {}
         for pair in self.pairs:
-            structures.setdefault((Reading(pair.obstacle).structure_key, pair.measured), {})[pair.number] = pair
+            allowed = tuple(body for body, obstacle in self.robot.may_touch if obstacle == pair.obstacle.unmoved.name)
+            structure = Reading(pair.obstacle).structure_key, pair.measured, allowed
+            structures.setdefault(structure, {})[pair.number] = pair
         return [list(pairs.values()) for pairs in structures.values()]
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:

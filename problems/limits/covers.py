@@ -171,10 +171,23 @@ class CoverClearance(CoverLimit):
         return cls(robot, tuple(obstacles)) if obstacles and moves else None
 
     def roots(self, rows: int) -> Items:
-        """Every link that a joint moves, and every obstacle."""
-        moving = self.nodes.roots[self.nodes.body[self.nodes.roots] > 0]
-        row, node, other = np.meshgrid(np.arange(rows), moving, np.arange(len(self.obstacles)), indexing="ij")
-        return Items(row.ravel(), node.ravel(), other.ravel())
+        """Every link that a joint moves, and every obstacle that it must not touch."""
+        node, other = self._watched
+        row = np.repeat(np.arange(rows), len(node))
+        return Items(row, np.tile(node, rows), np.tile(other, rows))
+
+    @cached_property
+    def _watched(self) -> tuple[Numbers, Numbers]:
+        """Roots of links that a joint moves, and the obstacles that each must not touch."""
+        assert self.robot.cover is not None
+        pairs = [
+            (root, number)
+            for root, link in zip(self.nodes.roots, self.robot.cover.links, strict=True)
+            for number, obstacle in enumerate(self.obstacles)
+            if link.body > 0 and not self.robot.may_meet(link.name, obstacle.unmoved.name)
+        ]
+        nodes, numbers = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
+        return nodes, numbers
 
     def gaps(self, items: Items, postures: Postures) -> FloatArray:
         """From the obstacles, less what is kept as time goes by."""
@@ -236,16 +249,21 @@ class CoverClearance(CoverLimit):
     def described(self, item: Items) -> str:
         """Link and obstacle."""
         assert self.robot.cover is not None
-        return f"{self.robot.cover.links[self.nodes.link[item.node[0]]].name}, obstacle {item.other[0] + 1}"
+        number = int(item.other[0])
+        link = self.robot.cover.links[self.nodes.link[item.node[0]]].name
+        return f"{link}, {self.obstacles[number].label(number + 1)}"
 
 
 def _distances(obstacle: Obstacle, points: FloatArray, times: FloatArray) -> FloatArray:
     """How far points (m, 3) are from an obstacle at times (m,), s, less what is kept as time goes by, (m,), m."""
     form, view = obstacle.unmoved, obstacle.frames(times)
-    reading = Reading(form)
-    function = _distance(_Form(reading.structure_key, form))
     seen = points if view is None else view.seen(points)
-    return np.asarray(function(np.ascontiguousarray(seen.T), reading.values)[0] - obstacle.growth_rate * times)
+    distances = form.exact_distances(seen)
+    if distances is None:
+        reading = Reading(form)
+        function = _distance(_Form(reading.structure_key, form))
+        distances = function(np.ascontiguousarray(seen.T), reading.values)[0]
+    return np.asarray(distances - obstacle.growth_rate * times)
 
 
 @dataclass(frozen=True)

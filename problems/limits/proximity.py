@@ -141,6 +141,10 @@ class Pair(Parametric, ABC):
     def apart(self, *ends: Matrix) -> Matrix:
         """How far the middle lines are apart, (n, 1), m, given their ends (n, dim) as one sees the other."""
 
+    def exactly_apart(self, *ends: FloatArray) -> FloatArray | None:
+        """The same in numbers, (n,), m, for proofs, where that is sharper; None by default."""
+        return None
+
     def between(self, *ends: Matrix, times: Matrix | None = None) -> Matrix:
         """How far the middle lines are apart, (n, 1), m, whichever pairs of its group the ends (n, dim) belong to.
 

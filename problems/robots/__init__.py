@@ -1,6 +1,7 @@
 """Robots: kinematics and limits of the joints."""
 
 from problems.robots.arm_cover import ArmCover, CoveredLink
+from problems.robots.carried import Carried, payload_of
 from problems.robots.chain import Chain, ChainJoint
 from problems.robots.description import RobotDescription
 from problems.robots.dynamics import RigidChain, time_scales, time_scales_of_arrays
@@ -10,12 +11,30 @@ from problems.robots.link_covers import FINE_OVERHANG, LinkCover, MeshNote, cove
 from problems.robots.planar import PLANAR_GRAVITY, PlanarArm
 from problems.robots.planar_links import wrap_to
 from problems.robots.robot import Body, JointLimits, Robot
-from problems.robots.shapes import MeshShape
+from problems.robots.shapes import (
+    BoxShape,
+    CapsuleShape,
+    CylinderShape,
+    HullShape,
+    MeshShape,
+    Shape,
+    SphereShape,
+)
 from problems.robots.spatial_arm import GRAVITY, POSTURES, SpatialArm, most_held
 from problems.robots.spheres import Ball, Sphere
 from problems.robots.spheres_file import read_spheres, written_spheres
 from problems.robots.srdf import read_srdf, srdf_chain
-from problems.robots.transform import Orientations, Transform, angles_between, matrix_of, unit_quaternions
+from problems.robots.transform import (
+    Orientations,
+    Point3,
+    Transform,
+    angles_between,
+    as_point,
+    matrix_of,
+    numbers_of,
+    quaternions_of,
+    unit_quaternions,
+)
 from problems.robots.urdf import BUILT_IN, built_in, read_urdf
 
 ROBOTS: dict[str, type[Robot]] = {"planar": PlanarArm}
@@ -32,9 +51,14 @@ __all__ = [
     "ArmCover",
     "Ball",
     "Body",
+    "BoxShape",
+    "CapsuleShape",
+    "Carried",
     "Chain",
     "ChainJoint",
     "CoveredLink",
+    "CylinderShape",
+    "HullShape",
     "JointLimits",
     "LinkCover",
     "MeshNote",
@@ -42,20 +66,27 @@ __all__ = [
     "Orientations",
     "Payload",
     "PlanarArm",
+    "Point3",
     "RigidChain",
     "Robot",
     "RobotDescription",
+    "Shape",
     "SpatialArm",
     "Sphere",
+    "SphereShape",
     "Transform",
     "angles_between",
+    "as_point",
     "built_in",
     "covers_text",
     "matrix_of",
     "most_held",
+    "numbers_of",
+    "payload_of",
     "planar_payload",
     "postures",
     "project",
+    "quaternions_of",
     "read_covers",
     "read_spheres",
     "read_srdf",

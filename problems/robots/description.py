@@ -12,6 +12,7 @@ import numpy as np
 
 from problems.base import ANGLES, InvalidProblem
 from problems.robots.arm_cover import ArmCover, CoveredLink
+from problems.robots.carried import Carried
 from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame
 from problems.robots.inertia import Payload
 from problems.robots.link_covers import (
@@ -28,7 +29,7 @@ from problems.robots.link_covers import (
     searched_balls,
 )
 from problems.robots.own_pairs import LinkPairs, OwnPairs, own_pairs_of
-from problems.robots.shapes import Shape
+from problems.robots.shapes import MeshShape, Shape
 from problems.robots.spatial_arm import GRAVITY, SpatialArm
 from problems.robots.spheres import Ball, Sphere
 from problems.robots.spheres_file import MOST_SPHERES
@@ -166,6 +167,33 @@ class RobotDescription:
         """The balls for searches, in the frames of the links that are named with them."""
         covers = {cover.link: cover for cover in self.covers}
         return ((link, ball) for link, shapes in self.shapes for ball in searched_balls(shapes, covers.get(link)))
+
+    def carrying(self, carried: Sequence[Carried], tool: Transform) -> RobotDescription:
+        """The same with bodies on its tool, as links of the last joint.
+
+        Args:
+            carried: the bodies, in the tool's frame.
+            tool: from the tool's frame to the tip's.
+
+        Raises:
+            InvalidProblem: ``carried`` has a name that another link has, or cannot be covered.
+        """
+        names, body, pose = [frame.name for frame in self.links], len(self.chain.joints), self.chain.tip @ tool
+        double = next((part.name for part in carried if part.name in names), None)
+        if double is not None:
+            raise InvalidProblem("carried", f"the robot has a link {double!r}: state another name")
+        frames = [LinkFrame.of(part.name, body, pose) for part in carried]
+        balls = [
+            ball.seen_from(frame.pose).on(body, frame.name)
+            for frame, part in zip(frames, carried, strict=True)
+            for ball in searched_balls(part.shapes, None)
+        ]
+        held = replace(self, links=(*self.links, *frames), spheres=(*self.spheres, *balls))
+        if not self.covers:
+            return held
+        covers = [cover_link(part.name, part.shapes, _no_file, COARSE_OVERHANG)[0] for part in carried]
+        shapes = [(part.name, part.shapes) for part in carried]
+        return replace(held, shapes=(*self.shapes, *shapes), covers=(*self.covers, *covers))
 
     def with_spheres(self, spheres: tuple[Sphere, ...]) -> RobotDescription:
         """The same with spheres in the place of all others, and of covers."""
@@ -343,6 +371,10 @@ class RobotDescription:
             self.chain,
             joints=tuple(joint if joint.turns else replace(joint, position=bounds) for joint, bounds in pairs),
         )
+
+
+def _no_file(shape: MeshShape) -> bytes:
+    raise NotImplementedError(f"{shape.file}: what is carried has its triangles")
 
 
 def _range(joint: ChainJoint) -> tuple[float, float]:

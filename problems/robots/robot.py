@@ -103,6 +103,7 @@ class Robot(Parametric, ABC):
     Args:
         margin: what its bodies keep from every obstacle and, with ``self_collision``, from each other, m.
         self_collision: whether its own bodies must not touch.
+        may_touch: names of bodies and of obstacles that they may touch.
 
     Attributes:
         angular: fields that a file may state in degrees: angles, and rates of angles.
@@ -114,6 +115,7 @@ class Robot(Parametric, ABC):
 
     margin: float = 0.0
     self_collision: bool = False
+    may_touch: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -206,6 +208,15 @@ class Robot(Parametric, ABC):
         """The bodies that must not touch anything; by default every segment between consecutive frames."""
         return tuple(Body(f"link {link}", link - 1, link) for link in range(1, self.dof + 1))
 
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """Those of its bodies, each once."""
+        return tuple(dict.fromkeys(body.name for body in self.bodies))
+
+    def may_meet(self, body: str, obstacle: str) -> bool:
+        """Whether a body of that name may touch an obstacle of that name."""
+        return (body, obstacle) in self.may_touch
+
     def number_of(self, body: Body) -> int:
         """Which of its bodies that is, from 0 on."""
         return self.bodies.index(body)
@@ -268,8 +279,8 @@ class Robot(Parametric, ABC):
 
     @property
     def unjudged(self) -> tuple[str, ...]:
-        """What no verdict speaks of, although it is or may be there, a line each; nothing by default."""
-        return ()
+        """What no verdict speaks of, although it is or may be there, a line each: contacts that are allowed."""
+        return tuple(f"contact of {body} and {obstacle}, which may touch" for body, obstacle in self.may_touch)
 
     @property
     def says_what_could_touch(self) -> bool:

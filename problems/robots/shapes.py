@@ -8,12 +8,37 @@ from dataclasses import dataclass
 import numpy as np
 
 from problems.base import FloatArray
-from problems.geometry import box_corners, cylinder_corners
+from problems.geometry import Hull, box_corners, cover_of, cylinder_corners
 from problems.robots.chain import UNTURNED
-from problems.robots.spheres import Ball, cover_box, cover_cylinder, covered_capsule
-from problems.robots.transform import Matrix3, Point3, Transform
+from problems.robots.spheres import STICK_OUT, Ball, cover_box, cover_cylinder, covered_capsule
+from problems.robots.transform import Matrix3, Point3, Transform, as_point
 
 NO_TRIANGLES = np.empty((0, 3, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Bulk:
+    """The inside of a body.
+
+    Attributes:
+        volume: m^3.
+        center: of it, (3,), m.
+        second: the mean of r r^T over it, about the origin, (3, 3), m^2.
+    """
+
+    volume: float
+    center: FloatArray
+    second: FloatArray
+
+    @property
+    def spread(self) -> FloatArray:
+        """The mean of the same about its centre, (3, 3), m^2."""
+        return np.asarray(self.second - np.outer(self.center, self.center))
+
+    @classmethod
+    def about_its_origin(cls, volume: float, *variances: float) -> Bulk:
+        """Of a body that is symmetric about its origin, with the mean squares of x, y and z, m^2."""
+        return cls(volume, np.zeros(3), np.diag(variances))
 
 
 @dataclass(frozen=True)
@@ -52,6 +77,15 @@ class Shape(ABC):
         """Itself, where a file has it; None by default."""
         return None
 
+    @property
+    @abstractmethod
+    def bulk(self) -> Bulk:
+        """Its volume and how that lies, in its own frame.
+
+        Raises:
+            NotImplementedError: of a mesh, which is not known here.
+        """
+
     def placed(self, corners: FloatArray) -> FloatArray:
         """Corners (n, 3, 3) of its own frame in the link's."""
         return np.asarray(corners @ np.array(self.rotation).T + np.array(self.translation))
@@ -67,6 +101,11 @@ class SphereShape(Shape):
         """Itself."""
         return (Ball((0.0, 0.0, 0.0), self.radius, self.radius),)
 
+    @property
+    def bulk(self) -> Bulk:
+        """Of a ball."""
+        return Bulk.about_its_origin(4.0 / 3.0 * np.pi * self.radius**3, *(self.radius**2 / 5.0,) * 3)
+
 
 @dataclass(frozen=True, kw_only=True)
 class CapsuleShape(Shape):
@@ -79,6 +118,15 @@ class CapsuleShape(Shape):
         """Some in a row."""
         half = self.length / 2.0
         return covered_capsule((0.0, 0.0, -half), (0.0, 0.0, half), self.radius, overhang)
+
+    @property
+    def bulk(self) -> Bulk:
+        """Of a cylinder and two half balls, whose centres are 3/8 of the radius from the discs."""
+        r, h = self.radius, self.length / 2.0
+        middle, ends = 2.0 * np.pi * r**2 * h, 4.0 / 3.0 * np.pi * r**3
+        across = (middle * r**2 / 4.0 + ends * r**2 / 5.0) / (middle + ends)
+        along = (middle * h**2 / 3.0 + ends * (r**2 / 5.0 + 0.75 * r * h + h**2)) / (middle + ends)
+        return Bulk.about_its_origin(middle + ends, across, across, along)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,6 +145,12 @@ class CylinderShape(Shape):
         """Of a prism around it."""
         return cylinder_corners(self.radius, self.length)
 
+    @property
+    def bulk(self) -> Bulk:
+        """Of a cylinder."""
+        across = self.radius**2 / 4.0
+        return Bulk.about_its_origin(np.pi * self.radius**2 * self.length, across, across, self.length**2 / 12.0)
+
 
 @dataclass(frozen=True, kw_only=True)
 class BoxShape(Shape):
@@ -112,6 +166,38 @@ class BoxShape(Shape):
     def triangles(self) -> FloatArray:
         """Its sides."""
         return box_corners(self.sizes)
+
+    @property
+    def bulk(self) -> Bulk:
+        """Of a box."""
+        return Bulk.about_its_origin(float(np.prod(self.sizes)), *(side**2 / 12.0 for side in self.sizes))
+
+
+@dataclass(frozen=True, kw_only=True)
+class HullShape(Shape):
+    """The convex hull of points, (x, y, z), m."""
+
+    points: tuple[Point3, ...]
+
+    @property
+    def triangles(self) -> FloatArray:
+        """Between its corners."""
+        return Hull.of(np.array(self.points)).faces
+
+    def balls(self, overhang: float | None = None) -> tuple[Ball, ...]:
+        """Those of a cover."""
+        balls = cover_of(self.triangles, STICK_OUT if overhang is None else overhang).balls
+        each = zip(balls.centers, balls.radii.tolist(), strict=True)
+        return tuple(Ball(as_point(center), radius) for center, radius in each)
+
+    @property
+    def bulk(self) -> Bulk:
+        """Of the tetrahedra between the origin and its faces, some of them negative."""
+        corners = self.triangles
+        volumes = np.linalg.det(corners) / 6.0
+        total, sums = float(volumes.sum()), corners.sum(axis=1)
+        products = np.einsum("nki,nkj->nij", corners, corners) + np.einsum("ni,nj->nij", sums, sums)
+        return Bulk(total, volumes @ sums / (4.0 * total), np.einsum("n,nij->ij", volumes, products) / (20.0 * total))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,6 +215,11 @@ class MeshShape(Shape):
     def balls(self, overhang: float | None = None) -> tuple[Ball, ...]:
         """None: its triangles are not known here."""
         return ()
+
+    @property
+    def bulk(self) -> Bulk:
+        """Not known here."""
+        raise NotImplementedError
 
     @property
     def mesh(self) -> MeshShape:

@@ -337,8 +337,14 @@ class SpatialArm(Robot):
 
     @property
     def unjudged(self) -> tuple[str, ...]:
-        """The lines of ``left_out``."""
-        return self.left_out
+        """The lines of ``left_out``, and contacts that are allowed."""
+        return (*self.left_out, *super().unjudged)
+
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """Those of the links with spheres or a cover."""
+        covered = () if self.cover is None else (link.name for link in self.cover.links)
+        return tuple(dict.fromkeys((*(sphere.name for sphere in self.spheres), *covered)))
 
     @property
     def link_pairs(self) -> tuple[tuple[int, int], ...]:

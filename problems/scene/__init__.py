@@ -4,7 +4,8 @@ from problems.scene.ellipse import Ellipse
 from problems.scene.moving import ConstantVelocity, MovingObstacle, ObstacleMotion
 from problems.scene.obstacle import Frames, Obstacle, standing
 from problems.scene.polygon import Polygon, Rectangle, crossing_clearance
-from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
+from problems.scene.polytope import Polytope
+from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Solid
 from problems.scene.tabulated import Tabulated, first_fault
 
 # by the names that scenarios have for them; one of the plane may have a namesake in space
@@ -16,6 +17,7 @@ SOLIDS: dict[str, type[Obstacle]] = {
     "cylinder": Cylinder,
     "half-space": HalfSpace,
     "ellipsoid": Ellipsoid,
+    "polytope": Polytope,
 }
 
 __all__ = [
@@ -34,7 +36,9 @@ __all__ = [
     "Obstacle",
     "ObstacleMotion",
     "Polygon",
+    "Polytope",
     "Rectangle",
+    "Solid",
     "Tabulated",
     "crossing_clearance",
     "first_fault",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import casadi as ca
@@ -41,12 +41,16 @@ class Frames:
         return np.asarray(turned + self.origins[:, None])
 
 
+@dataclass(frozen=True)
 class Obstacle(Parametric, ABC):
     """Something that no body of the robot may touch. A subclass is a frozen dataclass.
 
     The fields of that dataclass, with the units in their types, are the keys of the table in a scenario that states it.
     Those of them that are quantities are arguments of compiled code, and within the bounds that their types state.
     One that moves is seen from a frame that moves with it: :mod:`problems.scene.moving`.
+
+    Args:
+        name: for messages; its number stands in for it where it is empty.
 
     Attributes:
         not_stated: fields that are no keys, because they change nothing.
@@ -56,15 +60,23 @@ class Obstacle(Parametric, ABC):
     """
 
     not_stated: ClassVar[tuple[str, ...]] = ()
+    inert: ClassVar[tuple[str, ...]] = ("name",)
+
+    name: str = field(default="", kw_only=True)
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         if "numbers" not in vars(cls):
-            own = (name for name, hint in types_of(cls).items() if name not in cls.numbers and quantities_in(hint))
+            known = (*cls.numbers, *cls.inert)
+            own = (name for name, hint in types_of(cls).items() if name not in known and quantities_in(hint))
             cls.numbers = (*cls.numbers, *own)
 
     def __post_init__(self) -> None:
         check_fields(self)
+
+    def label(self, number: int) -> str:
+        """What messages call the obstacle of that number."""
+        return self.unmoved.name or f"obstacle {number}"
 
     @property
     def dim(self) -> int:
@@ -180,6 +192,13 @@ class Obstacle(Parametric, ABC):
     def point_clearance(self, points: Matrix) -> Matrix:
         """Clearance of n points (n, dim), m: (n, 1), like :meth:`segment_distance`."""
         return self.segment_distance(points, points)
+
+    def exact_distances(self, points: FloatArray) -> FloatArray | None:
+        """Distances of n points (n, dim), m, as seen from the frame in which it stands still: (n,), m.
+
+        For proofs, where :meth:`point_clearance` is only a lower bound; None by default: nothing is sharper.
+        """
+        return None
 
     def segment_distance(self, start: Matrix, end: Matrix) -> Matrix:
         """The same with a sharper lower bound, for those who keep a distance: a margin, or the width of a link.

@@ -29,7 +29,7 @@ def scene(request: pytest.FixtureRequest) -> Scene:
 def obstacles(scene: Scene, folder: Path) -> tuple[Obstacle, ...]:
     path = folder / "scene.toml"
     path.write_text(scene.scenario(100, 1))
-    return tuple(obstacle.built() for obstacle in read_scenario(path).obstacles)[-len(scene.things) :]
+    return tuple(part for table in read_scenario(path).obstacles for part in table.built(1))[-len(scene.things) :]
 
 
 def test_the_scenario_states_the_same_things(scene: Scene, tmp_path: Path) -> None:

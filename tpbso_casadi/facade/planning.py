@@ -31,7 +31,9 @@ def plan(
     via: Any = None,
     path: Any = None,
     accuracy: float | None = None,
-    obstacles: Iterable[Obstacle | dict[str, Any]] | None = None,
+    obstacles: Iterable[Obstacle | dict[str, Any]] | str | Path | None = None,
+    carried: Iterable[Obstacle | dict[str, Any]] | None = None,
+    may_touch: Iterable[tuple[str, str]] | None = None,
     constraints: AnyConstraint | Iterable[AnyConstraint] | None = None,
     objective: AnyObjective | None = None,
     solver: AnySolverChoice | None = None,
@@ -58,7 +60,10 @@ def plan(
         path: points (n, 2) or (n, 3) for the tool to trace, m, in place of start and goal; poses (n, 7), the quaternion
             as x, y, z, w, with ``angular_accuracy``; a :class:`Path`; or a CSV file of points.
         accuracy: how far the tool may leave the path, m.
-        obstacles: to keep clear of, such as :class:`Box` or :class:`Sphere`; an empty list for none.
+        obstacles: to keep clear of, such as :class:`Box` or :class:`Sphere`, or tables of a scenario; an empty list for
+            none; or the path of a MoveIt scene file (``.scene``).
+        carried: what the tool holds, in its frame: shapes as of obstacles, or their tables with a ``mass`` in kg.
+        may_touch: pairs of names of links, of what is carried and of obstacles, whose contact is allowed.
         constraints: of your own, to be kept at every time: :class:`Constraint`, or classes derived from ``Limit``.
         objective: ``time``, ``rotation``, ``length``, ``energy``, ``work``; a :class:`Cost` of your own; a table of
             weights or pairs of weights and objectives; or a class derived from ``Objective``.
@@ -87,6 +92,8 @@ def plan(
         path=path,
         accuracy=accuracy,
         obstacles=obstacles,
+        carried=carried,
+        may_touch=may_touch,
         constraints=constraints,
         objective=objective,
         evaluations=evaluations,

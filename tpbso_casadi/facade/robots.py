@@ -13,6 +13,7 @@ from problems.base import FloatArray
 from problems.robots import BUILT_IN, LinkCover, SpatialArm
 from tpbso_casadi.facade.arguments import as_argument, check_keywords, in_words_of_python
 from tpbso_casadi.scenario import (
+    BESIDE,
     OF_THE_MODEL,
     TITLES,
     ArmSection,
@@ -38,7 +39,7 @@ class StatedRobot:
 
     Attributes:
         table: the [arm] or [robot] table of a scenario, with the texts of the files that it names.
-        kept: what a model of it keeps, as the keys ``margin`` and ``self_collision`` of a [model] table.
+        kept: what a model of it keeps: ``margin`` and ``self_collision`` of a [model] table, and ``may_touch``.
     """
 
     table: AnyTable
@@ -81,7 +82,9 @@ class StatedRobot:
     def content(self) -> dict[str, Any]:
         """The tables that state it, by their names in a scenario."""
         name = self.table.prefix.partition(".")[0]
-        return {name: self.table.model_dump(), "model": dict(self.kept)}
+        kept = {key: value for key, value in self.kept.items() if key in OF_THE_MODEL}
+        beside = {key: plain(value) for key, value in self.kept.items() if key in BESIDE}
+        return {name: self.table.model_dump(), "model": kept, **beside}
 
     def __repr__(self) -> str:
         return f"<robot with {self.dof} joints, {'in space' if self.model.dim == 3 else 'in the plane'}>"
@@ -141,8 +144,10 @@ def _stated(model: Robot) -> StatedRobot:
     Raises:
         ScenarioError: only a description can state it.
     """
-    plain_model = replace(model, margin=0.0, self_collision=False)
-    kept = {key: getattr(model, key) for key in OF_THE_MODEL if getattr(model, key) != getattr(plain_model, key)}
+    plain_model = replace(model, margin=0.0, self_collision=False, may_touch=())
+    kept = {
+        key: getattr(model, key) for key in (*OF_THE_MODEL, *BESIDE) if getattr(model, key) != getattr(plain_model, key)
+    }
     state = ROBOT_TABLES.get(type(model), _by_class)
     return StatedRobot(state(plain_model), kept)
 

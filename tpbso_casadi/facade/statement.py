@@ -32,11 +32,13 @@ from tpbso_casadi.scenario import (
     parse_scenario,
     plain,
     points_table,
+    read_scene,
     shown,
     stated_place,
     task_tables,
 )
 
+SCENE = ".scene"  # the ending of MoveIt's files
 What: TypeAlias = Scenario | Task | AnyRobot
 
 
@@ -61,7 +63,8 @@ def scenario_of(
             such as :class:`PointToPoint`; or a robot, for which the keys state a task.
         solver: name of a solver, its class, or a solver with its settings.
         polish: whether IPOPT refines the best candidate; or how many candidates it starts from.
-        keys: of the tables [task], [model] and [solver]; ``obstacles``, and ``path`` for points to trace.
+        keys: of the tables [task], [model] and [solver]; ``obstacles``, ``carried``, ``may_touch``, and ``path`` for
+            points to trace.
 
     Raises:
         ScenarioError: naming the first wrong argument.
@@ -98,7 +101,7 @@ def _overridden(
 ) -> Scenario:
     """The scenario with the arguments in place of its own; a new one of a robot or a task where there is none."""
     stated = {key: value for key, value in keys.items() if value is not None}
-    obstacles = obstacle_tables(stated.pop("obstacles", None))
+    around = {key: read(stated.pop(key)) for key, read in AROUND.items() if key in stated}
     tables = sorted_into_tables(stated, None if given is None else given.task)
     tables["solver"] |= solver_table(solver)
     if polish is not None:
@@ -113,7 +116,7 @@ def _overridden(
         state_own(tables, given, given.robot_table.build)
     return overridden(
         given, task=_task_keys(given, tables["task"]), model=tables["model"], solver=tables["solver"],
-        obstacles=obstacles,
+        around=around,
     )  # fmt: skip
 
 
@@ -188,16 +191,29 @@ def _read(task: dict[str, Any], dof: int, dim: int) -> dict[str, Any]:
 
 
 def obstacle_tables(obstacles: Any) -> list[dict[str, Any]] | None:
-    """The [[obstacles]] of anything that lists obstacles; None where nothing is said of them.
+    """The [[obstacles]] of anything that lists obstacles, or of a scene file; None where nothing is said of them.
 
     Raises:
         ScenarioError: it is no list.
     """
     if obstacles is None:
         return None
+    if isinstance(obstacles, str | Path) and Path(obstacles).suffix == SCENE:
+        return [table.model_dump() for table in read_scene(str(obstacles), InputFolder(Path(), outside_allowed=True))]
     if isinstance(obstacles, str | Mapping) or not isinstance(obstacles, Iterable):
         raise ScenarioError("obstacles: a list is needed, [tp.Box(...)]")
     return [_obstacle_table(each) for each in obstacles]
+
+
+def _carried_tables(carried: Any) -> list[dict[str, Any]]:
+    if isinstance(carried, str | Mapping) or not isinstance(carried, Iterable):
+        raise ScenarioError("carried: a list is needed, [tp.Box(...)] or tables with a shape and a mass")
+    return [_obstacle_table(each) for each in carried]
+
+
+AROUND: dict[str, Callable[[Any], Any]] = {  # keys beside the tables
+    "obstacles": obstacle_tables, "carried": _carried_tables, "may_touch": plain,
+}  # fmt: skip
 
 
 def _obstacle_table(obstacle: Obstacle | Mapping[str, Any]) -> dict[str, Any]:

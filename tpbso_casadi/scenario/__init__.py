@@ -12,10 +12,12 @@ from tpbso_casadi.scenario.input_files import (
 )
 from tpbso_casadi.scenario.loading import DEFAULT_SOLVER, load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
-from tpbso_casadi.scenario.obstacles import ObstacleSection, obstacle_table
+from tpbso_casadi.scenario.obstacle_section import ObstacleSection
+from tpbso_casadi.scenario.obstacles import obstacle_table
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection, built, stated_place
 from tpbso_casadi.scenario.robots import (
+    BESIDE,
     OF_THE_MODEL,
     ArmSection,
     RobotSection,
@@ -23,6 +25,7 @@ from tpbso_casadi.scenario.robots import (
     settings_table,
 )
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named, read_scenario
+from tpbso_casadi.scenario.scene_files import read_scene
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection, new_covers
 from tpbso_casadi.scenario.tasks import STATED, TASK_CATALOGUE, PointToPointTask, task_tables
 from tpbso_casadi.scenario.validation import (
@@ -56,6 +59,7 @@ from tpbso_casadi.scenario.validation import (
 
 __all__ = [
     "ANGULAR",
+    "BESIDE",
     "DEFAULT",
     "DEFAULT_SOLVER",
     "FAMILIES",
@@ -126,6 +130,7 @@ __all__ = [
     "points_table",
     "read_joint_rows",
     "read_scenario",
+    "read_scene",
     "read_table",
     "read_text",
     "read_toml",

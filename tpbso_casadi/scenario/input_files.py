@@ -112,6 +112,16 @@ class InputFolder:
         self._check_inside(path)
         return read_text(path)
 
+    def read_bytes(self, name: str) -> bytes:
+        """The content of a file that a scenario names, of a body: it may be larger than a text.
+
+        Raises:
+            ScenarioError: as of a text.
+        """
+        path = self.path / name
+        self._check_inside(path)
+        return _read_bytes(path, LARGEST_MESH)
+
     def _check_inside(self, path: Path) -> None:
         if self.outside_allowed:
             return

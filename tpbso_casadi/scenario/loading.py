@@ -9,6 +9,7 @@ from typing import Any
 
 from tpbso_casadi.plain import visible
 from tpbso_casadi.scenario.cases import TITLES, builtin
+from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, read_scenario
 from tpbso_casadi.scenario.validation import ScenarioError
 
@@ -26,7 +27,7 @@ def overridden(
     model: Table = NOTHING,
     solver: Table = NOTHING,
     polish: bool = False,
-    obstacles: Sequence[Table] | None = None,
+    around: Table = NOTHING,
 ) -> Scenario:
     """The scenario with given values in place of its own, and a solver where it names none; validated anew.
 
@@ -37,7 +38,8 @@ def overridden(
         model: keys of [model].
         solver: keys of [solver]; another solver's name drops the settings of the one before.
         polish: whether the best candidate is refined at least once.
-        obstacles: the tables of all [[obstacles]]; None to leave them.
+        around: all [[obstacles]], all [[carried]], ``may_touch``, where one of them is to be another; their files lie
+            in the working directory.
 
     Raises:
         ScenarioError: naming the first wrong key.
@@ -47,8 +49,7 @@ def overridden(
     content["task"] |= task
     if arm is not None:
         content["arm"] = dict(arm)
-    if obstacles is not None:
-        content["obstacles"] = list(map(dict, obstacles))
+    content |= around
     if polish and not content["solver"]["polish_starts"]:
         content["solver"]["polish_starts"] = 1
     if solver.get("name", scenario.solver.name) != scenario.solver.name:
@@ -58,7 +59,7 @@ def overridden(
     if scenario.task.is_searched and "name" not in named:
         own = bool(content["model"].get("constraints") or content["task"].get("objectives"))
         content["solver"] = with_default(content["solver"], named, scenario.robot_table.usual_descents or int(own))
-    return parse_scenario(content)
+    return parse_scenario(content, InputFolder(Path(), outside_allowed=True) if around else None)
 
 
 def with_default(solver: dict[str, Any], stated: set[str], descents: int) -> dict[str, Any]:

@@ -3,39 +3,28 @@
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from functools import cache
 from inspect import isabstract
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeGuard
+from typing import Annotated, Any, ClassVar, Literal, Protocol, Self, TypeGuard, TypeVar
 
 import numpy as np
 from pydantic import (
-    Field,
     PlainValidator,
     SerializeAsAny,
-    SerializerFunctionWrapHandler,
     create_model,
-    model_serializer,
 )
 
 from problems import OBSTACLES, ConstantVelocity, InvalidProblem, MovingObstacle, Obstacle, Tabulated
 from problems.scene import SOLIDS, ObstacleMotion
+from tpbso_casadi.scenario.bodies import MeshSection, PointsSection
 from tpbso_casadi.scenario.catalogues import Catalogue, PluginError, failure
-from tpbso_casadi.scenario.input_files import (
-    MOST_MOTION_ROWS,
-    InputFolder,
-    in_radians,
-    motion_through,
-    read_motion_rows,
-)
+from tpbso_casadi.scenario.input_files import InputFolder, motion_through
+from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.validation import (
     NestedError,
-    NotNegative,
-    Number,
     ScenarioError,
-    Section,
-    Word,
     hint,
     in_tuples,
     in_words,
@@ -48,121 +37,8 @@ from tpbso_casadi.scenario.validation import (
 )
 
 DEFAULT_SHAPE = "ellipse"
-MOST_NUMBERS = 8  # of a row
 MOST_ROWS = 600  # of all tables of motion together
 MOST_JOINT_CORNERS = 10_000  # joints times corners, those of all convex parts of a polygon
-MotionRow = Annotated[list[Number], Field(max_length=MOST_NUMBERS)]
-
-
-class ObstacleSection(Section):
-    """One of the [[obstacles]]: the interface of every shape, and how the obstacle moves.
-
-    ``velocity`` is in m/s. ``motion`` names a file with the header ``t,x,y[,angle]`` or ``t,x,y,z[,qx,qy,qz,qw]``: s, m
-    and the unit of the file's angles; where the frame is over time in which the rest of the table is stated. Once it is
-    read its rows stand in ``motion_rows``, so that a result is complete without the file.
-    """
-
-    of_motion: ClassVar[tuple[str, ...]] = ("velocity", "motion", "motion_rows", "margin_rate")
-
-    shape: Word
-    velocity: Annotated[list[Number], Field(min_length=2, max_length=3)] | None = None
-    motion: Word | None = None
-    motion_rows: Annotated[list[MotionRow], Field(max_length=MOST_MOTION_ROWS)] | None = None
-    margin_rate: NotNegative = 0.0
-
-    @model_serializer(mode="wrap")
-    def _as_stated(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Nothing of a motion where there is none."""
-        content: dict[str, Any] = serialize(self)
-        return {
-            key: value
-            for key, value in content.items()
-            if key not in self.of_motion or not (value is None or value == 0.0)
-        }
-
-    @classmethod
-    def variant(cls, table: Mapping[str, Any]) -> type[ObstacleSection]:
-        """The class that reads a table of this shape: itself, unless the same word means two shapes."""
-        return cls
-
-    @property
-    def corners(self) -> int:
-        """How much the shape adds to a model, in corners of a polygon."""
-        return 1
-
-    @property
-    def rows(self) -> int:
-        """Those of its table of motion."""
-        return len(self.motion_rows or ())
-
-    def build(self) -> Obstacle:
-        """The obstacle itself, standing still.
-
-        Raises:
-            InvalidProblem: it cannot be.
-        """
-        raise NotImplementedError
-
-    @property
-    def moves(self) -> bool:
-        """Whether anything is said of a motion."""
-        return self.velocity is not None or self.motion is not None or self.motion_rows is not None
-
-    def with_files(self, folder: InputFolder) -> Self:
-        """The same obstacle with the rows of the file that it names.
-
-        Raises:
-            InvalidProblem: it cannot be.
-            ScenarioError: the file cannot be read, may not be, or does not say how an obstacle moves.
-        """
-        if self.motion is None or self.motion_rows is not None:
-            return self
-        try:
-            rows = read_motion_rows(folder, self.motion, self.build().dim)
-        except ScenarioError as error:
-            raise ScenarioError(f"motion: {error}") from error
-        return self.model_copy(update={"motion_rows": rows})
-
-    def in_radians(self) -> Self:
-        """The same, read as a table in degrees; so is the angle of a table of motion."""
-        converted = super().in_radians()
-        if self.motion_rows is None or not self._is_planar:
-            return converted
-        return converted.model_copy(update={"motion_rows": in_radians(self.motion_rows)})
-
-    @property
-    def _is_planar(self) -> bool:
-        try:
-            return self.build().dim == 2
-        except InvalidProblem:  # said when it is built
-            return False
-
-    def built(self) -> Obstacle:
-        """The obstacle, with its motion where it has one.
-
-        Raises:
-            InvalidProblem: it cannot be, or it is said to move in two ways.
-        """
-        still = self.build()
-        if not self.moves:
-            if self.margin_rate:
-                raise InvalidProblem("margin_rate", "the obstacle stands still; state a velocity, or a motion")
-            return still
-        return MovingObstacle(still, self._motion(still.dim), self.margin_rate)
-
-    def _motion(self, dim: int) -> ObstacleMotion:
-        if self.velocity is not None:
-            if self.motion is not None or self.motion_rows is not None:
-                raise InvalidProblem(
-                    "velocity", "the motion says already how the obstacle moves; leave one of them out"
-                )
-            if len(self.velocity) != dim:
-                reason = f"{len(self.velocity)} numbers of an obstacle in {dim} dimensions"
-                raise InvalidProblem("velocity", reason)
-            return ConstantVelocity(tuple(self.velocity))
-        if self.motion_rows is None:
-            raise InvalidProblem("motion", f"{self.motion!r} has not been read; only a scenario file can name a CSV")
-        return motion_through(self.motion_rows, dim)
 
 
 class ShapeSection(ObstacleSection):
@@ -194,14 +70,16 @@ def states_a_shape(candidate: object) -> TypeGuard[type[ObstacleSection | Obstac
         return isinstance(candidate, type)
     if not issubclass(candidate, Obstacle) or issubclass(candidate, MovingObstacle) or isabstract(candidate):
         return False
-    if not is_dataclass(candidate) or not candidate.__dataclass_params__.frozen:
+    parameters: Any = vars(candidate).get("__dataclass_params__")
+    if parameters is None or not parameters.frozen:
         return False
-    names = [field.name for field in fields(candidate) if field.init]
+    names = [field.name for field in fields(candidate) if field.init and field.name != "name"]
     return not any(name.startswith("_") or hasattr(ShapeSection, name) or name in TAKEN for name in names)
 
 
 TAKEN = frozenset(ShapeSection.model_fields)  # keys that every shape has
-SHAPES: ChainMap[str, type[Obstacle]] = ChainMap(SOLIDS, OBSTACLES)
+IN_FILES: dict[str, type[ObstacleSection]] = {"mesh": MeshSection, "points": PointsSection}
+SHAPES: ChainMap[str, type[ObstacleSection | Obstacle]] = ChainMap(IN_FILES, SOLIDS, OBSTACLES)  # type: ignore[arg-type]
 SHAPE_CATALOGUE: Catalogue[type[ObstacleSection | Obstacle]] = Catalogue(
     kind="shape",
     group="tpbso_casadi.obstacles",
@@ -220,7 +98,7 @@ def section_of(kind: type[Obstacle], name: str) -> type[ShapeSection]:
         kind: its class, a dataclass.
         name: of the shape in a scenario.
     """
-    keys: dict[str, Any] = {key: value for key, value in keys_of(kind).items() if key not in kind.not_stated}
+    keys: dict[str, Any] = {key: value for key, value in keys_of(kind).items() if key not in (*kind.not_stated, *TAKEN)}
     keys["shape"] = Literal[name], name if name == DEFAULT_SHAPE else ...
     section = create_model(f"{kind.__name__}Section", __base__=ShapeSection, **keys)
     section.of = kind
@@ -268,7 +146,8 @@ def obstacle_table(obstacle: Obstacle) -> dict[str, Any]:
         return table | ({"margin_rate": obstacle.margin_rate} if obstacle.margin_rate else {})
     if not states_a_shape(type(obstacle)):
         raise ScenarioError(f"obstacles: {type(obstacle).__name__} is not {SHAPE_CATALOGUE.requirement}")
-    return {"shape": name_of(type(obstacle)), **stated_values(obstacle)}
+    stated = {"shape": name_of(type(obstacle)), **stated_values(obstacle)}
+    return {key: value for key, value in stated.items() if key != "name" or value}
 
 
 def _motion_keys(motion: ObstacleMotion) -> dict[str, Any]:
@@ -307,7 +186,7 @@ def build_obstacles(tables: list[ObstacleSection], joints: int) -> tuple[Obstacl
     corners, most, rows = 0, MOST_JOINT_CORNERS // joints, 0
     for number, table in enumerate(tables):
         try:
-            obstacles.append(table.built())
+            obstacles += table.built(number + 1)
             corners += table.corners
             if corners > most:
                 raise InvalidProblem("shape", f"more than {most} corners of obstacles for {joints} joints")
@@ -319,8 +198,23 @@ def build_obstacles(tables: list[ObstacleSection], joints: int) -> tuple[Obstacl
     return tuple(obstacles)
 
 
-def with_motions(tables: list[ObstacleSection], folder: InputFolder) -> list[ObstacleSection]:
-    """The same tables with the rows of the files that they name.
+class NamesFiles(Protocol):
+    """A table that may name files."""
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same with what is in them."""
+
+
+N = TypeVar("N", bound=NamesFiles)
+
+
+def with_files(tables: Sequence[N], folder: InputFolder, key: str) -> list[N]:
+    """The same tables with what is in the files that they name.
+
+    Args:
+        tables: of a list.
+        folder: of the files.
+        key: of the list.
 
     Raises:
         ScenarioError: naming the table, the file and what is wrong with it.
@@ -330,9 +224,9 @@ def with_motions(tables: list[ObstacleSection], folder: InputFolder) -> list[Obs
         try:
             found.append(table.with_files(folder))
         except ScenarioError as error:
-            raise ScenarioError(f"obstacles.{number}.{error}") from error
+            raise ScenarioError(f"{key}.{number}.{error}") from error
         except InvalidProblem as error:
-            raise ScenarioError(f"obstacles.{number}.{error.field}: {error.reason}") from error
+            raise ScenarioError(f"{key}.{number}.{error.field}: {error.reason}") from error
     return found
 
 

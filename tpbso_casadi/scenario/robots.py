@@ -59,6 +59,7 @@ class PlanarPayloadTable(Section):
 ARM_KEYS = {"base_point": "base", "base_angle": "base", "tool_offset": "tool"}  # by the fields of the arm
 PARTS = ("base", "tool", "payload")  # keys of [arm] that are no field of the arm as they are
 OF_THE_MODEL = ("margin", "self_collision")  # fields of a robot that a scenario states in [model]
+BESIDE = ("may_touch",)  # and beside its tables
 
 
 class ArmSection(Section):
@@ -143,7 +144,7 @@ def settings_table(robot: Robot) -> dict[str, Any]:
 
 def _stated(robot: Any) -> dict[str, Any]:
     """The fields of a robot that are keys of one name."""
-    others = {"base_point", "base_angle", "payload", *OF_THE_MODEL}
+    others = {"base_point", "base_angle", "payload", *OF_THE_MODEL, *BESIDE}
     return {key: value for key, value in stated_values(robot).items() if key not in others}
 
 

@@ -9,9 +9,10 @@ import logging
 import os
 import pathlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Self, TypeVar
+from dataclasses import replace
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer, model_validator
 
@@ -19,6 +20,13 @@ from problems import InvalidProblem, Obstacle, Problem, Robot
 from problems.assembly import Criteria
 from problems.base import too_much
 from solvers import AnySolver, Budget
+from tpbso_casadi.scenario.carried import (
+    MOST_CARRIED,
+    CarriedSection,
+    carried_bodies,
+    own_contacts,
+    with_contacts,
+)
 from tpbso_casadi.scenario.catalogues import (
     LIMIT_CATALOGUE,
     OBJECTIVE_CATALOGUE,
@@ -30,9 +38,10 @@ from tpbso_casadi.scenario.catalogues import (
 )
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml
 from tpbso_casadi.scenario.model import ModelSection, with_motion
-from tpbso_casadi.scenario.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles, with_motions
+from tpbso_casadi.scenario.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles, with_files
 from tpbso_casadi.scenario.places import SimulationSection
 from tpbso_casadi.scenario.robots import AnyRobot, ArmSection, RobotSection, check_numbers
+from tpbso_casadi.scenario.scene_files import read_scene
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection
 from tpbso_casadi.scenario.tasks import TASKS, AnyTask
 from tpbso_casadi.scenario.validation import (
@@ -56,6 +65,8 @@ from tpbso_casadi.scenario.validation import (
 
 LOG = logging.getLogger(__name__)
 C = TypeVar("C", bound=Criteria)
+MOST_CONTACTS = 1_000
+KEYS_OF_BODIES = {"carried": "carried"}  # by fields of the robot, where they are not in its table
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
 
 NEEDED: dict[type, tuple[type | tuple[type, ...], str]] = {  # of a setting, by the type of its default
@@ -137,6 +148,9 @@ class Scenario(FileSection):
     robot: AnyRobot | None = None
     task: AnyTask
     obstacles: list[AnyObstacle] = Field(default_factory=list, max_length=MOST_OBSTACLES)
+    scene: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
+    carried: list[CarriedSection] = Field(default_factory=list, max_length=MOST_CARRIED)
+    may_touch: Annotated[list[tuple[Word, Word]], Field(max_length=MOST_CONTACTS)] = Field(default_factory=list)
     model: ModelSection = ModelSection()
     solver: SolverSection = SolverSection()
     simulation: SimulationSection | None = None
@@ -155,8 +169,9 @@ class Scenario(FileSection):
     @model_serializer(mode="wrap")
     def _without_missing_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         content: dict[str, Any] = serialize(self)
-        if self.simulation is None:
-            content.pop("simulation", None)  # which is not there where tables are chosen
+        for key in ("simulation", "scene", "carried", "may_touch"):
+            if not getattr(self, key):
+                content.pop(key, None)  # which is not there where tables are chosen
         return content
 
     @property
@@ -224,12 +239,10 @@ class Scenario(FileSection):
 
     def _stated(self, build: Callable[[Robot, tuple[Obstacle, ...], ModelSection], C]) -> C:
         began = time.perf_counter()
-        try:
-            robot = self.robot_table.build()
-        except InvalidProblem as error:
-            raise ScenarioError(f"{self.robot_table.prefix}{error.field}: {error.reason}") from error
+        robot = self._built_robot()
         self.model.check_size(robot.dof)
         obstacles = build_obstacles(self.obstacles, robot.dof)
+        robot = self._with_contacts(robot, obstacles)
         tables = {**dict.fromkeys(("link_lengths", "joint_limits"), self.robot_table.prefix), "obstacles": ""}
         tables |= dict.fromkeys(ModelSection.model_fields, "model.")
         try:
@@ -239,6 +252,31 @@ class Scenario(FileSection):
             return stated
         except InvalidProblem as error:
             raise ScenarioError(f"{tables.get(error.field, 'task.')}{error.field}: {error.reason}") from error
+
+    def _with_contacts(self, robot: Robot, obstacles: Sequence[Obstacle]) -> Robot:
+        """The robot that may touch what ``may_touch`` says, of itself and of obstacles."""
+        allowed = with_contacts(robot, self.may_touch, obstacles)
+        own = own_contacts(self.may_touch, self.obstacles)
+        if own and not isinstance(self.robot_table, SpatialRobotSection):
+            raise ScenarioError("may_touch: two bodies of the robot itself: of robots in space alone")
+        return replace(self._built_robot(own), may_touch=allowed.may_touch) if own else allowed
+
+    def _built_robot(self, may_touch: Sequence[tuple[str, str]] = ()) -> Robot:
+        """The robot with what it carries.
+
+        Args:
+            may_touch: names of bodies of its own.
+        """
+        table = self.robot_table
+        try:
+            if isinstance(table, SpatialRobotSection):
+                return table.build(carried_bodies(self.carried), may_touch)
+            if self.carried:
+                raise ScenarioError("carried: of robots in space alone")
+            return table.build()
+        except InvalidProblem as error:
+            key = KEYS_OF_BODIES.get(error.field, f"{table.prefix}{error.field}")
+            raise ScenarioError(f"{key}: {error.reason}") from error
 
 
 @contextmanager
@@ -322,8 +360,13 @@ def parse_scenario(content: dict[str, Any], folder: InputFolder | None = None) -
 
 def _with_files(scenario: Scenario, folder: InputFolder) -> Scenario:
     with failures_named(scenario.plugins, "task"):
-        obstacles = with_motions(scenario.obstacles, folder)
-        files: dict[str, Any] = {"task": scenario.task.with_files(folder), "obstacles": obstacles}
+        obstacles = with_files(scenario.obstacles, folder, "obstacles")
+        if scenario.scene is not None:
+            obstacles += read_scene(scenario.scene, folder)
+            if len(obstacles) > MOST_OBSTACLES:
+                raise ScenarioError(f"scene: {len(obstacles)} obstacles, of at most {MOST_OBSTACLES}")
+        files: dict[str, Any] = {"task": scenario.task.with_files(folder), "obstacles": obstacles, "scene": None}
+        files["carried"] = with_files(scenario.carried, folder, "carried")
         if scenario.robot is not None:
             files["robot"] = scenario.robot.with_files(folder)
     return scenario.model_copy(update=files)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Annotated, ClassVar, Self, TypeAlias
 
 from pydantic import Field, model_validator
@@ -13,6 +14,7 @@ from problems import InvalidProblem
 from problems.robots import (
     GRAVITY,
     MASSLESS,
+    Carried,
     LinkCover,
     MeshNote,
     MeshShape,
@@ -23,6 +25,7 @@ from problems.robots import (
     built_in,
     covers_text,
     matrix_of,
+    payload_of,
     read_covers,
     read_spheres,
     read_srdf,
@@ -191,8 +194,12 @@ class SpatialRobotSection(Section):
         """None: it names no class."""
         return []
 
-    def build(self) -> SpatialArm:
+    def build(self, carried: Sequence[Carried] = (), disabled: Sequence[tuple[str, str]] = ()) -> SpatialArm:
         """The robot itself.
+
+        Args:
+            carried: bodies on its tool.
+            disabled: names of links that may touch, besides those of ``disabled_pairs``.
 
         Raises:
             InvalidProblem: it cannot be; with a key of this table.
@@ -205,6 +212,7 @@ class SpatialRobotSection(Section):
                 )
             if self.spheres_text is not None:
                 description = description.with_spheres(read_spheres(self.spheres_text, description.links))
+            description, payload = description.carrying(carried, self._pose("tool")), self._payload(carried)
             arm = description.arm(
                 max_speed=self.max_speed,
                 max_acceleration=self.max_acceleration,
@@ -213,7 +221,7 @@ class SpatialRobotSection(Section):
                 max_torque=self.max_torque,
                 viscous_friction=self.viscous_friction,
                 coulomb_friction=self.coulomb_friction,
-                payload=None if self.payload is None else self.payload.build(),
+                payload=payload,
                 gravity=self.gravity,
                 self_margin=self.self_margin,
                 base=self._pose("base"),
@@ -221,9 +229,16 @@ class SpatialRobotSection(Section):
             )
             if self.srdf_text is not None:
                 description = description.with_disabled(read_srdf(self.srdf_text))
-            return description.complete(
-                arm, self.disabled_pairs or (), self.kept_pairs or (), self.ignore_geometry or ()
+            complete = description.complete(
+                arm, (*(self.disabled_pairs or ()), *disabled), self.kept_pairs or (), self.ignore_geometry or ()
             )
+            weightless = [part.name for part in carried if part.mass is None and arm.max_torque is not None]
+            unknown = tuple(f"the weight of {name}: no mass is stated" for name in weightless)
+            return replace(complete, left_out=(*complete.left_out, *unknown))
+
+    def _payload(self, carried: Sequence[Carried]) -> Payload | None:
+        stated = None if self.payload is None else self.payload.build()
+        return stated if self.description().chain.massless else payload_of(carried, stated)
 
     def in_radians(self) -> Self:
         """The same, read as a table in degrees.

@@ -114,7 +114,7 @@ class SimulationSetting:
         start, goals = _places(scenario, settings)
         criteria = scenario.criteria()
         robot, obstacles = criteria.robot, criteria.obstacles
-        world = World.of(obstacles, scenario.obstacles, settings, scenario.solver.seed)
+        world = World.of(scenario.obstacles, settings, scenario.solver.seed)
         first = _posture("task.start", start, robot, obstacles, None)
         near = np.array(first.values)
         visited = tuple(_posture(key, place, robot, standing(obstacles), near) for key, place in goals)

@@ -139,7 +139,6 @@ class World:
     @classmethod
     def of(
         cls,
-        obstacles: Sequence[Obstacle],
         tables: Sequence[ObstacleSection],
         settings: SimulationSection,
         seed: int,
@@ -147,8 +146,7 @@ class World:
         """The scene from its first moment to its last; the same for the same seed, whatever the planner does.
 
         Args:
-            obstacles: with the motions that the scenario states.
-            tables: that state them, in the same order.
+            tables: that state the obstacles, with their motions.
             settings: how long, and how they change course.
             seed: of the changes.
 
@@ -157,14 +155,16 @@ class World:
                 region.
         """
         actors: list[Actor] = []
-        for number, (obstacle, table) in enumerate(zip(obstacles, tables, strict=True)):
+        for number, table in enumerate(tables):
+            obstacles = table.built(number + 1)
             changes = settings.changes_every is not None or settings.region is not None
             if table.velocity is None or not changes:
-                actors.append(KnownActor(obstacle))
+                actors += map(KnownActor, obstacles)
                 continue
-            wandering = _wandering(f"obstacles.{number}", obstacle.unmoved, table.velocity, settings)
+            still = [obstacle.unmoved for obstacle in obstacles]
+            wandering = _wandering(f"obstacles.{number}", still, table.velocity, settings)
             course = wandering.course(settings.seconds, np.random.default_rng([seed, number]))
-            actors.append(Wanderer(obstacle.unmoved, course, table.margin_rate))
+            actors += (Wanderer(part, course, table.margin_rate) for part in still)
         return cls(tuple(actors))
 
     @property
@@ -177,8 +177,8 @@ class World:
         return tuple(actor.observed(time) for actor in self.actors)
 
 
-def _wandering(key: str, still: Obstacle, stated: Sequence[float], settings: SimulationSection) -> Wandering:
-    """How an obstacle changes course that has a velocity."""
+def _wandering(key: str, still: Sequence[Obstacle], stated: Sequence[float], settings: SimulationSection) -> Wandering:
+    """How an obstacle of some parts changes course that has a velocity."""
     velocity, radius = np.array(stated), settings.course_rate / 2.0
     has_walls = settings.region is not None
     if has_walls and np.linalg.norm(velocity) > radius:
@@ -186,14 +186,14 @@ def _wandering(key: str, still: Obstacle, stated: Sequence[float], settings: Sim
             f"{key}.velocity: {np.linalg.norm(velocity):g} m/s; turning around takes twice that, more than "
             f"simulation.course_rate allows, {settings.course_rate:g} m/s"
         )
-    room = _room(key, still, settings.region) if settings.region is not None else _EVERYWHERE * np.ones(still.dim)
+    room = _room(key, still, settings.region) if settings.region is not None else _EVERYWHERE * np.ones(len(stated))
     if settings.changes_every is not None and settings.seconds / settings.changes_every > MOST_TURNS:
         raise ScenarioError(f"simulation.changes_every: more than {MOST_TURNS} changes of course are not simulated")
     if (radius * settings.seconds > MOST_TURNS * np.ptp(room, axis=0)).any():
         raise ScenarioError(f"{key}: fits the simulation.region so closely that it turns around all the time")
     return Wandering(
         velocity=velocity,
-        center=np.zeros(still.dim) if has_walls else velocity,
+        center=np.zeros(len(stated)) if has_walls else velocity,
         radius=radius,
         changes_every=np.inf if settings.changes_every is None else settings.changes_every,
         room=room,
@@ -203,11 +203,12 @@ def _wandering(key: str, still: Obstacle, stated: Sequence[float], settings: Sim
 _EVERYWHERE = np.array([[-np.inf], [np.inf]])
 
 
-def _room(key: str, still: Obstacle, region: Sequence[Sequence[float]]) -> FloatArray:
+def _room(key: str, still: Sequence[Obstacle], region: Sequence[Sequence[float]]) -> FloatArray:
     """How far an obstacle can be displaced within a region, (2, dim), m."""
-    if len(region[0]) != still.dim:
-        raise ScenarioError(f"simulation.region: {len(region[0])} coordinates where obstacles have {still.dim}")
-    room = np.array(region) - still.bounding_box()
+    if len(region[0]) != still[0].dim:
+        raise ScenarioError(f"simulation.region: {len(region[0])} coordinates where obstacles have {still[0].dim}")
+    boxes = np.array([part.bounding_box() for part in still])
+    room = np.array(region) - np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
     if (room[0] > 0.0).any() or (room[1] < 0.0).any():
         raise ScenarioError(f"{key}: is not within the simulation.region")
-    return room
+    return np.asarray(room)

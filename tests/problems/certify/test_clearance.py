@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 
 import casadi as ca
 import numpy as np
@@ -30,7 +30,7 @@ from problems import (
 from problems.certify import ClearanceProof, closest_approach, prove_clearance
 from problems.limits import Clearance, proximity_limits, reachable_pairs
 from problems.robots import Robot, SpatialArm, Sphere
-from problems.scene import Ellipse, Obstacle, Polygon
+from problems.scene import Ellipse, Obstacle, Polygon, Polytope
 from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
 
 DENSE = 20_000
@@ -186,6 +186,7 @@ def of_half_space(p: np.ndarray) -> np.ndarray:
     return p[:, 2] + 0.9
 
 
+BOX_CORNERS = tuple(product((-0.1, 0.1), (-0.15, 0.15), (-0.05, 0.05)))
 SOLIDS: dict[str, tuple[Obstacle, Callable[[np.ndarray], np.ndarray]]] = {
     "sphere": (Ball(center=(0.0, 0.0, 0.0), radius=0.15), of_ball),
     "box": (Box(center=(0.0, 0.0, 0.0), size=(0.2, 0.3, 0.1)), of_box),
@@ -193,6 +194,7 @@ SOLIDS: dict[str, tuple[Obstacle, Callable[[np.ndarray], np.ndarray]]] = {
     "cylinder": (Cylinder(center=(0.0, 0.0, 0.0), radius=0.12, length=0.2), of_cylinder),
     "ellipsoid": (Ellipsoid(center=(0.0, 0.0, 0.0), semi_axes=(0.1, 0.2, 0.15)), of_ellipsoid),
     "half-space": (HalfSpace(center=(0.0, 0.0, -0.9)), of_half_space),
+    "polytope": (Polytope(points=BOX_CORNERS), of_box),
 }
 SPARSE = {"ellipsoid": 100}  # samples, where one takes long
 

@@ -32,6 +32,7 @@ OBSTACLES = [
     tp.Cylinder(center=(0.5, 0.25, 0.1), radius=0.1, length=0.5),
     tp.Ellipsoid(center=(0.5, 0.25, 0.1), semi_axes=(0.2, 0.1, 0.4)),
     tp.HalfSpace(center=(0.0, 0.0, -0.5)),
+    tp.Polytope(points=((0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.2)), name="wedge"),
 ]
 TIMES = [0.0, 1.0, 2.5]
 POSITIONS = np.array([[0.0, 0.0], [0.1, 0.3], [0.4, 0.2]])
@@ -45,13 +46,13 @@ MOTIONS = [
 def test_an_obstacle_is_what_its_table_builds() -> None:
     assert {type(obstacle) for obstacle in OBSTACLES} == {*problems.OBSTACLES.values(), *SOLIDS.values()}
     for obstacle in OBSTACLES:
-        assert read_obstacle(obstacle_table(obstacle)).built() == obstacle
+        assert read_obstacle(obstacle_table(obstacle)).built(1) == (obstacle,)
 
 
 @pytest.mark.parametrize("motion", MOTIONS, ids=["velocity", "table", "turning"])
 def test_an_obstacle_that_moves_is_what_its_table_builds(motion: Any) -> None:
     moving = tp.MovingObstacle(OBSTACLES[0], motion, margin_rate=0.01)
-    again = read_obstacle(obstacle_table(moving)).built()
+    (again,) = read_obstacle(obstacle_table(moving)).built(1)
     assert isinstance(again, tp.MovingObstacle)
     assert (again.still, again.margin_rate) == (moving.still, moving.margin_rate)
     times = np.linspace(-0.5, 3.0, 50)

@@ -147,15 +147,6 @@ class NoDataclass(tp.Obstacle):
     """Nothing says what its keys are."""
 
 
-@dataclass
-class Thawed(tp.Obstacle):
-    """It may change after it was checked."""
-
-    place = property(PlaneCapsule.place.fget)
-    width = property(PlaneCapsule.width.fget)
-    contains = PlaneCapsule.contains
-
-
 def test_a_default_may_be_made() -> None:
     content: dict[str, Any] = tp.builtin("time-3").model_dump()
     scenario = tp.parse_scenario(content | {"obstacles": [{"shape": f"{__name__}:Disc", "center": [1.5, 1.5]}]})
@@ -165,7 +156,7 @@ def test_a_default_may_be_made() -> None:
 
 @pytest.mark.parametrize(
     "path",
-    [f"{__name__}:{name}" for name in ("Taken", "Hidden", "NoDataclass", "Thawed")] + ["problems:MovingObstacle"],
+    [f"{__name__}:{name}" for name in ("Taken", "Hidden", "NoDataclass")] + ["problems:MovingObstacle"],
 )
 def test_a_class_that_cannot_be_a_table_is_refused(path: str) -> None:
     content: dict[str, Any] = tp.builtin("time-3").model_dump()

@@ -114,7 +114,7 @@ WRONG: list[tuple[dict[str, Any], str, object, str]] = [
     (POINT, "model.samples", 50.5, "model.samples: a whole number is needed, not 50.5"),
     (POINT, "model.samples", 10_001, "model.samples: "),
     (changed(POINT, "arm.link_lengths", [0.02] * 100), "model.samples", 1000, "model.samples: .*at most 500"),
-    (POINT, "obstacles", POINT["obstacles"] * 101, "obstacles: .*at most 100 items"),
+    (POINT, "obstacles", POINT["obstacles"] * 1001, "obstacles: .*at most 1000 items"),
     (POINT, "solver.seed", 2**63, "solver.seed: "),
     (POINT, "solver.population", 10**30, "solver.population: "),
     (POINT, "solver.polish_starts", 10**30, "solver.polish_starts: "),

@@ -1,0 +1,187 @@
+"""Convex parts that hold a mesh: its pieces where they are convex, else what CoACD makes of them; proven.
+
+A triangle is held where all of it lies in parts. What sticks out of one part is cut off along its planes, and has to be
+held by the others.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from hashlib import sha256
+from importlib import import_module
+from importlib.util import find_spec
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from problems.base import FloatArray, InvalidProblem, cache
+from problems.geometry.hull import SAME_PLANE, Hull, enclosing
+
+VERSION = "1"  # of how parts are made: another finds none of those kept before
+MOST_PARTS, MOST_FACES = 64, 256
+SEEN_AS_ONE = 1e-6  # relative: corners of triangles
+WHOLE = 0.999  # of the area of a hull: a mesh that lies on it and has so much of it is convex
+SHEET = 0.0001  # m: half the thickness that a flat piece is given
+GROWTHS = (2e-5, 1e-4, 5e-4)  # m, of the parts of what is not convex, until they hold it
+AT_ONCE = 10_000_000  # distances from faces
+TINY = 1e-18  # m^2: an area that is none
+EXTRA = "tpbso-casadi[meshes]"
+
+
+def convex_parts(corners: FloatArray, hull: bool = False) -> list[Hull]:
+    """Convex parts that are proven to hold a mesh.
+
+    Args:
+        corners: of its triangles, (n, 3, 3), m.
+        hull: whether one part around all of it will do.
+
+    Raises:
+        InvalidProblem: ``mesh`` is not convex, and the library that divides it is not installed or fails.
+    """
+    pieces = [corners] if hull else list(_pieces(corners))
+    if len(pieces) > MOST_PARTS:
+        raise InvalidProblem("mesh", f"{len(pieces)} separate pieces, of at most {MOST_PARTS}; hull = true joins them")
+    parts = []
+    for piece in pieces:
+        around = Hull.of(_thickened(piece.reshape(-1, 3)))
+        one = hull or _is_on(piece, around)
+        parts += [_held(piece, around)] if one else _divided(piece)
+    if len(parts) > MOST_PARTS:
+        raise InvalidProblem("mesh", f"{len(parts)} convex parts, of at most {MOST_PARTS}; hull = true takes its hull")
+    return parts
+
+
+def _pieces(corners: FloatArray) -> Iterator[FloatArray]:
+    """Triangles that hang together."""
+    places = corners.reshape(-1, 3)
+    unit = SEEN_AS_ONE * max(float(np.ptp(places, axis=0).max()), np.finfo(float).tiny)
+    numbers = np.unique(np.round(places / unit), axis=0, return_inverse=True)[1].reshape(-1, 3)
+    one, two = np.concatenate([numbers[:, :2], numbers[:, 1:]]).T
+    graph = coo_array((np.ones(len(one)), (one, two)), shape=(numbers.max() + 1,) * 2)
+    labels = connected_components(graph, directed=False)[1][numbers[:, 0]]
+    return (corners[labels == label] for label in range(labels.max() + 1))
+
+
+def _thickened(points: FloatArray) -> FloatArray:
+    """Points (n, 3), m; of a flat piece those on both sides of it."""
+    away = points - points.mean(axis=0)
+    sizes, axes = np.linalg.svd(away, full_matrices=False)[1:]
+    flat = [axis for size, axis in zip(sizes, axes, strict=True) if size <= SHEET * np.sqrt(len(points))]
+    for axis in flat:
+        points = np.concatenate([points - SHEET * axis, points + SHEET * axis])
+    return points
+
+
+def _is_on(corners: FloatArray, hull: Hull) -> bool:
+    """Whether a mesh is the surface of its hull, with nothing that is open; or all of its middle, where it is flat."""
+    thick = float(np.ptp(corners.reshape(-1, 3) @ hull.normals.T, axis=0).min()) > SHEET
+    if areas(corners).sum() < WHOLE * areas(hull.faces).sum() / (1.0 if thick else 2.0):
+        return False
+    deepest = -10.0 * SAME_PLANE * float(np.ptp(hull.corners, axis=0).max()) - (0.0 if thick else SHEET)
+    points = np.concatenate([np.unique(corners.reshape(-1, 3), axis=0), corners.mean(axis=1)])
+    blocks = np.array_split(points, 1 + len(points) * len(hull.normals) // AT_ONCE)
+    return all(bool((hull.beyond(block).max(axis=1) >= deepest).all()) for block in blocks)
+
+
+def areas(corners: FloatArray) -> FloatArray:
+    """Of triangles (n, 3, 3), m: (n,), m^2."""
+    crossed = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(np.linalg.norm(crossed, axis=1) / 2.0)
+
+
+def _held(corners: FloatArray, hull: Hull) -> Hull:
+    """The hull of a mesh with few faces."""
+    part = enclosing(hull, MOST_FACES)
+    if sticking_out(corners, [part]):
+        raise InvalidProblem("mesh", "rounding keeps its hull from holding it: is it tiny?")
+    return part
+
+
+def _divided(corners: FloatArray) -> list[Hull]:
+    """The parts that CoACD makes of a mesh, grown until they hold it; kept in the user's cache."""
+    key = cache.key_of("parts", VERSION, sha256(np.ascontiguousarray(corners).tobytes()).hexdigest())
+    kept = cache.find_cover(key)
+    if kept is not None:
+        return [Hull.of(np.array(points)) for points in json.loads(kept)]
+    parts = _grown(corners, [Hull.of(_thickened(points)) for points in _coacd(corners)])
+    with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
+        cache.keep(key, json.dumps([part.corners.tolist() for part in parts]).encode(), "cover")
+    return parts
+
+
+def _grown(corners: FloatArray, hulls: Sequence[Hull]) -> list[Hull]:
+    for growth in GROWTHS:
+        parts = [enclosing(hull.grown(growth), MOST_FACES) for hull in hulls]
+        if not sticking_out(corners, parts):
+            return parts
+    raise InvalidProblem("mesh", "CoACD's parts do not hold it; hull = true takes its convex hull")
+
+
+def _coacd(corners: FloatArray) -> list[FloatArray]:
+    if find_spec("coacd") is None:
+        raise InvalidProblem(
+            "mesh", f"it is not convex; pip install '{EXTRA}' divides it, hull = true takes its convex hull"
+        )
+    import trimesh  # noqa: PLC0415 (half a second)
+
+    coacd = import_module("coacd")
+    coacd.set_log_level("off")
+    mesh = trimesh.Trimesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    mode = "off" if mesh.is_watertight else "on"
+    try:
+        parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), preprocess_mode=mode, seed=0)
+    except Exception as error:
+        raise InvalidProblem("mesh", f"CoACD fails: {error}; hull = true takes its convex hull") from error
+    return [np.asarray(points, dtype=np.float64) for points, _ in parts]
+
+
+def sticking_out(corners: FloatArray, parts: Sequence[Hull]) -> int:
+    """How many triangles (n, 3, 3), m, do not lie in the union of convex parts; whatever area of them it is."""
+    whole = [part.beyond(corners.reshape(-1, 3)).max(axis=1).reshape(-1, 3).max(axis=1) <= 0.0 for part in parts]
+    left = corners[~np.any(whole, axis=0)]
+    return sum(_sticks_out([triangle], parts) for triangle in left)
+
+
+def _sticks_out(polygons: list[FloatArray], parts: Sequence[Hull]) -> bool:
+    """Whether anything is left of polygons when what lies in the parts is cut away."""
+    for part in parts:
+        polygons = [piece for polygon in polygons for piece in _cut(polygon, part)]
+    return bool(polygons)
+
+
+def _cut(polygon: FloatArray, part: Hull) -> Iterator[FloatArray]:
+    """What of a convex polygon (n, 3), m, lies outside of a part."""
+    if (part.beyond(polygon) <= 0.0).all():
+        return
+    for normal, offset in zip(part.normals, part.offsets, strict=True):
+        heights = polygon @ normal - offset
+        if not (heights > 0.0).any():
+            continue
+        outside, polygon = _side(polygon, heights), _side(polygon, -heights)
+        if _area(outside) > TINY:
+            yield outside
+        if len(polygon) < 3:
+            return
+
+
+def _side(polygon: FloatArray, heights: FloatArray) -> FloatArray:
+    """The part of a convex polygon in which heights are not negative."""
+    ahead = np.roll(np.arange(len(polygon)), -1)
+    points = []
+    for k, n in enumerate(ahead):
+        if heights[k] >= 0.0:
+            points.append(polygon[k])
+        if heights[k] * heights[n] < 0.0:
+            share = heights[k] / (heights[k] - heights[n])
+            points.append(polygon[k] + share * (polygon[n] - polygon[k]))
+    return np.array(points).reshape(-1, 3)
+
+
+def _area(polygon: FloatArray) -> float:
+    if len(polygon) < 3:
+        return 0.0
+    fan = np.stack([np.broadcast_to(polygon[0], (len(polygon) - 2, 3)), polygon[1:-1], polygon[2:]], axis=1)
+    return float(areas(fan).sum())

@@ -1,0 +1,188 @@
+"""[[carried]] and may_touch: kept clear, weighed, stored, named; what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from helpers.meshed import write_meshed
+
+import tpbso_casadi as tp
+from problems.certify import limit_verdicts
+from problems.limits import Clearance, CoverClearance, cover_limits
+from problems.motions import Trajectory
+from problems.robots import SpatialArm
+from tpbso_casadi.scenario import InputFolder, Scenario, ScenarioError, parse_scenario
+
+START, GOAL = [0.0, -0.8, 0.0, -2.2, 0.0, 1.5, 0.8], [0.9, -0.8, 0.0, -2.0, 0.0, 1.5, 0.8]
+ENDS = {"start": {"joints": START}, "goal": {"joints": GOAL}}
+BOX = {"shape": "box", "center": [0.0, 0.0, 0.1], "size": [0.06, 0.06, 0.2], "mass": 0.5, "name": "part"}
+TABLE = {"shape": "box", "center": [0.45, 0.2, 0.2], "size": [0.5, 0.8, 0.1], "name": "table"}
+
+
+def scenario(folder: Path | None = None, **keys: Any) -> Scenario:
+    content = {"robot": {"model": "panda"}, "task": {"kind": "point-to-point", **ENDS}, **keys}
+    found = parse_scenario(content, None if folder is None else InputFolder(folder))
+    assert parse_scenario(found.model_dump(mode="json")) == found
+    return found
+
+
+def arm_of(found: Scenario) -> SpatialArm:
+    robot = found.criteria().robot
+    assert isinstance(robot, SpatialArm)
+    return robot
+
+
+def test_it_is_kept_clear_and_weighed() -> None:
+    bare, holding = arm_of(scenario()), arm_of(scenario(carried=[BOX]))
+    new = holding.spheres[len(bare.spheres) :]
+    assert {sphere.name for sphere in new} == {"part"} and {sphere.link for sphere in new} == {7}
+    assert holding.payload is not None and bare.payload is None
+    assert (holding.payload.mass, holding.payload.center) == (0.5, (0.0, 0.0, 0.1))
+    theta = np.array([START])
+    still = np.zeros_like(theta)
+    heavier = holding.inverse_dynamics(theta, still, still) - bare.inverse_dynamics(theta, still, still)
+    assert float(np.abs(np.array(heavier)).max()) > 1.0  # N m
+
+
+def test_a_payload_that_is_stated_is_carried_too() -> None:
+    robot = {"model": "panda", "payload": {"mass": 1.0, "center": [0.0, 0.0, 0.05]}}
+    payload = arm_of(scenario(robot=robot, carried=[BOX])).payload
+    assert payload is not None and payload.mass == 1.5
+    assert payload.center[2] == pytest.approx((0.05 + 0.5 * 0.1) / 1.5)
+
+
+def test_it_does_not_pass_through_anything() -> None:
+    high = TABLE | {"center": [0.45, 0.2, 0.3]}
+    with pytest.raises(ScenarioError, match=r"task\.start: part, table, Box at \(0\.45, 0\.2, 0\.3\): clearance"):
+        scenario(carried=[BOX], obstacles=[high]).problem()
+    arm = arm_of(scenario(carried=[BOX], obstacles=[high], may_touch=[["table", "part"]]))
+    assert arm.may_touch == (("part", "table"),)
+    assert "contact of part and table, which may touch" in arm.unjudged
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {"shape": "sphere", "center": [0, 0, 0.1], "radius": 0.05},
+        {"shape": "cylinder", "center": [0, 0, 0.1], "radius": 0.05, "length": 0.1},
+        {"shape": "capsule", "center": [0, 0, 0.1], "radius": 0.03, "length": 0.1},
+        {"shape": "ellipsoid", "center": [0, 0, 0.1], "semi_axes": [0.05, 0.03, 0.08]},
+        {"shape": "polytope", "points": [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]]},
+        {"shape": "mesh", "file": "part.stl", "scale": 0.001, "center": [0, 0, 0.1]},
+        {"shape": "points", "file": "part.npy", "radius": 0.01, "center": [0, 0, 0.1]},
+    ],
+    ids=lambda shape: shape["shape"],
+)
+def test_any_shape_is_carried(shape: dict[str, Any], tmp_path: Path) -> None:
+    trimesh.creation.icosphere(2, 50.0).export(tmp_path / "part.stl")
+    np.save(tmp_path / "part.npy", np.random.default_rng(0).uniform(-0.03, 0.03, (50, 3)))
+    arm = arm_of(scenario(tmp_path, carried=[shape | {"mass": 1.0}]))
+    own = [sphere for sphere in arm.spheres if sphere.name == "carried"]
+    assert own and arm.payload is not None and arm.payload.mass == pytest.approx(1.0)
+    reach = max(np.linalg.norm(np.array(sphere.center)) + sphere.radius for sphere in own)
+    assert reach < 0.5
+
+
+def test_a_mass_that_is_not_stated_is_said() -> None:
+    part = {key: value for key, value in BOX.items() if key != "mass"}
+    arm = arm_of(scenario(carried=[part]))
+    assert arm.payload is None and "the weight of part: no mass is stated" in arm.unjudged
+
+
+@pytest.mark.parametrize(
+    ("keys", "reason"),
+    [
+        ({"carried": [BOX, BOX]}, r"carried\.1\.name: 'part' is there twice"),
+        ({"carried": [BOX | {"name": "panda_link5"}]}, r"carried: the robot has a link 'panda_link5'"),
+        (
+            {"carried": [BOX | {"velocity": [0.1, 0.0, 0.0]}]},
+            r"carried\.0\.velocity: what is carried moves with",
+        ),
+        (
+            {"carried": [{"shape": "half-space", "center": [0, 0, 0]}]},
+            r"carried\.0\.shape: HalfSpace cannot be",
+        ),
+        ({"carried": [{"center": [0, 0], "semi_axes": [1, 1]}]}, r"carried\.0\.shape: Ellipse is in the plane"),
+        ({"carried": [BOX | {"mass": -1.0}]}, r"carried\.0\.mass: "),
+        ({"carried": [BOX | {"sise": 1.0}]}, r"carried\.0\.sise: unknown key; did you mean size"),
+        ({"carried": [{"shape": "mesh"}]}, r"carried\.0\.file: missing key"),
+        (
+            {"may_touch": [["panda_hand", "tabel"]], "obstacles": [TABLE]},
+            r"may_touch\.0: nothing is called 'tabel'; did",
+        ),
+        ({"may_touch": [["table", "table"]], "obstacles": [TABLE]}, r"may_touch\.0: both are obstacles"),
+        ({"may_touch": [["panda_hand"]]}, r"may_touch\.0"),
+    ],
+)
+def test_what_is_refused(keys: dict[str, Any], reason: str) -> None:
+    with pytest.raises(ScenarioError, match=reason):
+        scenario(**keys).problem()
+
+
+def test_in_the_plane_nothing_is_carried() -> None:
+    content: dict[str, Any] = tp.builtin("obstacle-3").model_dump(mode="json")
+    with pytest.raises(ScenarioError, match="carried: of robots in space alone"):
+        parse_scenario(content | {"carried": [BOX]}).problem()
+    with pytest.raises(ScenarioError, match="may_touch: two bodies of the robot itself"):
+        parse_scenario(content | {"may_touch": [["link 1", "link 3"]]}).problem()
+
+
+def test_a_link_in_the_plane_may_touch_an_obstacle() -> None:
+    content: dict[str, Any] = tp.builtin("obstacle-3").model_dump(mode="json")
+    content["obstacles"][0]["name"] = "post"
+    (before,) = (limit for limit in parse_scenario(content).problem().limits if isinstance(limit, Clearance))
+    problem = parse_scenario(content | {"may_touch": [["link 2", "post"]]}).problem()
+    (limit,) = (limit for limit in problem.limits if isinstance(limit, Clearance))
+    seen = {(pair.body.name, pair.number) for pair in limit.pairs}
+    assert {(pair.body.name, pair.number) for pair in before.pairs} - seen == {("link 2", 1)}
+    assert any("post" in str(pair) for pair in limit.pairs)
+
+
+def test_own_links_may_touch() -> None:
+    keys: dict[str, Any] = {"carried": [BOX], "may_touch": [["part", "panda_link0"]]}
+    arm, before = arm_of(scenario(**keys)), arm_of(scenario(carried=[BOX]))
+
+    def together(robot: SpatialArm) -> set[frozenset[str]]:
+        pairs = (*robot.kept_pairs, *robot.proven_pairs)
+        return {frozenset((robot.spheres[a].name, robot.spheres[b].name)) for a, b in pairs}
+
+    assert together(before) - together(arm) == {frozenset(("part", "panda_link0"))}
+    assert any("part and panda_link0" in line or "panda_link0 and part" in line for line in arm.unjudged)
+
+
+def test_an_arm_with_meshes_holds_a_cover_of_it(tmp_path: Path) -> None:
+    robot = {"urdf": str(write_meshed(tmp_path)), "max_acceleration": 5.0}
+    content: dict[str, Any] = {
+        "robot": robot,
+        "task": {"kind": "point-to-point", "start": {"joints": [0.0, 0.0, 0.0]}, "goal": {"joints": [0.4, 0.3, 0.2]}},
+        "carried": [BOX | {"mass": 0.1}],
+        "obstacles": [{"shape": "box", "center": [0.0, 0.0, 1.5], "size": [0.1, 0.1, 0.1], "name": "lamp"}],
+    }
+    found = parse_scenario(content, InputFolder(Path(), outside_allowed=True))
+    arm = arm_of(found)
+    assert arm.cover is not None
+    link = next(link for link in arm.cover.links if link.name == "part")
+    assert link.body == arm.dof and link.overhang < 0.005
+    names = {frozenset((arm.cover.links[a].name, arm.cover.links[b].name)) for a, b in arm.cover.pairs}
+    assert frozenset(("lower", "part")) in names
+    limit = next(limit for limit in cover_limits(arm, found.criteria().obstacles) if isinstance(limit, CoverClearance))
+    still = Trajectory(np.array([0.0, 1.0]), np.zeros((1, 1, arm.dof)))
+    (verdict,) = limit_verdicts([limit], still)
+    assert verdict.where.startswith("part, lamp")
+    others = replace(limit, robot=replace(arm, may_touch=(("part", "lamp"),)))
+    (verdict,) = limit_verdicts([others], still)
+    assert not verdict.where.startswith("part")
+
+
+def test_from_python() -> None:
+    part = tp.Box(center=(0.0, 0.0, 0.1), size=(0.06, 0.06, 0.2), name="part")
+    found = tp.scenario_of("panda", **ENDS, obstacles=[TABLE], carried=[part], may_touch=[("part", "table")])
+    assert arm_of(found).may_touch == (("part", "table"),)
+    assert tp.scenario_of(found, carried=[]).carried == []
+    with pytest.raises(ScenarioError, match="carried: a list is needed"):
+        tp.scenario_of("panda", **ENDS, carried=5)

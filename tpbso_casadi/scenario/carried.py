@@ -1,0 +1,140 @@
+"""[[carried]]: bodies that the tool holds, with the shapes of obstacles; and which contacts are allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Self
+
+import numpy as np
+from pydantic import Field, ValidatorFunctionWrapHandler, model_serializer, model_validator
+
+from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, InvalidProblem, Obstacle, Polytope, Robot
+from problems.base import FloatArray
+from problems.geometry import ball_corners
+from problems.robots import BoxShape, CapsuleShape, Carried, CylinderShape, HullShape, Shape, SphereShape, as_point
+from problems.scene import Solid
+from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.obstacle_section import ObstacleSection
+from tpbso_casadi.scenario.obstacles import AnyObstacle
+from tpbso_casadi.scenario.validation import Positive, ScenarioError, Section, hint
+
+MOST_CARRIED = 20
+DEFAULT_NAME = "carried"
+OWN = ("mass",)  # keys that an obstacle has not
+
+
+class CarriedSection(Section):
+    """One of the [[carried]]: the keys of an obstacle, in the tool's frame, and its mass in kg, spread evenly."""
+
+    mass: Positive | None = None
+    body: AnyObstacle = Field(repr=False)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _from_flat(cls, table: Any, handler: ValidatorFunctionWrapHandler) -> Self:
+        if not isinstance(table, dict):
+            return handler(table)  # type: ignore[no-any-return]
+        own = {key: table[key] for key in OWN if key in table}
+        return handler({**own, "body": {key: value for key, value in table.items() if key not in OWN}})  # type: ignore[no-any-return]
+
+    @model_serializer(mode="plain")
+    def _flat(self) -> dict[str, Any]:
+        return self.body.model_dump() | ({} if self.mass is None else {"mass": self.mass})
+
+    @property
+    def name(self) -> str:
+        """Its own, or the usual one."""
+        return self.body.name or DEFAULT_NAME
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same with what is in the file that it names.
+
+        Raises:
+            ScenarioError: it cannot be read.
+        """
+        return self.model_copy(update={"body": self.body.with_files(folder)})
+
+    def build(self) -> Carried:
+        """The body itself.
+
+        Raises:
+            InvalidProblem: it cannot be carried.
+        """
+        if self.body.moves:
+            raise InvalidProblem("velocity", "what is carried moves with the tool")
+        shapes = tuple(_shape(part) for part in self.body.parts())
+        return Carried(self.name, shapes, self.mass)
+
+
+def _shape(part: Obstacle) -> Shape:
+    """A solid as a part of a link."""
+    if not isinstance(part, Solid):
+        raise InvalidProblem("shape", f"{type(part).__name__} is in the plane, or of somebody's own")
+    pose: dict[str, Any] = {
+        "translation": as_point(part.center), "rotation": tuple(as_point(row) for row in part.axes)
+    }  # fmt: skip
+    match part:
+        case Box():
+            return BoxShape(**pose, sizes=part.size)
+        case Ball():
+            return SphereShape(**pose, radius=part.radius)
+        case Cylinder():
+            return CylinderShape(**pose, radius=part.radius, length=part.length)
+        case Capsule():
+            return CapsuleShape(**pose, radius=part.radius, length=part.length)
+        case Polytope():
+            return HullShape(**pose, points=part.points)
+        case Ellipsoid():
+            return HullShape(**pose, points=_points(ball_corners() * np.array(part.semi_axes)))
+    raise InvalidProblem("shape", f"{type(part).__name__} cannot be carried")
+
+
+def _points(places: FloatArray) -> tuple[tuple[float, float, float], ...]:
+    return tuple(as_point(place) for place in places)
+
+
+def carried_bodies(tables: Sequence[CarriedSection]) -> tuple[Carried, ...]:
+    """The bodies themselves.
+
+    Raises:
+        ScenarioError: one cannot be carried, or two have the same name.
+    """
+    bodies: list[Carried] = []
+    for number, table in enumerate(tables):
+        try:
+            bodies.append(table.build())
+        except InvalidProblem as error:
+            raise ScenarioError(f"carried.{number}.{error.field}: {error.reason}") from error
+        if bodies[-1].name in [body.name for body in bodies[:-1]]:
+            raise ScenarioError(f"carried.{number}.name: {bodies[-1].name!r} is there twice; state names")
+    return tuple(bodies)
+
+
+def own_contacts(pairs: Sequence[tuple[str, str]], obstacles: Sequence[ObstacleSection]) -> list[tuple[str, str]]:
+    """Of the pairs of names that may touch those of the robot's own bodies: of none of the obstacles."""
+    names = {obstacle.name for obstacle in obstacles}
+    return [pair for pair in pairs if names.isdisjoint(pair)]
+
+
+def with_contacts(robot: Robot, pairs: Sequence[tuple[str, str]], obstacles: Sequence[Obstacle]) -> Robot:
+    """The robot, of whose bodies some may touch some obstacles.
+
+    Raises:
+        ScenarioError: a pair is not of a body of the robot and the name of an obstacle.
+    """
+    names = {obstacle.unmoved.name for obstacle in obstacles} - {""}
+    found = []
+    for number, pair in enumerate(pairs):
+        for name in pair:
+            if name not in names and name not in robot.body_names:
+                known = [*robot.body_names, *sorted(names)]
+                raise ScenarioError(
+                    f"may_touch.{number}: nothing is called {name!r}{hint(name, known)}; there are {', '.join(known)}"
+                )
+        one, two = pair
+        if one in names and two in names:
+            raise ScenarioError(f"may_touch.{number}: both are obstacles, which nobody keeps apart")
+        if one in names or two in names:
+            found.append((two, one) if one in names else (one, two))
+    return replace(robot, may_touch=tuple(found))

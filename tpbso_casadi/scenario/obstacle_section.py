@@ -1,0 +1,152 @@
+"""What every table of an obstacle says: a shape, a name, and how it moves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated, Any, ClassVar, Self
+
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+
+from problems import ConstantVelocity, InvalidProblem, MovingObstacle, Obstacle
+from problems.scene import ObstacleMotion
+from tpbso_casadi.scenario.input_files import (
+    MOST_MOTION_ROWS,
+    InputFolder,
+    in_radians,
+    motion_through,
+    read_motion_rows,
+)
+from tpbso_casadi.scenario.validation import NotNegative, Number, ScenarioError, Section, Word
+
+MOST_NUMBERS = 8  # of a row
+MotionRow = Annotated[list[Number], Field(max_length=MOST_NUMBERS)]
+
+
+class ObstacleSection(Section):
+    """One of the [[obstacles]]: the interface of every shape, and how the obstacle moves.
+
+    ``velocity`` is in m/s. ``motion`` names a file with the header ``t,x,y[,angle]`` or ``t,x,y,z[,qx,qy,qz,qw]``: s, m
+    and the unit of the file's angles; where the frame is over time in which the rest of the table is stated. Once it is
+    read its rows stand in ``motion_rows``, so that a result is complete without the file.
+    """
+
+    left_out: ClassVar[tuple[str, ...]] = ("name", "velocity", "motion", "motion_rows", "margin_rate")  # where empty
+
+    shape: Word
+    name: Word = ""
+    velocity: Annotated[list[Number], Field(min_length=2, max_length=3)] | None = None
+    motion: Word | None = None
+    motion_rows: Annotated[list[MotionRow], Field(max_length=MOST_MOTION_ROWS)] | None = None
+    margin_rate: NotNegative = 0.0
+
+    @model_serializer(mode="wrap")
+    def _as_stated(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Nothing of a name, and of a motion, where there is none."""
+        content: dict[str, Any] = serialize(self)
+        return {
+            key: value for key, value in content.items() if key not in self.left_out or value not in (None, 0.0, "")
+        }
+
+    @classmethod
+    def variant(cls, table: Mapping[str, Any]) -> type[ObstacleSection]:
+        """The class that reads a table of this shape: itself, unless the same word means two shapes."""
+        return cls
+
+    @property
+    def corners(self) -> int:
+        """How much the shape adds to a model, in corners of a polygon."""
+        return 1
+
+    @property
+    def rows(self) -> int:
+        """Those of its table of motion."""
+        return len(self.motion_rows or ())
+
+    def build(self) -> Obstacle:
+        """The obstacle itself, standing still.
+
+        Raises:
+            InvalidProblem: it cannot be.
+        """
+        raise NotImplementedError
+
+    def parts(self) -> tuple[Obstacle, ...]:
+        """The obstacles that it is made of, standing still: itself by default.
+
+        Raises:
+            InvalidProblem: it cannot be.
+        """
+        return (self.build(),)
+
+    @property
+    def moves(self) -> bool:
+        """Whether anything is said of a motion."""
+        return self.velocity is not None or self.motion is not None or self.motion_rows is not None
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same obstacle with what is in the files that it names.
+
+        Raises:
+            InvalidProblem: it cannot be.
+            ScenarioError: a file cannot be read, may not be, or does not say what it should.
+        """
+        shaped = self._with_shape(folder)
+        if shaped.motion is None or shaped.motion_rows is not None:
+            return shaped
+        try:
+            rows = read_motion_rows(folder, shaped.motion, shaped.parts()[0].dim)
+        except ScenarioError as error:
+            raise ScenarioError(f"motion: {error}") from error
+        return shaped.model_copy(update={"motion_rows": rows})
+
+    def _with_shape(self, folder: InputFolder) -> Self:
+        """The same with its shape, where a file has it; by default none does."""
+        return self
+
+    def in_radians(self) -> Self:
+        """The same, read as a table in degrees; so is the angle of a table of motion."""
+        converted = super().in_radians()
+        if self.motion_rows is None or not self._is_planar:
+            return converted
+        return converted.model_copy(update={"motion_rows": in_radians(self.motion_rows)})
+
+    @property
+    def _is_planar(self) -> bool:
+        try:
+            return self.parts()[0].dim == 2
+        except InvalidProblem:  # said when it is built
+            return False
+
+    def built(self, number: int) -> tuple[Obstacle, ...]:
+        """The obstacles that it is made of, with its motion where it has one.
+
+        Args:
+            number: of the table, from 1, which stands in for a name where it has several parts.
+
+        Raises:
+            InvalidProblem: it cannot be, or it is said to move in two ways.
+        """
+        still = self.parts()
+        name = self.name or ("" if len(still) == 1 else f"obstacle {number}")
+        still = tuple(replace(part, name=name) for part in still) if name else still
+        if not self.moves:
+            if self.margin_rate:
+                raise InvalidProblem("margin_rate", "the obstacle stands still; state a velocity, or a motion")
+            return still
+        motion = self._motion(still[0].dim)
+        return tuple(MovingObstacle(part, motion, self.margin_rate) for part in still)
+
+    def _motion(self, dim: int) -> ObstacleMotion:
+        if self.velocity is not None:
+            if self.motion is not None or self.motion_rows is not None:
+                raise InvalidProblem(
+                    "velocity", "the motion says already how the obstacle moves; leave one of them out"
+                )
+            if len(self.velocity) != dim:
+                reason = f"{len(self.velocity)} numbers of an obstacle in {dim} dimensions"
+                raise InvalidProblem("velocity", reason)
+            return ConstantVelocity(tuple(self.velocity))
+        if self.motion_rows is None:
+            raise InvalidProblem("motion", f"{self.motion!r} has not been read; only a scenario file can name a CSV")
+        return motion_through(self.motion_rows, dim)
