@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, reduce
 from typing import ClassVar, Self
@@ -169,11 +169,15 @@ def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 
 def all_pairs(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[CollisionPair, ...]:
     """All pairs of a body that a joint moves and an obstacle."""
     bodies = moving_bodies(robot)
-    return tuple(
-        CollisionPair(body, number, obstacle, measured=is_measured(robot, body, obstacle))
-        for number, obstacle in enumerate(obstacles, start=1)
-        for body in bodies
-    )
+    return pairs_among(robot, ((body, number) for number in range(len(obstacles)) for body in bodies), obstacles)
+
+
+def pairs_among(
+    robot: Robot, numbered: Iterable[tuple[Body, int]], obstacles: Sequence[Obstacle]
+) -> tuple[CollisionPair, ...]:
+    """Pairs of bodies and obstacles, these by their places among all, from 0 on."""
+    each = ((body, number, obstacles[number]) for body, number in numbered)
+    return tuple(CollisionPair(body, n + 1, one, measured=is_measured(robot, body, one)) for body, n, one in each)
 
 
 def is_measured(robot: Robot, body: Body, obstacle: Obstacle) -> bool:
