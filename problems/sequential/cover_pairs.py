@@ -23,7 +23,6 @@ from problems.limits import (
     pairs_among,
 )
 from problems.robots import Body, SpatialArm, Sphere
-from problems.robots.transform import as_point
 from problems.scene import Obstacle
 from problems.sequential.nearness import Nearness
 
@@ -113,8 +112,8 @@ class CoverPairs:
         nodes = Nodes.of(self.robot.cover, self.robot.chain)
         balls = nodes.tree.nodes
         spheres = [
-            Sphere(int(nodes.body[n]), as_point(balls.centers[n]), float(balls.radii[n]), f"ball {n}")
-            for n in self._nodes
+            Sphere(int(nodes.body[n]), (x, y, z), float(balls.radii[n]), f"ball {n}")
+            for n, (x, y, z) in zip(self._nodes, balls.centers[self._nodes].tolist(), strict=True)
         ]
         return replace(self.robot, spheres=(*self.robot.spheres, *spheres))
 
