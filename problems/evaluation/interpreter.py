@@ -237,14 +237,14 @@ class ColumnFunction:
     def __call__(self, arguments: Sequence[Sequence[ca.MX]], constants: Sequence[ca.MX]) -> list[list[ca.MX]]:
         """The entries of each output, given those of each input and symbols for the constants."""
         given = [entry for argument in arguments for entry in argument]
-        results = iter(self._function.call([*given, *constants]))
+        results = iter(self._function.call([*given, ca.vertcat(*constants)]))
         return [[next(results) for _ in range(size)] for size in self._sizes]
 
 
 def _in_columns(
     function: ca.Function, width: int, shared: Sequence[str], columns: Columns[E]
 ) -> tuple[ca.Function, list[float]]:
-    """The function of a batch, of entries and then constants, and these constants."""
+    """The function of a batch, of entries and then a column of constants, and these constants."""
     arguments = [
         [columns.symbol(name, 1 if name in shared else width) for _ in range(function.size1_in(name))]
         for name in function.name_in()
@@ -252,5 +252,6 @@ def _in_columns(
     results = [entry for result in interpret(function, arguments, columns) for entry in result]
     results = [entry if entry.numel() == width else ca.repmat(entry, width) for entry in results]
     constants = columns.constants.values()
-    inputs = [entry for argument in arguments for entry in argument] + [symbol for _, symbol in constants]
+    inputs = [entry for argument in arguments for entry in argument]
+    inputs.append(ca.vertcat(*(symbol for _, symbol in constants)))  # one input: there may be thousands
     return ca.Function("columns", inputs, results), [value for value, _ in constants]

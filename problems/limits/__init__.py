@@ -5,8 +5,15 @@ from typing import Protocol
 
 from problems.base import InvalidProblem
 from problems.limits.accuracy import Accuracy, AngularAccuracy, shares_along
-from problems.limits.clearance import MAX_STEP_SHARE, Clearance, CollisionPair, StepLimit, reachable_pairs
-from problems.limits.cover_nodes import Items, Postures
+from problems.limits.clearance import (
+    MAX_STEP_SHARE,
+    Clearance,
+    CollisionPair,
+    StepLimit,
+    pairs_among,
+    reachable_pairs,
+)
+from problems.limits.cover_nodes import Items, Nodes, Postures
 from problems.limits.covers import (
     CoverClearance,
     CoverLimit,
@@ -40,7 +47,7 @@ from problems.limits.limit import (
     reach_limit,
     scaling,
 )
-from problems.limits.proximity import Pair, Proximity, SelfClearance, clearances
+from problems.limits.proximity import BodyPair, Pair, Proximity, SelfClearance, clearances
 from problems.limits.staying import AT_GOAL, TaperedMargin, looks, stay_constraints, stay_matters, time_dependent_parts
 from problems.robots import Robot
 from problems.scene import Obstacle
@@ -98,6 +105,7 @@ __all__ = [
     "SAMPLING_MARGIN",
     "Accuracy",
     "AngularAccuracy",
+    "BodyPair",
     "Clearance",
     "CollisionPair",
     "Constraint",
@@ -109,6 +117,7 @@ __all__ = [
     "Items",
     "Limit",
     "LimitKind",
+    "Nodes",
     "Pair",
     "PenaltyKind",
     "Postures",
@@ -130,6 +139,7 @@ __all__ = [
     "longest_time_scale",
     "looks",
     "minimum_time_scale",
+    "pairs_among",
     "peaks_of",
     "proximity_limits",
     "reach_limit",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, reduce
 from typing import ClassVar, Self
@@ -170,10 +170,19 @@ def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 
 
 def all_pairs(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[CollisionPair, ...]:
     """All pairs of a body that a joint moves and an obstacle that it must not touch."""
+    bodies = moving_bodies(robot)
+    return pairs_among(robot, ((body, number) for number in range(len(obstacles)) for body in bodies), obstacles)
+
+
+def pairs_among(
+    robot: Robot, numbered: Iterable[tuple[Body, int]], obstacles: Sequence[Obstacle]
+) -> tuple[CollisionPair, ...]:
+    """Those pairs of bodies and obstacles, these by their places among all, from 0 on, that must not touch."""
+    each = ((body, number, obstacles[number]) for body, number in numbered)
     return tuple(
-        CollisionPair(body, number, obstacle, measured=is_measured(robot, body, obstacle))
-        for number, obstacle in enumerate(obstacles, start=1)
-        for body in bodies_kept_from(robot, obstacle)
+        CollisionPair(body, number + 1, obstacle, measured=is_measured(robot, body, obstacle))
+        for body, number, obstacle in each
+        if not robot.may_meet(body.name, obstacle.unmoved.name)
     )
 
 

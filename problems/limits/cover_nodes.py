@@ -92,6 +92,10 @@ class Postures(NamedTuple):
         """These and others."""
         return Postures(*(np.concatenate(parts) for parts in zip(self, other, strict=True)))
 
+    def taken(self, chosen: Numbers) -> Postures:
+        """Some of them."""
+        return Postures(*(part[chosen] for part in self))
+
     def points(self, rows: Numbers, bodies: Numbers, points: FloatArray) -> FloatArray:
         """Where points (m, 3) of bodies are in some of the postures, (m, 3), m."""
         turned = np.einsum("mij,mj->mi", self.rotations[rows, bodies], points)

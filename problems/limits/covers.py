@@ -114,12 +114,23 @@ class CoverLimit(Limit):
             times: of the postures.
             each: whether in every one of them; else in that in which anything comes nearest, and (1,) is returned.
         """
-        postures, items = Postures.of(self.robot, theta, times), self.roots(len(theta))
-        count = len(theta) if each else 1
-        least, best = np.full(count, np.inf), Items(*(np.zeros(count, dtype=np.intp) for _ in range(3)))
+        return self.nearest_of(self.roots(len(theta)), Postures.of(self.robot, theta, times), each)
+
+    def nearest_of(self, items: Items, postures: Postures, each: bool = True, below: float = np.inf) -> Nearest:
+        """The balls that come nearest of those that some items hold.
+
+        Args:
+            items: to be opened.
+            postures: n of them.
+            each: as for :meth:`nearest`.
+            below: only balls nearer than that count, m; where there are none, that is the clearance.
+        """
+        count = len(postures.times) if each else 1
+        least, best = np.full(count, below), Items(*(np.zeros(count, dtype=np.intp) for _ in range(3)))
+        reached = self._reached(items, postures)
+        np.minimum.at(least, reached.items.row * each, np.nextafter(reached.clearance, np.inf))
         while len(items.row):
-            gaps, sizes = self.gaps(items, postures), self.sizes(items)
-            place = items.row if each else np.zeros_like(items.row)
+            gaps, sizes, place = self.gaps(items, postures), self.sizes(items), items.row * each
             ends = np.flatnonzero(sizes == 0.0)
             ends = ends[np.argsort(-gaps[ends], kind="stable")]  # the nearest comes last, and stays
             nearer = ends[gaps[ends] < least[place[ends]]]
@@ -131,6 +142,22 @@ class CoverLimit(Limit):
             items = items.taken((sizes > 0.0) & (gaps <= within[place]))
             items = self.opened(items) if len(items.row) else items
         return Nearest(least, best)
+
+    def _reached(self, items: Items, postures: Postures) -> Nearest:
+        """The balls to which the node that seems nearest leads, again and again: none that is nearest is farther."""
+        sizes = self.sizes(items)
+        while sizes.any():
+            items = self.parted(items)
+            sizes = self.sizes(items)
+            order = np.lexsort((self.gaps(items, postures) + sizes, items.row))
+            first = order[np.diff(items.row[order], prepend=-1) > 0]
+            items, sizes = items.taken(first), sizes[first]
+        return Nearest(self.gaps(items, postures), items)
+
+    def parted(self, items: Items) -> Items:
+        """The same in smaller parts, where they have any."""
+        whole = self.sizes(items) == 0.0
+        return items if whole.all() else Items.joined([items.taken(whole), self.opened(items.taken(~whole))])
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The nearest of all at each sample; of numbers."""

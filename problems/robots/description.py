@@ -206,7 +206,7 @@ class RobotDescription:
 
         Args:
             read: the content of a mesh's file.
-            overhang: of the balls for searches, m; 20 mm, or 2 % of the reach where that is less, if None.
+            overhang: of the balls for searches, m; 20 mm, or 3 % of the reach where that is less, if None.
             ignored: names of links that are left out.
 
         Raises:

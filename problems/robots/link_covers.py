@@ -17,7 +17,7 @@ from problems.robots.spheres import Ball
 from problems.robots.transform import as_point
 
 COARSE_OVERHANG = 0.02  # m, of the balls for searches, or
-COARSE_SHARE = 0.02  # of the reach, where that is less
+COARSE_SHARE = 0.03  # of the reach, where that is less
 FINE_OVERHANG = 0.002  # m, of the balls for proofs
 STANDING_SHARE = 0.01  # of the size of what no joint moves, if that is more: mobile bases are large
 

@@ -299,7 +299,8 @@ class SpatialArm(Robot):
     @property
     def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
         """Those of ``kept_pairs``, the one nearer the base first; where a cover decides, what surely lies in them."""
-        return self._bodies_of(self.kept_pairs, self.bodies if self.cover is None else self._inner_bodies)
+        bodies = self.bodies if self.cover is None else tuple(map(self.among_own, self.inner_bodies))
+        return self._bodies_of(self.kept_pairs, bodies)
 
     @property
     def proven_own_pairs(self) -> tuple[tuple[Body, Body], ...]:
@@ -312,9 +313,13 @@ class SpatialArm(Robot):
         return tuple((bodies[one], bodies[two]) for one, two in pairs)
 
     @cached_property
-    def _inner_bodies(self) -> tuple[Body, ...]:
-        other = (self.self_margin - self.margin) / 2.0  # their pairs keep the margin, as all pairs do
-        return tuple(replace(body, radius=self.inner(number) + other) for number, body in enumerate(self.bodies))
+    def inner_bodies(self) -> tuple[Body, ...]:
+        """Of the spheres what surely lies in the links: balls around the same centres."""
+        return tuple(replace(body, radius=self.inner(number)) for number, body in enumerate(self.bodies))
+
+    def among_own(self, body: Body) -> Body:
+        """A ball as thick as links have to be that keep ``self_margin``, where all pairs keep the margin."""
+        return replace(body, radius=body.radius + (self.self_margin - self.margin) / 2.0)
 
     def inner(self, number: int) -> float:
         """Radius of the ball in the middle of a sphere that surely lies in the body, m; 0 where none is known."""

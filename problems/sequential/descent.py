@@ -244,6 +244,10 @@ class Descent:
         """Which pairs are with an obstacle that moves, (pairs,)."""
         return np.array([pair.is_time_dependent for pair in self.nearness.pairs], dtype=bool)
 
+    def samples_of(self, motion: PathSpeed) -> tuple[FloatArray, FloatArray]:
+        """Where clearances are looked at: postures (n, k), rad, and times (n,), s."""
+        return self._clearance_basis @ motion.controls, self._clock.times(motion)
+
     def __call__(self, start: PathSpeed, to_beat: float = np.inf) -> Reached:
         """The best motion that steps from a start lead to.
 
@@ -311,7 +315,7 @@ class Descent:
 
     def measured(self, motion: PathSpeed, trust: float) -> Reached:
         """How near a motion comes that keeps its limits."""
-        theta, times = self._clearance_basis @ motion.controls, self._clock.times(motion)
+        theta, times = self.samples_of(motion)
         looked_at = LOOKED_AT * trust * (2.0 if self.nearness.is_time_dependent else 1.0)
         near = self.nearness.near(theta, times, self.kept + self.spare + looked_at)
         spares = self._spares(near)
@@ -325,7 +329,7 @@ class Descent:
         When the goal is reached is not given. Of a robot with covers, which decide what is clear, bodies that are
         thicker may come as near as they are there.
         """
-        spares = np.full(len(self.nearness.pairs), self.spare)
+        spares = self.spare * self.nearness.spare_shares
         last = (near.samples == len(self._clearance_basis) - 1) & ~self._moving[near.pairs]
         ends = (near.samples == 0) | last
         room = near.clearances[ends] - self.kept
@@ -342,7 +346,7 @@ class Descent:
             trust: how far a control point may move, rad.
         """
         near = around.near.thinned(CLEARANCE_ROWS)
-        theta, times = self._clearance_basis @ around.motion.controls, self._clock.times(around.motion)
+        theta, times = self.samples_of(around.motion)
         gradients, by_time = self.nearness.gradients(theta, times, near)
         room = near.clearances - self.kept - around.spares[near.pairs]
         reach = np.abs(gradients).sum(axis=1) * trust

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray, Matrix, as_array
-from problems.limits import Pair, Proximity
+from problems.limits import BodyPair, Pair, Proximity
 from problems.robots import Robot
 
 COARSE = 4  # grid points from one at which all pairs are computed to the next
@@ -80,10 +80,12 @@ class Nearness:
     Args:
         robot: that moves.
         limits: on what it keeps clear of.
+        own_share: of the clearance that is kept at samples on top of the margin, what pairs of its own bodies keep.
     """
 
     robot: Robot
     limits: tuple[Proximity, ...]
+    own_share: float = 1.0
 
     @cached_property
     def pairs(self) -> list[Pair]:
@@ -93,6 +95,11 @@ class Nearness:
     @cached_property
     def _thickness(self) -> FloatArray:
         return np.array([float(pair.thickness) for pair in self.pairs])
+
+    @cached_property
+    def spare_shares(self) -> FloatArray:
+        """Of the spare clearance, what each pair keeps, (pairs,)."""
+        return np.array([self.own_share if isinstance(pair, BodyPair) else 1.0 for pair in self.pairs])
 
     @cached_property
     def _groups(self) -> list[_Group]:

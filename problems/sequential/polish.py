@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 
 from problems.base import FloatArray
 from problems.limits import Limit, Proximity, TorqueLimit
 from problems.motions import Trajectory
+from problems.sequential.cover_pairs import CoverPairs
 from problems.sequential.descent import Descent, Reached
 from problems.sequential.kept_limits import JointTorques, KeptLimits
 from problems.sequential.nearness import Nearness
@@ -76,6 +78,7 @@ SPACE = MotionSpace(path_pieces=12, speed_pieces=24)
 MOVING_SPACE = replace(SPACE, parts=IN_PIECE)  # where obstacles move
 SPARES = (6e-3, 1.2e-2, 2.4e-2)  # m, kept at samples on top of the margin: one after the other where proofs fail
 LEAST_SPARE = 2e-3  # m, likewise, tried first among obstacles that move, where a little room is much time
+ROUNDS = 6  # of finding balls of covers that come too near
 NEAR_BOUND = 1.02  # of the duration in free space: what is as fast needs no other start
 USUAL_STARTS = 3  # where one of them leads to a clear motion
 DELAYS = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)  # durations of a motion, after which it begins
@@ -109,26 +112,52 @@ class Polish:
         """Motions made of one that may break limits, clear at samples, each with more clearance there than the last.
 
         Where what comes of it is not clear or much slower than without obstacles, others between the same ends are
-        tried too: a line, and lines that are bent at random.
+        tried too: a line, and lines that are bent at random. Of a robot with covers, the best of a few is tried among
+        these before.
         """
-        best = self._best(start)
-        held_up = best.motion.duration > NEAR_BOUND * self._free(start).duration
-        if self._nearness.is_time_dependent and best.missing == 0.0 and held_up:
-            yield with_timing(self._descent(best.motion, LEAST_SPARE, self._nearness)(best.motion).motion)
-        for spare in SPARES:
-            if spare != SPARES[0]:
-                best = self._descent(best.motion, spare, self._nearness)(best.motion)
+        covered = self.task.robot.is_covered
+        for most in (USUAL_STARTS, None) if covered else (None,):
+            best = self._best(start, most)
+            held_up = best.motion.duration > NEAR_BOUND * self._free(start).duration
+            if self._nearness.is_time_dependent and best.missing == 0.0 and held_up:
+                yield with_timing(self._descent(best.motion, LEAST_SPARE, self._nearness)(best.motion).motion)
+            if best.missing == 0.0:
+                yield with_timing(best.motion)
+            yield from self._among_covers(best) if covered else self._farther(best)
+            if best.missing == 0.0:
+                return
+
+    def _farther(self, best: Reached) -> Iterator[Trajectory]:
+        """The same with more clearance at samples, and again."""
+        for spare in SPARES[1:]:
             if best.missing > 0.0:
                 return
-            yield with_timing(best.motion)
+            best = self._descent(best.motion, spare, self._nearness)(best.motion)
+            if best.missing == 0.0:
+                yield with_timing(best.motion)
 
-    def _best(self, start: Trajectory) -> Reached:
-        """The best that a few starts lead to."""
-        starts, bound = self._starts(start), NEAR_BOUND * self._free(start).duration
+    def _among_covers(self, best: Reached) -> Iterator[Trajectory]:
+        """The same among covers, which proofs judge: the balls that come too near are found one after the other."""
+        pairs = CoverPairs.of(self.task.robot, self.task.obstacles)  # type: ignore[arg-type]
+        for spare in SPARES:
+            for _ in range(ROUNDS):
+                descent = self._descent(best.motion, spare, pairs.nearness)
+                best = descent(best.motion) if pairs.count or best.missing > 0.0 else best
+                more = pairs.joined(*descent.samples_of(best.motion), spare)
+                if more.count == pairs.count:
+                    break
+                pairs = more
+            if best.missing == 0.0:
+                yield with_timing(best.motion)
+
+    def _best(self, start: Trajectory, most: int | None) -> Reached:
+        """The best that starts lead to, so many at the most."""
+        starts, bound = islice(self._starts(start), most), NEAR_BOUND * self._free(start).duration
         if not self._nearness.is_time_dependent:
             return self._best_of(starts, self._nearness, bound)
         standing = self._best_of(starts, self._nearness.standing, bound).motion
-        return self._best_of(self._starts_among_moving(start, standing), self._nearness, NEAR_BOUND * standing.duration)
+        starts = islice(self._starts_among_moving(start, standing), most)
+        return self._best_of(starts, self._nearness, NEAR_BOUND * standing.duration)
 
     def _best_of(self, starts: Iterator[PathSpeed], nearness: Nearness, bound: float) -> Reached:
         """The best that starts lead to, until it is as fast as a bound in s, or clear after a few of them."""

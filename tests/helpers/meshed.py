@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import trimesh
+
+from problems.geometry import box_corners, cover_of
+from problems.robots import LinkCover, SpatialArm, read_urdf
+
+NAMES = ("lower", "middle", "upper")
 
 LINK = """<link name="{name}"><collision><origin xyz="0 0 0.17"/>
 <geometry><mesh filename="{file}" scale="0.001 0.001 0.001"/></geometry></collision></link>
@@ -17,7 +23,7 @@ FILE = "package://bars/meshes/{name}.stl"
 
 def meshed_urdf(file: str = FILE) -> str:
     """An arm that stands on a foot; ``file`` names the mesh of each link."""
-    links = "".join(LINK.format(name=name, file=file.format(name=name)) for name in ("lower", "middle", "upper"))
+    links = "".join(LINK.format(name=name, file=file.format(name=name)) for name in NAMES)
     joints = "".join(
         JOINT.format(name=f"j{number}", parent=parent, child=child, height=height, axis=axis)
         for number, (parent, child, height, axis) in enumerate(
@@ -35,9 +41,17 @@ def write_meshed(folder: Path, file: str = FILE) -> Path:
     """The URDF in a folder, with its meshes in a package beside it; returns the file's path."""
     meshes = folder / "bars" / "meshes"
     meshes.mkdir(parents=True)
-    for name in ("lower", "middle", "upper"):
+    for name in NAMES:
         (meshes / f"{name}.stl").write_bytes(trimesh.creation.box((60.0, 60.0, 300.0)).export(file_type="stl"))
     urdf = folder / "bars" / "urdf" / "arm.urdf"
     urdf.parent.mkdir()
     urdf.write_text(meshed_urdf(file))
     return urdf
+
+
+def covered_arm() -> SpatialArm:
+    """The same arm with covers of 20 mm and of 4 mm, whose links keep apart."""
+    corners = box_corners((0.06, 0.06, 0.3)) + np.array([0.0, 0.0, 0.17])
+    coarse, fine = cover_of(corners, 0.02), cover_of(corners, 0.004)
+    description = read_urdf(meshed_urdf()).with_covers({name: LinkCover(name, 0.02, coarse, fine) for name in NAMES})
+    return description.complete(description.arm(max_speed=2.0, max_acceleration=5.0, self_collision=True))

@@ -6,27 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.meshed import meshed_urdf
+from helpers.meshed import covered_arm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems.certify import CertificateStatus, at_goal, closest_cover, limit_verdicts, prove_covers
-from problems.geometry import box_corners, cover_of
 from problems.limits import CoverClearance, CoverLimit, cover_limits, touching_links
 from problems.motions import Trajectory
-from problems.robots import LinkCover, SpatialArm, read_urdf
+from problems.robots import SpatialArm
 from problems.scene import ConstantVelocity, MovingObstacle, Obstacle
 from problems.scene.solids import Ball, Box
-
-NAMES = ("lower", "middle", "upper")
 
 
 @pytest.fixture(scope="module")
 def arm() -> SpatialArm:
-    corners = box_corners((0.06, 0.06, 0.3)) + np.array([0.0, 0.0, 0.17])
-    coarse, fine = cover_of(corners, 0.02), cover_of(corners, 0.004)
-    description = read_urdf(meshed_urdf()).with_covers({name: LinkCover(name, 0.02, coarse, fine) for name in NAMES})
-    return description.complete(description.arm(max_speed=2.0, max_acceleration=5.0, self_collision=True))
+    return covered_arm()
 
 
 def moving(seed: int) -> Trajectory:

@@ -398,3 +398,12 @@ def test_results_of_an_earlier_call_stay_as_they_are() -> None:
     first = double(np.ones((2, 3)))
     double(np.zeros((2, 3)))
     assert first.tolist() == np.full((2, 3), 2.0).tolist()
+
+
+def test_thousands_of_constants_are_one_input(capfd: pytest.CaptureFixture[str]) -> None:
+    x = ca.SX.sym("x")
+    values = np.sqrt(np.arange(2.0, 10_102.0))
+    formula = ca.Function("sums", [x], [sum(float(value) * x for value in values)])
+    found = RowFunction(formula, 2)(np.array([[1.0, 2.0]]))
+    np.testing.assert_allclose(found, [[values.sum(), 2.0 * values.sum()]])
+    assert "max_io" not in "".join(capfd.readouterr())

@@ -204,7 +204,7 @@ def parser() -> OneLineParser:
             "--overhang",
             type=positive_number(0.1),
             metavar="METRES",
-            help=defaulting("how far spheres for searches may stick out", "0.02, or 2 %% of a shorter reach"),
+            help=defaulting("how far spheres for searches may stick out", "0.02, or 3 %% of a shorter reach"),
         )
     covering.add_argument(
         "-o", "--out", type=path, metavar="FILE", help=defaulting("write the spheres there, as TOML", "nowhere")
