@@ -146,8 +146,8 @@ class Reading:
 
 @cache
 def _fields_of(kind: type[Any]) -> tuple[tuple[str, bool, bool], ...]:
-    """Of each field of a kind of statement: its name, whether it is a number, and whether zeros stay as they are."""
-    names: list[str] = [field.name for field in fields(kind)] if is_dataclass(kind) else []
+    """Of each field that comparisons count: its name, whether it is a number, and whether zeros stay as they are."""
+    names: list[str] = [field.name for field in fields(kind) if field.compare] if is_dataclass(kind) else []
     return tuple((name, name in kind.numbers, name in kind.zero_is_structure) for name in names)
 
 

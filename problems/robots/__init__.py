@@ -7,6 +7,7 @@ from problems.robots.dynamics import RigidChain, time_scales, time_scales_of_arr
 from problems.robots.inertia import MASSLESS, Payload, planar_payload
 from problems.robots.inverse_kinematics import LONGEST_STEP, postures, project, tool_jacobian
 from problems.robots.link_covers import FINE_OVERHANG, LinkCover, MeshNote, covers_text, read_covers
+from problems.robots.looks import Look, looks_text, read_looks
 from problems.robots.planar import PLANAR_GRAVITY, PlanarArm
 from problems.robots.planar_links import wrap_to
 from problems.robots.robot import Body, JointLimits, Robot
@@ -37,6 +38,7 @@ __all__ = [
     "CoveredLink",
     "JointLimits",
     "LinkCover",
+    "Look",
     "MeshNote",
     "MeshShape",
     "Orientations",
@@ -51,12 +53,14 @@ __all__ = [
     "angles_between",
     "built_in",
     "covers_text",
+    "looks_text",
     "matrix_of",
     "most_held",
     "planar_payload",
     "postures",
     "project",
     "read_covers",
+    "read_looks",
     "read_spheres",
     "read_srdf",
     "read_urdf",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from problems.base import FloatArray
-from problems.geometry import box_corners, cylinder_corners
+from problems.geometry import box_corners, capsule_corners, cylinder_corners, facing_out
 from problems.robots.chain import UNTURNED
 from problems.robots.spheres import Ball, cover_box, cover_cylinder, covered_capsule
 from problems.robots.transform import Matrix3, Point3, Transform
@@ -48,6 +48,11 @@ class Shape(ABC):
         return NO_TRIANGLES
 
     @property
+    def surface(self) -> FloatArray:
+        """Corners of triangles to be looked at, in its own frame, (n, 3, 3), m; none of a mesh."""
+        return facing_out(self.triangles)
+
+    @property
     def mesh(self) -> MeshShape | None:
         """Itself, where a file has it; None by default."""
         return None
@@ -67,6 +72,11 @@ class SphereShape(Shape):
         """Itself."""
         return (Ball((0.0, 0.0, 0.0), self.radius, self.radius),)
 
+    @property
+    def surface(self) -> FloatArray:
+        """Of a polyhedron in it."""
+        return capsule_corners(self.radius, 0.0)
+
 
 @dataclass(frozen=True, kw_only=True)
 class CapsuleShape(Shape):
@@ -79,6 +89,11 @@ class CapsuleShape(Shape):
         """Some in a row."""
         half = self.length / 2.0
         return covered_capsule((0.0, 0.0, -half), (0.0, 0.0, half), self.radius, overhang)
+
+    @property
+    def surface(self) -> FloatArray:
+        """Of a polyhedron in it."""
+        return capsule_corners(self.radius, self.length)
 
 
 @dataclass(frozen=True, kw_only=True)

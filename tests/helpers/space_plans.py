@@ -7,7 +7,8 @@ from helpers.space import small_arm
 
 from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
 from problems.families.splines import move
-from problems.robots import Sphere
+from problems.geometry import Triangles, box_corners, facing_out
+from problems.robots import Look, Sphere
 from problems.tasks import Joints, Move
 from tpbso_casadi.planning import PlannedMotion, motion_of
 
@@ -27,11 +28,15 @@ SPHERES = (
 )
 
 
+BAR = Triangles.of(facing_out(box_corners((0.06, 0.06, 0.2))))
+LOOKS = (Look("link_1", 1, "#cc0000", BAR), Look("link_3", 3, "", BAR))  # foot and link_4 have none
+
+
 @cache
-def space_plan(obstacles: bool = True, spheres: bool = True) -> PlannedMotion:
+def space_plan(obstacles: bool = True, spheres: bool = True, looks: bool = False) -> PlannedMotion:
     """A small arm turns and bends between solids of every kind."""
     balls = {"spheres": SPHERES, "kept_pairs": ((0, 3),), "self_collision": True} if spheres else {}
-    robot = small_arm(4, max_jerk=(100.0,) * 4, **balls)
+    robot = small_arm(4, max_jerk=(100.0,) * 4, looks=LOOKS if looks else (), **balls)
     start, goal = (0.0, 0.3, 0.2, 0.8), (1.2, 0.9, -0.4, 1.1)
     task = Move(robot, Joints(start), (Joints(goal),), obstacles=SOLIDS if obstacles else ())
     problem = move(task, "time", samples=20, pieces=3)

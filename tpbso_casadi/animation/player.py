@@ -27,6 +27,7 @@ STAGE_SCRIPTS = (
     "space/camera",
     "space/order",
     "space/ground",
+    "space/looks",
     "space/painter",
     "space/steer",
     "space/stage",

@@ -13,8 +13,10 @@ import numpy as np
 from problems.assembly import Criteria
 from problems.base import FloatArray, Matrix, as_array
 from problems.limits import Pair, Proximity, clearances
+from problems.robots import Look
 from problems.scene import standing
 from tpbso_casadi.animation.frames import Frames
+from tpbso_casadi.figures.looks import written_shades
 from tpbso_casadi.figures.palette import line_of
 from tpbso_casadi.figures.scene import Course
 from tpbso_casadi.figures.space_scene import Polyhedron, ground
@@ -248,6 +250,9 @@ def space_data(frames: Frames) -> dict[str, Any]:
         "centers": rounded(scene.centers(frames.theta)),
         "radii": rounded(scene.radii, FINE),
         "kinds": list(_kinds([body.name for body in scene.balls])),
+        "looks": [_look(look) for look in scene.looks],
+        "bodies": _frames(scene.frames(frames.theta)),
+        "bare": scene.bare.tolist(),
         "solids": [_solid(solid) for solid in scene.solids],
         "planes": [[a, b, face] for (a, b), face in scene.planes.items()],
         "moving": [_moving_in_space(course) for course in scene.courses],
@@ -284,9 +289,24 @@ def _solid(solid: Polyhedron) -> dict[str, Any]:
 
 def _moving_in_space(course: Course) -> dict[str, Any]:
     """The number of an obstacle that moves, where its frame is at each time, and the way of its middle."""
-    frames = course.frames.copy()
-    frames[:, 0], frames[:, 1:] = frames[:, 0].round(DIGITS), frames[:, 1:].round(FINE)
-    return {"number": course.number - 1, "frames": frames.tolist(), "way": rounded(course.middles)}
+    return {"number": course.number - 1, "frames": _frames(course.frames), "way": rounded(course.middles)}
+
+
+def _frames(frames: FloatArray) -> list[Any]:
+    """Frames (..., 4, 3): origins as lengths, axes as directions."""
+    origins, axes = frames[..., :1, :].round(DIGITS), frames[..., 1:, :].round(FINE)
+    return list(np.concatenate([origins, axes], axis=-2).tolist())
+
+
+def _look(look: Look) -> dict[str, Any]:
+    """What is seen of a link: on which body, its triangles there, and the shades of its colour."""
+    triangles = look.triangles
+    return {
+        "body": look.body,
+        "vertices": rounded(triangles.vertices),
+        "faces": triangles.faces.tolist(),
+        "shades": written_shades(look.colour),
+    }
 
 
 def _axes(base: FloatArray, length: float) -> list[Any]:

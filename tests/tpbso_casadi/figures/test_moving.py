@@ -156,7 +156,7 @@ def test_a_path_in_space_shows_obstacles_at_the_times_of_the_postures(
     for axes, columns in ((top, [0, 1]), (front, [0, 2]), (side, [1, 2])):
         [way] = [line for line in axes.lines if line.get_label() == "its way"]
         np.testing.assert_allclose(way.get_xydata(), middles[:, columns])
-    assert picture.get_title(loc="left") == "posture at the closest approach"
+    assert picture.get_title(loc="right") == "posture at the closest approach"
     assert "moving obstacle" in [text.get_text() for text in figure.legends[0].get_texts()]
     monkeypatch.setattr(style, "DPI", 40)
     paths = draw_figures(tmp_path, plan)
