@@ -132,6 +132,15 @@ class CoverLimit(Limit):
             items = self.opened(items) if len(items.row) else items
         return Nearest(least, best)
 
+    @abstractmethod
+    def surfaces(self, found: Nearest, postures: Postures) -> FloatArray:
+        """Where the surfaces of what comes nearest in each posture are nearest, (n, 2, 3), m."""
+
+    def closest(self, theta: FloatArray, times: FloatArray) -> tuple[Nearest, FloatArray]:
+        """What comes nearest in each of n postures (n, dof), rad, at times (n,), s, and where, (n, 2, 3), m."""
+        found = self.nearest(theta, times)
+        return found, self.surfaces(found, Postures.of(self.robot, theta, times))
+
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The nearest of all at each sample; of numbers."""
         theta = as_array(samples.theta)
@@ -186,6 +195,18 @@ class CoverClearance(CoverLimit):
             gaps[chosen] = _distances(self.obstacles[number], points[chosen], times[chosen])
         return np.asarray(gaps - balls.radii[items.node])
 
+    def surfaces(self, found: Nearest, postures: Postures) -> FloatArray:
+        """From a ball the way along which the distance from the obstacle falls fastest."""
+        row, node, other = found.items
+        balls, times = self.nodes.tree.nodes, postures.times[row]
+        middles, falls = postures.points(row, self.nodes.body[node], balls.centers[node]), np.zeros((len(row), 3))
+        for number in np.unique(other):
+            chosen = np.flatnonzero(other == number)
+            for axis, step in enumerate(STEP * np.eye(3)):
+                ends = (_distances(self.obstacles[number], middles[chosen] + s * step, times[chosen]) for s in (-1, 1))
+                falls[chosen, axis] = np.subtract(*ends)
+        return _along(middles, falls, balls.radii[node], found.clearance)
+
     def sizes(self, items: Items) -> FloatArray:
         """Of nodes."""
         return self._sizes_of(items.node)
@@ -237,6 +258,16 @@ class CoverClearance(CoverLimit):
         """Link and obstacle."""
         assert self.robot.cover is not None
         return f"{self.robot.cover.links[self.nodes.link[item.node[0]]].name}, obstacle {item.other[0] + 1}"
+
+
+STEP = 1e-5  # m: of differences
+
+
+def _along(middles: FloatArray, ways: FloatArray, radii: FloatArray, clearance: FloatArray) -> FloatArray:
+    """The points of balls (n, 3) farthest along some ways (n, 3), and what is so much farther, (n, 2, 3), m."""
+    toward = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), np.finfo(float).tiny)
+    near = middles + radii[:, None] * toward
+    return np.stack([near, near + clearance[:, None] * toward], axis=1)
 
 
 def _distances(obstacle: Obstacle, points: FloatArray, times: FloatArray) -> FloatArray:
@@ -301,6 +332,13 @@ class CoverSelfClearance(CoverLimit):
         apart = one - two
         between = np.sqrt(np.einsum("mi,mi->m", apart, apart))
         return np.asarray(between - balls.radii[items.node] - balls.radii[items.other])
+
+    def surfaces(self, found: Nearest, postures: Postures) -> FloatArray:
+        """On the line between two balls' centres."""
+        row, node, other = found.items
+        balls, body = self.nodes.tree.nodes, self.nodes.body
+        one, two = (postures.points(row, body[part], balls.centers[part]) for part in (node, other))
+        return _along(one, two - one, balls.radii[node], found.clearance)
 
     def sizes(self, items: Items) -> FloatArray:
         """Of the larger node that can be opened."""

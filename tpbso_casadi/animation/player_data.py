@@ -12,7 +12,7 @@ import numpy as np
 
 from problems.assembly import Criteria
 from problems.base import FloatArray, Matrix, as_array
-from problems.limits import Pair, Proximity, clearances
+from problems.limits import CoverClearance, CoverLimit, Pair, Proximity, clearances
 from problems.robots import Look
 from problems.scene import standing
 from tpbso_casadi.animation.frames import Frames
@@ -73,13 +73,13 @@ class Closest:
     """The closest two of all that have to keep a distance, at n times.
 
     Attributes:
-        pairs: those that are the closest at any time.
+        pairs: those that are the closest at any time, or what they are called.
         numbers: of the closest, (n,).
         distances: (n,), m; negative where the two meet.
         points: on both surfaces, (n, 2, dim), m.
     """
 
-    pairs: tuple[Pair, ...]
+    pairs: tuple[Pair, ...] | tuple[str, ...]
     numbers: np.ndarray
     distances: FloatArray
     points: FloatArray
@@ -89,10 +89,13 @@ def closest_of(criteria: Criteria, theta: FloatArray, times: FloatArray) -> Clos
     """The closest two in n postures (n, dof), rad, at times (n,) in s.
 
     How far they are apart is what the limits say of balls, and of lines that meet; lines that do not are measured as
-    they are drawn, because some limits know only a lower bound. None where nothing has to keep apart.
+    they are drawn, because some limits know only a lower bound. Of a robot with a cover it is what verdicts speak of.
+    None where nothing has to keep apart.
     """
     limits = [limit for limit in criteria.limits if isinstance(limit, Proximity)]
     pairs = [pair.without_growth() for limit in limits for pair in limit.pairs]
+    if criteria.robot.is_covered:
+        return _of_covers([limit for limit in criteria.judged_limits if isinstance(limit, CoverLimit)], theta, times)
     if not pairs:
         return None
     frames = criteria.robot.positions(ca.DM(theta))
@@ -106,6 +109,19 @@ def closest_of(criteria: Criteria, theta: FloatArray, times: FloatArray) -> Clos
         seen = [frame[rows.tolist(), :] for frame in frames]
         points[rows] = points_of(pairs[index], seen, times[rows], distances[rows, None])
     return Closest(tuple(pairs[index] for index in every), numbers, distances, points)
+
+
+def _of_covers(limits: Sequence[CoverLimit], theta: FloatArray, times: FloatArray) -> Closest | None:
+    """The closest two of all covers and what they must not touch."""
+    if not limits:
+        return None
+    each = [limit.without_growth() if isinstance(limit, CoverClearance) else limit for limit in limits]
+    found, points = zip(*(limit.closest(theta, times) for limit in each), strict=True)
+    distances, rows = np.array([one.clearance for one in found]), np.arange(len(theta))
+    least = distances.argmin(axis=0)
+    names = [each[k].described(found[k].items.taken(rows[row : row + 1])) for row, k in enumerate(least)]
+    every, numbers = np.unique(names, return_inverse=True)
+    return Closest(tuple(every.tolist()), numbers, distances[least, rows], np.array(points)[least, rows])
 
 
 def _said_apart(pairs: Sequence[Pair], frames: Sequence[Matrix], times: FloatArray) -> FloatArray:
@@ -172,6 +188,7 @@ def shared_data(frames: Frames) -> dict[str, Any]:
         "lines": [_line(joint) for joint in range(robot.dof)],
         "curves": _curves(frames),
         "closest": None if closest is None else _closest(closest),
+        "clearance": frames.clearance,
         "notes": frames.notes,
         "seconds": frames.seconds,
     }

@@ -241,7 +241,7 @@ def test_players_run_in_a_browser(plan: Callable[[], PlannedMotion], tmp_path: P
     assert "<title>a &lt;b&gt;" in document
     assert re.search(r">\d\.\d{3} s</output>", document) and ">Pause</button>" in document  # it plays
     if plan is space_plan:
-        assert re.search(r"Closest: \w+, [\w ]+, -?\d+\.\d mm<", document)
+        assert re.search(r"Closest now: \w+, [\w ]+, -?\d+\.\d mm found<", document)
         assert document.count("<li>") == 4 and "joint_3" in document
         assert re.search(rf">{MINUS}?\d\.\d{{3}} rad</output>", document)
 
@@ -388,5 +388,5 @@ def test_the_closest_distance_is_shown_as_it_is_at_the_end(tmp_path: Path) -> No
     to_end = "const s = document.querySelector('.time'); s.value = 1000; s.dispatchEvent(new Event('input'));"
     path = tmp_path / "page.html"
     path.write_text(f"{page('end', frames)}<script>{to_end}</script>", encoding="utf-8")
-    shown = re.search(r"Closest: \w+, [\w ]+, (-?[0-9.]+) mm<", opened(path, tmp_path / "profile"))
+    shown = re.search(r"Closest now: \w+, [\w ]+, (-?[0-9.]+) mm found<", opened(path, tmp_path / "profile"))
     assert shown is not None and float(shown[1]) == pytest.approx(1000.0 * closest.distances[-1], abs=0.051)

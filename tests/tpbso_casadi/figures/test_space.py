@@ -133,7 +133,7 @@ def test_three_views_have_one_scale_and_show_the_whole_motion() -> None:
     assert picture.get_title(loc="right") == "posture at the closest approach"
     for axes in (top, front, side):
         named = {text.get_text() for text in axes.texts}
-        assert {"start", "goal", f"{1000 * closest.distance:.1f} mm at {closest.time:.3g} s"} <= named
+        assert {"start", "goal", f"{1000 * closest.distance:.1f} mm found at {closest.time:.3g} s"} <= named
     [way] = [line for line in front.lines if line.get_label() == "path of the tool"]
     np.testing.assert_allclose(way.get_xydata(), plan.motion.joint_positions(plan.times)[:, -1, [0, 2]])
     assert not picture.axison
