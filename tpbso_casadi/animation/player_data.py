@@ -89,8 +89,8 @@ def closest_of(criteria: Criteria, theta: FloatArray, times: FloatArray) -> Clos
     """The closest two in n postures (n, dof), rad, at times (n,) in s.
 
     How far they are apart is what the limits say of balls, and of lines that meet; lines that do not are measured as
-    they are drawn, because some limits know only a lower bound. Of a robot with a cover it is what verdicts speak of.
-    None where nothing has to keep apart.
+    they are drawn, because some limits know only a lower bound. Of a robot with a cover they are those of the verdict
+    on clearance; where there are no obstacles, of that on its own links. None where nothing has to keep apart.
     """
     limits = [limit for limit in criteria.limits if isinstance(limit, Proximity)]
     pairs = [pair.without_growth() for limit in limits for pair in limit.pairs]
@@ -112,16 +112,15 @@ def closest_of(criteria: Criteria, theta: FloatArray, times: FloatArray) -> Clos
 
 
 def _of_covers(limits: Sequence[CoverLimit], theta: FloatArray, times: FloatArray) -> Closest | None:
-    """The closest two of all covers and what they must not touch."""
-    if not limits:
+    """The closest of covers and obstacles; else of covers of links that are near each other in every posture."""
+    outside = [limit.without_growth() for limit in limits if isinstance(limit, CoverClearance)]
+    limit = next(iter((*outside, *limits)), None)
+    if limit is None:
         return None
-    each = [limit.without_growth() if isinstance(limit, CoverClearance) else limit for limit in limits]
-    found, points = zip(*(limit.closest(theta, times) for limit in each), strict=True)
-    distances, rows = np.array([one.clearance for one in found]), np.arange(len(theta))
-    least = distances.argmin(axis=0)
-    names = [each[k].described(found[k].items.taken(rows[row : row + 1])) for row, k in enumerate(least)]
+    found, points = limit.closest(theta, times)
+    names = [limit.described(found.items.taken(np.array([row]))) for row in range(len(theta))]
     every, numbers = np.unique(names, return_inverse=True)
-    return Closest(tuple(every.tolist()), numbers, distances[least, rows], np.array(points)[least, rows])
+    return Closest(tuple(every.tolist()), numbers, found.clearance, points)
 
 
 def _said_apart(pairs: Sequence[Pair], frames: Sequence[Matrix], times: FloatArray) -> FloatArray:
