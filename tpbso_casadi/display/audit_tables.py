@@ -125,7 +125,7 @@ def print_run_audit(audit: dict[str, Any], console: OutputConsole) -> None:
     for c in audit["constraints"]:
         status = CertificateStatus(c["status"])
         mark = ACTIVE if c["active"] and status is CertificateStatus.CERTIFIED else MARKS[status]
-        worst = WorstIs(c["worst_is"]).said(f"{c['worst']:.6g}")
+        worst = WorstIs(c["worst_is"]).number(c["worst"])
         limit, margin = limit_of(c["bound"], c["unit"]), f"{c['margin']:.4g}"
         table.add_row(*map(Text, (c["name"], worst, limit, margin)), mark, Text(c["where"]))
     title = f"{verdict} in {seconds * 1e3:.1f} ms: {objective['name']} {value} {objective['unit']}"

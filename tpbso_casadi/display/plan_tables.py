@@ -89,7 +89,7 @@ def effort_of(plan: PlannedMotion) -> str:
 
 def _row(verdict: Verdict) -> tuple[Text, ...]:
     limit = limit_of(verdict.bound, verdict.unit)
-    worst = verdict.worst_is.said(f"{verdict.worst:.6g}")
+    worst = verdict.worst_is.number(verdict.worst)
     texts = Text(verdict.name), Text(worst), Text(limit), MARKS[verdict.status], Text(verdict.where)
     return texts
 

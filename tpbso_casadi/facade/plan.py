@@ -250,9 +250,7 @@ class Plan:
     def _repr_html_(self) -> str:
         from tpbso_casadi.figures.notebook import png_of  # noqa: PLC0415 (matplotlib is slow to load)
 
-        rows = [
-            (v.name, v.worst_is.said(f"{v.worst:.6g}"), v.bound, v.unit, str(v.status), v.where) for v in self.verdicts
-        ]
+        rows = [(v.name, v.worst_is.number(v.worst), v.bound, v.unit, str(v.status), v.where) for v in self.verdicts]
         judged = table(("constraint", "worst", "limit", "unit", "for all t", "where"), rows)
         return heading(repr(self)[1:-1]) + picture(png_of(self.plot()), "the path of the motion") + judged
 
