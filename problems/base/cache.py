@@ -1,4 +1,6 @@
-"""Compiled libraries and covers, kept between processes: found by key, written whole or not at all, oldest forgotten.
+"""Compiled libraries, covers and looks, kept between processes: found by key, written whole or not at all.
+
+The least recently used of each kind are forgotten.
 
 A library is code that will run with the rights of the user, so that nothing is loaded which somebody else could have
 written: the folder and the file belong to the user and only the user may write them, and the file ends with a digest
@@ -21,9 +23,9 @@ from secrets import token_hex
 from platformdirs import user_cache_path
 
 VARIABLE = "TPBSO_CASADI_CACHE"
-MOST_KEPT = {"so": 200, "cover": 500}  # by the ending of their names; the least recently used go
+MOST_KEPT = {"so": 200, "cover": 500, "look": 100}  # by the ending of their names; the least recently used go
 CLAIM_SECONDS = 60.0  # after which a process that announced to make a library is taken for dead
-NAME = re.compile(r"[0-9a-f]{64}\.(so|cover)")
+NAME = re.compile(r"[0-9a-f]{64}\.(so|cover|look)")
 NEVER_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 
 
@@ -47,9 +49,10 @@ def find(key: str) -> Path | None:
     return None if _found(key, "so") is None else _place(key, "so")
 
 
-def find_cover(key: str) -> bytes | None:
-    """The content of the cover of that key, if it is whole."""
-    return _found(key, "cover")
+def find_text(key: str, ending: str) -> str | None:
+    """The text of that key, of a ``cover`` or a ``look``, if it is whole."""
+    content = _found(key, ending)
+    return None if content is None else content.decode()
 
 
 def _found(key: str, ending: str) -> bytes | None:
@@ -66,7 +69,7 @@ def _found(key: str, ending: str) -> bytes | None:
 
 
 def keep(key: str, content: bytes, ending: str = "so") -> Path:
-    """Store a library, or a cover, in one step: other processes see all of it or nothing.
+    """Store a library, or a text, in one step: other processes see all of it or nothing.
 
     Raises:
         OSError: the folder cannot be written.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
@@ -20,6 +21,22 @@ class WorstIs(StrEnum):
     EXACT = "exact"  # to rounding
     BOUND = "bound"  # proven: no value is worse
     FOUND = "found"  # the worst of many times, followed to its peak; that the limit holds is proven without it
+
+    def said(self, value: str) -> str:
+        """A value in words, the same ones wherever one is told; bounds are those of clearances."""
+        return {WorstIs.EXACT: value, WorstIs.BOUND: f"at least {value}, proven", WorstIs.FOUND: f"{value} found"}[self]
+
+    def number(self, value: float) -> str:
+        """The same of a number with six digits; a proven one is rounded down."""
+        text = f"{value:.6g}"
+        if self is WorstIs.BOUND and float(text) > value:
+            text = f"{value - 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5):.6g}"
+        return self.said(text)
+
+    def distance(self, metres: float) -> str:
+        """The same of a distance, in mm; a proven one is rounded down."""
+        tenths = 1e4 * metres
+        return self.said(f"{(math.floor(tenths) if self is WorstIs.BOUND else tenths) / 10.0:.1f} mm")
 
 
 class CertificateStatus(StrEnum):

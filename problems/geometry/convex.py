@@ -103,7 +103,7 @@ def _held(corners: FloatArray, hull: Hull) -> Hull:
 def _divided(corners: FloatArray) -> list[Hull]:
     """The parts that CoACD makes of a mesh, grown until they hold it; kept in the user's cache."""
     key = cache.key_of("parts", VERSION, sha256(np.ascontiguousarray(corners).tobytes()).hexdigest())
-    kept = cache.find_cover(key)
+    kept = cache.find_text(key, "cover")
     if kept is not None:
         return [Hull.of(np.array(points)) for points in json.loads(kept)]
     parts = _grown(corners, [Hull.of(_thickened(points)) for points in _coacd(corners)])

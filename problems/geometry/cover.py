@@ -102,9 +102,9 @@ def cover_of(corners: FloatArray, overhang: float) -> Cover:
     """
     made_of = sha256(np.ascontiguousarray(corners, dtype="<f8").tobytes()).hexdigest()
     key = cache.key_of("cover", VERSION, made_of, repr(float(overhang)))
-    kept = cache.find_cover(key)
+    kept = cache.find_text(key, "cover")
     if kept is not None:
-        return Cover.from_text(kept.decode())
+        return Cover.from_text(kept)
     began = time.perf_counter()
     cover = new_cover_of(corners, overhang)
     figures = len(corners), len(cover.balls), 1e3 * overhang, time.perf_counter() - began

@@ -19,6 +19,7 @@ from problems.limits.covers import (
     CoverLimit,
     CoverSelfClearance,
     cover_limits,
+    distances_from,
     touching_links,
 )
 from problems.limits.expression import ExpressionLimit, StatedExpression
@@ -132,6 +133,7 @@ __all__ = [
     "clearances",
     "complete_limits",
     "cover_limits",
+    "distances_from",
     "end_point",
     "holding_torques",
     "holds_time",

@@ -159,6 +159,15 @@ class CoverLimit(Limit):
         whole = self.sizes(items) == 0.0
         return items if whole.all() else Items.joined([items.taken(whole), self.opened(items.taken(~whole))])
 
+    @abstractmethod
+    def surfaces(self, found: Nearest, postures: Postures) -> FloatArray:
+        """Where the surfaces of what comes nearest in each posture are nearest, (n, 2, 3), m."""
+
+    def closest(self, theta: FloatArray, times: FloatArray) -> tuple[Nearest, FloatArray]:
+        """What comes nearest in each of n postures (n, dof), rad, at times (n,), s, and where, (n, 2, 3), m."""
+        found = self.nearest(theta, times)
+        return found, self.surfaces(found, Postures.of(self.robot, theta, times))
+
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The nearest of all at each sample; of numbers."""
         theta = as_array(samples.theta)
@@ -223,8 +232,22 @@ class CoverClearance(CoverLimit):
         gaps, times = np.empty(len(points)), postures.times[items.row]
         for number in np.unique(items.other):
             chosen = items.other == number
-            gaps[chosen] = _distances(self.obstacles[number], points[chosen], times[chosen])
+            gaps[chosen] = distances_from(self.obstacles[number], points[chosen], times[chosen])
         return np.asarray(gaps - balls.radii[items.node])
+
+    def surfaces(self, found: Nearest, postures: Postures) -> FloatArray:
+        """From a ball the way along which the distance from the obstacle falls fastest."""
+        row, node, other = found.items
+        balls, times = self.nodes.tree.nodes, postures.times[row]
+        middles, falls = postures.points(row, self.nodes.body[node], balls.centers[node]), np.zeros((len(row), 3))
+        for number in np.unique(other):
+            chosen = np.flatnonzero(other == number)
+            for axis, step in enumerate(STEP * np.eye(3)):
+                ends = (
+                    distances_from(self.obstacles[number], middles[chosen] + s * step, times[chosen]) for s in (-1, 1)
+                )
+                falls[chosen, axis] = np.subtract(*ends)
+        return _along(middles, falls, balls.radii[node], found.clearance)
 
     def sizes(self, items: Items) -> FloatArray:
         """Of nodes."""
@@ -281,7 +304,17 @@ class CoverClearance(CoverLimit):
         return f"{link}, {self.obstacles[number].label(number + 1)}"
 
 
-def _distances(obstacle: Obstacle, points: FloatArray, times: FloatArray) -> FloatArray:
+STEP = 1e-5  # m: of differences
+
+
+def _along(middles: FloatArray, ways: FloatArray, radii: FloatArray, clearance: FloatArray) -> FloatArray:
+    """The points of balls (n, 3) farthest along some ways (n, 3), and what is so much farther, (n, 2, 3), m."""
+    toward = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), np.finfo(float).tiny)
+    near = middles + radii[:, None] * toward
+    return np.stack([near, near + clearance[:, None] * toward], axis=1)
+
+
+def distances_from(obstacle: Obstacle, points: FloatArray, times: FloatArray) -> FloatArray:
     """How far points (m, 3) are from an obstacle at times (m,), s, less what is kept as time goes by, (m,), m."""
     form, view = obstacle.unmoved, obstacle.frames(times)
     seen = points if view is None else view.seen(points)
@@ -346,6 +379,13 @@ class CoverSelfClearance(CoverLimit):
         apart = one - two
         between = np.sqrt(np.einsum("mi,mi->m", apart, apart))
         return np.asarray(between - balls.radii[items.node] - balls.radii[items.other])
+
+    def surfaces(self, found: Nearest, postures: Postures) -> FloatArray:
+        """On the line between two balls' centres."""
+        row, node, other = found.items
+        balls, body = self.nodes.tree.nodes, self.nodes.body
+        one, two = (postures.points(row, body[part], balls.centers[part]) for part in (node, other))
+        return _along(one, two - one, balls.radii[node], found.clearance)
 
     def sizes(self, items: Items) -> FloatArray:
         """Of the larger node that can be opened."""

@@ -8,6 +8,7 @@ from problems.robots.dynamics import RigidChain, time_scales, time_scales_of_arr
 from problems.robots.inertia import MASSLESS, Payload, planar_payload
 from problems.robots.inverse_kinematics import LONGEST_STEP, postures, project, tool_jacobian
 from problems.robots.link_covers import FINE_OVERHANG, LinkCover, MeshNote, covers_text, read_covers
+from problems.robots.looks import Look, looks_text, read_looks
 from problems.robots.planar import PLANAR_GRAVITY, PlanarArm
 from problems.robots.planar_links import wrap_to
 from problems.robots.robot import Body, JointLimits, Robot
@@ -61,6 +62,7 @@ __all__ = [
     "HullShape",
     "JointLimits",
     "LinkCover",
+    "Look",
     "MeshNote",
     "MeshShape",
     "Orientations",
@@ -79,6 +81,7 @@ __all__ = [
     "as_point",
     "built_in",
     "covers_text",
+    "looks_text",
     "matrix_of",
     "most_held",
     "numbers_of",
@@ -88,6 +91,7 @@ __all__ = [
     "project",
     "quaternions_of",
     "read_covers",
+    "read_looks",
     "read_spheres",
     "read_srdf",
     "read_urdf",

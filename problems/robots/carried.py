@@ -8,9 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from problems.base import FloatArray
+from problems.geometry import Triangles
 from problems.robots.inertia import Inertia, Payload
+from problems.robots.looks import Parts
 from problems.robots.shapes import Shape
 from problems.robots.transform import as_point
+
+COLOUR = "#c9974c"
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,12 @@ class Carried:
     name: str
     shapes: tuple[Shape, ...]
     mass: float | None = None
+
+    @property
+    def looks(self) -> Parts:
+        """Its surfaces, in the tool's frame."""
+        surfaces = [shape.placed(shape.surface) for shape in self.shapes]
+        return ((COLOUR, Triangles.of(np.concatenate(surfaces))),)
 
     @property
     def inertia(self) -> Inertia:

@@ -28,6 +28,7 @@ from problems.robots.link_covers import (
     placed,
     searched_balls,
 )
+from problems.robots.looks import Look, Parts, Visual, new_looks, placed_looks
 from problems.robots.own_pairs import LinkPairs, OwnPairs, own_pairs_of
 from problems.robots.shapes import MeshShape, Shape
 from problems.robots.spatial_arm import GRAVITY, SpatialArm
@@ -48,6 +49,9 @@ class RobotDescription:
         links: frames of all links that the chain carries.
         shapes: of the links' collision geometry, by their names.
         covers: of links, by their names: of meshes, or finer than the spheres.
+        visuals: what is shown of links, by their names.
+        unseen: links with something to be shown that cannot be read, and why.
+        looks: of links, on the bodies that carry them.
         spheres: that hold the collision geometry, as far as it is known, for searches.
         disabled: names of links that may touch.
         title: what people call the robot; empty where it is not known.
@@ -61,6 +65,9 @@ class RobotDescription:
     links: tuple[LinkFrame, ...]
     shapes: tuple[tuple[str, tuple[Shape, ...]], ...] = ()
     covers: tuple[LinkCover, ...] = ()
+    visuals: tuple[tuple[str, tuple[Visual, ...]], ...] = ()
+    unseen: tuple[tuple[str, str], ...] = ()
+    looks: tuple[Look, ...] = ()
     spheres: tuple[Sphere, ...] = ()
     disabled: tuple[tuple[str, str], ...] = ()
     title: str = ""
@@ -144,6 +151,7 @@ class RobotDescription:
             margin=margin,
             self_margin=self_margin,
             self_collision=self_collision,
+            looks=self.looks,
         )
 
     def with_covers(self, covers: Mapping[str, LinkCover]) -> RobotDescription:
@@ -188,7 +196,8 @@ class RobotDescription:
             for frame, part in zip(frames, carried, strict=True)
             for ball in searched_balls(part.shapes, None)
         ]
-        held = replace(self, links=(*self.links, *frames), spheres=(*self.spheres, *balls))
+        seen = placed_looks(frames, {part.name: part.looks for part in carried}) if self.looks else ()
+        held = replace(self, links=(*self.links, *frames), spheres=(*self.spheres, *balls), looks=(*self.looks, *seen))
         if not self.covers:
             return held
         covers = [cover_link(part.name, part.shapes, _no_file, COARSE_OVERHANG)[0] for part in carried]
@@ -225,6 +234,22 @@ class RobotDescription:
                     if frames[link].body > 0:
                         raise
         return covers, notes
+
+    def new_looks(self, read: ReadFile) -> tuple[dict[str, Parts], list[MeshNote]]:
+        """What the links look like, by their names: what is shown of them, or else their collision geometry.
+
+        Args:
+            read: the content of a mesh's file.
+
+        Returns:
+            Looks, and notes on what cannot be shown.
+        """
+        looks, notes = new_looks(dict(self.visuals), dict(self.shapes), read)
+        return looks, [*(MeshNote(link, "", reason) for link, reason in self.unseen), *notes]
+
+    def with_looks(self, looks: Mapping[str, Parts]) -> RobotDescription:
+        """The same with looks of links, by their names."""
+        return replace(self, looks=placed_looks(self.links, looks))
 
     def with_disabled(self, pairs: LinkPairs) -> RobotDescription:
         """The same with more links that may touch."""

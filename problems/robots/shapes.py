@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from problems.base import FloatArray
-from problems.geometry import Hull, box_corners, cover_of, cylinder_corners
+from problems.geometry import Hull, box_corners, capsule_corners, cover_of, cylinder_corners, facing_out
 from problems.robots.chain import UNTURNED
 from problems.robots.spheres import STICK_OUT, Ball, cover_box, cover_cylinder, covered_capsule
 from problems.robots.transform import Matrix3, Point3, Transform, as_point
@@ -73,6 +73,11 @@ class Shape(ABC):
         return NO_TRIANGLES
 
     @property
+    def surface(self) -> FloatArray:
+        """Corners of triangles to be looked at, in its own frame, (n, 3, 3), m; none of a mesh."""
+        return facing_out(self.triangles)
+
+    @property
     def mesh(self) -> MeshShape | None:
         """Itself, where a file has it; None by default."""
         return None
@@ -106,6 +111,11 @@ class SphereShape(Shape):
         """Of a ball."""
         return Bulk.about_its_origin(4.0 / 3.0 * np.pi * self.radius**3, *(self.radius**2 / 5.0,) * 3)
 
+    @property
+    def surface(self) -> FloatArray:
+        """Of a polyhedron in it."""
+        return capsule_corners(self.radius, 0.0)
+
 
 @dataclass(frozen=True, kw_only=True)
 class CapsuleShape(Shape):
@@ -127,6 +137,11 @@ class CapsuleShape(Shape):
         across = (middle * r**2 / 4.0 + ends * r**2 / 5.0) / (middle + ends)
         along = (middle * h**2 / 3.0 + ends * (r**2 / 5.0 + 0.75 * r * h + h**2)) / (middle + ends)
         return Bulk.about_its_origin(middle + ends, across, across, along)
+
+    @property
+    def surface(self) -> FloatArray:
+        """Of a polyhedron in it."""
+        return capsule_corners(self.radius, self.length)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from dataclasses import field as stated
 from functools import cached_property
 from itertools import combinations
 from typing import ClassVar, Self
@@ -28,6 +29,7 @@ from problems.robots.arm_cover import ArmCover
 from problems.robots.chain import UNTURNED, Chain
 from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Moments, Payload
+from problems.robots.looks import Look
 from problems.robots.robot import Body, JointLimits, Robot
 from problems.robots.spheres import Sphere
 from problems.robots.transform import Matrix3, Point3, Transform, as_rows, quaternions_of
@@ -62,6 +64,7 @@ class SpatialArm(Robot):
         max_torque: N m or N; None where nothing limits it.
         payload: what the tool carries; None for nothing.
         gravity: m/s^2, as seen from outside.
+        looks: of its links; decoration, which no comparison counts.
 
     Raises:
         InvalidProblem: a limit is not positive or out of range, a list is not dof long, or something is stated that
@@ -71,6 +74,7 @@ class SpatialArm(Robot):
     numbers: ClassVar[tuple[str, ...]] = (
         *Robot.numbers, "max_speed", "max_acceleration", "max_jerk", "position_limits", "max_torque"
     )  # fmt: skip
+    inert: ClassVar[tuple[str, ...]] = ("looks",)
     angular: ClassVar[tuple[str, ...]] = ("max_speed", "max_acceleration", "max_jerk", "position_limits")
 
     chain: Chain
@@ -92,6 +96,7 @@ class SpatialArm(Robot):
     max_torque: tuple[float, ...] | None = None
     payload: Payload | None = None
     gravity: Point3 = GRAVITY
+    looks: tuple[Look, ...] = stated(default=(), compare=False)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.chain.name}: {self.dof} joints>"
@@ -231,6 +236,14 @@ class SpatialArm(Robot):
         """Where the tool is, x, y, z, m, and how it is turned, the unit quaternion qx, qy, qz, qw."""
         place, rotation = (as_array(part) for part in self.tool_pose(ca.DM(theta)))
         return dict(zip(POSE, [*place.T, *quaternions_of(rotation).T], strict=True))
+
+    def body_frames(self, theta: FloatArray) -> FloatArray:
+        """Origin, m, and axes in rows of the base's frame and of those of all joints: (n, dof + 1, 4, 3)."""
+        frames, rows = self.chain.frames(ca.DM(theta), self.base_frame), len(theta)
+        origins = [as_array(as_rows(frame.translation, rows))[:, None] for frame in frames]
+        axes = [[entry for row in frame.rotation for entry in row] for frame in frames]
+        turned = [as_array(as_rows(entries, rows)).reshape(-1, 3, 3).swapaxes(1, 2) for entries in axes]
+        return np.stack([np.concatenate(pair, axis=1) for pair in zip(origins, turned, strict=True)], axis=1)
 
     def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
         """Base, joints and tool, for drawing: (n, dof + 2, 3), m."""

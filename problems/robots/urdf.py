@@ -64,7 +64,14 @@ def read_urdf(
     notes += [note for body in bodies for note in (*body.faults, *body.notes)]
     notes += _gaps(moving) + _massless(bodies)
     shapes = tuple((name, tree.links[name].shapes) for name in frames if tree.links[name].shapes)
-    description = RobotDescription(chain=chain, links=tuple(frames.values()), shapes=shapes, notes=tuple(notes))
+    description = RobotDescription(
+        chain=chain,
+        links=tuple(frames.values()),
+        shapes=shapes,
+        visuals=tuple((name, tree.links[name].visuals) for name in frames if tree.links[name].visuals),
+        unseen=tuple((name, tree.links[name].unseen) for name in frames if tree.links[name].unseen),
+        notes=tuple(notes),
+    )
     return description.with_covers({})
 
 

@@ -1,9 +1,9 @@
-"""The elements of a URDF file, one at a time: links, joints, inertias, collision geometry."""
+"""The elements of a URDF file, one at a time: links, joints, inertias, collision and visual geometry."""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -11,6 +11,7 @@ import numpy as np
 
 from problems.base import COORDINATES, MASSES, FloatArray, InvalidProblem, shown
 from problems.robots.inertia import Inertia
+from problems.robots.looks import Colour, Visual, colour_of
 from problems.robots.shapes import BoxShape, CapsuleShape, CylinderShape, MeshShape, Shape, SphereShape
 from problems.robots.transform import Matrix3, Point3, Transform, as_point, from_angles, moved, numbers_of, snapped
 
@@ -157,11 +158,15 @@ class UrdfLink:
         name: unique.
         inertia: None where the file has no ``inertial``.
         shapes: of its collision geometry.
+        visuals: of its visual geometry; none where any of it cannot be read.
+        unseen: why, in a line; empty where all of it can.
     """
 
     name: str
     inertia: Inertia | None
     shapes: tuple[Shape, ...]
+    visuals: tuple[Visual, ...] = ()
+    unseen: str = ""
 
 
 @dataclass(frozen=True)
@@ -213,8 +218,12 @@ class UrdfJoint:
         return replace(self, kind="fixed", origin=pose)
 
 
-def read_link(element: ET.Element) -> UrdfLink:
+def read_link(element: ET.Element, colours: Mapping[str, Colour]) -> UrdfLink:
     """A ``link`` element.
+
+    Args:
+        element: of it.
+        colours: of materials, by their names.
 
     Raises:
         InvalidProblem: it has impossible numbers.
@@ -225,7 +234,38 @@ def read_link(element: ET.Element) -> UrdfLink:
     for collision in element.findall("collision"):
         translation, rotation = numbers_of(origin(collision, owner))
         shapes += [_shape(shape, owner, translation, rotation) for shape in collision.iterfind("geometry/*")]
-    return UrdfLink(name=name, inertia=_inertia(element, owner), shapes=tuple(shapes))
+    visuals, unseen = _visuals(element, owner, colours)
+    return UrdfLink(name=name, inertia=_inertia(element, owner), shapes=tuple(shapes), visuals=visuals, unseen=unseen)
+
+
+def read_colours(robot: ET.Element) -> dict[str, Colour]:
+    """The colours that are stated for materials anywhere in a ``robot``, by the materials' names."""
+    stated = ((material.get("name", ""), _stated_colour(material)) for material in robot.iter("material"))
+    return {name: colour for name, colour in stated if colour}
+
+
+def _stated_colour(material: ET.Element) -> Colour:
+    """Of a ``material``; empty where it states none, or one that cannot be read: it is decoration."""
+    colour = material.find("color")
+    try:
+        return "" if colour is None else colour_of(numbers(colour, "rgba", 4, (), "material"))
+    except InvalidProblem:
+        return ""
+
+
+def _visuals(element: ET.Element, owner: str, colours: Mapping[str, Colour]) -> tuple[tuple[Visual, ...], str]:
+    """What is shown of a link, or nothing and why."""
+    visuals = []
+    try:
+        for visual in element.findall("visual"):
+            translation, rotation = numbers_of(origin(visual, owner))
+            material = visual.find("material")
+            colour = "" if material is None else _stated_colour(material) or colours.get(material.get("name", ""), "")
+            shapes = [_shape(shape, owner, translation, rotation) for shape in visual.iterfind("geometry/*")]
+            visuals += [Visual(shape, colour) for shape in shapes]
+    except InvalidProblem as error:
+        return (), error.reason
+    return tuple(visuals), ""
 
 
 def _shape(shape: ET.Element, owner: str, translation: Point3, rotation: Matrix3) -> Shape:
@@ -251,7 +291,7 @@ def _shape(shape: ET.Element, owner: str, translation: Point3, rotation: Matrix3
         if not all(1e-9 <= abs(part) <= 1e9 for part in scale):
             raise refused(f"{owner}: scale of <mesh> must be three factors other than 0")
         return MeshShape(translation, rotation, file=shape.get("filename", "?"), scale=scale)
-    raise refused(f"{owner}: a collision shape <{shape.tag}>; there are box, cylinder, sphere, capsule and mesh")
+    raise refused(f"{owner}: a shape <{shape.tag}>; there are box, cylinder, sphere, capsule and mesh")
 
 
 def _inertia(element: ET.Element, owner: str) -> Inertia | None:

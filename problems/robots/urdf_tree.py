@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from problems.base import InvalidProblem
-from problems.robots.urdf_elements import MOVING, UrdfJoint, UrdfLink, read_joint, read_link, refused
+from problems.robots.urdf_elements import MOVING, UrdfJoint, UrdfLink, read_colours, read_joint, read_link, refused
 
 Filter: TypeAlias = Callable[[UrdfJoint], bool]
 MOST_LINKS = 1_000
@@ -55,7 +55,8 @@ class Tree:
         """
         if len(robot.findall("link")) > MOST_LINKS:
             raise refused(f"more than {MOST_LINKS} links")
-        links = [read_link(element) for element in robot.findall("link")]
+        colours = read_colours(robot)
+        links = [read_link(element, colours) for element in robot.findall("link")]
         joints = [read_joint(element) for element in robot.findall("joint")]
         tree = cls({link.name: link for link in links}, {joint.name: joint for joint in joints})
         for kind, stated, names in (("links", links, tree.links), ("joints", joints, tree.joints)):

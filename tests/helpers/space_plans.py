@@ -5,9 +5,10 @@ from functools import cache
 import numpy as np
 from helpers.space import small_arm
 
-from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
+from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Polytope
 from problems.families.splines import move
-from problems.robots import Sphere
+from problems.geometry import Triangles, box_corners, facing_out
+from problems.robots import Look, Sphere
 from problems.tasks import Joints, Move
 from tpbso_casadi.planning import PlannedMotion, motion_of
 
@@ -18,6 +19,7 @@ SOLIDS = (
     Cylinder(center=(0.0, -0.7, 0.3), radius=0.1, length=0.6),
     HalfSpace(center=(0.0, 0.0, -0.2)),
     Ellipsoid(center=(0.5, 0.5, 0.75), semi_axes=(0.1, 0.15, 0.2)),
+    Polytope(center=(-0.6, 0.5, 0.2), points=((0.0, 0.0, 0.0), (0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.3))),
 )
 SPHERES = (
     Sphere(0, (0.0, 0.0, 0.05), 0.08, "foot"),
@@ -27,11 +29,15 @@ SPHERES = (
 )
 
 
+BAR = Triangles.of(facing_out(box_corners((0.06, 0.06, 0.2))))
+LOOKS = (Look("link_1", 1, "#cc0000", BAR), Look("link_3", 3, "", BAR))  # foot and link_4 have none
+
+
 @cache
-def space_plan(obstacles: bool = True, spheres: bool = True) -> PlannedMotion:
+def space_plan(obstacles: bool = True, spheres: bool = True, looks: bool = False) -> PlannedMotion:
     """A small arm turns and bends between solids of every kind."""
     balls = {"spheres": SPHERES, "kept_pairs": ((0, 3),), "self_collision": True} if spheres else {}
-    robot = small_arm(4, max_jerk=(100.0,) * 4, **balls)
+    robot = small_arm(4, max_jerk=(100.0,) * 4, looks=LOOKS if looks else (), **balls)
     start, goal = (0.0, 0.3, 0.2, 0.8), (1.2, 0.9, -0.4, 1.1)
     task = Move(robot, Joints(start), (Joints(goal),), obstacles=SOLIDS if obstacles else ())
     problem = move(task, "time", samples=20, pieces=3)

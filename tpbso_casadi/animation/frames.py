@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +28,7 @@ class Frames:
         times: (n,), s.
         joints: where base, joints and tip are, (n, frames, dim), m.
         notes: times in s, and what is written from then on.
+        clearance: what is proven and found of the distance from obstacles over all of it; empty where nothing is.
         seconds: that a player takes; fewer or more than the motion, where that is too short or too long to be watched.
     """
 
@@ -36,6 +37,7 @@ class Frames:
     times: FloatArray
     joints: FloatArray
     notes: tuple[tuple[float, str], ...] = ()
+    clearance: str = ""
     seconds: float = PLAYED_SECONDS
 
     @property
@@ -73,3 +75,8 @@ def frames_of(motion: Motion, count: int = FRAME_COUNT) -> Frames:
     """The postures of a motion at ``count`` equally spaced times."""
     times = np.linspace(0.0, motion.trajectory.duration, count)
     return Frames(motion.criteria, motion.trajectory, times, motion.joint_positions(times))
+
+
+def judged_frames(motion: Motion, count: int = FRAME_COUNT) -> Frames:
+    """The same, with what the motion's verdicts say of its clearance."""
+    return replace(frames_of(motion, count), clearance=motion.clearance_in_words)

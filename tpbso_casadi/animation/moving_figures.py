@@ -49,7 +49,7 @@ def plane(axes: Axes, frames: Frames) -> Callable[[int], None]:
 
 def space(axes: Axes, frames: Frames) -> Callable[[int], None]:
     """A robot in space, in perspective."""
-    scene, centers = frames.scene, frames.scene.centers(frames.theta)
+    scene = frames.scene
     bounds = scene.bounds(frames.theta)
     view = scene.view(frames.theta, bounds)
     picture = draw_picture(axes, view, scene, Posture("", ARM, frames.theta[0]), bounds)
@@ -59,7 +59,7 @@ def space(axes: Axes, frames: Frames) -> Callable[[int], None]:
     def show(index: int) -> None:
         tip_path.set_data(*view.project(frames.joints[: index + 1, -1]).T)
         picture.arm.set_data(*view.project(frames.joints[index]).T)
-        picture.painting.show(centers[index], float(frames.times[index]))
+        picture.painting.show(frames.theta[index], float(frames.times[index]))
 
     return show
 

@@ -27,6 +27,7 @@ STAGE_SCRIPTS = (
     "space/camera",
     "space/order",
     "space/ground",
+    "space/looks",
     "space/painter",
     "space/steer",
     "space/stage",
@@ -83,7 +84,7 @@ PLAYER = Markup("""\
 <figure class="{kind}" data-stage="{stage.name}" aria-label="{title}">
 <div class="stage"><canvas class="scene" tabindex="0" role="img" aria-label="{title}: {stage.picture}"></canvas>
 <div class="views"></div></div>
-<div class="said"><p class="near"></p><p class="note"></p></div>
+<div class="said"><p class="near"></p><p class="whole-way"></p><p class="note"></p></div>
 <div class="bar"><button type="button" class="play">Pause</button>
 <button type="button" class="back" aria-label="one step back">&lsaquo;</button>
 <button type="button" class="next" aria-label="one step on">&rsaquo;</button>

@@ -12,9 +12,11 @@ import numpy as np
 
 from problems.assembly import Criteria
 from problems.base import FloatArray, Matrix, as_array
-from problems.limits import Pair, Proximity, clearances
+from problems.limits import CoverClearance, CoverLimit, Pair, Proximity, clearances
+from problems.robots import Look
 from problems.scene import standing
 from tpbso_casadi.animation.frames import Frames
+from tpbso_casadi.figures.looks import written_shades
 from tpbso_casadi.figures.palette import line_of
 from tpbso_casadi.figures.scene import Course
 from tpbso_casadi.figures.space_scene import Polyhedron, ground
@@ -71,13 +73,13 @@ class Closest:
     """The closest two of all that have to keep a distance, at n times.
 
     Attributes:
-        pairs: those that are the closest at any time.
+        pairs: those that are the closest at any time, or what they are called.
         numbers: of the closest, (n,).
         distances: (n,), m; negative where the two meet.
         points: on both surfaces, (n, 2, dim), m.
     """
 
-    pairs: tuple[Pair, ...]
+    pairs: tuple[Pair, ...] | tuple[str, ...]
     numbers: np.ndarray
     distances: FloatArray
     points: FloatArray
@@ -87,10 +89,13 @@ def closest_of(criteria: Criteria, theta: FloatArray, times: FloatArray) -> Clos
     """The closest two in n postures (n, dof), rad, at times (n,) in s.
 
     How far they are apart is what the limits say of balls, and of lines that meet; lines that do not are measured as
-    they are drawn, because some limits know only a lower bound. None where nothing has to keep apart.
+    they are drawn, because some limits know only a lower bound. Of a robot with a cover they are those of the verdict
+    on clearance; where there are no obstacles, of that on its own links. None where nothing has to keep apart.
     """
     limits = [limit for limit in criteria.limits if isinstance(limit, Proximity)]
     pairs = [pair.without_growth() for limit in limits for pair in limit.pairs]
+    if criteria.robot.is_covered:
+        return _of_covers([limit for limit in criteria.judged_limits if isinstance(limit, CoverLimit)], theta, times)
     if not pairs:
         return None
     frames = criteria.robot.positions(ca.DM(theta))
@@ -106,9 +111,32 @@ def closest_of(criteria: Criteria, theta: FloatArray, times: FloatArray) -> Clos
     return Closest(tuple(pairs[index] for index in every), numbers, distances, points)
 
 
+def _of_covers(limits: Sequence[CoverLimit], theta: FloatArray, times: FloatArray) -> Closest | None:
+    """The closest of covers and obstacles; else of covers of links that are near each other in every posture."""
+    outside = [limit.without_growth() for limit in limits if isinstance(limit, CoverClearance)]
+    limit = next(iter((*outside, *limits)), None)
+    if limit is None:
+        return None
+    found, points = limit.closest(theta, times)
+    names = [limit.described(found.items.taken(np.array([row]))) for row in range(len(theta))]
+    every, numbers = np.unique(names, return_inverse=True)
+    return Closest(tuple(every.tolist()), numbers, found.clearance, points)
+
+
 def _said_apart(pairs: Sequence[Pair], frames: Sequence[Matrix], times: FloatArray) -> FloatArray:
-    """How far pairs are apart as the limits compute it, (n, pairs), m."""
-    return as_array(clearances(pairs, frames, ca.DM(times)))
+    """How far pairs are apart as verdicts have it, (n, pairs), m."""
+    apart = as_array(clearances(pairs, frames, ca.DM(times)))
+    for column, pair in enumerate(pairs):
+        exact = _exactly(pair, [as_array(end) for end in pair.ends(frames)], times)
+        if exact is not None:
+            apart[:, column] = exact - float(pair.thickness)
+    return apart
+
+
+def _exactly(pair: Pair, ends: Sequence[FloatArray], times: FloatArray) -> FloatArray | None:
+    """How far the middles of a pair are apart where that is more than its formula says, (n,), m."""
+    view = pair.view(times)
+    return pair.exactly_apart(*(ends if view is None else [view.seen(end) for end in ends]))
 
 
 def _drawn_apart(pairs: Sequence[Pair], frames: Sequence[Matrix], times: FloatArray) -> FloatArray:
@@ -142,11 +170,18 @@ def _points_on_balls(pair: Pair, frames: Sequence[Matrix], times: FloatArray, di
     return np.stack([near, near + distances * toward], axis=1)
 
 
+STEP = 1e-5  # m: of differences
+
+
 def _gradient(pair: Pair, ends: list[FloatArray], times: FloatArray) -> FloatArray:
     """Unit vectors (n, 3) along which the first of a pair goes away from the other; 0 where there is no such way."""
-    symbols = [ca.SX.sym(f"end_{number}", *end.shape) for number, end in enumerate(ends)]
-    gradient = ca.gradient(ca.sum1(pair.between(*symbols, times=ca.DM(times))), symbols[0])
-    away = as_array(ca.Function("gradient", symbols, [gradient])(*ends))
+    if _exactly(pair, ends, times) is None:
+        symbols = [ca.SX.sym(f"end_{number}", *end.shape) for number, end in enumerate(ends)]
+        gradient = ca.gradient(ca.sum1(pair.between(*symbols, times=ca.DM(times))), symbols[0])
+        away = as_array(ca.Function("gradient", symbols, [gradient])(*ends))
+    else:
+        around = [[_exactly(pair, [ends[0] + sign * step], times) for sign in (1, -1)] for step in STEP * np.eye(3)]
+        away = np.array(around)[:, 0].T - np.array(around)[:, 1].T
     return np.asarray(away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), np.finfo(float).tiny))
 
 
@@ -170,6 +205,7 @@ def shared_data(frames: Frames) -> dict[str, Any]:
         "lines": [_line(joint) for joint in range(robot.dof)],
         "curves": _curves(frames),
         "closest": None if closest is None else _closest(closest),
+        "clearance": frames.clearance,
         "notes": frames.notes,
         "seconds": frames.seconds,
     }
@@ -248,6 +284,9 @@ def space_data(frames: Frames) -> dict[str, Any]:
         "centers": rounded(scene.centers(frames.theta)),
         "radii": rounded(scene.radii, FINE),
         "kinds": list(_kinds([body.name for body in scene.balls])),
+        "looks": [_look(look) for look in scene.looks],
+        "bodies": _frames(scene.frames(frames.theta)),
+        "bare": scene.bare.tolist(),
         "solids": [_solid(solid) for solid in scene.solids],
         "planes": [[a, b, face] for (a, b), face in scene.planes.items()],
         "moving": [_moving_in_space(course) for course in scene.courses],
@@ -284,9 +323,24 @@ def _solid(solid: Polyhedron) -> dict[str, Any]:
 
 def _moving_in_space(course: Course) -> dict[str, Any]:
     """The number of an obstacle that moves, where its frame is at each time, and the way of its middle."""
-    frames = course.frames.copy()
-    frames[:, 0], frames[:, 1:] = frames[:, 0].round(DIGITS), frames[:, 1:].round(FINE)
-    return {"number": course.number - 1, "frames": frames.tolist(), "way": rounded(course.middles)}
+    return {"number": course.number - 1, "frames": _frames(course.frames), "way": rounded(course.middles)}
+
+
+def _frames(frames: FloatArray) -> list[Any]:
+    """Frames (..., 4, 3): origins as lengths, axes as directions."""
+    origins, axes = frames[..., :1, :].round(DIGITS), frames[..., 1:, :].round(FINE)
+    return list(np.concatenate([origins, axes], axis=-2).tolist())
+
+
+def _look(look: Look) -> dict[str, Any]:
+    """What is seen of a link: on which body, its triangles there, and the shades of its colour."""
+    triangles = look.triangles
+    return {
+        "body": look.body,
+        "vertices": rounded(triangles.vertices),
+        "faces": triangles.faces.tolist(),
+        "shades": written_shades(look.colour),
+    }
 
 
 def _axes(base: FloatArray, length: float) -> list[Any]:

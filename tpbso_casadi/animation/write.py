@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from shutil import which
 
-from tpbso_casadi.animation.frames import frames_of
+from tpbso_casadi.animation.frames import frames_of, judged_frames
 from tpbso_casadi.animation.player import page
 from tpbso_casadi.plain import visible
 from tpbso_casadi.planning import Motion
@@ -57,7 +57,7 @@ def animate(path: Path, title: str, motion: Motion) -> None:
     title = visible(f"{title}, {without}" if without else title)
     with writing(path.parent):
         if path.suffix == ".html":
-            write_text(path, lambda file: file.write(page(title, frames_of(motion))))
+            write_text(path, lambda file: file.write(page(title, judged_frames(motion))))
             return
         from tpbso_casadi.animation.moving_figures import save_film  # noqa: PLC0415 (matplotlib is slow to load)
 

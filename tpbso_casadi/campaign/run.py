@@ -206,8 +206,9 @@ class Run:
 
     @cached_property
     def key(self) -> str:
-        """A digest of everything that decides the result, defaults filled in; labels do not count."""
-        content, solver = self.scenario.model_dump(mode="json"), self.scenario.solver
+        """A digest of everything that decides the result, defaults filled in; labels and looks do not count."""
+        content = self.scenario.model_dump(mode="json", exclude={"robot": {"looks_text"}})
+        solver = self.scenario.solver
         content["solver"] |= {"settings": settings_of(solver.build()), "budget": asdict(solver.budget())}
         return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
 

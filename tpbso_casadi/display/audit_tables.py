@@ -10,7 +10,7 @@ from rich.text import Text
 from problems import CertificateStatus
 from problems.certify import WorstIs
 from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
-from tpbso_casadi.display.plan_tables import MARKS, limit_of, worst_of
+from tpbso_casadi.display.plan_tables import MARKS, limit_of
 from tpbso_casadi.plain import visible
 
 LISTED = 12
@@ -125,7 +125,7 @@ def print_run_audit(audit: dict[str, Any], console: OutputConsole) -> None:
     for c in audit["constraints"]:
         status = CertificateStatus(c["status"])
         mark = ACTIVE if c["active"] and status is CertificateStatus.CERTIFIED else MARKS[status]
-        worst = worst_of(c["worst"], WorstIs(c["worst_is"]))
+        worst = WorstIs(c["worst_is"]).number(c["worst"])
         limit, margin = limit_of(c["bound"], c["unit"]), f"{c['margin']:.4g}"
         table.add_row(*map(Text, (c["name"], worst, limit, margin)), mark, Text(c["where"]))
     title = f"{verdict} in {seconds * 1e3:.1f} ms: {objective['name']} {value} {objective['unit']}"

@@ -23,14 +23,6 @@ FREE_TO_TURN = "state joint_limits if it must not"
 FAR = 0.02  # above the best known objective, relative to it: worth a word
 
 
-WORST_MARKS = {WorstIs.EXACT: "", WorstIs.BOUND: ">= ", WorstIs.FOUND: "~ "}  # bounds are those of clearances
-
-
-def worst_of(value: float, what: WorstIs) -> str:
-    """A worst value, and whether it is a bound, or the worst that was found."""
-    return f"{WORST_MARKS[what]}{value:.6g}"
-
-
 def summary_of(plan: PlannedMotion) -> str:
     """The objective and its value; of a weighted sum those of its parts, too."""
     objective = plan.criteria.objective
@@ -67,7 +59,8 @@ def nearness_of(motion: Motion) -> Iterator[str]:
     """How near the motion comes to an obstacle, and what comes after arrival, in a line each."""
     closest = motion.closest_approach
     if closest is not None:
-        yield f"closest approach: {closest.distance:.6g} m, {closest.pair}, t = {closest.time:.4g} s"
+        found = WorstIs.FOUND.said(f"{closest.distance:.6g} m")
+        yield f"closest approach: {found}, {closest.pair}, t = {closest.time:.4g} s"
     after = motion.at_goal
     if after is not None:
         yield f"at the goal: clear {_how_long(after, motion.trajectory.duration)}"
@@ -96,7 +89,7 @@ def effort_of(plan: PlannedMotion) -> str:
 
 def _row(verdict: Verdict) -> tuple[Text, ...]:
     limit = limit_of(verdict.bound, verdict.unit)
-    worst = worst_of(verdict.worst, verdict.worst_is)
+    worst = verdict.worst_is.number(verdict.worst)
     texts = Text(verdict.name), Text(worst), Text(limit), MARKS[verdict.status], Text(verdict.where)
     return texts
 

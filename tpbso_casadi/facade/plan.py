@@ -45,10 +45,10 @@ class Player:
     @classmethod
     def of(cls, motion: Motion, title: str, height: int) -> Self:
         """The player of a motion."""
-        from tpbso_casadi.animation.frames import frames_of  # noqa: PLC0415 (slow to load)
+        from tpbso_casadi.animation.frames import judged_frames  # noqa: PLC0415 (slow to load)
         from tpbso_casadi.animation.player import page  # noqa: PLC0415
 
-        return cls(page(title, frames_of(motion)), title, height)
+        return cls(page(title, judged_frames(motion)), title, height)
 
     def __repr__(self) -> str:
         return f"<player of a {self.title}; plan.animate('motion.html') writes it>"
@@ -250,7 +250,7 @@ class Plan:
     def _repr_html_(self) -> str:
         from tpbso_casadi.figures.notebook import png_of  # noqa: PLC0415 (matplotlib is slow to load)
 
-        rows = [(v.name, v.worst, v.bound, v.unit, str(v.status), v.where) for v in self.verdicts]
+        rows = [(v.name, v.worst_is.number(v.worst), v.bound, v.unit, str(v.status), v.where) for v in self.verdicts]
         judged = table(("constraint", "worst", "limit", "unit", "for all t", "where"), rows)
         return heading(repr(self)[1:-1]) + picture(png_of(self.plot()), "the path of the motion") + judged
 

@@ -31,7 +31,7 @@ STATUSES = {
 
 
 def headline(plan: PlannedMotion) -> str:
-    """The name of the case, the objective with its value, the duration, joints and certificate, in two lines."""
+    """The name of the case, objective, duration, joints, certificate and clearance, in two lines or three."""
     objective, duration = plan.criteria.objective, plan.trajectory.duration
     value = f"{objective.name} {plan.objective:.4g} {objective.unit}".rstrip()
     is_duration = f"{plan.objective:.4g} {objective.unit}" == f"{duration:.4g} s"
@@ -39,7 +39,8 @@ def headline(plan: PlannedMotion) -> str:
     name = visible(plan.name).replace("$", r"\$")
     named = f"{name}: " if name and name.isascii() else ""  # fonts may lack other letters
     robot = plan.criteria.robot
-    return f"{named}{first}\n{robot.dof} joints, {STATUSES[plan.motion.status]}\n{robot.without}".rstrip()
+    lines = f"{named}{first}", f"{robot.dof} joints, {STATUSES[plan.motion.status]}", robot.without
+    return "\n".join(line for line in (*lines, plan.motion.clearance_in_words) if line)
 
 
 HEIGHT = 2.6  # inches
@@ -125,14 +126,14 @@ def joints_figure(plan: PlannedMotion) -> Figure:
             axes.plot(plan.times, column, label=names[joint], **line_of(joint))
         for milestone in plan.criteria.milestones(plan.trajectory):
             axes.axvline(milestone.time, color=ORANGE, linestyle=":", linewidth=1.2)
-        draw_limits(axes, row, float(np.abs(values).max()))
+        draw_limits(axes, row, names, float(np.abs(values).max()))
     for milestone in plan.criteria.milestones(plan.trajectory):
         place = {"xycoords": panels[0].get_xaxis_transform(), "ha": "center", "va": "bottom", "fontsize": SMALL}
         panels[0].annotate(milestone.label, (milestone.time, 1.0), **place)
     ends = as_array(rows[0].values)[-1]
     label_ends(panels[0], [EndLabel(names[j], float(end), colour_of(j)) for j, end in enumerate(ends)])
     panels[-1].set_xlabel("time [s]")
-    figure.suptitle(headline(plan).replace("\n", ", "))
+    figure.suptitle(headline(plan).replace("\n", ", ", 1))
     return figure
 
 
@@ -152,8 +153,8 @@ def rows_of(plan: PlannedMotion) -> Iterator[Row]:
         yield Row(f"torque [{alternatives(robot.torque_units)}]", ca.DM(torques), most)
 
 
-def draw_limits(axes: Axes, row: Row, largest: float) -> None:
-    """Lines at limits: of sizes in grey with a label for the joints that share one, of ranges in the joint's colour."""
+def draw_limits(axes: Axes, row: Row, names: Sequence[str], largest: float) -> None:
+    """Lines at limits: of sizes in grey with the names of joints that share one, of ranges in the joint's colour."""
     for joint, pair in enumerate(() if row.ranges is None else row.ranges.T):
         for limit in pair:
             axes.axhline(limit, color=colour_of(joint), linestyle=(0, (1, 2.5)), linewidth=0.8)
@@ -165,24 +166,24 @@ def draw_limits(axes: Axes, row: Row, largest: float) -> None:
     for size in sorted(set(near)):
         for limit in (-size, size):
             axes.axhline(limit, color=LIMIT, linestyle="--", linewidth=0.8)
-    labels = [EndLabel(text, size, LIMIT) for size, text in limit_labels(row.sizes)]
+    labels = [EndLabel(text, size, LIMIT) for size, text in limit_labels(row.sizes, names)]
     label_ends(axes, labels)
 
 
-def limit_labels(sizes: FloatArray) -> list[tuple[float, str]]:
+def limit_labels(sizes: FloatArray, names: Sequence[str]) -> list[tuple[float, str]]:
     """Each limit and what is said of it: its size, and whose it is where joints differ."""
     shared = len(set(sizes.tolist())) == 1
     return [
-        (size, f"± {size:g}" if shared else f"± {size:g}, joint {numbers(np.flatnonzero(sizes == size) + 1)}")
+        (size, f"± {size:g}" if shared else f"± {size:g}, {ranges_of(names, np.flatnonzero(sizes == size))}")
         for size in sorted(set(sizes.tolist()))
     ]
 
 
-def numbers(joints: np.ndarray) -> str:
-    """Increasing numbers with those that follow each other as a range: 1-4, 6."""
+def ranges_of(names: Sequence[str], joints: np.ndarray) -> str:
+    """Names of joints by their increasing numbers (from 0 on), those that follow each other as a range in two lines."""
     breaks = np.concatenate([[0], np.cumsum([after > before + 1 for before, after in pairwise(joints)])])
-    runs = [[int(joint) for joint, _ in run] for _, run in groupby(zip(joints, breaks, strict=True), lambda p: p[1])]
-    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs)
+    runs = [[names[joint] for joint, _ in run] for _, run in groupby(zip(joints, breaks, strict=True), lambda p: p[1])]
+    return ", ".join(f"{run[0]}\nto {run[-1]}" if len(run) > 1 else run[0] for run in runs)
 
 
 def progress_figures(plan: SearchedMotion) -> dict[str, tuple[str, Figure]]:

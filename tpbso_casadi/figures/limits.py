@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 
 from problems import Constraint, Obstacle, Robot, Trajectory
 from problems.base import FloatArray, as_array
-from problems.certify import ClosestApproach, closest_approach, jacobian_pattern
+from problems.certify import ClosestApproach, WorstIs, closest_approach, jacobian_pattern
 from problems.limits import SAMPLING_MARGIN, Clearance, CollisionPair, clearances, reachable_pairs
 from tpbso_casadi.figures.palette import BLUE, CLOSEST, DASHES, DEFAULT, LIMIT, colour_of, line_of
 from tpbso_casadi.figures.style import ONE_COLUMN, SMALL, TWO_COLUMNS, EndLabel, in_print, label_ends, write_figure
@@ -203,7 +203,7 @@ def closest_to_moving(robot: Robot, obstacles: Sequence[Obstacle], trajectory: T
 
 def description(approach: ClosestApproach) -> str:
     """How close to an obstacle that moves, and when, in two lines."""
-    apart = f"{1000.0 * approach.distance:.1f} mm at {approach.time:.3g} s"
+    apart = f"{WorstIs.FOUND.distance(approach.distance)} at {approach.time:.3g} s"
     return f"closest to a moving obstacle:\n{apart} ({approach.pair})"
 
 

@@ -24,6 +24,7 @@ OBSTACLE, COURSE = VERMILLION, "#8c3d00"  # and the way of one that moves
 CLOSEST = "#a03070"
 GIVEN, PATH = GREEN, BLUE  # what a task states, and the way that was planned for the tool
 LIMIT = "0.25"
+NEUTRAL = "#b4bcc4"  # of links whose colour nobody states
 FIRST, LAST = (0.66, 0.75, 0.85), (0.07, 0.11, 0.16)  # of postures over time, RGB: from light to dark, in grey too
 
 

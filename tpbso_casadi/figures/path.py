@@ -12,7 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from problems.base import FloatArray
-from problems.limits import CollisionPair
+from problems.certify import WorstIs
+from problems.limits import CollisionPair, CoverClearance, distances_from
 from tpbso_casadi.figures.curves import headline
 from tpbso_casadi.figures.limits import pairs_of
 from tpbso_casadi.figures.palette import CLOSEST, PATH, shade_of
@@ -104,7 +105,7 @@ class Nearest:
     @property
     def label(self) -> str:
         """How close, and when."""
-        apart = f"{1000.0 * self.distance:.1f} mm" if self.distance > 0.0 else "touches"
+        apart = WorstIs.FOUND.distance(self.distance) if self.distance > 0.0 else "touches"
         return f"{apart} at {self.time:.3g} s"
 
 
@@ -114,6 +115,11 @@ def nearest_of(motion: Motion) -> Nearest | None:
     if approach is None:
         return None
     robot, time = motion.criteria.robot, approach.time
+    covers = [limit for limit in motion.criteria.judged_limits if isinstance(limit, CoverClearance)]
+    if covers:
+        at = np.array([time])
+        _, points = covers[0].without_growth().closest(motion.trajectory.at(at), at)
+        return Nearest(time, approach.distance, points[0])
     frames = robot.positions(ca.DM(motion.trajectory.at(np.array([time]))))
     named = [pair for pair in pairs_of(robot, motion.criteria.obstacles) if str(pair) == approach.pair]
     pair = min(named, key=lambda pair: pair.distance(frames, ca.DM(time)))  # balls of a link share its name
@@ -145,9 +151,9 @@ def projected(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArr
 
 def in_space(pair: CollisionPair, frames: list[FloatArray], time: float) -> tuple[FloatArray, FloatArray]:
     """The middle of a ball and the obstacle's point nearest to it, each (3,), m: where its distance falls fastest."""
-    obstacle, center = pair.obstacle.at(time), frames[pair.body.start]
+    center = frames[pair.body.start]
     around = center + STEP * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
-    distances = np.asarray(ca.DM(obstacle.point_clearance(ca.DM(around)))).ravel()
+    distances = distances_from(pair.obstacle.without_growth(), around, np.full(len(around), time))
     return center, center - distances[0] * (distances[1:4] - distances[4:]) / (2.0 * STEP)
 
 
@@ -264,7 +270,7 @@ def path_in_space(plan: PlannedMotion) -> Figure:
     )
     scene = Scene(problem.robot, problem.obstacles, problem.markers(), courses_of(problem.obstacles, plan.times))
     figure = space_figure(scene, postures, way, motion.trajectory.at(plan.times))
-    figure.suptitle(headline(plan).replace("\n", ", "))
+    figure.suptitle(headline(plan).replace("\n", ", ", 1))
     return figure
 
 

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
 from problems.base import FloatArray
+from problems.certify import WorstIs
 from tpbso_casadi.figures.limits import DistanceCurve, distance_curves, spans
 from tpbso_casadi.figures.palette import CLOSEST, DEFAULT, GIVEN, GREEN, LIMIT, OBSTACLE, PATH, line_of, shade_of
 from tpbso_casadi.figures.scene import (
@@ -184,7 +185,7 @@ def mark_closest(axes: Axes, curves: list[DistanceCurve]) -> None:
     """The smallest distance of all."""
     nearest = min(curves, key=lambda curve: float(curve.distances.min()))
     row = int(nearest.distances.argmin())
-    label = f"closest: {1000.0 * nearest.distances[row]:.1f} mm at {nearest.times[row]:.3g} s"
+    label = f"closest: {WorstIs.FOUND.distance(nearest.distances[row])} at {nearest.times[row]:.3g} s"
     axes.plot(nearest.times[row], nearest.distances[row], "o", color=CLOSEST, markersize=5, label=label, zorder=5)
 
 

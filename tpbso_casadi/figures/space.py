@@ -16,10 +16,12 @@ from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import PathPatch
 
 from problems.base import FloatArray
 from problems.robots import RobotDescription
 from problems.tasks import MarkerKind
+from tpbso_casadi.figures.looks import LIGHT, front_of, layers, palette_of, placed_corners, silhouette
 from tpbso_casadi.figures.palette import BLUE, CLOSEST, GIVEN, GREEN, OBSTACLE, PATH, VERMILLION
 from tpbso_casadi.figures.scene import DIAMOND, LABEL, MARKER_STYLES, SQUARE, Points, draw_band, draw_ways
 from tpbso_casadi.figures.space_scene import FRONT, SIDE, TOP, Polyhedron, Scene, View, ground
@@ -99,7 +101,6 @@ def _sorted(before: np.ndarray, numbers: list[int]) -> list[int]:
     return list(placed)
 
 
-LIGHT = np.array([-0.35, 0.45, 0.82])  # in the axes of the view
 ROUND = np.linspace(0.0, 2.0 * np.pi, 28, endpoint=False)
 LAYERS = ((1.0, 0.0), (0.8, 0.22), (0.55, 0.42), (0.28, 0.62))  # of a ball: size, and how far it is lit
 FACE_ALPHA, BACK_ALPHA, EDGE_ALPHA = 0.30, 0.12, 0.55
@@ -108,7 +109,7 @@ Painted = tuple[FloatArray, tuple[float, ...], tuple[float, ...]]  # corners (n,
 
 
 class Painting:
-    """Balls and solids in a picture.
+    """A robot and solids in a picture: its links as they look, and balls where that is not known.
 
     Args:
         axes: of the picture.
@@ -120,25 +121,52 @@ class Painting:
     def __init__(self, axes: Axes, view: View, scene: Scene, colour: str) -> None:
         self._view, self._scene, self._colour = view, scene, colour
         self._painted = [list(solid(view, polyhedron)) for polyhedron in scene.solids]
+        self._palette = palette_of(scene.looks)
         self._collection = PolyCollection([], linewidths=0.7, zorder=2)
         axes.add_collection(self._collection, autolim=False)
 
-    def show(self, centers: FloatArray, time: float = 0.0) -> None:
-        """Show a posture by its balls' centres (balls, 3), m, and the obstacles at a time in s."""
-        radii, scene = self._scene.radii, self._scene
-        solids = scene.solids_at(time)
-        for number in scene.moving:
+    def show(self, theta: FloatArray, time: float = 0.0) -> None:
+        """Show a posture (dof,), rad, and the obstacles at a time in s."""
+        solids = self._scene.solids_at(time)
+        for number in self._scene.moving:
             self._painted[number] = list(solid(self._view, solids[number]))
-        painted: list[Painted] = []
-        for number in painting_order(self._view, centers, radii, solids, scene.planes_of(solids)):
-            if number < len(centers):
-                painted += ball(self._view, centers[number], float(radii[number]), self._colour)
-            else:
-                painted += self._painted[number - len(centers)]
+        centers = self._scene.centers(theta[None])[0]
+        if self._scene.looks:
+            painted = list(self._dressed(centers, self._scene.frames(theta[None])[0], solids))
+        else:
+            painted = list(self._in_balls(centers, solids))
         polygons, faces, edges = zip(*painted, strict=True) if painted else ((), (), ())
         self._collection.set_verts(polygons)
         self._collection.set_facecolor(list(faces))
         self._collection.set_edgecolor(list(edges))
+
+    def _in_balls(self, centers: FloatArray, solids: Sequence[Polyhedron]) -> Iterator[Painted]:
+        """Everything, the robot as its balls with centres (balls, 3), m."""
+        radii, planes = self._scene.radii, self._scene.planes_of(solids)
+        for number in painting_order(self._view, centers, radii, solids, planes):
+            if number < len(centers):
+                yield from ball(self._view, centers[number], float(radii[number]), self._colour)
+            else:
+                yield from self._painted[number - len(centers)]
+
+    def _dressed(self, centers: FloatArray, frames: FloatArray, solids: Sequence[Polyhedron]) -> Iterator[Painted]:
+        """Everything, the links as they look on bodies with frames (bodies, 4, 3), m."""
+        view, scene = self._view, self._scene
+        corners = placed_corners(scene.looks, frames)
+        rows, shades = front_of(view, corners)
+        colours, spots = self._palette[rows, shades], view.project(corners[rows])
+        places = np.concatenate([centers[scene.bare], corners[rows].mean(axis=1)])
+        order = painting_order(view, np.empty((0, 3)), np.empty(0), solids, scene.planes_of(solids))
+        for small, next_solid in layers(view, places, solids, order):
+            for number in small.tolist():
+                if number < len(scene.bare):
+                    one = scene.bare[number]
+                    yield from ball(view, centers[one], float(scene.radii[one]), self._colour)
+                else:
+                    colour = tuple(colours[number - len(scene.bare)])
+                    yield spots[number - len(scene.bare)], (*colour, 1.0), (*colour, 1.0)
+            if next_solid is not None:
+                yield from self._painted[next_solid]
 
 
 def ball(view: View, center: FloatArray, radius: float, colour: str) -> Iterator[Painted]:
@@ -250,9 +278,9 @@ def space_figure(
     draw_picture(picture, view, scene, postures[-1], bounds)
     draw_way(picture, view, way)
     draw_ways(picture, [view.project(course.middles) for course in scene.courses])
-    figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=2 if size[0] < 5.0 else 3)
+    figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=2 if size[0] < 5.5 else 3)
     if way is not None:
-        picture.set_title(LAST if way.nearest is None else literal(postures[-1].label), loc="left")
+        picture.set_title(LAST if way.nearest is None else literal(postures[-1].label), loc="right")
         figure.draw_without_rendering()  # so that places are final
         for axes, view, *_ in panels:
             draw_names(axes, view, scene, postures, way)
@@ -294,15 +322,8 @@ def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Pos
         draw_solids(axes, view, [solids[number] for number in scene.moving], posture.opacity, posture.opacity)
     axes.plot(*view.project(np.array(scene.robot.base)), "s", color="black", markersize=7, label="base", zorder=5)
     for posture in postures:
-        centers, skeleton = scene.centers(posture.theta[None])[0], scene.robot.skeleton(posture.theta[None])[0]
-        sizes = 2.0 * scene.radii * posture.strong
-        axes.add_collection(
-            EllipseCollection(
-                sizes, sizes, np.zeros(len(sizes)), units="xy", offsets=view.project(centers),
-                offset_transform=axes.transData, facecolors=posture.colour, alpha=0.16, linewidths=0.0, zorder=2,
-            ),
-            autolim=False,
-        )  # fmt: skip
+        draw_thickness(axes, view, scene, posture)
+        skeleton = scene.robot.skeleton(posture.theta[None])[0]
         axes.plot(
             *view.project(skeleton).T, "-o", color=posture.colour, label=literal(posture.label) or None,
             markerfacecolor="white", markersize=3.5 if posture.strong else 2.0,
@@ -312,6 +333,23 @@ def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Pos
         draw_band(axes, replace(marker, points=view.project(marker.points)))
         style = MARKER_STYLES[marker.kind]
         axes.plot(*view.project(marker.points).T, linestyle="none", color=GIVEN, label=marker.label, **style)
+
+
+def draw_thickness(axes: Axes, view: View, scene: Scene, posture: Posture) -> None:
+    """How thick the robot is in a posture, where that is strong: its links as they look, or their balls."""
+    if not posture.strong:
+        return
+    centers, sizes = scene.centers(posture.theta[None])[0, scene.bare], 2.0 * scene.radii[scene.bare]
+    axes.add_collection(
+        EllipseCollection(
+            sizes, sizes, np.zeros(len(sizes)), units="xy", offsets=view.project(centers),
+            offset_transform=axes.transData, facecolors=posture.colour, alpha=0.16, linewidths=0.0, zorder=2,
+        ),
+        autolim=False,
+    )  # fmt: skip
+    if scene.looks:
+        outline = silhouette(view, placed_corners(scene.looks, scene.frames(posture.theta[None])[0]))
+        axes.add_patch(PathPatch(outline, facecolor=posture.colour, alpha=0.25, linewidth=0.0, zorder=2))
 
 
 def draw_solids(axes: Axes, view: View, solids: Sequence[Polyhedron], opacity: float, edges: float = 1.0) -> None:
@@ -339,9 +377,9 @@ def draw_picture(axes: Axes, view: View, scene: Scene, posture: Posture, bounds:
     """A posture in perspective, over the ground."""
     draw_ground(axes, view, scene, bounds)
     painting = Painting(axes, view, scene, posture.colour)
-    painting.show(scene.centers(posture.theta[None])[0], posture.time)
-    skeleton = scene.robot.skeleton(posture.theta[None])[0]
-    arm = axes.plot(*view.project(skeleton).T, "-", color=posture.colour, linewidth=1.6, alpha=0.8, zorder=4)[0]
+    painting.show(posture.theta, posture.time)
+    skeleton, width = scene.robot.skeleton(posture.theta[None])[0], 0.0 if scene.looks else 1.6
+    arm = axes.plot(*view.project(skeleton).T, "-", color=posture.colour, linewidth=width, alpha=0.8, zorder=4)[0]
     for marker in scene.markers:
         if marker.kind is not MarkerKind.POINTS:
             style = MARKER_STYLES[marker.kind]

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, product
 
 import casadi as ca
 import numpy as np
 
 from problems import Obstacle, Robot
 from problems.base import FloatArray, as_array
-from problems.robots import Body
+from problems.robots import Body, Look, SpatialArm
 from problems.tasks import Marker
 from tpbso_casadi.figures.scene import Course, placed
 
@@ -215,6 +215,21 @@ class Scene:
         """Of the balls, (balls,), m."""
         return np.array([float(body.radius) for body in self.balls])
 
+    @property
+    def looks(self) -> tuple[Look, ...]:
+        """Of the robot's links, as far as they are known."""
+        return self.robot.looks if isinstance(self.robot, SpatialArm) else ()
+
+    @cached_property
+    def bare(self) -> np.ndarray:
+        """Numbers of the balls of links without a look, (n,)."""
+        dressed = {look.link for look in self.looks}
+        return np.array([number for number, ball in enumerate(self.balls) if ball.name not in dressed], dtype=np.intp)
+
+    def frames(self, theta: FloatArray) -> FloatArray:
+        """Origin, m, and axes in rows of what carries looks, in n postures (n, dof), rad: (n, bodies, 4, 3)."""
+        return self.robot.body_frames(theta) if isinstance(self.robot, SpatialArm) else np.empty((len(theta), 0, 4, 3))
+
     @cached_property
     def solids(self) -> tuple[Polyhedron, ...]:
         """The obstacles, those that move as seen from the frames that move with them."""
@@ -260,7 +275,8 @@ class Scene:
         skeleton = self.robot.skeleton(theta).reshape(-1, 3)
         centers, radii = self.centers(theta), self.radii[:, None]
         balls = [(centers + side * radii).reshape(-1, 3) for side in (-1.0, 1.0)]
-        lower, upper = corners(np.vstack([skeleton, *balls, *(marker.points for marker in self.markers)]))
+        shown = [marker.points for marker in self.markers] + [*self._look_corners(theta)]
+        lower, upper = corners(np.vstack([skeleton, *balls, *shown]))
         near = SURROUNDINGS * float((upper - lower).max())
         still = [solid for number, solid in enumerate(self.solids) if number not in self.moving]
         shown = [np.clip(solid.vertices, lower - near, upper + near) for solid in still]
@@ -268,6 +284,13 @@ class Scene:
         lower, upper = corners(np.vstack([lower, upper, *shown]))
         padding = PADDING * float((upper - lower).max())
         return np.array([lower - padding, upper + padding])
+
+    def _look_corners(self, theta: FloatArray) -> Iterator[FloatArray]:
+        """Corners of boxes around looks in n postures, each (8 n, 3), m."""
+        frames = self.frames(theta)
+        for look in self.looks:
+            box = np.array(list(product(*np.transpose(corners(look.triangles.vertices)))))
+            yield (box @ frames[:, look.body, 1:] + frames[:, look.body, :1]).reshape(-1, 3)
 
     def view(self, theta: FloatArray, bounds: FloatArray) -> View:
         """The view in perspective that obstacles hide least in of postures (n, dof), rad, within bounds (2, 3), m.

@@ -122,7 +122,8 @@ def label_ends(axes: Axes, labels: Sequence[EndLabel]) -> None:
     ends = np.array([axes.transData.transform((1.0, place))[1] for place in places])
     ends = (ends - bottom) / (top - bottom)
     height = 72.0 * (top - bottom) / axes.get_figure(root=True).dpi  # type: ignore[union-attr]
-    moved = spread(ends, LINE_HEIGHT * SMALL / height)
+    lines = max((label.text.count("\n") + 1 for label in labels), default=1)
+    moved = spread(ends, lines * LINE_HEIGHT * SMALL / height)
     for label, place, away in zip(labels, places, (moved - ends) * height, strict=True):
         leader = {"arrowstyle": "-", "color": label.colour, "linewidth": 0.6, "shrinkA": 0.0, "shrinkB": 0.0}
         axes.annotate(

@@ -16,7 +16,8 @@ import numpy as np
 from problems import CertificateStatus, Objective, Problem, Robot, Trajectory, Verdict
 from problems.assembly import Criteria
 from problems.base import FloatArray, as_array
-from problems.certify import AtGoal, ClosestApproach
+from problems.certify import AtGoal, ClosestApproach, WorstIs
+from problems.limits import Clearance
 from problems.motions import JointPath
 
 STILL = 1e-9  # of a joint's limit of speed: at less it stands still, and Coulomb friction does not act
@@ -161,6 +162,18 @@ class Motion:
     def closest_approach(self) -> ClosestApproach | None:
         """How near it comes to an obstacle, and when; None where none is within reach."""
         return self.criteria.closest_approach(self.trajectory)
+
+    @property
+    def clearance_in_words(self) -> str:
+        """What is proven of the distance from obstacles, and what was found; empty where none is within reach."""
+        proven = [
+            verdict for verdict in self.verdicts if verdict.name == Clearance.name and verdict.worst_is is WorstIs.BOUND
+        ]
+        parts = [verdict.worst_is.distance(verdict.worst) for verdict in proven]
+        if self.closest_approach is not None:
+            found = self.closest_approach
+            parts.append(f"{WorstIs.FOUND.distance(found.distance)} at {found.time:.3g} s")
+        return f"{Clearance.name} {'; '.join(parts)}" if parts else ""
 
     @cached_property
     def at_goal(self) -> AtGoal | None:

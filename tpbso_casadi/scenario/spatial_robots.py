@@ -24,9 +24,11 @@ from problems.robots import (
     Transform,
     built_in,
     covers_text,
+    looks_text,
     matrix_of,
     payload_of,
     read_covers,
+    read_looks,
     read_spheres,
     read_srdf,
     read_urdf,
@@ -70,7 +72,7 @@ class PayloadTable(Section):
 LARGEST_TEXT = 2_000_000  # characters of a file that a result holds
 FILES = ("urdf", "spheres", "srdf")  # keys that name files; their texts are in keys of the same names with TEXT
 TEXT = "_text"
-LARGEST_COVERS = 20_000_000  # characters
+LARGEST_COVERS, LARGEST_LOOKS = 20_000_000, 2_000_000  # characters
 MOST_JOINTS = 20  # of a robot in space
 KEYS = {"position_limits": "joint_limits"}  # by the fields of the robot
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]
@@ -125,6 +127,7 @@ class SpatialRobotSection(Section):
     cover_overhang: Annotated[float, Field(ge=0.003, le=0.1)] | None = None
     self_margin: NotNegative = 0.0
     covers_text: Annotated[str, Field(max_length=LARGEST_COVERS)] | None = None
+    looks_text: Annotated[str, Field(max_length=LARGEST_LOOKS)] | None = None
     max_speed: Annotated[PerJoint | None, ANGULAR] = None
     max_acceleration: Annotated[PerJoint | None, ANGULAR] = None
     max_jerk: Annotated[PerJoint | None, ANGULAR] = None
@@ -160,7 +163,7 @@ class SpatialRobotSection(Section):
             name = getattr(self, key)
             if name is not None and getattr(self, key + TEXT) is None:
                 texts[key + TEXT] = self._read(folder, key, name)
-        return self.model_copy(update=texts)._with_covers(folder)
+        return self.model_copy(update=texts)._with_covers(folder)._with_looks(folder)
 
     def _with_covers(self, folder: InputFolder) -> Self:
         """The same with covers of the URDF's links, made of the meshes that it names, where no spheres are stated.
@@ -179,6 +182,21 @@ class SpatialRobotSection(Section):
         for note in notes:
             LOG.warning("robot.urdf: link %r: mesh %s %s", note.link, note.file, note.note)
         return self.model_copy(update={"covers_text": covers_text(covers.values())}) if covers else self
+
+    def _with_looks(self, folder: InputFolder) -> Self:
+        """The same with what the URDF's links look like; what cannot be shown is told in one note."""
+        if self.urdf is None or self.urdf_text is None or self.looks_text is not None:
+            return self
+        try:
+            description = self.description()
+        except InvalidProblem:  # said when it is built
+            return self
+        place = MeshPlace(self.urdf, self.packages)
+        looks, notes = description.new_looks(lambda shape: mesh_content(folder, place, shape))
+        if notes:
+            each = "; ".join(f"{note.link!r}: {note.file and f'mesh {note.file}: '}{note.note}" for note in notes)
+            LOG.warning("robot.urdf: not all links are drawn as the URDF shows them: %s", each)
+        return self.model_copy(update={"looks_text": looks_text(looks)}) if looks else self
 
     def _read(self, folder: InputFolder, key: str, name: str) -> str:
         try:
@@ -276,6 +294,8 @@ class SpatialRobotSection(Section):
             raise InvalidProblem("urdf", f"{self.urdf!r} has not been read; only a scenario file can name one")
         base, tip = self._ends
         description = read_urdf(self.urdf_text, base, tip, self.locked)
+        if self.looks_text is not None:
+            description = description.with_looks(read_looks(self.looks_text))
         return description if self.covers_text is None else description.with_covers(read_covers(self.covers_text))
 
     @property

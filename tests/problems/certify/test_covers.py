@@ -72,6 +72,24 @@ def test_the_nearest_is_that_of_all_balls(arm: SpatialArm, seed: int) -> None:
         assert overall.items.row[0] == found.clearance.argmin()
 
 
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10_000))
+def test_the_nearest_points_lie_on_both_surfaces(arm: SpatialArm, seed: int) -> None:
+    theta = np.random.default_rng(seed).uniform(-2.5, 2.5, (3, 3))
+    outside, own = cover_limits(arm, BOXES)
+    for limit in (outside, own):
+        found, points = limit.closest(theta, np.zeros(3))
+        near, far = points.swapaxes(0, 1)
+        np.testing.assert_allclose(np.linalg.norm(far - near, axis=1), np.abs(found.clearance), atol=1e-7)
+        for row, posture in enumerate(theta):
+            centers, radii = (np.concatenate(parts) for parts in zip(*every_ball(arm, posture), strict=True))
+            assert (np.linalg.norm(near[row] - centers, axis=1) - radii).min() < 1e-7
+            if limit is outside and found.clearance[row] > 0.0:
+                assert min(abs(float(from_box(far[row : row + 1], box)[0])) for box in BOXES) < 1e-6
+            elif limit is own:
+                assert (np.linalg.norm(far[row] - centers, axis=1) - radii).min() < 1e-7
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_what_is_proven_is_below_every_distance_and_not_far(arm: SpatialArm, seed: int) -> None:
     motion = moving(seed)

@@ -187,7 +187,7 @@ NUMBERS = [
     ('<sphere radius="0.06"/>', '<sphere radius="0"/>', "link 'jib': radius of <sphere> must be a length above 0 m"),
     ('<sphere radius="0.06"/>', "<sphere/>", "link 'jib': radius of <sphere> must be a length above 0 m"),
     ('<sphere radius="0.06"/>', '<box size="1 -1 1"/>', "link 'jib': size of <box> must be three lengths above 0 m"),
-    ('<sphere radius="0.06"/>', "<cone/>", "link 'jib': a collision shape <cone>; there are box"),
+    ('<sphere radius="0.06"/>', "<cone/>", "link 'jib': a shape <cone>; there are box"),
 ]
 
 

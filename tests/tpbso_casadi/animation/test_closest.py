@@ -78,7 +78,7 @@ def test_the_closest_points_lie_on_both_surfaces(solid) -> None:
     frames = [np.array(position) for position in robot.positions(ca.DM(theta))]
     balls = [pair.body for pair in criteria.limits[0].pairs]  # those that can reach it
     expected = [
-        min(float(solid.point_clearance(ca.DM(frames[ball.start][row : row + 1]))) - ball.radius for ball in balls)
+        min(solid.distance_of(*(tuple(frames[ball.start][row]),) * 2) - ball.radius for ball in balls)
         for row in range(7)
     ]
     assert closest.distances == pytest.approx(expected, abs=1e-12)

@@ -228,6 +228,7 @@ PAGES: list[Callable[[], PlannedMotion]] = [
     moving_space_plan,
     space_plan,
     lambda: space_plan(obstacles=False, spheres=False),
+    lambda: space_plan(looks=True),
 ]
 
 
@@ -240,9 +241,43 @@ def test_players_run_in_a_browser(plan: Callable[[], PlannedMotion], tmp_path: P
     assert "<title>a &lt;b&gt;" in document
     assert re.search(r">\d\.\d{3} s</output>", document) and ">Pause</button>" in document  # it plays
     if plan is space_plan:
-        assert re.search(r"Closest: \w+, [\w ]+, -?\d+\.\d mm<", document)
+        assert re.search(r"Closest now: \w+, [\w ]+, -?\d+\.\d mm found<", document)
         assert document.count("<li>") == 4 and "joint_3" in document
         assert re.search(rf">{MINUS}?\d\.\d{{3}} rad</output>", document)
+
+
+@BROWSER
+def test_a_key_shows_and_hides_the_cover_of_a_robot_that_has_looks(tmp_path: Path) -> None:
+    story = """
+const scene = find(".scene");
+const colours = () => {
+  const copy = document.createElement("canvas");
+  Object.assign(copy, { width: scene.width, height: scene.height });
+  const pen = copy.getContext("2d", { willReadFrequently: true });
+  pen.drawImage(scene, 0, 0);
+  const { data } = pen.getImageData(0, 0, scene.width, scene.height);
+  let red = 0, grey = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i] > 90 && data[i + 1] < 60 && data[i + 2] < 60) red++;
+    if (data[i + 3] > 200 && data[i] < data[i + 1] && data[i + 1] < data[i + 2] && data[i] > 60) grey++;
+  }
+  return [red, grey];
+};
+key("2");
+await note("bare", colours);
+key("c");
+await note("covered", colours);
+find(".cover").click();
+await note("bare again", colours);
+await note("listed", () => [...document.querySelectorAll("dt")].map((term) => term.textContent));
+"""
+    plan = space_plan(obstacles=False, looks=True)
+    answers = told(page("looks", frames_of(plan.motion, 3)), story, tmp_path, CALM)
+    assert answers["bare"] == answers["bare again"]
+    red, grey = answers["bare"]
+    assert red > 200 and grey > 200  # the bar, and the balls of links without a look
+    assert answers["covered"][0] < 0.9 * red  # behind balls
+    assert "c" in answers["listed"]
 
 
 def test_frames_are_the_arm() -> None:
@@ -353,5 +388,5 @@ def test_the_closest_distance_is_shown_as_it_is_at_the_end(tmp_path: Path) -> No
     to_end = "const s = document.querySelector('.time'); s.value = 1000; s.dispatchEvent(new Event('input'));"
     path = tmp_path / "page.html"
     path.write_text(f"{page('end', frames)}<script>{to_end}</script>", encoding="utf-8")
-    shown = re.search(r"Closest: \w+, [\w ]+, (-?[0-9.]+) mm<", opened(path, tmp_path / "profile"))
+    shown = re.search(r"Closest now: \w+, [\w ]+, (-?[0-9.]+) mm found<", opened(path, tmp_path / "profile"))
     assert shown is not None and float(shown[1]) == pytest.approx(1000.0 * closest.distances[-1], abs=0.051)

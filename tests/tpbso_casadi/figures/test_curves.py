@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from problems import PlanarArm, Trajectory
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.figures.curves import Row, convergence_figure, draw_limits, joints_figure, limit_labels, numbers
+from tpbso_casadi.figures.curves import Row, convergence_figure, draw_limits, joints_figure, limit_labels, ranges_of
 from tpbso_casadi.figures.limits import STYLES, limits_figure, runs, spans, structure_figure
 from tpbso_casadi.figures.palette import line_of
 from tpbso_casadi.planning import PlannedMotion, SearchedMotion, alternatives, convergence, plan, shares_of_limits
@@ -31,10 +31,10 @@ def searched(name: str = "bso") -> SearchedMotion:
 
 
 def test_labels_name_joints_by_ranges_and_limits_and_units_once_each() -> None:
-    ranges = {(1,): "1", (1, 2): "1-2", (1, 2, 3, 5): "1-3, 5", (2, 4, 6, 7): "2, 4, 6-7"}
-    assert [numbers(np.array(joints)) for joints in ranges] == list(ranges.values())
-    assert limit_labels(np.array([4.0, 4.0])) == [(4.0, "± 4")]
-    assert limit_labels(np.array([87.0, 12.0, 87.0])) == [(12.0, "± 12, joint 2"), (87.0, "± 87, joint 1, 3")]
+    ranges = {(0,): "a", (0, 1): "a\nto b", (0, 1, 2, 4): "a\nto c, e", (1, 3, 5, 6): "b, d, f\nto g"}
+    assert [ranges_of("abcdefg", np.array(joints)) for joints in ranges] == list(ranges.values())
+    assert limit_labels(np.array([4.0, 4.0]), "ab") == [(4.0, "± 4")]
+    assert limit_labels(np.array([87.0, 12.0, 87.0]), "abc") == [(12.0, "± 12, b"), (87.0, "± 87, a, c")]
     assert alternatives(("N m", "N", "N m")) == "N m or N"
     assert alternatives(("rad", "rad")) == "rad"
     assert spans(np.array([True, True, False, True, False, False, True])) == [(0, 1), (3, 3), (6, 6)]
@@ -44,7 +44,7 @@ def test_labels_name_joints_by_ranges_and_limits_and_units_once_each() -> None:
 def test_a_limit_far_away_does_not_stretch_the_axis() -> None:
     axes = Figure().subplots()
     axes.set_xlim(0.0, 1.0)
-    draw_limits(axes, Row("speed", np.zeros((2, 2)), np.array([2.0, 90.0])), largest=1.0)
+    draw_limits(axes, Row("speed", np.zeros((2, 2)), np.array([2.0, 90.0])), ("joint 1", "joint 2"), largest=1.0)
     assert axes.get_ylim() == pytest.approx((-2.16, 2.16))
     assert [line.get_ydata()[0] for line in axes.lines] == [-2.0, 2.0]
     assert [text.get_text() for text in axes.texts] == ["± 2, joint 1", "± 90, joint 2"]

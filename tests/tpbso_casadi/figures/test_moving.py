@@ -89,7 +89,7 @@ def test_a_path_in_the_plane_shows_obstacles_at_four_times() -> None:
     np.testing.assert_allclose(posture.get_xydata(), plan.motion.joint_positions(np.array([closest.time]))[0])
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels.count("moving obstacle") == labels.count("its way") == 1
-    assert f"{1000 * closest.distance:.1f} mm at {closest.time:.3g} s" in [text.get_text() for text in axes.texts]
+    assert f"{1000 * closest.distance:.1f} mm found at {closest.time:.3g} s" in [text.get_text() for text in axes.texts]
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_the_figure_of_distances_marks_the_closest_approach() -> None:
     closest = closest_to_moving(plan.criteria.robot, plan.criteria.obstacles, plan.trajectory)
     assert closest is not None
     np.testing.assert_allclose(lines["closest approach"].get_xydata(), [[closest.time, closest.distance]])
-    apart = f"{1000 * closest.distance:.1f} mm at {closest.time:.3g} s ({closest.pair})"
+    apart = f"{1000 * closest.distance:.1f} mm found at {closest.time:.3g} s ({closest.pair})"
     assert axes.get_title() == f"closest to a moving obstacle:\n{apart}"
     ends = [text.get_text() for text in axes.texts]
     assert ends == ["standing", "obstacle 2", "kept from 2", "obstacle 3", "margin"]
@@ -156,7 +156,7 @@ def test_a_path_in_space_shows_obstacles_at_the_times_of_the_postures(
     for axes, columns in ((top, [0, 1]), (front, [0, 2]), (side, [1, 2])):
         [way] = [line for line in axes.lines if line.get_label() == "its way"]
         np.testing.assert_allclose(way.get_xydata(), middles[:, columns])
-    assert picture.get_title(loc="left") == "posture at the closest approach"
+    assert picture.get_title(loc="right") == "posture at the closest approach"
     assert "moving obstacle" in [text.get_text() for text in figure.legends[0].get_texts()]
     monkeypatch.setattr(style, "DPI", 40)
     paths = draw_figures(tmp_path, plan)

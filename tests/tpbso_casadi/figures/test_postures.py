@@ -66,7 +66,7 @@ def test_each_posture_of_the_fan_is_drawn() -> None:
         assert sum(line.shape == posture.shape and np.allclose(line, posture) for line in lines) >= 1
     closest = solution.motion.closest_approach
     assert closest is not None
-    assert f"{1000 * closest.distance:.1f} mm at {closest.time:.3g} s" in texts(figure)
+    assert f"{1000 * closest.distance:.1f} mm found at {closest.time:.3g} s" in texts(figure)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert f"9 postures, every {solution.trajectory.duration / 8:.3g} s, light to dark" in legend
     assert legend.count("obstacle") == 1
@@ -129,14 +129,16 @@ def test_the_headline_says_what_a_plan_is_and_without_obstacles_nothing_is_close
     solution = planned("obstacle-3")
     assert headline(replace(solution, name="a$b")).startswith(r"a\$b: ")
     assert headline(replace(solution, name="né")) == headline(solution)  # not in every font
-    first, second = headline(solution).split("\n")
+    first, second, third = headline(solution).split("\n")
     assert first == f"length {solution.objective:.4g} m, T = {solution.trajectory.duration:.4g} s"
     assert second == f"3 joints, {STATUSES[solution.motion.status]}"
+    assert third == solution.motion.clearance_in_words
     fastest = planned("time-3")
     assert headline(fastest).startswith(f"time T = {fastest.trajectory.duration:.4g} s\n")
+    assert fastest.motion.clearance_in_words == ""
     assert nearest_of(fastest.motion) is None
-    assert not [text for text in texts(path_figure(fastest)) if " mm at " in text]
-    assert Nearest(0.5, 0.0123, np.zeros((2, 2))).label == "12.3 mm at 0.5 s"
+    assert not [text for text in texts(path_figure(fastest)) if " mm found" in text]
+    assert Nearest(0.5, 0.0123, np.zeros((2, 2))).label == "12.3 mm found at 0.5 s"
     assert Nearest(0.5, -0.001, np.zeros((2, 2))).label == "touches at 0.5 s"
 
 

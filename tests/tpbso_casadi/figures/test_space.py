@@ -130,10 +130,10 @@ def test_three_views_have_one_scale_and_show_the_whole_motion() -> None:
     closest = plan.motion.closest_approach
     assert {"base", "obstacle", "path of the tool", "first posture", fan, "start", "goal"} <= set(labels)
     assert closest is not None and "posture at the closest approach" in labels
-    assert picture.get_title(loc="left") == "posture at the closest approach"
+    assert picture.get_title(loc="right") == "posture at the closest approach"
     for axes in (top, front, side):
         named = {text.get_text() for text in axes.texts}
-        assert {"start", "goal", f"{1000 * closest.distance:.1f} mm at {closest.time:.3g} s"} <= named
+        assert {"start", "goal", f"{1000 * closest.distance:.1f} mm found at {closest.time:.3g} s"} <= named
     [way] = [line for line in front.lines if line.get_label() == "path of the tool"]
     np.testing.assert_allclose(way.get_xydata(), plan.motion.joint_positions(plan.times)[:, -1, [0, 2]])
     assert not picture.axison
@@ -157,7 +157,7 @@ def test_a_robot_without_spheres_and_obstacles_is_a_line() -> None:
         np.testing.assert_allclose(first.get_xydata(), skeleton[:, columns], atol=1e-12)
         assert not any(len(balls.get_offsets()) for balls in axes.collections)  # neither spheres nor solids
         assert "obstacle" not in axes.get_legend_handles_labels()[1]
-    assert picture.get_title(loc="left") == "last posture"
+    assert picture.get_title(loc="right") == "last posture"
 
 
 def test_any_name_is_shown_as_it_is() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -12,11 +13,14 @@ import pytest
 from helpers.meshed import meshed_urdf, write_meshed
 
 import tpbso_casadi as tp
-from problems.certify import CertificateStatus, limit_verdicts
+from problems.certify import CertificateStatus, WorstIs, limit_verdicts
 from problems.limits import cover_limits
 from problems.motions import Trajectory
 from problems.robots import SpatialArm
 from problems.scene.solids import Box
+from tpbso_casadi.animation.frames import judged_frames
+from tpbso_casadi.animation.player_data import shared_data
+from tpbso_casadi.figures.path import nearest_of
 from tpbso_casadi.scenario import ScenarioError, parse_scenario
 
 LIMITS: dict[str, Any] = {"max_acceleration": 5.0}
@@ -172,6 +176,29 @@ def test_a_run_is_complete_without_the_meshes(plan: tp.Plan, arm: SpatialArm, tm
     assert isinstance(robot, SpatialArm)
     assert robot.cover == arm.cover
     assert robot.spheres == arm.spheres
+
+
+def test_one_clearance_is_said_one_way(plan: tp.Plan) -> None:
+    """The proven bound is rounded down, what is found is no less; figures and players use the same words."""
+    verdict = next(verdict for verdict in plan.motion.verdicts if verdict.name == "clearance")
+    closest = plan.motion.closest_approach
+    assert closest is not None and verdict.worst_is is WorstIs.BOUND
+    words = plan.motion.clearance_in_words
+    said = re.fullmatch(r"clearance at least (\d+\.\d) mm, proven; (\d+\.\d) mm found at (\S+) s", words)
+    assert said is not None
+    proven, found, time = map(float, said.groups())
+    assert verdict.worst - 1e-4 < proven / 1e3 <= verdict.worst <= closest.distance
+    assert found / 1e3 == pytest.approx(closest.distance, abs=5.1e-5)
+    frames = judged_frames(plan.motion, 200)
+    data = shared_data(frames)
+    assert data["clearance"] == words
+    seen = data["closest"]
+    assert all("obstacle 1" in name for name in seen["names"])
+    gaps = seen["distances"]
+    assert closest.distance - 1e-5 <= min(gaps) < closest.distance + 1e-3  # the player's is that of the cover, too
+    nearest = nearest_of(plan.motion)
+    assert nearest is not None and nearest.label == f"{found} mm found at {time:g} s"
+    assert np.linalg.norm(np.subtract(*nearest.points)) == pytest.approx(closest.distance, abs=1e-6)
 
 
 @pytest.mark.slow

@@ -152,7 +152,7 @@ def test_distances_are_true_and_standstills_are_shaded() -> None:
     values = lines["obstacle 2, moving"].get_ydata()
     standing = lines["nearest standing obstacle"].get_ydata()
     least = min(np.min(values), np.min(standing))
-    assert str(closest).startswith(f"closest: {1000.0 * least:.1f} mm at ")
+    assert str(closest).startswith(f"closest: {1000.0 * least:.1f} mm found at ")
     # at t = 0 by hand: the tip of the arm, and an ellipse without a turn
     tip = np.array([1.0 + 0.8 * np.cos(0.3), 0.8 * np.sin(0.3)])
     phase = np.linspace(0.0, 2.0 * np.pi, 10_000)

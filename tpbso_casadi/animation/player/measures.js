@@ -14,7 +14,7 @@ function drawClosest(pen, theme, spots, distance) {
   pen.line(spots, 2.5, theme.close);
   for (const spot of spots) pen.dot(spot, 3.5, theme.close, theme.ground);
   if (!spots.length) return;
-  const [x, y] = spots[0], text = inMillimetres(distance), room = x + 10 + pen.wide(text, 13) < pen.width;
+  const [x, y] = spots[0], text = foundDistance(distance), room = x + 10 + pen.wide(text, 13) < pen.width;
   const style = { size: 12, weight: 600, rim: theme.ground, align: room ? "left" : "right" };
   pen.write(text, [room ? x + 8 : x - 8, y - 12], theme.close, style);
 }

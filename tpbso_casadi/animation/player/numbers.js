@@ -26,4 +26,4 @@ function ticksOf(low, high, step) {
 
 const written = (value, digits) => value.toFixed(digits).replace(/^-(?=[0.]*$)/, "").replace("-", "\u2212");
 
-const inMillimetres = (metres) => `${(1000 * metres).toFixed(1)} mm`;
+const foundDistance = (metres) => `${(1000 * metres).toFixed(1)} mm found`;

@@ -29,7 +29,7 @@ function start(figure) {
   function draw() {
     const row = clock.time / clock.end * last, state = stateAt(row);
     if (pen.clear()) stage.paint(pen, theme, state);
-    if (state.close) find("near").textContent = `Closest: ${state.close.names}, ${inMillimetres(state.close.distance)}`;
+    if (state.close) find("near").textContent = `Closest now: ${state.close.names}, ${foundDistance(state.close.distance)}`;
     find("note").textContent = motion.notes.findLast(([from]) => from <= clock.time)?.[1] ?? "";
     const numbers = shown(), first = motion.curves[numbers[0]];
     curves.draw(numbers, clock.time, row, theme);
@@ -51,6 +51,8 @@ function start(figure) {
   }
 
   find("near").hidden = !motion.closest;
+  find("whole-way").hidden = !motion.clearance;
+  find("whole-way").textContent = `Over the whole motion: ${motion.clearance}`;
   find("note").hidden = !motion.notes.length;
   const shown = chooserOf(find("quantity"), motion.curves, plots.parentElement.clientHeight, ask);
   followPointer(plots, (event) => transport.goTo(curves.timeAt(event)));

@@ -48,6 +48,7 @@ function viewOf(camera, width, height) {
   }
   return {
     eye,
+    axes: { right, up, toward },
     line: (points) => before(points, false),
     polygon: (points) => before(points, true),
     away: (p) => local(p)[2],

@@ -39,18 +39,34 @@ function partingPlanes(solids, moving) {
   return planes;
 }
 
+// The face of a solid that a place is farthest outside of.
+function faceBefore(solid, place) {
+  let most = -Infinity, face = 0;
+  for (let f = 0; f < solid.normals.length; f++) {
+    const beyond = dot(solid.normals[f], place) - solid.offsets[f];
+    if (beyond > most) { most = beyond; face = f; }
+  }
+  return face;
+}
+
+// Small things { place, away } in layers, farthest first: those to be painted before each solid of an order, and last
+// those before all of them. seen[s][f] tells whether the eye is outside of face f of solid s.
+function layersAmong(small, solids, order, seen) {
+  const layers = [[], ...order.map(() => [])];
+  for (const thing of small) {
+    let slot = order.length;
+    while (slot && !seen[order[slot - 1]][faceBefore(solids[order[slot - 1]], thing.place)]) slot--;
+    layers[slot].push(thing);
+  }
+  for (const layer of layers) layer.sort((a, b) => b.away - a.away);
+  return layers;
+}
+
 // Whether a thing is behind another: seen[s][f] tells whether the eye is outside of face f of solid s.
 function behindness(solids, planes, centers, seen, things) {
   const balls = centers.length;
   const parting = new Map(planes.map(([a, b, face]) => [a * solids.length + b, face]));
-  const inFront = centers.map((center) => solids.map((solid, s) => {
-    let most = -Infinity, face = 0;
-    for (let f = 0; f < solid.normals.length; f++) {
-      const beyond = dot(solid.normals[f], center) - solid.offsets[f];
-      if (beyond > most) { most = beyond; face = f; }
-    }
-    return seen[s][face];
-  }));
+  const inFront = centers.map((center) => solids.map((solid, s) => seen[s][faceBefore(solid, center)]));
   return (one, two) => {
     if (one < balls && two < balls) return things[one].away > things[two].away;
     if (one < balls) return !inFront[one][two - balls];

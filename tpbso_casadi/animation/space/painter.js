@@ -1,5 +1,6 @@
-// Pictures of a scene: ground, obstacles, balls of the robot, its joints, the way of the tool, the closest two.
-const SPRITE = 128, ROUND = 24;
+// Pictures of a scene: ground, obstacles, the robot as it looks or as balls, its joints, the way of the tool, the
+// closest two.
+const SPRITE = 128, ROUND = 24, COVER = 0.2;  // the last: opacity of balls around links that are seen
 
 // The convex hull of points in the picture.
 function hullOf(points) {
@@ -38,7 +39,7 @@ function placedSolid(solid, [origin, ...axes]) {
 }
 
 function painterOf(motion, pen, theme) {
-  const { radii, kinds, moving } = motion;
+  const { radii, kinds, moving, looks } = motion, bare = new Set(motion.bare);
   const sprites = [theme.body, theme["body-two"]].map(spriteOf);
 
   function paintEdges(view, solid, seen, front) {
@@ -65,43 +66,74 @@ function painterOf(motion, pen, theme) {
       paintEdges(view, solid, seen, front);
     }
   }
-  function paintThings(view, centers, frames) {
-    const solids = [...motion.solids];
-    moving.forEach(({ number }, i) => { solids[number] = placedSolid(solids[number], frames[i]); });
-    const planes = [...motion.planes, ...partingPlanes(solids, moving.map(({ number }) => number))];
-    const seen = solids.map((solid) => solid.normals.map((normal, f) => dot(normal, view.eye) > solid.offsets[f]));
-    const spots = centers.map(view.point);
-    const things = spots.map((spot, ball) => {
-      const r = spot && radii[ball] * spot[2];
-      return spot && { left: spot[0] - r, right: spot[0] + r, top: spot[1] - r, bottom: spot[1] + r, away: spot[3] };
-    });
-    for (const solid of solids) {
-      const shown = solid.vertices.map(view.point).filter(Boolean), cut = shown.length < solid.vertices.length;
-      const xs = shown.map((spot) => spot[0]), ys = shown.map((spot) => spot[1]);
-      things.push(shown.length ? {
-        left: cut ? -Infinity : Math.min(...xs), right: cut ? Infinity : Math.max(...xs),
-        top: cut ? -Infinity : Math.min(...ys), bottom: cut ? Infinity : Math.max(...ys), away: view.away(solid.center),
-      } : null);
-    }
+  // Where a ball, and where a solid, is in the picture; null for what is not before the eye.
+  function placeOfBall(view, center, ball) {
+    const spot = view.point(center), r = spot && radii[ball] * spot[2];
+    return spot && { left: spot[0] - r, right: spot[0] + r, top: spot[1] - r, bottom: spot[1] + r, away: spot[3] };
+  }
+  function placeOfSolid(view, solid) {
+    const shown = solid.vertices.map(view.point).filter(Boolean), cut = shown.length < solid.vertices.length;
+    const xs = shown.map((spot) => spot[0]), ys = shown.map((spot) => spot[1]);
+    return shown.length ? {
+      left: cut ? -Infinity : Math.min(...xs), right: cut ? Infinity : Math.max(...xs),
+      top: cut ? -Infinity : Math.min(...ys), bottom: cut ? Infinity : Math.max(...ys), away: view.away(solid.center),
+    } : null;
+  }
+  function paintBall({ left, right, top, bottom }, number) {
+    pen.context.drawImage(sprites[kinds[number] % sprites.length], left, top, right - left, bottom - top);
+  }
+  function paintInBalls(view, centers, solids, planes, seen) {
+    const things = [...centers.map((center, ball) => placeOfBall(view, center, ball)),
+      ...solids.map((solid) => placeOfSolid(view, solid))];
     for (const number of paintingOrder(things, behindness(solids, planes, centers, seen, things))) {
       if (number >= centers.length) paintSolid(view, solids[number - centers.length], seen[number - centers.length]);
-      else {
-        const { left, right, top, bottom } = things[number];
-        pen.context.drawImage(sprites[kinds[number] % sprites.length], left, top, right - left, bottom - top);
-      }
+      else paintBall(things[number], number);
     }
+  }
+  // The balls of links without a look, and those of all others, which can be seen through, where the cover is shown.
+  function ballsSeen(view, centers, cover) {
+    const shown = [...centers.keys()].filter((ball) => cover || bare.has(ball));
+    const places = shown.map((ball) => [ball, placeOfBall(view, centers[ball], ball)]).filter(([, place]) => place);
+    return places.map(([ball, place]) => ({
+      place: centers[ball], away: place.away - (bare.has(ball) ? 0 : radii[ball]),
+      paint() {
+        pen.context.globalAlpha = bare.has(ball) ? 1 : COVER;
+        paintBall(place, ball);
+        pen.context.globalAlpha = 1;
+      },
+    }));
+  }
+  function paintDressed(view, { centers, bodies, cover }, solids, planes, seen) {
+    const places = solids.map((solid) => placeOfSolid(view, solid));
+    const order = paintingOrder(places, behindness(solids, planes, [], seen, places));
+    const small = [...ballsSeen(view, centers, cover), ...trianglesSeen(looks, bodies, view, pen)];
+    layersAmong(small, solids, order, seen).forEach((layer, slot) => {
+      for (const thing of layer) thing.paint();
+      if (slot < order.length) paintSolid(view, solids[order[slot]], seen[order[slot]]);
+    });
+  }
+  function paintThings(view, state) {
+    const solids = [...motion.solids];
+    moving.forEach(({ number }, i) => { solids[number] = placedSolid(solids[number], state.frames[i]); });
+    const planes = [...motion.planes, ...partingPlanes(solids, moving.map(({ number }) => number))];
+    const seen = solids.map((solid) => solid.normals.map((normal, f) => dot(normal, view.eye) > solid.offsets[f]));
+    if (looks.length) paintDressed(view, state, solids, planes, seen);
+    else paintInBalls(view, state.centers, solids, planes, seen);
   }
   const mark = (spot, ...style) => { if (spot) pen.dot(spot, ...style); };
 
-  // state: centers, joints, frames (of what moves by itself), way, passed (points of it until now), close.
+  // state: centers, joints, frames (of what moves by itself), bodies (frames of the robot's), cover (whether it is
+  // shown), way, passed (points of it until now), close.
   return (view, state) => {
     paintGround(motion, pen, theme, view);
     for (const { way } of moving) pen.line(view.line(way), 1.2, theme.edge, { alpha: 0.7, dashes: [4, 3] });
-    paintThings(view, state.centers, state.frames);
+    paintThings(view, state);
     pen.line(view.line(state.way), 1.5, theme.way, { alpha: 0.35 });
     pen.line(view.line(state.passed), 2.5, theme.way);
-    pen.line(view.line(state.joints), 1.5, theme.ink, { alpha: 0.7 });
-    for (const joint of state.joints) mark(view.point(joint), 2.5, theme.ground, theme.ink);
+    if (!looks.length || state.cover) {
+      pen.line(view.line(state.joints), 1.5, theme.ink, { alpha: 0.7 });
+      for (const joint of state.joints) mark(view.point(joint), 2.5, theme.ground, theme.ink);
+    }
     for (const point of motion.points) mark(view.point(point), 4, theme.task, theme.ground);
     if (state.close) drawClosest(pen, theme, view.line(state.close.points), state.close.distance);
   };

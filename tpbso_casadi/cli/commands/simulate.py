@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich.text import Text
 
+from problems.certify import WorstIs
 from solvers import deferred_interrupt
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
 from tpbso_casadi.cli.options import (
@@ -83,7 +84,7 @@ def print_simulation(result: SimulationResult, console: OutputConsole) -> None:
 
 def _rows(summary: SummaryResult) -> list[tuple[str, str, bool | None, str]]:
     closest, largest = summary.closest, max(summary.largest_jumps)
-    distance = "-" if closest.distance is None else f"{1000.0 * closest.distance:.4g} mm"
+    distance = "-" if closest.distance is None else WorstIs.FOUND.distance(closest.distance)
     where = f"{closest.pair}, t = {closest.time:.4g} s, {'moving' if closest.moving else 'standing'}"
     kinds = f"{summary.new} new, {summary.old} old, {summary.stop} stops"
     proven = f"{summary.certified} certified as predicted, {summary.fail_safe} with a stop in time proven"
