@@ -4,10 +4,11 @@ from solvers.abso import AdaptiveBeetleSwarm
 from solvers.ask_tell import AskTell
 from solvers.bso import BSO
 from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
-from solvers.driver import Archive, History, Result, Status, minimize
+from solvers.driver import Archive, History, Result, Status, Unsearched, minimize, unsearched
 from solvers.functions import BENCHMARK_FUNCTIONS, BenchmarkFunction, InvalidFunction, benchmark_function
 from solvers.ga import GA
 from solvers.ipopt import IPOPT, Descent, DescentResult, Program, Solution, descend
+from solvers.ladder import Ladder
 from solvers.lshade import LSHADE
 from solvers.pso import PSO
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS, AnySolver, External
@@ -39,6 +40,7 @@ __all__ = [
     "Interruption",
     "InvalidFunction",
     "Iterations",
+    "Ladder",
     "Preset",
     "Program",
     "Result",
@@ -49,10 +51,12 @@ __all__ = [
     "Status",
     "Steps",
     "StopReason",
+    "Unsearched",
     "Usage",
     "benchmark_function",
     "deferred_interrupt",
     "descend",
     "minimize",
     "minimize_function",
+    "unsearched",
 ]

@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
-from solvers.solver import Box, FloatArray, Iterations, Solver, Steps
+from solvers.solver import ITERATIONS, Box, FloatArray, Iterations, Solver, Steps
 
 CAPACITY = 64
 CANDIDATES_PER_BATCH = 4  # the best of each batch are considered
@@ -152,6 +152,33 @@ class Result:
             f"iterations={self.iterations}, seconds={self.seconds:.3g}, seed={self.seed}, "
             f"stop_reason={self.stop_reason.value!r})"
         )
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Unsearched(Result):
+    """That of no search: what was to be minimised has reached a lower bound. ``x`` is empty."""
+
+    in_program_variables: ClassVar[bool] = True
+
+
+def unsearched(cost: float, seconds: float, seed: int | None) -> Unsearched:
+    """The result where something of the lowest cost is known.
+
+    Args:
+        cost: of it.
+        seconds: that it took to find.
+        seed: of what was drawn.
+    """
+    return Unsearched(
+        x=np.empty(0),
+        cost=cost,
+        evaluations=0,
+        iterations=0,
+        seconds=seconds,
+        seed=seed,
+        stop_reason=StopReason.TARGET,
+        history=History.of([(0, cost, np.empty(0))], ITERATIONS),
+    )
 
 
 class SearchRun:

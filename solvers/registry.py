@@ -9,6 +9,7 @@ from solvers.abso import AdaptiveBeetleSwarm
 from solvers.bso import BSO
 from solvers.ga import GA
 from solvers.ipopt import IPOPT
+from solvers.ladder import Ladder
 from solvers.lshade import LSHADE
 from solvers.pso import PSO
 from solvers.solver import Solver
@@ -37,6 +38,7 @@ class External:
 SOLVERS: dict[str, type[Solver]] = {
     "bso": BSO,
     "abso": AdaptiveBeetleSwarm,
+    "ladder": Ladder,
     "pso": PSO,
     "ga": GA,
     "lshade": LSHADE,

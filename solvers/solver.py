@@ -130,6 +130,7 @@ class SolverTraits:
         solves_program: whether it descends on a smooth program (:func:`solvers.descend`) rather than searching a box
             (:func:`solvers.driver`).
         steps: what the entries of its history count.
+        bound_first: whether a motion that nothing can beat is to be looked for before anything is searched.
         presets: settings that belong together, by a name that stands for them: ``bso(printed)``.
     """
 
@@ -137,6 +138,7 @@ class SolverTraits:
     has_population: ClassVar[bool]
     solves_program: ClassVar[bool]
     steps: ClassVar[Steps]
+    bound_first: ClassVar[bool] = False
     presets: ClassVar[Mapping[str, Preset]] = NO_PRESETS
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Generic, TypeVar
@@ -82,6 +82,14 @@ class Problem(Criteria, ABC, Generic[P]):
     def free_space_time(self) -> float:
         """What the motion takes in free space between the postures of its branch, s; 0 where nothing is known."""
         return 0.0
+
+    def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
+        """Motions that nothing can beat if they keep all limits; none by default, where no such bound is known.
+
+        Args:
+            rng: of what is drawn.
+        """
+        return iter(())
 
     @property
     def is_descended(self) -> bool:

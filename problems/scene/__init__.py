@@ -6,7 +6,7 @@ from problems.scene.obstacle import Frames, Obstacle, standing
 from problems.scene.polygon import Polygon, Rectangle, crossing_clearance
 from problems.scene.polytope import Polytope
 from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Solid
-from problems.scene.tabulated import Tabulated, first_fault
+from problems.scene.tabulated import LEAST_STEP, Tabulated, first_fault
 
 # by the names that scenarios have for them; one of the plane may have a namesake in space
 OBSTACLES: dict[str, type[Obstacle]] = {"ellipse": Ellipse, "box": Rectangle, "polygon": Polygon}
@@ -21,6 +21,7 @@ SOLIDS: dict[str, type[Obstacle]] = {
 }
 
 __all__ = [
+    "LEAST_STEP",
     "OBSTACLES",
     "SOLIDS",
     "Ball",

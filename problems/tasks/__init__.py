@@ -1,6 +1,6 @@
 """Statements of tasks: start, goal, path, elbow."""
 
-from problems.tasks.checks import check_at_least, check_choice, check_obstacles, least_clearances, overloaded
+from problems.tasks.checks import check_at_least, check_choice, check_obstacles, least_clearances, overloaded, rooms
 from problems.tasks.joint_path import JointFollowing
 from problems.tasks.move import Move
 from problems.tasks.path import Path, PathKnots, closed_curve, knots_of, pentagram
@@ -51,5 +51,6 @@ __all__ = [
     "narrow_elbow",
     "overloaded",
     "pentagram",
+    "rooms",
     "times_at",
 ]

@@ -153,11 +153,28 @@ def overloaded(robot: Robot, theta: FloatArray) -> str:
 
 def least_clearances(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> FloatArray:
     """How far postures (n, dof) at t = 0 are from touching anything, (n,), m; infinite where there is nothing."""
+    found = _clearances(robot, obstacles, theta, np.zeros(len(theta)))
+    return np.asarray(np.min([np.full(len(theta), np.inf), *(clearances for _, clearances in found)], axis=0))
+
+
+def rooms(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray, times: FloatArray) -> FloatArray:
+    """How much more postures (n, dof) at times (n,), s, keep clear of anything than they must, (n,), m.
+
+    Infinite where there is nothing.
+    """
+    found = _clearances(robot, obstacles, theta, times)
+    return np.asarray(
+        np.min([np.full(len(theta), np.inf), *(clearances - margin for margin, clearances in found)], axis=0)
+    )
+
+
+def _clearances(
+    robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray, times: FloatArray
+) -> list[tuple[float, FloatArray]]:
+    """Of each limit what it keeps, m, and the least clearances in postures (n, dof) at times (n,), s: (n,), m."""
     if robot.is_covered:
-        found = [cover.nearest(theta, np.zeros(len(theta))).clearance for cover in cover_limits(robot, obstacles)]
-        return np.asarray(np.min([np.full(len(theta), np.inf), *found], axis=0))
-    times = ca.DM.zeros(len(theta), 1)
-    samples = Samples(robot=robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=times)
+        covers = cover_limits(robot, obstacles)
+        return [(cover.margin, cover.nearest(theta, times).clearance) for cover in covers]
+    samples = Samples(robot=robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=ca.DM(times))
     limits = proximity_limits(robot, obstacles)
-    each = [as_array(limit.clearances(samples)).min(axis=1) for limit in limits]
-    return np.asarray(np.min([np.full(len(theta), np.inf), *each], axis=0))
+    return [(robot.margin, as_array(limit.clearances(samples)).min(axis=1)) for limit in limits]

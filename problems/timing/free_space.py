@@ -47,7 +47,22 @@ def least_durations(distances: FloatArray, limits: JointLimits) -> FloatArray:
     return np.asarray(_phases(np.abs(np.asarray(distances, dtype=np.float64)), limits).sum(axis=-1))
 
 
-def rest_to_rest(start: FloatArray, goal: FloatArray, limits: JointLimits) -> Trajectory:
+@dataclass(frozen=True, eq=False)
+class Phasing:
+    """How joints use the time that the slowest one leaves them: each runs its own motion slower, or waits.
+
+    Attributes:
+        stretches: shares of that time by which the motions are slower, (k,), from 0 to 1.
+        waits: shares of what is then left that pass before the motions begin, (k,), from 0 to 1.
+    """
+
+    stretches: FloatArray
+    waits: FloatArray
+
+
+def rest_to_rest(
+    start: FloatArray, goal: FloatArray, limits: JointLimits, phasing: Phasing | None = None
+) -> Trajectory:
     """The fastest motion from one posture at rest to another.
 
     Speed and acceleration are continuous where the limits have a jerk; else the acceleration jumps.
@@ -56,6 +71,7 @@ def rest_to_rest(start: FloatArray, goal: FloatArray, limits: JointLimits) -> Tr
         start: (k,), rad.
         goal: (k,), rad.
         limits: of the k joints; a move between postures within their position limits stays within them.
+        phasing: what joints do that have time; all move from the first moment to the last where None.
 
     Raises:
         InvalidProblem: start and goal are the same posture, or are not k finite numbers each.
@@ -66,7 +82,13 @@ def rest_to_rest(start: FloatArray, goal: FloatArray, limits: JointLimits) -> Tr
     total = float(durations.max())
     if not total > 0.0:
         raise InvalidProblem("goal", "the same posture as the start: there is nothing to time")
-    scaled = phases * (total / np.where(durations > 0.0, durations, total))[:, None]
+    moving = np.where(durations > 0.0, durations, total)
+    if phasing is None:
+        scaled = phases * (total / moving)[:, None]
+    else:
+        own = moving + phasing.stretches * (total - moving)
+        before = phasing.waits * (total - own)
+        scaled = np.column_stack([before, phases * (own / moving)[:, None], total - own - before])
     times = _merged(np.cumsum(scaled, axis=1), total)
     return Trajectory(times, _pieces(start, goal - start, scaled, times))
 
@@ -115,7 +137,8 @@ def _pieces(start: FloatArray, distances: FloatArray, phases: FloatArray, times:
     The highest derivative is what covers the distance exactly in the given phases.
     """
     count = phases.shape[1]
-    order, signs = (2, TRAPEZOID) if count == TRAPEZOID.size else (3, DOUBLE_S)
+    order, signs = (2, TRAPEZOID) if count <= TRAPEZOID.size + 2 else (3, DOUBLE_S)
+    signs = np.pad(signs, (count - signs.size) // 2)  # joints that wait stand still
     states = np.zeros((count + 1, start.size, SERIES.size))  # at the switches, for a unit of the highest derivative
     states[:-1, :, order] = signs[:, None]
     for phase in range(count):

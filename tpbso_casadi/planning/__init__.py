@@ -1,6 +1,7 @@
 """From a scenario to a verified plan: search, refine, verify."""
 
 from tpbso_casadi.planning.finishing import (
+    AS_FAST,
     CANDIDATES,
     POLISHED,
     SAME_PATH,
@@ -14,6 +15,7 @@ from tpbso_casadi.planning.plan import RESTARTS, SILENT, convergence, first_feas
 from tpbso_casadi.planning.progress import Progress
 
 __all__ = [
+    "AS_FAST",
     "CANDIDATES",
     "INFEASIBLE_MERIT",
     "POLISHED",

@@ -239,7 +239,7 @@ def _attempted(make: Callable[[Motion], Iterator[Trajectory]], before: Motion) -
     motion, slower = None, 1.0
     try:
         for trajectory in make(before) if before.trajectory.is_finite else ():
-            motion = _slowed(replace(before, trajectory=trajectory, retimed=True))
+            motion = slowed(replace(before, trajectory=trajectory, retimed=True))
             slower = motion.trajectory.duration / trajectory.duration
             if motion.feasible:
                 break
@@ -248,7 +248,7 @@ def _attempted(make: Callable[[Motion], Iterator[Trajectory]], before: Motion) -
     return motion, slower
 
 
-def _slowed(motion: Motion) -> Motion:
+def slowed(motion: Motion) -> Motion:
     """The motion, slower where its limits need it."""
     scale = motion.criteria.safe_time_scale(motion.trajectory)
     return motion if scale <= 1.0 else replace(motion, trajectory=motion.trajectory.time_scaled(scale))

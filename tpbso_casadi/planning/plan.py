@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain
+from itertools import chain, islice
 from math import isfinite
 from typing import Any, TypeVar
 
@@ -16,9 +16,28 @@ import numpy as np
 from problems import CertificateStatus, InvalidProblem, Problem, Trajectory
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers import IPOPT, Archive, Box, Interruption, Result, Solver, deferred_interrupt, minimize
+from solvers import (
+    IPOPT,
+    Archive,
+    Box,
+    Interruption,
+    Result,
+    Solver,
+    deferred_interrupt,
+    minimize,
+    unsearched,
+)
 from tpbso_casadi.planning.branches import best_of_branches, best_within
-from tpbso_casadi.planning.finishing import PlannedMotion, Refinement, SearchedMotion, is_better, polish, retimed
+from tpbso_casadi.planning.finishing import (
+    AS_FAST,
+    PlannedMotion,
+    Refinement,
+    SearchedMotion,
+    is_better,
+    polish,
+    retimed,
+    slowed,
+)
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
 from tpbso_casadi.planning.progress import Planning, Progress, log_search
 from tpbso_casadi.scenario import FIELDS, Scenario, ScenarioError
@@ -121,11 +140,15 @@ def may_start_again(scenario: Scenario, problem: Problem[Any]) -> bool:
 
 
 def _once(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion | Motion | None) -> SearchedMotion:
-    """Search, polish and timing with one seed.
+    """Search, polish and timing with one seed, where nothing is found that cannot be beaten.
 
     Raises:
         ScenarioError: a nonlinear program is asked for where there is none.
     """
+    if planning.solver.bound_first and planning.scenario.model.retime:
+        best = planning.interruption.attempt(partial(at_the_bound, problem, planning))
+        if best is not None:
+            return best
     within = planning.settings.within is not None
     for key, asked in (("name", planning.solver.solves_program), ("within", within)):
         if asked and not problem.has_program:
@@ -138,6 +161,28 @@ def _once(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion |
     else:
         found = _searched(problem, planning, planning.solver, candidates_of(problem, warm_start))
     return finished(found, planning.progress, planning.interruption) if planning.scenario.model.retime else found
+
+
+MOST_PROOFS = 20  # of motions that are clear where they were looked at
+
+
+def at_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
+    """A certified motion that nothing can beat, without a search; None where none is found."""
+    began = time.perf_counter()
+    planning.progress.phase("trying motions at the bound")
+    rng = np.random.default_rng(planning.settings.seed)
+    for number, trajectory in enumerate(islice(problem.at_the_bound(rng), MOST_PROOFS), start=1):
+        motion = slowed(Motion(problem, trajectory, {}, retimed=True))
+        if motion.trajectory.duration <= AS_FAST * trajectory.duration and motion.feasible:
+            seconds = time.perf_counter() - began
+            LOG.info("bound: a motion that nothing can beat, after %d proofs in %.3f s", number, seconds)
+            return SearchedMotion(
+                scenario=planning.scenario,
+                problem=problem,
+                search=unsearched(motion.objective, seconds, planning.settings.seed),
+                motion=motion,
+            )
+    return None
 
 
 def _descended(problem: Problem[Any], planning: Planning, solver: IPOPT, first: Sequence[Trajectory]) -> SearchedMotion:
@@ -204,6 +249,8 @@ def candidates_of(problem: Problem[Any], previous: PlannedMotion | Motion | None
         raise ScenarioError(f"warm_start: a motion of {joints} joints for a robot of {problem.robot.dof}")
     rows = []
     found = previous.searched if isinstance(previous, PlannedMotion) else None
+    if found is not None and not found.search.x.size:
+        return None
     if found is not None and not found.search.in_program_variables:
         before, now = ([variable.name for variable in each.variables] for each in (found.problem, problem))
         rows = [found.search.x] if before == now else []

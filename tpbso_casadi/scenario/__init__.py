@@ -10,7 +10,7 @@ from tpbso_casadi.scenario.input_files import (
     read_text,
     read_toml,
 )
-from tpbso_casadi.scenario.loading import DEFAULT_SOLVER, load, load_all, overridden
+from tpbso_casadi.scenario.loading import load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import obstacle_table
@@ -61,7 +61,6 @@ __all__ = [
     "ANGULAR",
     "BESIDE",
     "DEFAULT",
-    "DEFAULT_SOLVER",
     "FAMILIES",
     "FIELDS",
     "LARGEST",

@@ -13,8 +13,6 @@ from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, read_scenario
 from tpbso_casadi.scenario.validation import ScenarioError
 
-DEFAULT_SOLVER = "abso"  # where nobody names one; with a polish
-
 Table = Mapping[str, Any]
 NOTHING: Table = {}
 
@@ -58,14 +56,15 @@ def overridden(
     named = {*scenario.solver.model_fields_set, *solver}
     if scenario.task.is_searched and "name" not in named:
         own = bool(content["model"].get("constraints") or content["task"].get("objectives"))
-        content["solver"] = with_default(content["solver"], named, scenario.robot_table.usual_descents or int(own))
+        table = scenario.robot_table
+        content["solver"] = with_default(content["solver"], named, table.usual_solver, table.usual_descents or int(own))
     return parse_scenario(content, InputFolder(Path(), outside_allowed=True) if around else None)
 
 
-def with_default(solver: dict[str, Any], stated: set[str], descents: int) -> dict[str, Any]:
-    """The [solver] table of a scenario that names no solver: the best there is, polished unless it says otherwise."""
+def with_default(solver: dict[str, Any], stated: set[str], usual: str, descents: int) -> dict[str, Any]:
+    """The [solver] table of a scenario that names no solver: the usual one, polished unless it says otherwise."""
     polished_anyway = solver["polish_starts"] or solver["within"] is not None or "polish_starts" in stated
-    return solver | {"name": DEFAULT_SOLVER} | ({} if polished_anyway else {"polish_starts": descents})
+    return solver | {"name": usual} | ({} if polished_anyway else {"polish_starts": descents})
 
 
 def load(name: str, outside_allowed: bool = False) -> Scenario:

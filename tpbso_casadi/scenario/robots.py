@@ -72,6 +72,7 @@ class ArmSection(Section):
     avoids_itself: ClassVar[bool] = False
     usual_samples: ClassVar[int] = 50
     usual_descents: ClassVar[int] = 1
+    usual_solver: ClassVar[str] = "abso"
 
     link_lengths: list[Positive] = Field(min_length=2, max_length=MOST_LINKS)
     max_speed: Annotated[Positive | list[Positive], ANGULAR]
@@ -156,12 +157,14 @@ class RobotSection(Section):
         avoids_itself: whether self-collision is looked after unless the scenario says otherwise.
         usual_samples: of a motion, unless the scenario says otherwise; in space a finger must not slip past a board.
         usual_descents: candidates that IPOPT refines where a scenario names no solver.
+        usual_solver: that is taken there.
     """
 
     prefix: ClassVar[str] = "robot.settings."
     avoids_itself: ClassVar[bool] = False
     usual_samples: ClassVar[int] = 50
     usual_descents: ClassVar[int] = 1
+    usual_solver: ClassVar[str] = "abso"
 
     model: Word
     settings: dict[str, Any] = Field(default_factory=dict)

@@ -108,6 +108,7 @@ class SpatialRobotSection(Section):
     avoids_itself: ClassVar[bool] = True
     usual_samples: ClassVar[int] = 100
     usual_descents: ClassVar[int] = 0
+    usual_solver: ClassVar[str] = "ladder"
 
     model: Word | None = None
     urdf: FileName | None = None

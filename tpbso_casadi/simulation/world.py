@@ -11,6 +11,7 @@ import numpy as np
 
 from problems import ConstantVelocity, MovingObstacle, Obstacle, Tabulated
 from problems.base import FloatArray
+from problems.scene import LEAST_STEP
 from tpbso_casadi.scenario import ObstacleSection, ScenarioError, SimulationSection
 
 
@@ -47,10 +48,13 @@ class Wandering:
                 velocity, change = self._drawn(generator), change + self._wait(generator)
             elif after < seconds:
                 velocity = np.where(np.arange(velocity.size) == axis, -velocity, velocity)
-            if after > time:
+            time = after
+            if after == seconds and len(times) > 1 and after - times[-1] < LEAST_STEP:
+                times.pop()
+                places.pop()
+            if after - times[-1] >= LEAST_STEP:  # else two changes are one
                 times.append(after)
                 places.append(place)
-            time = after
         return Tabulated.along_lines(times, np.array(places))
 
     def _wait(self, generator: np.random.Generator) -> float:

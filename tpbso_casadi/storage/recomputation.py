@@ -11,9 +11,10 @@ import numpy as np
 from problems import Problem, Trajectory
 from problems.certify import WorstIs
 from problems.motions import CONTINUOUS_ORDERS, SMOOTH_ORDERS, JointPath
-from problems.timing import departure
+from problems.timing import departure, least_durations
 from tpbso_casadi.plain import plain, versions
 from tpbso_casadi.planning import (
+    AS_FAST,
     CANDIDATES,
     POLISHED,
     RESTARTS,
@@ -186,7 +187,7 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
         solution = result.solution.model_copy(update=nothing)
         keys |= of_timing(result.seconds) | {"retiming": None, "solution": solution}
     else:
-        for reason in impossible(result, problem):
+        for reason in (*impossible(result, problem), *_unsearched(result, motion)):
             raise Contradiction(reason)
         vector = result.solution.vector
         searched = None if vector is None else motion_of(problem, vector)
@@ -326,7 +327,7 @@ def _of_retiming(result: RunResult) -> Iterator[str]:
     """A last stage where the scenario asks for one, and no other."""
     retiming, asked = result.retiming, result.scenario.model.retime
     if retiming is None:
-        if asked and not result.interrupted:
+        if asked and not result.interrupted and result.evaluations:
             yield "retiming: missing key"
         return
     if not asked:
@@ -335,6 +336,20 @@ def _of_retiming(result: RunResult) -> Iterator[str]:
         yield f"retiming.candidate: one of {', '.join(CANDIDATES)} is needed with a motion after"
     if retiming.accepted and retiming.after is None:
         yield "retiming.accepted: there is no motion"
+
+
+def _unsearched(result: RunResult, motion: Motion) -> Iterator[str]:
+    """Where nothing was searched, the motion is as fast as the slowest joint alone, and the solver tries that."""
+    if result.evaluations or result.solver is None:
+        return
+    if not result.scenario.solver.kind().bound_first:
+        yield f"evaluations: {result.scenario.solver.name} needs some"
+    ends, trajectory = motion.trajectory.breakpoints[[0, -1]], motion.trajectory
+    bound = least_durations(np.subtract(*trajectory.at(ends)), motion.problem.robot.limits).max()
+    if not trajectory.duration <= AS_FAST * bound:
+        yield f"evaluations: none, though {trajectory.duration:.6g} s are more than the bound, {bound:.6g} s"
+    if result.cost != motion.objective:
+        yield f"cost: {result.cost!r} is stored, {motion.objective!r} is computed"
 
 
 def unlike(

@@ -18,6 +18,7 @@ import numpy as np
 from problems.assembly import LocalTimeScale, SearchedTimeScale, objective_named
 from problems.base import FloatArray, InvalidProblem, as_array
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
+from problems.families.splines.at_bound import at_the_bound
 from problems.families.splines.encoding import ControlPoints, nominal, stops
 from problems.families.splines.path_problem import MoveSteps, SplineProblem, end_rates
 from problems.families.splines.program import MoveNlp, usual_pieces
@@ -353,6 +354,15 @@ class MoveProblem(SplineProblem):
         hard = self.robot.limits.torque is not None or any(obstacle.moves for obstacle in self.obstacles)
         needed = self.robot.dim == 3 or hard
         return self._polish(start) if needed and self._has_polish else iter(())
+
+    def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
+        """Between two postures that are given, where nothing but time counts."""
+        task = self.task
+        if self.is_polished and not self.ends_may_move and len(task.goals) == 1:
+            start, goal = (
+                place.projected(self.robot, np.zeros(self.robot.dof)) for place in (task.start, task.goals[0])
+            )
+            yield from at_the_bound(self.robot, self.obstacles, (start, goal), rng)
 
     @cached_property
     def _polish(self) -> Polish:

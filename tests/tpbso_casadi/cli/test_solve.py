@@ -51,7 +51,9 @@ def run(*arguments: str) -> int:
 
 
 ALL = [(case, solver) for case in TITLES for solver in SOLVERS]
-IN_BRIEF = list(zip(("time-2", "rotation-4", "obstacle-3", "closed-curve-time", "time-5"), SOLVERS, strict=True))
+IN_BRIEF = list(
+    zip(("time-2", "rotation-4", "obstacle-3", "closed-curve-time", "time-5", "time-3"), SOLVERS, strict=True)
+)
 
 
 @pytest.mark.parametrize(

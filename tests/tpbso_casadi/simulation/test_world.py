@@ -186,6 +186,17 @@ def test_courses_stay_in_their_room_and_velocities_in_their_ball(
     assert places[:-1] + np.diff(times)[:, None] * velocities == pytest.approx(places[1:], abs=ROUNDING)
 
 
+def test_two_changes_at_almost_one_time_are_one() -> None:
+    width = 0.47933560042194717
+    room = np.array([[-width] * 3, [width / 2.0] * 3])
+    course = Wandering(
+        velocity=np.full(3, 0.478515625 / 3), center=np.zeros(3), radius=0.478515625, changes_every=3.0, room=room
+    ).course(8.0, np.random.default_rng(0))
+    times, places, _ = rows(course)
+    assert times[-1] == 8.0 and (np.diff(times) >= 1e-6).all()
+    assert (places >= room[0] - ROUNDING).all() and (places <= room[1] + ROUNDING).all()
+
+
 def test_changes_come_as_often_as_said_and_are_as_large() -> None:
     center = np.array([1.0, 0.0])
     course = wandering(velocity=center, center=center, radius=0.1, changes_every=0.5)

@@ -46,7 +46,6 @@ from tpbso_casadi.display.plan_tables import print_plan, print_scenarios, summar
 from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.scenario import (
     DEFAULT,
-    DEFAULT_SOLVER,
     FAMILIES,
     MOST_ITERATIONS,
     MOST_LINKS,
@@ -149,7 +148,7 @@ def add_search_options(search: Group) -> None:
         type=printable_name,
         metavar="NAME",
         help=f"{listed(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class; an iteration of ipopt is a "
-        f"start [default: the scenario's, else {DEFAULT_SOLVER} with --polish]",
+        f"start [default: the scenario's, else abso with --polish, in space ladder]",
     )
     add_population(search, whole_number(0, MOST_MEMBERS))
     add_iterations(search, whole_number(1, MOST_ITERATIONS))

@@ -1,0 +1,59 @@
+"""Motions that nothing can beat: as fast as the slowest joint alone would be.
+
+Between two postures at rest the slowest joint decides the least duration, and how it moves. All others have time: they
+may run their own motions slower, and wait before or after. Most ways between two postures that are free at all are so
+in one of these; they are drawn at random, and looked at in a few postures before anything is proven.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from problems.base import FloatArray
+from problems.motions import Trajectory
+from problems.robots import Robot
+from problems.scene import Obstacle
+from problems.tasks import rooms
+from problems.timing import Phasing, rest_to_rest
+
+DRAWS, AT_ONCE = 500, 100
+LOOKS = (0.5, 0.25, 0.75, 0.375, 0.625, 0.125, 0.875, 0.3125, 0.6875, 0.4375, 0.5625, 0.1875, 0.8125)  # of the time
+OWN = 0.5  # of the draws: joints that run as fast as they can
+
+
+def at_the_bound(
+    robot: Robot, obstacles: Sequence[Obstacle], ends: tuple[FloatArray, FloatArray], rng: np.random.Generator
+) -> Iterator[Trajectory]:
+    """The direct motion and others as fast as it, as far as they are clear in the postures that are looked at.
+
+    Args:
+        robot: with its margin.
+        obstacles: to keep clear of.
+        ends: start and goal, at rest, each (dof,), rad.
+        rng: of the draws.
+    """
+    yield from _clear(robot, obstacles, [rest_to_rest(*ends, robot.limits)])
+    for _ in range(DRAWS // AT_ONCE):
+        drawn = [rest_to_rest(*ends, robot.limits, _drawn(robot.dof, rng)) for _ in range(AT_ONCE)]
+        yield from _clear(robot, obstacles, drawn)
+
+
+def _drawn(dof: int, rng: np.random.Generator) -> Phasing:
+    stretches = np.where(rng.random(dof) < OWN, 0.0, rng.random(dof))
+    waits = rng.random(dof)
+    early_or_late = rng.random() < OWN
+    return Phasing(stretches, np.round(waits) if early_or_late else waits)
+
+
+def _clear(robot: Robot, obstacles: Sequence[Obstacle], drawn: list[Trajectory]) -> list[Trajectory]:
+    """Those that are clear at all looks, the likeliest contact first."""
+    for share in LOOKS:
+        if not drawn:
+            break
+        times = np.array([share * trajectory.duration for trajectory in drawn])
+        theta = np.concatenate([each.at(time[None]) for each, time in zip(drawn, times, strict=True)])
+        keep = rooms(robot, obstacles, theta, times) >= 0.0
+        drawn = [each for each, clear in zip(drawn, keep, strict=True) if clear]
+    return drawn

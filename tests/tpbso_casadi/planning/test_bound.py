@@ -1,0 +1,79 @@
+"""Plans without a search: motions that nothing can beat, where one is clear."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tpbso_casadi as tp
+from problems.timing import least_durations
+
+START, GOAL = [0.0, -0.8, 0.0, -2.2, 0.0, 1.5, 0.8], [0.9, -0.3, 0.2, -1.8, 0.3, 1.7, 0.2]
+ENDS: dict[str, Any] = {"start": {"joints": START}, "goal": {"joints": GOAL}}
+
+
+def bound(plan: tp.Plan) -> float:
+    limits = plan.motion.criteria.robot.limits
+    return float(least_durations(np.array(GOAL) - np.array(START), limits).max())
+
+
+def post(x: float, y: float, z: float, size: float = 0.1) -> dict[str, Any]:
+    return {"shape": "box", "center": [x, y, z], "size": [size, size, size]}
+
+
+def direct_tool(share: float) -> np.ndarray:
+    """Where the tool is on the direct motion."""
+    plan = tp.plan("panda", **ENDS)
+    robot, trajectory = plan.motion.criteria.robot, plan.motion.trajectory
+    return robot.tool_at(trajectory.at(np.array([share * trajectory.duration])))[0][0]
+
+
+def test_where_nothing_is_in_the_way_nothing_is_searched() -> None:
+    plan = tp.plan("panda", **ENDS)
+    assert plan.certified and plan.scenario.solver.name == "ladder"
+    assert plan.motion.trajectory.duration == pytest.approx(bound(plan), rel=1e-9)
+    assert plan.search is not None
+    assert (plan.search.evaluations, plan.search.stop_reason) == (0, tp.StopReason.TARGET)
+    again = tp.plan("panda", **ENDS)
+    np.testing.assert_array_equal(again.motion.trajectory.coefficients, plan.motion.trajectory.coefficients)
+
+
+def test_joints_wait_for_each_other_at_the_bound() -> None:
+    place = direct_tool(0.5)
+    obstacle = post(*place.tolist(), size=0.05)
+    plan = tp.plan("panda", **ENDS, obstacles=[obstacle], seed=1)
+    assert plan.certified and plan.search is not None and plan.search.evaluations == 0
+    assert plan.motion.trajectory.duration == pytest.approx(bound(plan), rel=1e-9)
+    direct, own = (each.motion.trajectory for each in (tp.plan("panda", **ENDS), plan))
+    half = np.array([0.5 * direct.duration])
+    assert np.abs(direct.at(half) - own.at(half)).max() > 0.01
+    assert tp.audit(plan).certified
+
+
+def test_a_solver_that_is_named_searches() -> None:
+    plan = tp.plan("panda", **ENDS, solver="abso", evaluations=200)
+    assert plan.search is not None and plan.search.evaluations == 200
+
+
+def test_it_searches_where_no_bound_is_reached() -> None:
+    wall = {"shape": "box", "center": [0.45, 0.25, 0.55], "size": [0.5, 0.02, 0.7]}
+    plan = tp.plan("panda", **ENDS, obstacles=[wall], evaluations=300)
+    assert plan.search is not None and plan.search.evaluations == 300
+    assert plan.motion.trajectory.duration > bound(plan)
+
+
+def test_other_objectives_have_no_such_bound() -> None:
+    plan = tp.plan("panda", **ENDS, objective="rotation", evaluations=200)
+    assert plan.search is not None and plan.search.evaluations == 200
+
+
+def test_it_is_stored_and_starts_another(tmp_path: Any) -> None:
+    plan = tp.plan("panda", **ENDS)
+    plan.save(tmp_path / "run")
+    stored = tp.read_run(tmp_path / "run")
+    assert stored.result.evaluations == 0 and stored.result.stop_reason == "target"
+    assert tp.audit(tmp_path / "run").certified
+    after = tp.plan("panda", **ENDS, warm_start=plan, solver="abso", evaluations=200)
+    assert after.certified
