@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from markupsafe import Markup
-from scipy.stats import rankdata
 
 from solvers import Budget
 from tpbso_casadi.campaign.measures import PLANS
@@ -183,7 +183,7 @@ def render(
 
 def overall(results: Results) -> list[Overall]:
     """Each solver over all cases, by mean rank."""
-    ranks = rankdata(results.scores(), axis=1).mean(axis=0) if results.records else np.empty(0)
+    ranks = scipy.stats.rankdata(results.scores(), axis=1).mean(axis=0) if results.records else np.empty(0)
     rows = []
     for solver, rank in zip(results.solvers, ranks, strict=True):
         of_solver = [summary for summary in results.summaries if summary.solver == solver]

@@ -18,7 +18,7 @@ from math import comb
 from typing import Any
 
 import numpy as np
-from scipy.stats import PermutationMethod, f, friedmanchisquare, mannwhitneyu, rankdata, wilcoxon
+import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray
 from tpbso_casadi.campaign.measures import PLANS, TIE_TOLERANCE, Measure, quantile
@@ -220,11 +220,11 @@ def rank_sum(a: FloatArray, b: FloatArray) -> tuple[float, float]:
     """
     if not (a.size and b.size) or np.unique([*a, *b]).size == 1:
         return 0.5, 1.0
-    ranks = rankdata([*a, *b])
+    ranks = scipy.stats.rankdata([*a, *b])
     ways = comb(ranks.size, a.size)
     few_with_ties = ways <= EXACT_PARTITIONS and np.unique(ranks).size < ranks.size
-    method: Any = PermutationMethod(n_resamples=EXACT_PARTITIONS) if few_with_ties else "auto"
-    return a12(a, b), float(mannwhitneyu(ranks[: a.size], ranks[a.size :], method=method).pvalue)
+    method: Any = scipy.stats.PermutationMethod(n_resamples=EXACT_PARTITIONS) if few_with_ties else "auto"
+    return a12(a, b), float(scipy.stats.mannwhitneyu(ranks[: a.size], ranks[a.size :], method=method).pvalue)
 
 
 def a12(a: FloatArray, b: FloatArray) -> float:
@@ -298,7 +298,7 @@ def ranking(solvers: Sequence[str], scores: FloatArray) -> Ranking:
         solvers: labels, (k,).
         scores: lower is better, comparable between cases, inf for the worst, (cases, k).
     """
-    ranks = rankdata(scores, axis=1).mean(axis=0)
+    ranks = scipy.stats.rankdata(scores, axis=1).mean(axis=0)
     order = np.argsort(ranks, kind="stable")
     p = friedman(scores)
     different = np.zeros((len(solvers), len(solvers)), dtype=bool)
@@ -314,13 +314,13 @@ def ranking(solvers: Sequence[str], scores: FloatArray) -> Ranking:
 def friedman(scores: FloatArray) -> float:
     """P of the Friedman test over cases (n, k), as corrected by Iman and Davenport; 1 where no case has a winner."""
     n, k = scores.shape
-    if (np.ptp(rankdata(scores, axis=1), axis=1) == 0.0).all():
+    if (np.ptp(scipy.stats.rankdata(scores, axis=1), axis=1) == 0.0).all():
         return 1.0
-    chi_squared = float(friedmanchisquare(*scores.T).statistic)
+    chi_squared = float(scipy.stats.friedmanchisquare(*scores.T).statistic)
     freedom = n * (k - 1) - chi_squared
     if freedom <= 0.0:  # all cases agree
         return 0.0
-    return float(f.sf((n - 1) * chi_squared / freedom, k - 1, (k - 1) * (n - 1)))
+    return float(scipy.stats.f.sf((n - 1) * chi_squared / freedom, k - 1, (k - 1) * (n - 1)))
 
 
 def signed_rank(a: FloatArray, b: FloatArray) -> float:
@@ -332,8 +332,8 @@ def signed_rank(a: FloatArray, b: FloatArray) -> float:
     worst = 1.0 + 2.0 * float(np.ptp(finite)) + float(finite.max()) if finite.size else 0.0
     differences = np.where(np.isfinite(a), a, worst) - np.where(np.isfinite(b), b, worst)
     if differences.size > MOST_EXACT:
-        return float(wilcoxon(differences, zero_method="zsplit", method="approx").pvalue)
-    doubled = np.rint(2.0 * rankdata(np.abs(differences))).astype(int)  # whole numbers with ties too
+        return float(scipy.stats.wilcoxon(differences, zero_method="zsplit", method="approx").pvalue)
+    doubled = np.rint(2.0 * scipy.stats.rankdata(np.abs(differences))).astype(int)  # whole numbers with ties too
     probabilities = np.ones(1)  # of the sum of the ranks whose sign is positive, where signs are tosses of a coin
     for rank in doubled[differences != 0.0]:
         padding = np.zeros(rank)
