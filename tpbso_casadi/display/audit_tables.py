@@ -9,7 +9,7 @@ from rich.text import Text
 
 from problems import CertificateStatus
 from problems.certify import WorstIs
-from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
+from tpbso_casadi.display.console import OutputConsole, number, prose, said_number, table_of, word
 from tpbso_casadi.display.plan_tables import MARKS, limit_of
 from tpbso_casadi.plain import visible
 
@@ -121,7 +121,9 @@ def print_run_audit(audit: dict[str, Any], console: OutputConsole) -> None:
     verdict = audit["certificate"]["in_words"]
     objective, seconds = audit["objective"], audit["certificate"]["seconds"]
     value = "not a number" if objective["value"] is None else f"{objective['value']:.6g}"
-    table = table_of(word("constraint"), number("worst"), word("limit"), number("margin"), word(""), prose("where"))
+    table = table_of(
+        word("constraint"), said_number("worst"), word("limit"), number("margin"), word(""), prose("where")
+    )
     for c in audit["constraints"]:
         status = CertificateStatus(c["status"])
         mark = ACTIVE if c["active"] and status is CertificateStatus.CERTIFIED else MARKS[status]

@@ -34,8 +34,11 @@ class OutputConsole(Console):
         self.print(table)
 
 
+MIN_SAID = 10  # characters, however narrow the terminal is
+
+
 def table_of(*columns: Column) -> Table:
-    """An empty table; only :func:`prose` is wrapped where the terminal is too narrow."""
+    """An empty table; only :func:`prose` and :func:`said_number` are wrapped where the terminal is too narrow."""
     return Table(*columns, box=SIMPLE, padding=(0, 1, 0, 0), pad_edge=False, show_edge=False)
 
 
@@ -47,6 +50,11 @@ def word(heading: str) -> Column:
 def number(heading: str) -> Column:
     """A column of numbers."""
     return Column(Text(heading), no_wrap=True, justify="right")
+
+
+def said_number(heading: str) -> Column:
+    """A column of numbers with words about them, between which it may be wrapped."""
+    return Column(Text(heading), justify="right", min_width=MIN_SAID)
 
 
 def prose(heading: str) -> Column:

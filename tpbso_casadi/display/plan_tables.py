@@ -10,7 +10,7 @@ from rich.text import Text
 
 from problems import CertificateStatus, Verdict
 from problems.certify import AtGoal, WorstIs
-from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
+from tpbso_casadi.display.console import OutputConsole, number, prose, said_number, table_of, word
 from tpbso_casadi.planning import Motion, PlannedMotion, Polish, Retiming, SearchedMotion
 from tpbso_casadi.scenario import DEFAULT, TITLES, best_known
 
@@ -38,7 +38,7 @@ def limit_of(bound: float, unit: str) -> str:
 
 def print_plan(plan: PlannedMotion, console: OutputConsole) -> None:
     """The objective, every constraint judged for all t, the effort of the search, and remarks."""
-    table = table_of(word("constraint"), number("worst"), word("limit"), word(""), prose("where"))
+    table = table_of(word("constraint"), said_number("worst"), word("limit"), word(""), prose("where"))
     for verdict in plan.verdicts:
         table.add_row(*_row(verdict))
     console.print_table(summary_of(plan), table)
@@ -81,6 +81,8 @@ def effort_of(plan: PlannedMotion) -> str:
         return f"a given path, timed in {plan.seconds_timed:.2f} s"
     rounds = f", best of {found.rounds} rounds" if found.rounds > 1 else ""
     search = found.search
+    if not search.evaluations:
+        return f"{solver.name}, seed {solver.seed}: nothing is faster; found without a search in {search.seconds:.2f} s"
     return (
         f"{solver.name}, seed {solver.seed}{rounds}: {search.evaluations} evaluations, {search.iterations} iterations, "
         f"{search.seconds:.2f} s, stopped by {search.stop_reason}"

@@ -27,12 +27,13 @@ def drawings_of(plan: PlannedMotion) -> dict[str, Callable[[], Figure]]:
     """What draws each figure of a plan, by file name."""
     drawings: dict[str, Callable[[], Figure]] = {name: partial(draw, plan) for name, draw in FIGURES.items()}
     drawings |= clearance_drawings(plan)
-    if plan.searched is not None:
-        drawings["convergence"] = partial(convergence_figure, plan.searched)
+    searched = None if plan.searched is None or not plan.searched.search.evaluations else plan.searched
+    if searched is not None:
+        drawings["convergence"] = partial(convergence_figure, searched)
     drawings |= {name: partial(curve_figure, plan.times, group) for name, group in curve_groups(plan).items()}
-    if plan.searched is not None:
-        measures = plan.searched.problem.progress_measures()
-        drawings |= {measure.name: partial(progress_figure, plan.searched, measure) for measure in measures}
+    if searched is not None:
+        measures = searched.problem.progress_measures()
+        drawings |= {measure.name: partial(progress_figure, searched, measure) for measure in measures}
     return drawings
 
 

@@ -72,6 +72,7 @@ def test_other_objectives_have_no_such_bound() -> None:
 def test_it_is_stored_and_starts_another(tmp_path: Any) -> None:
     plan = tp.plan("panda", **ENDS)
     plan.save(tmp_path / "run")
+    assert not (tmp_path / "run" / "convergence.png").exists()
     stored = tp.read_run(tmp_path / "run")
     assert stored.result.evaluations == 0 and stored.result.stop_reason == "target"
     assert tp.audit(tmp_path / "run").certified
