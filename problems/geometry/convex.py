@@ -20,7 +20,7 @@ from scipy.sparse.csgraph import connected_components
 from problems.base import FloatArray, InvalidProblem, cache
 from problems.geometry.hull import SAME_PLANE, Hull, enclosing
 
-VERSION = "1"  # of how parts are made: another finds none of those kept before
+VERSION = "2"  # of how parts are made: another finds none of those kept before
 MOST_PARTS, MOST_FACES = 64, 256
 SEEN_AS_ONE = 1e-6  # relative: corners of triangles
 WHOLE = 0.999  # of the area of a hull: a mesh that lies on it and has so much of it is convex
@@ -46,8 +46,9 @@ def convex_parts(corners: FloatArray, hull: bool = False) -> list[Hull]:
         raise InvalidProblem("mesh", f"{len(pieces)} separate pieces, of at most {MOST_PARTS}; hull = true joins them")
     parts = []
     for piece in pieces:
-        around = Hull.of(_thickened(piece.reshape(-1, 3)))
-        one = hull or _is_on(piece, around)
+        points = piece.reshape(-1, 3)
+        around = Hull.of(_thickened(points))
+        one = hull or len(_flat_axes(points)) > 1 or _is_on(piece, around)
         parts += [_held(piece, around)] if one else _divided(piece)
     if len(parts) > MOST_PARTS:
         raise InvalidProblem("mesh", f"{len(parts)} convex parts, of at most {MOST_PARTS}; hull = true takes its hull")
@@ -67,12 +68,16 @@ def _pieces(corners: FloatArray) -> Iterator[FloatArray]:
 
 def _thickened(points: FloatArray) -> FloatArray:
     """Points (n, 3), m; of a flat piece those on both sides of it."""
-    away = points - points.mean(axis=0)
-    sizes, axes = np.linalg.svd(away, full_matrices=False)[1:]
-    flat = [axis for size, axis in zip(sizes, axes, strict=True) if size <= SHEET * np.sqrt(len(points))]
-    for axis in flat:
+    for axis in _flat_axes(points):
         points = np.concatenate([points - SHEET * axis, points + SHEET * axis])
     return points
+
+
+def _flat_axes(points: FloatArray) -> list[FloatArray]:
+    """Along which a piece is thin: one of a sheet, two of a line, three of a speck."""
+    away = points - points.mean(axis=0)
+    sizes, axes = np.linalg.svd(away, full_matrices=False)[1:]
+    return [axis for size, axis in zip(sizes, axes, strict=True) if size <= SHEET * np.sqrt(len(points))]
 
 
 def _is_on(corners: FloatArray, hull: Hull) -> bool:
@@ -131,6 +136,8 @@ def _coacd(corners: FloatArray) -> list[FloatArray]:
     coacd.set_log_level("off")
     mesh = trimesh.Trimesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
     mode = "off" if mesh.is_watertight else "on"
+    if mesh.is_watertight and mesh.volume < 0.0:  # inside out, as a mirrored one is
+        mesh.invert()
     try:
         parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), preprocess_mode=mode, seed=0)
     except Exception as error:

@@ -104,3 +104,19 @@ def test_too_many_pieces() -> None:
     with pytest.raises(InvalidProblem, match="65 separate pieces, of at most 64; hull = true"):
         convex_parts(many)
     assert len(convex_parts(many, hull=True)) == 1
+
+
+@pytest.mark.parametrize("end", [(0.0, 0.0, 0.0), (1e-9, 0.0, 0.0), (0.3, 0.2, 0.1)])
+def test_a_speck_or_a_line_is_a_part_of_its_own(end: tuple[float, float, float]) -> None:
+    thin = np.array([[(0.0, 0.0, 0.0), np.array(end) / 3.0, end]]) + np.array([0.0, 0.0, 1.0])
+    parts = convex_parts(np.concatenate([corners(BLOCK), thin]))
+    assert len(parts) == 2 and inside(parts, thin.reshape(-1, 3)).all()
+
+
+def test_a_mirrored_mesh_is_divided_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("coacd")
+    monkeypatch.setenv(cache.VARIABLE, str(tmp_path / "cache"))
+    mirrored = corners(RING) * [-1.0, 1.0, 1.0]
+    parts = convex_parts(mirrored)
+    assert len(parts) == len(convex_parts(mirrored[:, ::-1]))
+    assert inside(parts, sampled(RING) * [-1.0, 1.0, 1.0]).all()
