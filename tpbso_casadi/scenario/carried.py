@@ -15,7 +15,6 @@ from problems.geometry import ball_corners
 from problems.robots import BoxShape, CapsuleShape, Carried, CylinderShape, HullShape, Shape, SphereShape, as_point
 from problems.scene import Solid
 from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import AnyObstacle
 from tpbso_casadi.scenario.validation import Positive, ScenarioError, Section, hint
 
@@ -63,6 +62,8 @@ class CarriedSection(Section):
         """
         if self.body.moves:
             raise InvalidProblem("velocity", "what is carried moves with the tool")
+        if self.body.margin_rate:
+            raise InvalidProblem("margin_rate", "what is carried is where the tool is")
         shapes = tuple(_shape(part) for part in self.body.parts())
         return Carried(self.name, shapes, self.mass)
 
@@ -111,9 +112,9 @@ def carried_bodies(tables: Sequence[CarriedSection]) -> tuple[Carried, ...]:
     return tuple(bodies)
 
 
-def own_contacts(pairs: Sequence[tuple[str, str]], obstacles: Sequence[ObstacleSection]) -> list[tuple[str, str]]:
+def own_contacts(pairs: Sequence[tuple[str, str]], obstacles: Sequence[Obstacle]) -> list[tuple[str, str]]:
     """Of the pairs of names that may touch those of the robot's own bodies: of none of the obstacles."""
-    names = {obstacle.name for obstacle in obstacles}
+    names = {obstacle.unmoved.name for obstacle in obstacles}
     return [pair for pair in pairs if names.isdisjoint(pair)]
 
 
