@@ -60,6 +60,17 @@ def test_a_flat_piece_gets_a_thickness() -> None:
     assert inside([part], top.reshape(-1, 3)).all()
 
 
+@pytest.mark.parametrize("size", [0.002, 0.05, 0.3])
+def test_a_small_flat_piece_needs_no_library(size: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(convex, "find_spec", lambda name: None)
+    triangle = size * np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
+    (part,) = convex_parts(triangle)
+    assert inside([part], triangle.reshape(-1, 3)).all()
+    corner = size * np.array([[[1.0, 0.0, 0.0], [1.0, 0.2, 0.0], [0.0, 0.0, 0.0]], [[0, 0, 0], [0, 1, 0], [0.2, 1, 0]]])
+    with pytest.raises(InvalidProblem, match="not convex"):
+        convex_parts(corner)
+
+
 def test_an_open_bowl_is_not_convex(monkeypatch: pytest.MonkeyPatch) -> None:
     ball = corners(trimesh.creation.icosphere(2, 0.3))
     bowl = ball[ball[:, :, 2].max(axis=1) < 0.1]
@@ -95,6 +106,9 @@ def test_parts_that_coacd_makes_too_small_are_grown_or_refused(tmp_path: Path, m
 def test_what_sticks_out_of_a_union_is_found() -> None:
     left, right = (Hull.of(BLOCK.vertices * [0.5, 1.0, 1.0] + [x, 0.0, 0.0]) for x in (-0.25, 0.25))
     assert sticking_out(corners(BLOCK), [left, right]) == 0
+    along = np.array([[[-0.4, 0.0, 0.0], [0.4, 0.0, 0.0], [0.0, 0.0, 0.0]]])  # without an area
+    assert sticking_out(along, [left, right]) == 0
+    assert sticking_out(along, [left]) == sticking_out(along * [2.0, 1.0, 1.0], [left, right]) == 1
     apart = Hull.of(BLOCK.vertices * [0.499, 1.0, 1.0] + [0.2505, 0.0, 0.0])
     assert sticking_out(corners(BLOCK), [left, apart]) > 0  # a gap of a millimetre in between
 
