@@ -122,7 +122,7 @@ def with_contacts(robot: Robot, pairs: Sequence[tuple[str, str]], obstacles: Seq
     """The robot, of whose bodies some may touch some obstacles.
 
     Raises:
-        ScenarioError: a pair is not of a body of the robot and the name of an obstacle.
+        ScenarioError: a pair names nothing, two obstacles, or what is both an obstacle and a body.
     """
     names = {obstacle.unmoved.name for obstacle in obstacles} - {""}
     found = []
@@ -133,6 +133,8 @@ def with_contacts(robot: Robot, pairs: Sequence[tuple[str, str]], obstacles: Seq
                 raise ScenarioError(
                     f"may_touch.{number}: nothing is called {name!r}{hint(name, known)}; there are {', '.join(known)}"
                 )
+            if name in names and name in robot.body_names:
+                raise ScenarioError(f"may_touch.{number}: an obstacle and a body are called {name!r}: rename one")
         one, two = pair
         if one in names and two in names:
             raise ScenarioError(f"may_touch.{number}: both are obstacles, which nobody keeps apart")

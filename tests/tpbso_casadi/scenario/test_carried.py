@@ -120,6 +120,10 @@ def test_a_mass_that_is_not_stated_is_said() -> None:
             r"may_touch\.0: nothing is called 'tabel'; did",
         ),
         ({"may_touch": [["table", "table"]], "obstacles": [TABLE]}, r"may_touch\.0: both are obstacles"),
+        (
+            {"may_touch": [["panda_hand", "part"]], "obstacles": [TABLE | {"name": "part"}], "carried": [BOX]},
+            r"may_touch\.0: an obstacle and a body are called 'part'",
+        ),
         ({"may_touch": [["panda_hand"]]}, r"may_touch\.0"),
     ],
 )
