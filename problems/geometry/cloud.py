@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -32,17 +33,21 @@ def read_cloud(name: str, content: bytes) -> FloatArray:
         raise _refused(f"it ends with {kind!r}; {', '.join(KINDS)} are read")
     try:
         points = _READERS[kind](content)
+        if points.dtype.kind not in "fiu":
+            raise ValueError(f"numbers are needed, not an array of {points.dtype}")
     except Exception as error:
         raise _refused(f"it cannot be read: {type(error).__name__}: {' '.join(str(error).split())[:120]}") from error
     if points.ndim < 2 or points.shape[-1] != 3:
         raise _refused(f"points of three numbers are needed, not an array {points.shape}")
-    points = points.reshape(-1, 3).astype(np.float64)
+    with np.errstate(over="ignore"):
+        points = points.reshape(-1, 3).astype(np.float64)
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         raise _refused("it has no points")
     if len(points) > MOST_POINTS:
         raise _refused(f"{len(points)} points, of at most {MOST_POINTS}")
-    size = float(np.ptp(points, axis=0).max())
+    with np.errstate(over="ignore"):
+        size = float(np.ptp(points, axis=0).max())
     if size > LARGEST:
         raise _refused(f"it is {size:.4g} m large, of at most {LARGEST:g}: is it in mm?")
     return points
@@ -56,7 +61,9 @@ def _of_ply(content: bytes) -> FloatArray:
 
 def _of_xyz(content: bytes) -> FloatArray:
     text = content.decode("utf-8-sig").replace(",", " ")
-    return np.loadtxt(io.StringIO(text), usecols=(0, 1, 2), ndmin=2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # there is nothing in it, which is said where points are counted
+        return np.loadtxt(io.StringIO(text), usecols=(0, 1, 2), ndmin=2)
 
 
 def _of_npy(content: bytes) -> FloatArray:
@@ -87,25 +94,30 @@ def boxes_around(points: FloatArray, radius: float, most: int) -> tuple[FloatArr
     """
     low, size = points.min(axis=0), np.ptp(points, axis=0)
     cell = 2.0 * radius
-    while np.prod(np.floor(size / cell) + 1.0) > MOST_CELLS:
+    while np.log(np.floor(size / cell) + 1.0).sum() > np.log(MOST_CELLS):
         cell *= 2.0
     while True:
         places = np.floor((points - low) / cell).astype(np.intp)
-        blocks = _joined(places)
-        if len(blocks) <= most:
+        blocks = _joined(places, most)
+        if blocks is not None:
             break
         cell *= 2.0
     return _shrunk(points, places, blocks, radius), cell
 
 
-def _joined(places: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Blocks of occupied cells, each grown along z, then y, then x: first and last cell, (m, 2, 3)."""
+def _joined(places: NDArray[np.intp], most: int) -> NDArray[np.intp] | None:
+    """Blocks of occupied cells, each grown along z, then y, then x: first and last cell, (m, 2, 3).
+
+    None where there are more than so many.
+    """
     free = np.zeros(places.max(axis=0) + 1, dtype=bool)
     free[tuple(places.T)] = True
-    blocks = []
-    for x, y, z in np.argwhere(free).tolist():
+    blocks: list[list[list[int]]] = []
+    for x, y, z in map(np.ndarray.tolist, np.argwhere(free)):
         if not free[x, y, z]:
             continue
+        if len(blocks) == most:
+            return None
         last_z = z + _run(free[x, y, z:])
         last_y = y + _run(np.all(free[x, y:, z : last_z + 1], axis=1))
         last_x = x + _run(np.all(free[x:, y : last_y + 1, z : last_z + 1], axis=(1, 2)))

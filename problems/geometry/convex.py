@@ -14,13 +14,14 @@ from importlib import import_module
 from importlib.util import find_spec
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from problems.base import FloatArray, InvalidProblem, cache
 from problems.geometry.hull import SAME_PLANE, Hull, enclosing
 
-VERSION = "1"  # of how parts are made: another finds none of those kept before
+VERSION = "2"  # of how parts are made: another finds none of those kept before
 MOST_PARTS, MOST_FACES = 64, 256
 SEEN_AS_ONE = 1e-6  # relative: corners of triangles
 WHOLE = 0.999  # of the area of a hull: a mesh that lies on it and has so much of it is convex
@@ -28,6 +29,7 @@ SHEET = 0.0001  # m: half the thickness that a flat piece is given
 GROWTHS = (2e-5, 1e-4, 5e-4)  # m, of the parts of what is not convex, until they hold it
 AT_ONCE = 10_000_000  # distances from faces
 TINY = 1e-18  # m^2: an area that is none
+SHORT = 1e-9  # m: a length that is none
 EXTRA = "tpbso-casadi[meshes]"
 
 
@@ -46,8 +48,9 @@ def convex_parts(corners: FloatArray, hull: bool = False) -> list[Hull]:
         raise InvalidProblem("mesh", f"{len(pieces)} separate pieces, of at most {MOST_PARTS}; hull = true joins them")
     parts = []
     for piece in pieces:
-        around = Hull.of(_thickened(piece.reshape(-1, 3)))
-        one = hull or _is_on(piece, around)
+        points = piece.reshape(-1, 3)
+        around = Hull.of(_thickened(points))
+        one = hull or len(_flat_axes(points)) > 1 or _is_on(piece, around)
         parts += [_held(piece, around)] if one else _divided(piece)
     if len(parts) > MOST_PARTS:
         raise InvalidProblem("mesh", f"{len(parts)} convex parts, of at most {MOST_PARTS}; hull = true takes its hull")
@@ -67,23 +70,36 @@ def _pieces(corners: FloatArray) -> Iterator[FloatArray]:
 
 def _thickened(points: FloatArray) -> FloatArray:
     """Points (n, 3), m; of a flat piece those on both sides of it."""
-    away = points - points.mean(axis=0)
-    sizes, axes = np.linalg.svd(away, full_matrices=False)[1:]
-    flat = [axis for size, axis in zip(sizes, axes, strict=True) if size <= SHEET * np.sqrt(len(points))]
-    for axis in flat:
+    for axis in _flat_axes(points):
         points = np.concatenate([points - SHEET * axis, points + SHEET * axis])
     return points
 
 
+def _flat_axes(points: FloatArray) -> list[FloatArray]:
+    """Along which a piece is thin: one of a sheet, two of a line, three of a speck."""
+    away = points - points.mean(axis=0)
+    sizes, axes = np.linalg.svd(away, full_matrices=False)[1:]
+    return [axis for size, axis in zip(sizes, axes, strict=True) if size <= SHEET * np.sqrt(len(points))]
+
+
 def _is_on(corners: FloatArray, hull: Hull) -> bool:
     """Whether a mesh is the surface of its hull, with nothing that is open; or all of its middle, where it is flat."""
-    thick = float(np.ptp(corners.reshape(-1, 3) @ hull.normals.T, axis=0).min()) > SHEET
-    if areas(corners).sum() < WHOLE * areas(hull.faces).sum() / (1.0 if thick else 2.0):
+    widths = np.ptp(corners.reshape(-1, 3) @ hull.normals.T, axis=0)
+    thick = float(widths.min()) > SHEET
+    whole = (
+        areas(hull.faces).sum() if thick else areas(_flattened(hull.faces, hull.normals[widths.argmin()])).sum() / 2.0
+    )
+    if areas(corners).sum() < WHOLE * whole:
         return False
     deepest = -10.0 * SAME_PLANE * float(np.ptp(hull.corners, axis=0).max()) - (0.0 if thick else SHEET)
     points = np.concatenate([np.unique(corners.reshape(-1, 3), axis=0), corners.mean(axis=1)])
     blocks = np.array_split(points, 1 + len(points) * len(hull.normals) // AT_ONCE)
     return all(bool((hull.beyond(block).max(axis=1) >= deepest).all()) for block in blocks)
+
+
+def _flattened(corners: FloatArray, normal: FloatArray) -> FloatArray:
+    """Corners (n, 3, 3), moved along a normal into one plane."""
+    return np.asarray(corners - (corners @ normal)[..., None] * normal)
 
 
 def areas(corners: FloatArray) -> FloatArray:
@@ -131,6 +147,8 @@ def _coacd(corners: FloatArray) -> list[FloatArray]:
     coacd.set_log_level("off")
     mesh = trimesh.Trimesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
     mode = "off" if mesh.is_watertight else "on"
+    if mesh.is_watertight and mesh.volume < 0.0:  # inside out, as a mirrored one is
+        mesh.invert()
     try:
         parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), preprocess_mode=mode, seed=0)
     except Exception as error:
@@ -140,20 +158,28 @@ def _coacd(corners: FloatArray) -> list[FloatArray]:
 
 def sticking_out(corners: FloatArray, parts: Sequence[Hull]) -> int:
     """How many triangles (n, 3, 3), m, do not lie in the union of convex parts; whatever area of them it is."""
-    whole = [part.beyond(corners.reshape(-1, 3)).max(axis=1).reshape(-1, 3).max(axis=1) <= 0.0 for part in parts]
-    left = corners[~np.any(whole, axis=0)]
-    return sum(_sticks_out([triangle], parts) for triangle in left)
+    left = corners[~np.any([_held_whole(corners, part) for part in parts], axis=0)]
+    return sum(_sticks_out(triangle, parts) for triangle in left)
 
 
-def _sticks_out(polygons: list[FloatArray], parts: Sequence[Hull]) -> bool:
-    """Whether anything is left of polygons when what lies in the parts is cut away."""
+def _held_whole(corners: FloatArray, part: Hull) -> NDArray[np.bool_]:
+    """Which triangles (n, 3, 3), m, lie in one part, (n,)."""
+    blocks = np.array_split(corners, 1 + 3 * len(corners) * len(part.normals) // AT_ONCE)
+    return np.concatenate(
+        [(part.beyond(b.reshape(-1, 3)) <= 0.0).all(axis=1).reshape(-1, 3).all(axis=1) for b in blocks]
+    )
+
+
+def _sticks_out(triangle: FloatArray, parts: Sequence[Hull]) -> bool:
+    """Whether anything is left of a triangle when what lies in the parts is cut away."""
+    polygons, is_line = [triangle], _area(triangle) <= TINY
     for part in parts:
-        polygons = [piece for polygon in polygons for piece in _cut(polygon, part)]
+        polygons = [piece for polygon in polygons for piece in _cut(polygon, part, is_line)]
     return bool(polygons)
 
 
-def _cut(polygon: FloatArray, part: Hull) -> Iterator[FloatArray]:
-    """What of a convex polygon (n, 3), m, lies outside of a part."""
+def _cut(polygon: FloatArray, part: Hull, is_line: bool) -> Iterator[FloatArray]:
+    """What of a convex polygon (n, 3), m, lies outside of a part: all that has an area, or a length if it is a line."""
     if (part.beyond(polygon) <= 0.0).all():
         return
     for normal, offset in zip(part.normals, part.offsets, strict=True):
@@ -161,7 +187,7 @@ def _cut(polygon: FloatArray, part: Hull) -> Iterator[FloatArray]:
         if not (heights > 0.0).any():
             continue
         outside, polygon = _side(polygon, heights), _side(polygon, -heights)
-        if _area(outside) > TINY:
+        if (np.ptp(outside, axis=0).max() > SHORT) if is_line else (_area(outside) > TINY):
             yield outside
         if len(polygon) < 3:
             return

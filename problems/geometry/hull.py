@@ -79,14 +79,19 @@ class Hull:
 
     @property
     def box(self) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-        """Centre (3,), axes in columns (3, 3), right-handed, and sides along them (3,), m, where it is a box."""
+        """Centre (3,), axes in columns (3, 3), right-handed, and sides along them (3,), m, where it is a box.
+
+        That box holds it, also where its faces are not quite at right angles.
+        """
         if len(self.corners) != 8 or len(self.normals) != 6:
             return None
         first = self.normals[0]
         across = self.normals[np.abs(self.normals @ first) < SAME_PLANE]
         if len(across) != 4:
             return None
-        axes = np.column_stack([first, across[0], np.cross(first, across[0])])
+        second = across[0] - (across[0] @ first) * first
+        second /= np.linalg.norm(second)
+        axes = np.column_stack([first, second, np.cross(first, second)])
         if not (np.abs(self.normals @ axes).max(axis=1) > 1.0 - SAME_PLANE).all():
             return None
         seen = self.corners @ axes

@@ -15,7 +15,6 @@ from problems.geometry import ball_corners
 from problems.robots import BoxShape, CapsuleShape, Carried, CylinderShape, HullShape, Shape, SphereShape, as_point
 from problems.scene import Solid
 from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import AnyObstacle
 from tpbso_casadi.scenario.validation import Positive, ScenarioError, Section, hint
 
@@ -63,6 +62,8 @@ class CarriedSection(Section):
         """
         if self.body.moves:
             raise InvalidProblem("velocity", "what is carried moves with the tool")
+        if self.body.margin_rate:
+            raise InvalidProblem("margin_rate", "what is carried is where the tool is")
         shapes = tuple(_shape(part) for part in self.body.parts())
         return Carried(self.name, shapes, self.mass)
 
@@ -111,9 +112,9 @@ def carried_bodies(tables: Sequence[CarriedSection]) -> tuple[Carried, ...]:
     return tuple(bodies)
 
 
-def own_contacts(pairs: Sequence[tuple[str, str]], obstacles: Sequence[ObstacleSection]) -> list[tuple[str, str]]:
+def own_contacts(pairs: Sequence[tuple[str, str]], obstacles: Sequence[Obstacle]) -> list[tuple[str, str]]:
     """Of the pairs of names that may touch those of the robot's own bodies: of none of the obstacles."""
-    names = {obstacle.name for obstacle in obstacles}
+    names = {obstacle.unmoved.name for obstacle in obstacles}
     return [pair for pair in pairs if names.isdisjoint(pair)]
 
 
@@ -121,7 +122,7 @@ def with_contacts(robot: Robot, pairs: Sequence[tuple[str, str]], obstacles: Seq
     """The robot, of whose bodies some may touch some obstacles.
 
     Raises:
-        ScenarioError: a pair is not of a body of the robot and the name of an obstacle.
+        ScenarioError: a pair names nothing, two obstacles, or what is both an obstacle and a body.
     """
     names = {obstacle.unmoved.name for obstacle in obstacles} - {""}
     found = []
@@ -132,6 +133,8 @@ def with_contacts(robot: Robot, pairs: Sequence[tuple[str, str]], obstacles: Seq
                 raise ScenarioError(
                     f"may_touch.{number}: nothing is called {name!r}{hint(name, known)}; there are {', '.join(known)}"
                 )
+            if name in names and name in robot.body_names:
+                raise ScenarioError(f"may_touch.{number}: an obstacle and a body are called {name!r}: rename one")
         one, two = pair
         if one in names and two in names:
             raise ScenarioError(f"may_touch.{number}: both are obstacles, which nobody keeps apart")

@@ -256,7 +256,7 @@ class Scenario(FileSection):
     def _with_contacts(self, robot: Robot, obstacles: Sequence[Obstacle]) -> Robot:
         """The robot that may touch what ``may_touch`` says, of itself and of obstacles."""
         allowed = with_contacts(robot, self.may_touch, obstacles)
-        own = own_contacts(self.may_touch, self.obstacles)
+        own = own_contacts(self.may_touch, obstacles)
         if own and not isinstance(self.robot_table, SpatialRobotSection):
             raise ScenarioError("may_touch: two bodies of the robot itself: of robots in space alone")
         return replace(self._built_robot(own), may_touch=allowed.may_touch) if own else allowed

@@ -141,7 +141,7 @@ def _has_poses(text: str) -> bool:
     """Whether objects have poses of their own: the line below the first one's name has several numbers."""
     lines = [line.strip() for line in text.splitlines()]
     first = next((n for n, line in enumerate(lines) if line.startswith("*")), None)
-    return first is not None and first + 1 < len(lines) and " " in lines[first + 1]
+    return first is not None and first + 1 < len(lines) and len(lines[first + 1].split()) > 1
 
 
 def _shape(words: _Words, outer: Transform) -> Table:
@@ -187,10 +187,10 @@ def _cone(words: _Words) -> Table:
 def _mesh(words: _Words) -> Table:
     vertices, triangles = words.whole(MOST_NUMBERS), words.whole(MOST_NUMBERS)
     places = np.array(words.numbers(3 * vertices)).reshape(-1, 3)
-    numbers = np.array(words.numbers(3 * triangles)).reshape(-1, 3).astype(np.intp)
-    if not triangles or numbers.min() < 0 or numbers.max() >= vertices:
+    numbers = np.array(words.numbers(3 * triangles)).reshape(-1, 3)
+    if not triangles or not np.isin(numbers, np.arange(vertices)).all():
         raise words.fault("a mesh needs triangles of its own vertices")
-    return {"shape": "mesh", "corners": places[numbers]}
+    return {"shape": "mesh", "corners": places[numbers.astype(np.intp)]}
 
 
 _SHAPES: dict[str, Callable[[_Words], Table]] = {

@@ -59,7 +59,11 @@ def test_pixels_without_depth_are_left_out() -> None:
         ("cloud.xyz", b"1 2\n", "it cannot be read: "),
         ("cloud.npy", npy(POINTS[:, :2]), r"not an array \(50, 2\)"),
         ("cloud.npy", npy(np.array([object()])), "it cannot be read: "),
+        ("cloud.npy", npy(np.array([["a", "b", "c"]])), "numbers are needed, not an array of <U1"),
+        ("cloud.npy", npy(np.ones((5, 3)) * 1j), "numbers are needed, not an array of complex128"),
         ("cloud.npy", npy(np.full((5, 3), np.nan)), "it has no points"),
+        ("cloud.npy", npy(np.array([[1e308, 0.0, 0.0], [-1e308, 0.0, 0.0]])), "it is inf m large"),
+        ("cloud.xyz", b"# nothing\n", "it has no points|not an array"),
         ("cloud.npy", npy(1000.0 * POINTS), "m large, of at most 100: is it in mm"),
     ],
 )
@@ -94,3 +98,9 @@ def test_a_table_top_is_one_box() -> None:
     boxes, cell = boxes_around(np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.7)]), 0.01, 100)
     assert cell == 0.02
     np.testing.assert_allclose(boxes, [[[-0.01, -0.01, 0.69], [1.01, 0.51, 0.71]]], atol=1e-12)
+
+
+def test_balls_far_smaller_than_the_cloud() -> None:
+    boxes, cell = boxes_around(POINTS, 1e-300, 10)
+    assert len(boxes) <= 10 and cell > 1e-3
+    assert (beyond(boxes, POINTS) <= 0.0).all()

@@ -60,6 +60,17 @@ def test_a_flat_piece_gets_a_thickness() -> None:
     assert inside([part], top.reshape(-1, 3)).all()
 
 
+@pytest.mark.parametrize("size", [0.002, 0.05, 0.3])
+def test_a_small_flat_piece_needs_no_library(size: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(convex, "find_spec", lambda name: None)
+    triangle = size * np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]])
+    (part,) = convex_parts(triangle)
+    assert inside([part], triangle.reshape(-1, 3)).all()
+    corner = size * np.array([[[1.0, 0.0, 0.0], [1.0, 0.2, 0.0], [0.0, 0.0, 0.0]], [[0, 0, 0], [0, 1, 0], [0.2, 1, 0]]])
+    with pytest.raises(InvalidProblem, match="not convex"):
+        convex_parts(corner)
+
+
 def test_an_open_bowl_is_not_convex(monkeypatch: pytest.MonkeyPatch) -> None:
     ball = corners(trimesh.creation.icosphere(2, 0.3))
     bowl = ball[ball[:, :, 2].max(axis=1) < 0.1]
@@ -95,6 +106,9 @@ def test_parts_that_coacd_makes_too_small_are_grown_or_refused(tmp_path: Path, m
 def test_what_sticks_out_of_a_union_is_found() -> None:
     left, right = (Hull.of(BLOCK.vertices * [0.5, 1.0, 1.0] + [x, 0.0, 0.0]) for x in (-0.25, 0.25))
     assert sticking_out(corners(BLOCK), [left, right]) == 0
+    along = np.array([[[-0.4, 0.0, 0.0], [0.4, 0.0, 0.0], [0.0, 0.0, 0.0]]])  # without an area
+    assert sticking_out(along, [left, right]) == 0
+    assert sticking_out(along, [left]) == sticking_out(along * [2.0, 1.0, 1.0], [left, right]) == 1
     apart = Hull.of(BLOCK.vertices * [0.499, 1.0, 1.0] + [0.2505, 0.0, 0.0])
     assert sticking_out(corners(BLOCK), [left, apart]) > 0  # a gap of a millimetre in between
 
@@ -104,3 +118,19 @@ def test_too_many_pieces() -> None:
     with pytest.raises(InvalidProblem, match="65 separate pieces, of at most 64; hull = true"):
         convex_parts(many)
     assert len(convex_parts(many, hull=True)) == 1
+
+
+@pytest.mark.parametrize("end", [(0.0, 0.0, 0.0), (1e-9, 0.0, 0.0), (0.3, 0.2, 0.1)])
+def test_a_speck_or_a_line_is_a_part_of_its_own(end: tuple[float, float, float]) -> None:
+    thin = np.array([[(0.0, 0.0, 0.0), np.array(end) / 3.0, end]]) + np.array([0.0, 0.0, 1.0])
+    parts = convex_parts(np.concatenate([corners(BLOCK), thin]))
+    assert len(parts) == 2 and inside(parts, thin.reshape(-1, 3)).all()
+
+
+def test_a_mirrored_mesh_is_divided_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("coacd")
+    monkeypatch.setenv(cache.VARIABLE, str(tmp_path / "cache"))
+    mirrored = corners(RING) * [-1.0, 1.0, 1.0]
+    parts = convex_parts(mirrored)
+    assert len(parts) == len(convex_parts(mirrored[:, ::-1]))
+    assert inside(parts, sampled(RING) * [-1.0, 1.0, 1.0]).all()

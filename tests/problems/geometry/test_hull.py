@@ -101,3 +101,15 @@ def test_what_is_no_box() -> None:
     sheared = CUBE @ np.array([[1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.0, 0.0, 1.0]])
     octahedron = np.concatenate([np.eye(3), -np.eye(3)])
     assert Hull.of(sheared).box is None and Hull.of(octahedron).box is None
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_box_that_is_not_quite_one_is_in_the_box_found(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    sheared = CUBE @ (np.eye(3) + 4e-7 * rng.uniform(-1.0, 1.0, (3, 3)))
+    points = sheared @ Rotation.random(random_state=seed).as_matrix().T + rng.uniform(-500.0, 500.0, 3)
+    box = Hull.of(points).box
+    assert box is not None
+    center, axes, size = box
+    np.testing.assert_allclose(axes.T @ axes, np.eye(3), atol=1e-14)
+    assert (np.abs((points - center) @ axes) <= size / 2.0 + 1e-9).all()

@@ -104,6 +104,10 @@ def test_a_mass_that_is_not_stated_is_said() -> None:
             r"carried\.0\.velocity: what is carried moves with",
         ),
         (
+            {"carried": [BOX | {"margin_rate": 0.1}]},
+            r"carried\.0\.margin_rate: what is carried is",
+        ),
+        (
             {"carried": [{"shape": "half-space", "center": [0, 0, 0]}]},
             r"carried\.0\.shape: HalfSpace cannot be",
         ),
@@ -116,6 +120,10 @@ def test_a_mass_that_is_not_stated_is_said() -> None:
             r"may_touch\.0: nothing is called 'tabel'; did",
         ),
         ({"may_touch": [["table", "table"]], "obstacles": [TABLE]}, r"may_touch\.0: both are obstacles"),
+        (
+            {"may_touch": [["panda_hand", "part"]], "obstacles": [TABLE | {"name": "part"}], "carried": [BOX]},
+            r"may_touch\.0: an obstacle and a body are called 'part'",
+        ),
         ({"may_touch": [["panda_hand"]]}, r"may_touch\.0"),
     ],
 )
@@ -141,6 +149,14 @@ def test_a_link_in_the_plane_may_touch_an_obstacle() -> None:
     seen = {(pair.body.name, pair.number) for pair in limit.pairs}
     assert {(pair.body.name, pair.number) for pair in before.pairs} - seen == {("link 2", 1)}
     assert any("post" in str(pair) for pair in limit.pairs)
+
+
+def test_a_mesh_without_a_name_is_called_by_its_number(tmp_path: Path) -> None:
+    blocks = [trimesh.creation.box([0.1] * 3, trimesh.transformations.translation_matrix([x, 0, 0])) for x in (0, 0.3)]
+    (tmp_path / "two.stl").write_bytes(trimesh.util.concatenate(blocks).export(file_type="stl"))
+    two = {"shape": "mesh", "file": "two.stl", "center": [0.5, 0.5, 0.8]}
+    arm = arm_of(scenario(tmp_path, obstacles=[two], may_touch=[["obstacle 1", "panda_hand"]]))
+    assert arm.may_touch == (("panda_hand", "obstacle 1"),)
 
 
 def test_own_links_may_touch() -> None:
