@@ -49,8 +49,8 @@ def convex_parts(corners: FloatArray, hull: bool = False) -> list[Hull]:
     parts = []
     for piece in pieces:
         points = piece.reshape(-1, 3)
-        around = Hull.of(_thickened(points))
-        one = hull or len(_flat_axes(points)) > 1 or _is_on(piece, around)
+        around, flat = Hull.of(_thickened(points)), _flat_axes(points)
+        one = hull or len(flat) > 1 or _is_on(piece, around, flat)
         parts += [_held(piece, around)] if one else _divided(piece)
     if len(parts) > MOST_PARTS:
         raise InvalidProblem("mesh", f"{len(parts)} convex parts, of at most {MOST_PARTS}; hull = true takes its hull")
@@ -82,16 +82,12 @@ def _flat_axes(points: FloatArray) -> list[FloatArray]:
     return [axis for size, axis in zip(sizes, axes, strict=True) if size <= SHEET * np.sqrt(len(points))]
 
 
-def _is_on(corners: FloatArray, hull: Hull) -> bool:
+def _is_on(corners: FloatArray, hull: Hull, flat: Sequence[FloatArray]) -> bool:
     """Whether a mesh is the surface of its hull, with nothing that is open; or all of its middle, where it is flat."""
-    widths = np.ptp(corners.reshape(-1, 3) @ hull.normals.T, axis=0)
-    thick = float(widths.min()) > SHEET
-    whole = (
-        areas(hull.faces).sum() if thick else areas(_flattened(hull.faces, hull.normals[widths.argmin()])).sum() / 2.0
-    )
+    whole = areas(_flattened(hull.faces, flat[0])).sum() / 2.0 if flat else areas(hull.faces).sum()
     if areas(corners).sum() < WHOLE * whole:
         return False
-    deepest = -10.0 * SAME_PLANE * float(np.ptp(hull.corners, axis=0).max()) - (0.0 if thick else SHEET)
+    deepest = -10.0 * SAME_PLANE * float(np.ptp(hull.corners, axis=0).max()) - (SHEET if flat else 0.0)
     points = np.concatenate([np.unique(corners.reshape(-1, 3), axis=0), corners.mean(axis=1)])
     blocks = np.array_split(points, 1 + len(points) * len(hull.normals) // AT_ONCE)
     return all(bool((hull.beyond(block).max(axis=1) >= deepest).all()) for block in blocks)

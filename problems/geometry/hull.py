@@ -17,6 +17,8 @@ from problems.base import FloatArray, InvalidProblem
 
 SAME_PLANE = 1e-6  # of normals, and of offsets relative to the size: of triangles of one face
 THINNEST = 1e-9  # relative: what is flatter has no inside
+MOST_CORNERS = 10_000
+AT_ONCE = 10_000_000  # products of corners and faces
 ON_FACE = 1e-9  # m: so far from a face a point still counts as in it
 COARSENESS = 0.0005  # m: so far it may be outside of that
 GROWN = 1e-9  # relative: rounding must not cut off a corner
@@ -43,7 +45,7 @@ class Hull:
         """Of points (n, 3), m.
 
         Raises:
-            InvalidProblem: ``points`` are in one plane.
+            InvalidProblem: ``points`` are in one plane, or their hull has too many corners.
         """
         size = float(np.ptp(points, axis=0).max())
         try:
@@ -52,13 +54,16 @@ class Hull:
             raise InvalidProblem("points", "they are in one plane; a body needs an inside") from error
         if found.volume <= THINNEST * size**3:
             raise InvalidProblem("points", "they are in one plane; a body needs an inside")
+        if len(found.vertices) > MOST_CORNERS:
+            raise InvalidProblem("points", f"{len(found.vertices)} corners of their hull, of at most {MOST_CORNERS}")
         corners, triangles = points[found.vertices], np.searchsorted(found.vertices, found.simplices)
         normals = found.equations[:, :3]
         one, two, three = (corners[triangles[:, k]] for k in range(3))
         inwards = np.einsum("mi,mi->m", np.cross(two - one, three - one), normals) < 0.0
         triangles[inwards] = triangles[inwards][:, ::-1]
         normals = normals[_distinct(np.column_stack([normals, found.equations[:, 3] / size]))]
-        return cls(corners, triangles, normals, (corners @ normals.T).max(axis=0))
+        blocks = np.array_split(normals, 1 + len(normals) * len(corners) // AT_ONCE)
+        return cls(corners, triangles, normals, np.concatenate([(corners @ block.T).max(axis=0) for block in blocks]))
 
     @cached_property
     def _edges(self) -> tuple[FloatArray, FloatArray]:

@@ -52,6 +52,7 @@ class RobotDescription:
         visuals: what is shown of links, by their names.
         unseen: links with something to be shown that cannot be read, and why.
         looks: of links, on the bodies that carry them.
+        carried: names of the links that the tool holds.
         spheres: that hold the collision geometry, as far as it is known, for searches.
         disabled: names of links that may touch.
         title: what people call the robot; empty where it is not known.
@@ -68,6 +69,7 @@ class RobotDescription:
     visuals: tuple[tuple[str, tuple[Visual, ...]], ...] = ()
     unseen: tuple[tuple[str, str], ...] = ()
     looks: tuple[Look, ...] = ()
+    carried: tuple[str, ...] = ()
     spheres: tuple[Sphere, ...] = ()
     disabled: tuple[tuple[str, str], ...] = ()
     title: str = ""
@@ -152,6 +154,7 @@ class RobotDescription:
             self_margin=self_margin,
             self_collision=self_collision,
             looks=self.looks,
+            carried=self.carried,
         )
 
     def with_covers(self, covers: Mapping[str, LinkCover]) -> RobotDescription:
@@ -197,7 +200,13 @@ class RobotDescription:
             for ball in searched_balls(part.shapes, None)
         ]
         seen = placed_looks(frames, {part.name: part.looks for part in carried}) if self.looks else ()
-        held = replace(self, links=(*self.links, *frames), spheres=(*self.spheres, *balls), looks=(*self.looks, *seen))
+        held = replace(
+            self,
+            links=(*self.links, *frames),
+            spheres=(*self.spheres, *balls),
+            looks=(*self.looks, *seen),
+            carried=(*self.carried, *(part.name for part in carried)),
+        )
         if not self.covers:
             return held
         covers = [cover_link(part.name, part.shapes, _no_file, COARSE_OVERHANG)[0] for part in carried]
@@ -307,7 +316,8 @@ class RobotDescription:
     def arm_cover(self, disabled: LinkPairs = (), ignored: Collection[str] = ()) -> ArmCover:
         """Of all links with collision geometry: balls for proofs, and which links must keep apart.
 
-        All do that no joint connects directly, unless their names are disabled.
+        All do that no joint connects directly, and what is carried from all that a joint moves as seen from it, unless
+        their names are disabled.
         """
         covers, links = {cover.link: cover for cover in self.covers}, []
         for link, shapes in self.shapes:
@@ -320,7 +330,8 @@ class RobotDescription:
         pairs = tuple(
             (one, two)
             for one, two in combinations(range(len(links)), 2)
-            if links[two].body - links[one].body > 1 and {links[one].name, links[two].name} not in may_touch
+            if links[two].body - links[one].body > (0 if links[two].name in self.carried else 1)
+            and {links[one].name, links[two].name} not in may_touch
         )
         return ArmCover(tuple(links), pairs)
 

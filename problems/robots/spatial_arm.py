@@ -64,6 +64,7 @@ class SpatialArm(Robot):
         max_torque: N m or N; None where nothing limits it.
         payload: what the tool carries; None for nothing.
         gravity: m/s^2, as seen from outside.
+        carried: names of spheres, and of links of the cover, that the tool holds.
         looks: of its links; decoration, which no comparison counts.
 
     Raises:
@@ -96,6 +97,7 @@ class SpatialArm(Robot):
     max_torque: tuple[float, ...] | None = None
     payload: Payload | None = None
     gravity: Point3 = GRAVITY
+    carried: tuple[str, ...] = ()
     looks: tuple[Look, ...] = stated(default=(), compare=False)
 
     def __repr__(self) -> str:
@@ -366,11 +368,12 @@ class SpatialArm(Robot):
 
     @property
     def link_pairs(self) -> tuple[tuple[int, int], ...]:
-        """Numbers of spheres on bodies that no joint connects."""
+        """Numbers of spheres on bodies that no joint connects, or one does and one of them is what the tool holds."""
         return tuple(
             (one, two)
             for one, two in combinations(range(len(self.spheres)), 2)
-            if abs(self.spheres[one].link - self.spheres[two].link) > 1
+            if abs(self.spheres[one].link - self.spheres[two].link)
+            > (1 if {self.spheres[one].name, self.spheres[two].name}.isdisjoint(self.carried) else 0)
         )
 
 

@@ -136,6 +136,8 @@ def with_contacts(robot: Robot, pairs: Sequence[tuple[str, str]], obstacles: Seq
             if name in names and name in robot.body_names:
                 raise ScenarioError(f"may_touch.{number}: an obstacle and a body are called {name!r}: rename one")
         one, two = pair
+        if one == two:
+            raise ScenarioError(f"may_touch.{number}: {one!r} twice; a pair is of two")
         if one in names and two in names:
             raise ScenarioError(f"may_touch.{number}: both are obstacles, which nobody keeps apart")
         if one in names or two in names:

@@ -56,6 +56,12 @@ def test_flat_points_have_no_hull() -> None:
             Hull.of(points)
 
 
+def test_a_hull_of_too_many_corners() -> None:
+    points = np.random.default_rng(0).normal(size=(12_000, 3))
+    with pytest.raises(InvalidProblem, match="12000 corners of their hull, of at most 10000"):
+        Hull.of(points / np.linalg.norm(points, axis=1, keepdims=True))
+
+
 def test_faces_of_triangles_in_one_plane_are_one() -> None:
     hull = Hull.of(CUBE)
     assert (len(hull.normals), len(hull.triangles), len(hull._edges[0])) == (6, 12, 12)

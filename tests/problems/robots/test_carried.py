@@ -117,7 +117,9 @@ def test_it_ends_the_chain() -> None:
     np.testing.assert_allclose(sphere.center, [float(value) for value in place], atol=1e-12)
     arm = held.complete(held.arm())
     together = {frozenset((arm.spheres[a].name, arm.spheres[b].name)) for a, b in (*arm.kept_pairs, *arm.proven_pairs)}
-    assert frozenset(("part", "panda_link0")) in together and frozenset(("part", "panda_link6")) not in together
+    assert frozenset(("part", "panda_link0")) in together and frozenset(("part", "panda_hand")) not in together
+    kept = {frozenset((arm.spheres[a].name, arm.spheres[b].name)) for a, b in arm.link_pairs}
+    assert frozenset(("part", "panda_link6")) in kept and frozenset(("panda_hand", "panda_link6")) not in kept
 
 
 def test_names_are_taken_once() -> None:

@@ -21,6 +21,7 @@ from tpbso_casadi.scenario import InputFolder, Scenario, ScenarioError, parse_sc
 START, GOAL = [0.0, -0.8, 0.0, -2.2, 0.0, 1.5, 0.8], [0.9, -0.8, 0.0, -2.0, 0.0, 1.5, 0.8]
 ENDS = {"start": {"joints": START}, "goal": {"joints": GOAL}}
 BOX = {"shape": "box", "center": [0.0, 0.0, 0.1], "size": [0.06, 0.06, 0.2], "mass": 0.5, "name": "part"}
+BIN = {"shape": "sphere", "center": [0.0, 0.9, 0.9], "radius": 0.1, "name": "bin"}
 TABLE = {"shape": "box", "center": [0.45, 0.2, 0.2], "size": [0.5, 0.8, 0.1], "name": "table"}
 
 
@@ -119,12 +120,13 @@ def test_a_mass_that_is_not_stated_is_said() -> None:
             {"may_touch": [["panda_hand", "tabel"]], "obstacles": [TABLE]},
             r"may_touch\.0: nothing is called 'tabel'; did",
         ),
-        ({"may_touch": [["table", "table"]], "obstacles": [TABLE]}, r"may_touch\.0: both are obstacles"),
+        ({"may_touch": [["table", "bin"]], "obstacles": [TABLE, BIN]}, r"may_touch\.0: both are obstacles"),
         (
             {"may_touch": [["panda_hand", "part"]], "obstacles": [TABLE | {"name": "part"}], "carried": [BOX]},
             r"may_touch\.0: an obstacle and a body are called 'part'",
         ),
         ({"may_touch": [["panda_hand"]]}, r"may_touch\.0"),
+        ({"may_touch": [["panda_hand", "panda_hand"]]}, r"may_touch\.0: 'panda_hand' twice; a pair is of two"),
     ],
 )
 def test_what_is_refused(keys: dict[str, Any], reason: str) -> None:
@@ -185,7 +187,7 @@ def test_an_arm_with_meshes_holds_a_cover_of_it(tmp_path: Path) -> None:
     link = next(link for link in arm.cover.links if link.name == "part")
     assert link.body == arm.dof and link.overhang < 0.005
     names = {frozenset((arm.cover.links[a].name, arm.cover.links[b].name)) for a, b in arm.cover.pairs}
-    assert frozenset(("lower", "part")) in names
+    assert {frozenset(("lower", "part")), frozenset(("middle", "part"))} <= names
     limit = next(limit for limit in cover_limits(arm, found.criteria().obstacles) if isinstance(limit, CoverClearance))
     still = Trajectory(np.array([0.0, 1.0]), np.zeros((1, 1, arm.dof)))
     (verdict,) = limit_verdicts([limit], still)
