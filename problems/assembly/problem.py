@@ -84,12 +84,19 @@ class Problem(Criteria, ABC, Generic[P]):
         return 0.0
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
-        """Motions that nothing can beat if they keep all limits; none by default, where no such bound is known.
+        """Motions that nothing between the same two postures can beat, if they keep all limits.
+
+        None by default, where no such bound is known.
 
         Args:
             rng: of what is drawn.
         """
         return iter(())
+
+    @property
+    def least_bound(self) -> float:
+        """No motion between postures that are looked at takes less, s; 0 where nothing is known, by default."""
+        return 0.0
 
     @property
     def is_descended(self) -> bool:

@@ -93,7 +93,8 @@ def plan(
         planned = partial(_planned, warm_start=warm_start)
         if not problem.branches or planning.solver.solves_program:
             return _valued(planned(problem, planning))
-        return _valued(best_of_branches(problem, planning, planned))
+        found = _bounded(problem, planning)
+        return _valued(best_of_branches(problem, planning, planned) if found is None else found)
 
 
 def _timed(scenario: Scenario, progress: Progress, interruption: Interruption) -> PlannedMotion:
@@ -145,10 +146,9 @@ def _once(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion |
     Raises:
         ScenarioError: a nonlinear program is asked for where there is none.
     """
-    if planning.solver.bound_first and planning.scenario.model.retime:
-        best = planning.interruption.attempt(partial(at_the_bound, problem, planning))
-        if best is not None:
-            return best
+    found = _bounded(problem, planning)
+    if found is not None:
+        return found
     within = planning.settings.within is not None
     for key, asked in (("name", planning.solver.solves_program), ("within", within)):
         if asked and not problem.has_program:
@@ -163,25 +163,43 @@ def _once(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion |
     return finished(found, planning.progress, planning.interruption) if planning.scenario.model.retime else found
 
 
+ABOUT_AS_FAST = 1.002
 MOST_PROOFS = 20  # of motions that are clear where they were looked at
 
 
+def _bounded(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
+    """A plan at a bound; None where that is not asked for, or there is none.
+
+    Where an end may move it is polished, unless it is of the quickest branch and about as fast as any there.
+    """
+    if not (planning.solver.bound_first and planning.scenario.model.retime):
+        return None
+    found = planning.interruption.attempt(partial(at_the_bound, problem, planning))
+    if found is None or not found.problem.ends_may_move:
+        return found
+    if found.rounds == 1 and found.trajectory.duration <= ABOUT_AS_FAST * found.problem.least_bound:
+        return found
+    return finished(found, planning.progress, planning.interruption)
+
+
 def at_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
-    """A certified motion that nothing can beat, without a search; None where none is found."""
+    """A certified motion that nothing between its ends can beat, without a search; None where none is found.
+
+    Of a problem with branches that of the first of them, the quickest in free space first, that has one.
+    """
     began = time.perf_counter()
     planning.progress.phase("trying motions at the bound")
-    rng = np.random.default_rng(planning.settings.seed)
-    for number, trajectory in enumerate(islice(problem.at_the_bound(rng), MOST_PROOFS), start=1):
-        motion = slowed(Motion(problem, trajectory, {}, retimed=True))
-        if motion.trajectory.duration <= AS_FAST * trajectory.duration and motion.feasible:
-            seconds = time.perf_counter() - began
-            LOG.info("bound: a motion that nothing can beat, after %d proofs in %.3f s", number, seconds)
-            return SearchedMotion(
-                scenario=planning.scenario,
-                problem=problem,
-                search=unsearched(motion.objective, seconds, planning.settings.seed),
-                motion=motion,
-            )
+    for rounds, branch in enumerate(problem.branches or (problem,), start=1):
+        rng = np.random.default_rng(planning.settings.seed)
+        for trajectory in islice(branch.at_the_bound(rng), MOST_PROOFS):
+            motion = slowed(Motion(branch, trajectory, {}, retimed=True))
+            if motion.trajectory.duration <= AS_FAST * trajectory.duration and motion.feasible:
+                seconds = time.perf_counter() - began
+                LOG.info("bound: a motion that nothing between its ends can beat, in %.3f s", seconds)
+                search = unsearched(motion.objective, seconds, planning.settings.seed)
+                return SearchedMotion(
+                    scenario=planning.scenario, problem=branch, search=search, motion=motion, rounds=rounds
+                )
     return None
 
 

@@ -339,8 +339,8 @@ def _of_retiming(result: RunResult) -> Iterator[str]:
 
 
 def _unsearched(result: RunResult, motion: Motion) -> Iterator[str]:
-    """Where nothing was searched, the motion is as fast as the slowest joint alone, and the solver tries that."""
-    if result.evaluations or result.solver is None:
+    """Where nothing was searched nor polished, it is as fast as the slowest joint alone, and the solver tries that."""
+    if result.evaluations or result.solver is None or result.retiming is not None:
         return
     if not result.scenario.solver.kind().bound_first:
         yield f"evaluations: {result.scenario.solver.name} needs some"

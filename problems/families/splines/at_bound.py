@@ -9,35 +9,58 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray
+from problems.base import FloatArray, as_array
 from problems.motions import Trajectory
 from problems.robots import Robot
 from problems.scene import Obstacle
-from problems.tasks import rooms
+from problems.tasks import Place, rooms
 from problems.timing import Phasing, rest_to_rest
 
 DRAWS, AT_ONCE = 500, 100
+GOALS = 5  # of the postures at the goal, at the most
+AROUND = 200  # postures that are drawn where the goal is a pose
 LOOKS = (0.5, 0.25, 0.75, 0.375, 0.625, 0.125, 0.875, 0.3125, 0.6875, 0.4375, 0.5625, 0.1875, 0.8125)  # of the time
 OWN = 0.5  # of the draws: joints that run as fast as they can
 
 
 def at_the_bound(
-    robot: Robot, obstacles: Sequence[Obstacle], ends: tuple[FloatArray, FloatArray], rng: np.random.Generator
+    robot: Robot, obstacles: Sequence[Obstacle], start: FloatArray, goals: FloatArray, rng: np.random.Generator
 ) -> Iterator[Trajectory]:
     """The direct motion and others as fast as it, as far as they are clear in the postures that are looked at.
 
     Args:
         robot: with its margin.
         obstacles: to keep clear of.
-        ends: start and goal, at rest, each (dof,), rad.
+        start: at rest, (dof,), rad.
+        goals: of which any will do, the soonest reached first, (n, dof), rad.
         rng: of the draws.
     """
-    yield from _clear(robot, obstacles, [rest_to_rest(*ends, robot.limits)])
-    for _ in range(DRAWS // AT_ONCE):
-        drawn = [rest_to_rest(*ends, robot.limits, _drawn(robot.dof, rng)) for _ in range(AT_ONCE)]
-        yield from _clear(robot, obstacles, drawn)
+    goals = goals[:GOALS]
+    yield from _clear(robot, obstacles, [rest_to_rest(start, goal, robot.limits) for goal in goals])
+    for goal in goals:
+        for _ in range(DRAWS // AT_ONCE // len(goals)):
+            drawn = [rest_to_rest(start, goal, robot.limits, _drawn(robot.dof, rng)) for _ in range(AT_ONCE)]
+            yield from _clear(robot, obstacles, drawn)
+
+
+def postures_around(robot: Robot, place: Place) -> FloatArray:
+    """Postures at a place: its own, and of a pose others around that, the same ones every time; (n, dof), rad."""
+    rng = np.random.default_rng(0)
+    choices = place.choices(robot)
+    low, high = np.array([(choice.lower, choice.upper) for choice in choices]).reshape(-1, 2).T
+    chosen = np.vstack([(low + high) / 2.0, rng.uniform(low, high, (AROUND if choices else 0, len(choices)))])
+    x = ca.SX.sym("x", len(choices))
+    theta = place.posture(robot, x, 1.0, None)[0]
+    there = ca.Function("there", [x], [ca.densify(ca.SX(theta)).T, ca.densify(ca.SX(place.miss(robot, theta))).T])
+    found, missed = (as_array(part).T for part in there(chosen.T))
+    reached = np.abs(missed).max(axis=1) <= place.tolerance(robot)
+    for joint, (least, most) in enumerate(robot.limits.position or ()):
+        reached &= (found[:, joint] >= least) & (found[:, joint] <= most)
+    reached[0] = True
+    return np.asarray(found[reached])
 
 
 def _drawn(dof: int, rng: np.random.Generator) -> Phasing:

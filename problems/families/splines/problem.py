@@ -18,7 +18,7 @@ import numpy as np
 from problems.assembly import LocalTimeScale, SearchedTimeScale, objective_named
 from problems.base import FloatArray, InvalidProblem, as_array
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
-from problems.families.splines.at_bound import at_the_bound
+from problems.families.splines.at_bound import at_the_bound, postures_around
 from problems.families.splines.encoding import ControlPoints, nominal, stops
 from problems.families.splines.path_problem import MoveSteps, SplineProblem, end_rates
 from problems.families.splines.program import MoveNlp, usual_pieces
@@ -356,13 +356,23 @@ class MoveProblem(SplineProblem):
         return self._polish(start) if needed and self._has_polish else iter(())
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
-        """Between two postures that are given, where nothing but time counts."""
-        task = self.task
-        if self.is_polished and not self.ends_may_move and len(task.goals) == 1:
-            start, goal = (
-                place.projected(self.robot, np.zeros(self.robot.dof)) for place in (task.start, task.goals[0])
-            )
-            yield from at_the_bound(self.robot, self.obstacles, (start, goal), rng)
+        """Where nothing but time counts; of a pose the postures around the branch's, the soonest first."""
+        if self.is_polished and not self.branches:
+            goals, _ = self._goals
+            yield from at_the_bound(self.robot, self.obstacles, branch_posture(self.robot, self.task.start), goals, rng)
+
+    @property
+    def least_bound(self) -> float:
+        """That of the posture at the goal that can be reached soonest, of those that are known."""
+        return float(self._goals[1][0])
+
+    @cached_property
+    def _goals(self) -> tuple[FloatArray, FloatArray]:
+        """Postures at the goal, the soonest reached first, (n, dof), rad, and when at the earliest, (n,), s."""
+        start, found = branch_posture(self.robot, self.task.start), postures_around(self.robot, self.task.goals[0])
+        durations = least_durations(found - start, self.robot.limits).max(axis=1)
+        soonest = np.argsort(durations, kind="stable")
+        return found[soonest], durations[soonest]
 
     @cached_property
     def _polish(self) -> Polish:

@@ -78,3 +78,31 @@ def test_it_is_stored_and_starts_another(tmp_path: Any) -> None:
     assert tp.audit(tmp_path / "run").certified
     after = tp.plan("panda", **ENDS, warm_start=plan, solver="abso", evaluations=200)
     assert after.certified
+
+
+def pose_of(theta: list[float]) -> np.ndarray:
+    frame = np.eye(4)
+    place, rotation = tp.robot("panda").model.tool_at(np.array([theta]))  # type: ignore[attr-defined]
+    frame[:3, :3], frame[:3, 3] = rotation[0], place[0]
+    return frame
+
+
+def test_a_pose_is_reached_in_the_posture_that_is_reached_soonest(tmp_path: Any) -> None:
+    plan = tp.plan("panda", start={"joints": START}, goal=pose_of(GOAL))
+    assert plan.certified and plan.search is not None and plan.search.evaluations == 0
+    assert plan.motion.trajectory.duration <= bound(plan) * (1.0 + 1e-9)  # any other posture will do
+    own = least_durations(
+        plan.motion.trajectory.at(plan.motion.trajectory.breakpoints[-1:])[0] - START, plan.motion.criteria.robot.limits
+    )
+    assert plan.motion.trajectory.duration == pytest.approx(own.max(), rel=1e-9)
+    plan.save(tmp_path / "run")
+    assert tp.audit(tmp_path / "run").certified
+
+
+def test_any_of_several_goals(tmp_path: Any) -> None:
+    far = {"joints": [1.5, 0.2, 1.0, -1.5, 1.0, 2.5, 2.0]}
+    plan = tp.plan("panda", start={"joints": START}, goal=[far, {"joints": GOAL}])
+    assert plan.search is not None and plan.search.evaluations == 0
+    assert plan.motion.trajectory.duration == pytest.approx(bound(plan), rel=1e-9)
+    plan.save(tmp_path / "run")
+    assert tp.audit(tmp_path / "run").certified
