@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer
 
 from problems import ConstantVelocity, InvalidProblem, MovingObstacle, Obstacle
 from problems.scene import ObstacleMotion
@@ -23,6 +23,12 @@ MOST_NUMBERS = 8  # of a row
 MotionRow = Annotated[list[Number], Field(max_length=MOST_NUMBERS)]
 
 
+def _printable(name: str) -> str:
+    if not name.isprintable():
+        raise ValueError("a name of one line is needed")
+    return name
+
+
 class ObstacleSection(Section):
     """One of the [[obstacles]]: the interface of every shape, and how the obstacle moves.
 
@@ -34,7 +40,7 @@ class ObstacleSection(Section):
     left_out: ClassVar[tuple[str, ...]] = ("name", "velocity", "motion", "motion_rows", "margin_rate")  # where empty
 
     shape: Word
-    name: Word = ""
+    name: Annotated[Word, AfterValidator(_printable)] = ""
     velocity: Annotated[list[Number], Field(min_length=2, max_length=3)] | None = None
     motion: Word | None = None
     motion_rows: Annotated[list[MotionRow], Field(max_length=MOST_MOTION_ROWS)] | None = None

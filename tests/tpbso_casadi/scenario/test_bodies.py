@@ -185,6 +185,7 @@ def test_a_broken_scene(old: str, new: str, reason: str, tmp_path: Path) -> None
         ({"shape": "points", "file": "cloud.npy"}, r"obstacles\.0\.radius: missing key"),
         ({"shape": "points", "file": "fixture.stl", "radius": 0.1}, r"ends with 'stl'; ply, xyz, npy are read"),
         ({"shape": "polytope", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}, r"in one plane"),
+        ({"shape": "mesh", "name": "two\nlines"}, r"obstacles\.0\.name: a name of one line is needed"),
         ({"shape": "meshes", "file": "fixture.stl"}, r"did you mean mesh\?"),
         ({"shape": "mesh", "file": "fixture.stl", "scael": 1.0}, r"scael: unknown key; did you mean scale\?"),
     ],
