@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from problems.base import COORDINATES, INERTIAS, MASSES, InvalidProblem, Operand, Parametric, check_within
+from problems.base import (
+    COORDINATES,
+    INERTIAS,
+    MASSES,
+    FloatArray,
+    InvalidProblem,
+    Operand,
+    Parametric,
+    check_within,
+)
 from problems.robots.transform import (
     Matrix3,
     Point3,
@@ -16,6 +25,7 @@ from problems.robots.transform import (
     Transform,
     Vector,
     added,
+    as_point,
     compose,
     outer,
     plus,
@@ -45,6 +55,40 @@ class Inertia(Parametric):
     def moments(self) -> Moments:
         """The same about the origin of the body's frame."""
         return Moments.of(self, Transform())
+
+
+def moved_inertia(inertia: Inertia, pose: Transform) -> Inertia:
+    """A body's mass as seen from the frame in which its own frame has this pose."""
+    turn = np.array(pose.rotation, dtype=float)
+    center = turn @ np.array(inertia.center) + np.array(pose.translation, dtype=float)
+    return Inertia(
+        mass=inertia.mass, center=as_point(center), matrix=as_matrix(turn @ np.array(inertia.matrix) @ turn.T)
+    )
+
+
+def joined(parts: Sequence[Inertia]) -> Inertia | None:
+    """Several masses in one frame as one (parallel axes theorem); None where there are none."""
+    if not parts:
+        return None
+    mass = sum(part.mass for part in parts)
+    if mass == 0.0:
+        return Inertia(mass=0.0)
+    center = np.sum([part.mass * np.array(part.center) for part in parts], axis=0) / mass
+    matrix = np.sum(
+        [np.array(part.matrix) + part.mass * _spread(np.array(part.center) - center) for part in parts], axis=0
+    )
+    return Inertia(mass=mass, center=as_point(center), matrix=as_matrix(matrix))
+
+
+def _spread(offset: FloatArray) -> FloatArray:
+    """The inertia of 1 kg at an offset from the axes' origin, m^2."""
+    return float(offset @ offset) * np.eye(3) - np.outer(offset, offset)
+
+
+def as_matrix(matrix: FloatArray) -> Matrix3:
+    """Numbers (3, 3) as tuples."""
+    one, two, three = (as_point(row) for row in matrix)
+    return one, two, three
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,15 +11,13 @@ from typing import Any
 from problems.base import InvalidProblem
 from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame
 from problems.robots.description import RobotDescription
-from problems.robots.inertia import Inertia, impossible
+from problems.robots.inertia import Inertia, impossible, joined, moved_inertia
 from problems.robots.spheres_file import read_spheres
 from problems.robots.transform import Transform, numbers_of
 from problems.robots.urdf_elements import (
     MOVING,
     UrdfJoint,
     document,
-    joined,
-    moved_inertia,
     refused,
 )
 from problems.robots.urdf_tree import Tree

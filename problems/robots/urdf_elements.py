@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from problems.base import COORDINATES, MASSES, FloatArray, InvalidProblem, shown
-from problems.robots.inertia import Inertia
+from problems.base import COORDINATES, MASSES, InvalidProblem, shown
+from problems.robots.inertia import Inertia, moved_inertia
 from problems.robots.looks import Colour, Visual, colour_of
 from problems.robots.shapes import BoxShape, CapsuleShape, CylinderShape, MeshShape, Shape, SphereShape
 from problems.robots.transform import Matrix3, Point3, Transform, as_point, from_angles, moved, numbers_of, snapped
@@ -113,37 +113,6 @@ def origin(element: ET.Element, owner: str) -> Transform:
     if not all(COORDINATES[0] <= part <= COORDINATES[1] for part in translation):
         raise refused(f"{owner}: xyz of <origin> is out of range")
     return Transform(from_angles(point(found, "rpy", (0.0, 0.0, 0.0), owner)), translation)
-
-
-def moved_inertia(inertia: Inertia, pose: Transform) -> Inertia:
-    """A body's mass as seen from the frame in which its own frame has this pose."""
-    turn = np.array(pose.rotation, dtype=float)
-    center = turn @ np.array(inertia.center) + np.array(pose.translation, dtype=float)
-    return Inertia(mass=inertia.mass, center=as_point(center), matrix=_matrix(turn @ np.array(inertia.matrix) @ turn.T))
-
-
-def joined(parts: Sequence[Inertia]) -> Inertia | None:
-    """Several masses in one frame as one (parallel axes theorem); None where there are none."""
-    if not parts:
-        return None
-    mass = sum(part.mass for part in parts)
-    if mass == 0.0:
-        return Inertia(mass=0.0)
-    center = np.sum([part.mass * np.array(part.center) for part in parts], axis=0) / mass
-    matrix = np.sum(
-        [np.array(part.matrix) + part.mass * _spread(np.array(part.center) - center) for part in parts], axis=0
-    )
-    return Inertia(mass=mass, center=as_point(center), matrix=_matrix(matrix))
-
-
-def _spread(offset: FloatArray) -> FloatArray:
-    """The inertia of 1 kg at an offset from the axes' origin, m^2."""
-    return float(offset @ offset) * np.eye(3) - np.outer(offset, offset)
-
-
-def _matrix(matrix: FloatArray) -> Matrix3:
-    one, two, three = (as_point(row) for row in matrix)
-    return one, two, three
 
 
 MOVING = ("revolute", "continuous", "prismatic")

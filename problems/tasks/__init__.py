@@ -1,6 +1,13 @@
 """Statements of tasks: start, goal, path, elbow."""
 
-from problems.tasks.checks import check_at_least, check_choice, check_obstacles, least_clearances, overloaded, rooms
+from problems.tasks.checks import (
+    Surroundings,
+    check_at_least,
+    check_choice,
+    check_obstacles,
+    least_clearances,
+    overloaded,
+)
 from problems.tasks.joint_path import JointFollowing
 from problems.tasks.move import Move
 from problems.tasks.path import Path, PathKnots, closed_curve, knots_of, pentagram
@@ -39,6 +46,7 @@ __all__ = [
     "Position",
     "ProgressMeasure",
     "SpaceTracing",
+    "Surroundings",
     "Task",
     "ToolTracing",
     "check_at_least",
@@ -51,6 +59,5 @@ __all__ = [
     "narrow_elbow",
     "overloaded",
     "pentagram",
-    "rooms",
     "times_at",
 ]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from numbers import Integral
 
 import casadi as ca
@@ -18,7 +20,7 @@ from problems.base import (
     is_of_length_one,
     shown,
 )
-from problems.limits import can_hold, cover_limits, holding_torques, proximity_limits
+from problems.limits import CoverLimit, Proximity, can_hold, cover_limits, holding_torques, proximity_limits
 from problems.motions import Samples
 from problems.robots import Robot
 from problems.scene import Obstacle
@@ -153,28 +155,38 @@ def overloaded(robot: Robot, theta: FloatArray) -> str:
 
 def least_clearances(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> FloatArray:
     """How far postures (n, dof) at t = 0 are from touching anything, (n,), m; infinite where there is nothing."""
-    found = _clearances(robot, obstacles, theta, np.zeros(len(theta)))
+    found = Surroundings(robot, tuple(obstacles)).clearances(theta, np.zeros(len(theta)))
     return np.asarray(np.min([np.full(len(theta), np.inf), *(clearances for _, clearances in found)], axis=0))
 
 
-def rooms(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray, times: FloatArray) -> FloatArray:
-    """How much more postures (n, dof) at times (n,), s, keep clear of anything than they must, (n,), m.
+@dataclass(frozen=True)
+class Surroundings:
+    """What a robot keeps clear of, itself included.
 
-    Infinite where there is nothing.
+    Args:
+        robot: with its margins.
+        obstacles: around it.
     """
-    found = _clearances(robot, obstacles, theta, times)
-    return np.asarray(
-        np.min([np.full(len(theta), np.inf), *(clearances - margin for margin, clearances in found)], axis=0)
-    )
 
+    robot: Robot
+    obstacles: tuple[Obstacle, ...]
 
-def _clearances(
-    robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray, times: FloatArray
-) -> list[tuple[float, FloatArray]]:
-    """Of each limit what it keeps, m, and the least clearances in postures (n, dof) at times (n,), s: (n,), m."""
-    if robot.is_covered:
-        covers = cover_limits(robot, obstacles)
-        return [(cover.margin, cover.nearest(theta, times).clearance) for cover in covers]
-    samples = Samples(robot=robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=ca.DM(times))
-    limits = proximity_limits(robot, obstacles)
-    return [(robot.margin, as_array(limit.clearances(samples)).min(axis=1)) for limit in limits]
+    @cached_property
+    def _covers(self) -> tuple[CoverLimit, ...]:
+        return cover_limits(self.robot, self.obstacles)
+
+    @cached_property
+    def _pairs(self) -> tuple[Proximity, ...]:
+        return proximity_limits(self.robot, self.obstacles)
+
+    def clearances(self, theta: FloatArray, times: FloatArray) -> list[tuple[float, FloatArray]]:
+        """Of each limit what it keeps, m, and the least clearance in postures (n, dof) at times (n,), s: (n,), m."""
+        if self.robot.is_covered:
+            return [(cover.margin, cover.nearest(theta, times).clearance) for cover in self._covers]
+        samples = Samples(robot=self.robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=ca.DM(times))
+        return [(self.robot.margin, as_array(limit.clearances(samples)).min(axis=1)) for limit in self._pairs]
+
+    def room(self, theta: FloatArray, times: FloatArray) -> FloatArray:
+        """How much more they keep than they must, (n,), m; infinite where there is nothing."""
+        found = self.clearances(theta, times)
+        return np.asarray(np.min([np.full(len(theta), np.inf), *(each - margin for margin, each in found)], axis=0))

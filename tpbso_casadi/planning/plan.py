@@ -91,10 +91,12 @@ def plan(
             starts=starts,
         )
         planned = partial(_planned, warm_start=warm_start)
+        found = _bounded(problem, planning)
+        if found is not None:
+            return _valued(found)
         if not problem.branches or planning.solver.solves_program:
             return _valued(planned(problem, planning))
-        found = _bounded(problem, planning)
-        return _valued(best_of_branches(problem, planning, planned) if found is None else found)
+        return _valued(best_of_branches(problem, planning, planned))
 
 
 def _timed(scenario: Scenario, progress: Progress, interruption: Interruption) -> PlannedMotion:
@@ -129,7 +131,8 @@ def _planned(problem: Problem[Any], planning: Planning, warm_start: PlannedMotio
     for number in range(1, RESTARTS + 1 if may_start_again(planning.scenario, problem) else 1):
         if found.feasible or planning.interruption.requested:
             break
-        other = _once(problem, planning.with_settings(seed=planning.settings.seed + number), warm_start)
+        again = planning.with_settings(seed=planning.settings.seed + number)
+        other = _bounded(problem, again) or _once(problem, again, warm_start)
         found = replace(other if is_better(other.motion, found.motion) else found, rounds=number + 1)
     return found
 
@@ -141,14 +144,11 @@ def may_start_again(scenario: Scenario, problem: Problem[Any]) -> bool:
 
 
 def _once(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion | Motion | None) -> SearchedMotion:
-    """Search, polish and timing with one seed, where nothing is found that cannot be beaten.
+    """Search, polish and timing with one seed.
 
     Raises:
         ScenarioError: a nonlinear program is asked for where there is none.
     """
-    found = _bounded(problem, planning)
-    if found is not None:
-        return found
     within = planning.settings.within is not None
     for key, asked in (("name", planning.solver.solves_program), ("within", within)):
         if asked and not problem.has_program:

@@ -6,7 +6,7 @@ import logging
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import Field
 
 from problems import InvalidProblem, Obstacle
 from problems.base import FloatArray
@@ -30,17 +30,12 @@ BoxCorners: TypeAlias = tuple[SpacePoint, SpacePoint]  # the lower one, and the 
 class ShapeInFile(ObstacleSection):
     """A shape in a file, and its pose. What is made of the file stands beside its name."""
 
-    made: ClassVar[str]  # the key of that
+    left_out: ClassVar[tuple[str, ...]] = (*ObstacleSection.left_out, "file", "quaternion", "parts_points", "boxes")
+    made: ClassVar[str]  # the key of what is made
 
     file: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
     center: SpacePoint = (0.0, 0.0, 0.0)
     quaternion: Quaternion | None = None
-
-    @model_serializer(mode="wrap")
-    def _as_stated(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Nothing of what is not there."""
-        kept = {key for key, value in self if key not in self.left_out or value not in (None, 0.0, "")}
-        return {key: value for key, value in serialize(self).items() if key in kept and value is not None}
 
     def _with_shape(self, folder: InputFolder) -> Self:
         if self.file is None or getattr(self, self.made) is not None:

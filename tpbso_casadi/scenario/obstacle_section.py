@@ -48,7 +48,7 @@ class ObstacleSection(Section):
 
     @model_serializer(mode="wrap")
     def _as_stated(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Nothing of a name, and of a motion, where there is none."""
+        """Nothing of a name, a motion or a file, where there is none."""
         content: dict[str, Any] = serialize(self)
         return {
             key: value for key, value in content.items() if key not in self.left_out or value not in (None, 0.0, "")

@@ -231,7 +231,8 @@ class SpatialRobotSection(Section):
                 )
             if self.spheres_text is not None:
                 description = description.with_spheres(read_spheres(self.spheres_text, description.links))
-            description, payload = description.carrying(carried, self._pose("tool")), self._payload(carried)
+            description = description.carrying(carried, self._pose("tool"))
+            stated = None if self.payload is None else self.payload.build()
             arm = description.arm(
                 max_speed=self.max_speed,
                 max_acceleration=self.max_acceleration,
@@ -240,7 +241,7 @@ class SpatialRobotSection(Section):
                 max_torque=self.max_torque,
                 viscous_friction=self.viscous_friction,
                 coulomb_friction=self.coulomb_friction,
-                payload=payload,
+                payload=stated if description.chain.massless else payload_of(carried, stated),
                 gravity=self.gravity,
                 self_margin=self.self_margin,
                 base=self._pose("base"),
@@ -254,10 +255,6 @@ class SpatialRobotSection(Section):
             weightless = [part.name for part in carried if part.mass is None and arm.max_torque is not None]
             unknown = tuple(f"the weight of {name}: no mass is stated" for name in weightless)
             return replace(complete, left_out=(*complete.left_out, *unknown))
-
-    def _payload(self, carried: Sequence[Carried]) -> Payload | None:
-        stated = None if self.payload is None else self.payload.build()
-        return stated if self.description().chain.massless else payload_of(carried, stated)
 
     def in_radians(self) -> Self:
         """The same, read as a table in degrees.

@@ -16,7 +16,7 @@ from problems.base import FloatArray, as_array
 from problems.motions import Trajectory
 from problems.robots import Robot
 from problems.scene import Obstacle
-from problems.tasks import Place, rooms
+from problems.tasks import Place, Surroundings
 from problems.timing import Phasing, rest_to_rest
 
 DRAWS, AT_ONCE = 500, 100
@@ -38,12 +38,12 @@ def at_the_bound(
         goals: of which any will do, the soonest reached first, (n, dof), rad.
         rng: of the draws.
     """
-    goals = goals[:GOALS]
-    yield from _clear(robot, obstacles, [rest_to_rest(start, goal, robot.limits) for goal in goals])
+    goals, around = goals[:GOALS], Surroundings(robot, tuple(obstacles))
+    yield from _clear(around, [rest_to_rest(start, goal, robot.limits) for goal in goals])
     for goal in goals:
         for _ in range(DRAWS // AT_ONCE // len(goals)):
             drawn = [rest_to_rest(start, goal, robot.limits, _drawn(robot.dof, rng)) for _ in range(AT_ONCE)]
-            yield from _clear(robot, obstacles, drawn)
+            yield from _clear(around, drawn)
 
 
 def postures_around(robot: Robot, place: Place) -> FloatArray:
@@ -70,13 +70,13 @@ def _drawn(dof: int, rng: np.random.Generator) -> Phasing:
     return Phasing(stretches, np.round(waits) if early_or_late else waits)
 
 
-def _clear(robot: Robot, obstacles: Sequence[Obstacle], drawn: list[Trajectory]) -> list[Trajectory]:
+def _clear(around: Surroundings, drawn: list[Trajectory]) -> list[Trajectory]:
     """Those that are clear at all looks, the likeliest contact first."""
     for share in LOOKS:
         if not drawn:
             break
         times = np.array([share * trajectory.duration for trajectory in drawn])
         theta = np.concatenate([each.at(time[None]) for each, time in zip(drawn, times, strict=True)])
-        keep = rooms(robot, obstacles, theta, times) >= 0.0
+        keep = around.room(theta, times) >= 0.0
         drawn = [each for each, clear in zip(drawn, keep, strict=True) if clear]
     return drawn
