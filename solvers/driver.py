@@ -156,18 +156,19 @@ class Result:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Unsearched(Result):
-    """That of no search: what was to be minimised has reached a lower bound. ``x`` is empty."""
+    """That of no search: something as good is known without one. ``x`` is empty."""
 
     in_program_variables: ClassVar[bool] = True
 
 
-def unsearched(cost: float, seconds: float, seed: int | None) -> Unsearched:
-    """The result where something of the lowest cost is known.
+def unsearched(cost: float, seconds: float, seed: int | None, reason: StopReason = StopReason.TARGET) -> Unsearched:
+    """The result where something is known without a search.
 
     Args:
         cost: of it.
         seconds: that it took to find.
         seed: of what was drawn.
+        reason: why there is nothing to search: a lower bound is reached by default.
     """
     return Unsearched(
         x=np.empty(0),
@@ -176,7 +177,7 @@ def unsearched(cost: float, seconds: float, seed: int | None) -> Unsearched:
         iterations=0,
         seconds=seconds,
         seed=seed,
-        stop_reason=StopReason.TARGET,
+        stop_reason=reason,
         history=History.of([(0, cost, np.empty(0))], ITERATIONS),
     )
 

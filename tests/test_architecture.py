@@ -20,8 +20,8 @@ FORBIDDEN = {"solvers": {"problems", "tpbso_casadi"}, "problems": {"solvers", "t
 FLOORS = {  # of the folders of a package; a package that is not here has none
     "problems": {
         **{"base": 1, "geometry": 2, "evaluation": 3, "robots": 3, "scene": 3, "motions": 4},
-        **{"limits": 5, "objectives": 5, "timing": 5, "tasks": 6, "certify": 6},
-        **{"nlp": 7, "sequential": 7, "assembly": 8, "families": 9},
+        **{"core": 5, "limits": 6, "objectives": 6, "timing": 6, "tasks": 7, "certify": 7},
+        **{"nlp": 8, "sequential": 8, "ladder": 9, "assembly": 9, "families": 10},
     },
     "tpbso_casadi": {
         **{"plain": 1, "html": 1, "scenario": 2, "planning": 3, "replanning": 4, "storage": 4},

@@ -68,6 +68,7 @@ from tpbso_casadi.facade.comparing import Comparison, compare
 from tpbso_casadi.facade.own import StatedConstraint as Constraint
 from tpbso_casadi.facade.own import StatedCost as Cost
 from tpbso_casadi.facade.plan import Plan, StoredPlan
+from tpbso_casadi.facade.planner import Planner
 from tpbso_casadi.facade.planning import audit, plan, read_run, replan
 from tpbso_casadi.facade.retiming import retime
 from tpbso_casadi.facade.robots import StatedRobot, robot
@@ -126,6 +127,7 @@ __all__ = [
     "PathTracing",
     "Plan",
     "PlanarArm",
+    "Planner",
     "PointToPoint",
     "Polygon",
     "Polytope",

@@ -20,6 +20,8 @@ from typing import Any
 
 import numpy as np
 
+from problems.core import core_library
+
 LONGEST_LINE = 300  # characters
 
 
@@ -167,7 +169,14 @@ def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:
     return found[0] if found else None
 
 
+CORE = "core"
+
+
 @cache
 def versions() -> dict[str, str]:
-    """By the name of the package; the same dictionary each time, not to be changed."""
-    return {name: version(name) for name in ("tpbso-casadi", "casadi", "numpy", "scipy")}
+    """Of what decides a result: packages by their names, and whether proofs and ways are made by the compiled core.
+
+    The same dictionary each time, not to be changed.
+    """
+    packages = {name: version(name) for name in ("tpbso-casadi", "casadi", "numpy", "scipy")}
+    return packages | {CORE: "none" if core_library() is None else "compiled"}

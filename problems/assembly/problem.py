@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Generic, TypeVar
@@ -82,6 +82,16 @@ class Problem(Criteria, ABC, Generic[P]):
     def free_space_time(self) -> float:
         """What the motion takes in free space between the postures of its branch, s; 0 where nothing is known."""
         return 0.0
+
+    def climbed(self, seed: int, to_beat: float, running_out: Callable[[], bool]) -> Iterator[Trajectory]:
+        """Fast motions polished from ways that were found, each faster than those before; none by default.
+
+        Args:
+            seed: of the ways that are tried.
+            to_beat: duration of a motion that is known, s.
+            running_out: whether there is no time left.
+        """
+        return iter(())
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """Motions that nothing between the same two postures can beat, if they keep all limits.

@@ -98,13 +98,31 @@ def conformed(field: str, value: Any, hint: Any) -> Any:
     if origin in (Union, UnionType):
         return None if value is None and NoneType in parts else _of_one(field, value, hint)
     if origin is tuple and not isinstance(value, SYMBOLS):
-        return _in_tuple(field, value, hint)
+        return value if _is_known(value, hint) else _remembered(_in_tuple(field, value, hint), hint)
     if hint in (float, int) and not isinstance(value, SYMBOLS):
         return _number(field, value, hint)
     if origin is Literal and value not in parts:
         raise InvalidProblem(field, f"{shown(value)} is not one of {', '.join(map(str, parts))}")
     if isinstance(hint, type) and hint not in BELIEVED and origin is None and not isinstance(value, hint):
         raise _wrong(field, value, hint)
+    return value
+
+
+LONG, MOST_KNOWN = 16, 256  # entries of a tuple that is worth to be remembered; tuples
+_KNOWN: dict[int, tuple[tuple[Any, ...], Any]] = {}  # tuples that fit, and what they fit, by the tuple's identity
+
+
+def _is_known(value: Any, hint: Any) -> bool:
+    """Whether this very object was found to fit before: a copy with other fields has the same long tuples."""
+    known = _KNOWN.get(id(value))
+    return known is not None and known[0] is value and known[1] == hint
+
+
+def _remembered(value: tuple[Any, ...], hint: Any) -> tuple[Any, ...]:
+    if len(value) >= LONG:
+        _KNOWN[id(value)] = value, hint
+        for oldest in [*_KNOWN][:-MOST_KNOWN]:
+            _KNOWN.pop(oldest, None)
     return value
 
 

@@ -17,6 +17,7 @@ from problems.certify.clearance import ClearanceProof, MovingPairs, halves, prov
 from problems.certify.covers import prove_covers
 from problems.certify.torque import prove_torques, torque_time_scale
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, verdict
+from problems.certify.worlds import prove_in_core
 from problems.limits import (
     AT_GOAL,
     SAMPLING_MARGIN,
@@ -87,14 +88,14 @@ def prove(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
 @prove.register
 def _(limit: Proximity, trajectory: Trajectory) -> list[Verdict]:
     """The verdict on a clearance, from a proven lower bound."""
-    proof = prove_clearance(limit, trajectory)
+    proof = prove_in_core(limit, trajectory) or prove_clearance(limit, trajectory)
     return [] if proof is None else [_of_clearance(limit, limit.robot.margin, proof)]
 
 
 @prove.register
 def _(limit: CoverLimit, trajectory: Trajectory) -> list[Verdict]:
     """The verdict on covers, from a proven lower bound."""
-    return [_of_clearance(limit, limit.margin, prove_covers(limit, trajectory))]
+    return [_of_clearance(limit, limit.margin, prove_in_core(limit, trajectory) or prove_covers(limit, trajectory))]
 
 
 def _of_clearance(limit: Limit, bound: float, proof: ClearanceProof) -> Verdict:

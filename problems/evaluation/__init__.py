@@ -9,7 +9,9 @@ The numbers of a scene are arguments of compiled code: another scene of the same
 backends give the same bits, so that ``population`` may change from one to the other during a search.
 """
 
+from problems.evaluation.compiler import Compiler, NativeUnavailable
 from problems.evaluation.interpreter import BINARY, UNARY, Symbolic, UnsupportedOperation, interpret, rebuilt
+from problems.evaluation.native import usable_compiler
 from problems.evaluation.population import (
     BACKENDS,
     EvaluationOptions,
@@ -24,10 +26,12 @@ __all__ = [
     "BINARY",
     "PARAMETERS",
     "UNARY",
+    "Compiler",
     "EvaluationOptions",
     "InvalidEvaluation",
     "InvalidProgram",
     "Loop",
+    "NativeUnavailable",
     "PopulationFunction",
     "Program",
     "RowFunction",
@@ -37,4 +41,5 @@ __all__ = [
     "interpret",
     "processors",
     "rebuilt",
+    "usable_compiler",
 ]

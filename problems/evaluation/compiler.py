@@ -138,20 +138,24 @@ class Compiler:
         """Everything that decides what a library compiled here and now looks like and where it runs."""
         return "\n".join([*self.command, self.version, *FLAGS, processor(), *platform.libc_ver()])
 
-    def library(self, source: str) -> bytes:
+    def library(self, source: str, flags: Sequence[str] = FLAGS) -> bytes:
         """The shared library of a C++ source.
+
+        Args:
+            source: the text.
+            flags: of the compiler.
 
         Raises:
             NativeUnavailable: the compiler refuses, does not end, or there is no room for what it makes.
         """
         try:
             with TemporaryDirectory(prefix="tpbso-casadi-") as folder:
-                return self._made(source, Path(folder) / "library")
+                return self._made(source, flags, Path(folder) / "library")
         except (OSError, NoAnswer) as error:
             raise NativeUnavailable(f"nothing was compiled: {error}") from error
 
-    def _made(self, source: str, output: Path) -> bytes:
-        answer = run([*self.command, *FLAGS, "-x", "c++", "-", "-o", str(output)], COMPILE_SECONDS, source)
+    def _made(self, source: str, flags: Sequence[str], output: Path) -> bytes:
+        answer = run([*self.command, *flags, "-x", "c++", "-", "-o", str(output)], COMPILE_SECONDS, source)
         if answer.status:
             raise NativeUnavailable(f"{self.command[0]} failed: {answer.first_line or f'status {answer.status}'}")
         if not output.is_file():

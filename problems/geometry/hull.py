@@ -66,7 +66,7 @@ class Hull:
         return cls(corners, triangles, normals, np.concatenate([(corners @ block.T).max(axis=0) for block in blocks]))
 
     @cached_property
-    def _edges(self) -> tuple[FloatArray, FloatArray]:
+    def edges(self) -> tuple[FloatArray, FloatArray]:
         """Where the edges of its faces begin, and the ways from there to their ends, both (e, 3), m."""
         on = np.abs(self.beyond(self.corners)) <= 2.0 * SAME_PLANE * np.ptp(self.corners, axis=0).max()
         pairs = {tuple(sorted(pair)) for triangle in self.triangles.tolist() for pair in combinations(triangle, 2)}
@@ -115,7 +115,7 @@ class Hull:
         outside = np.flatnonzero(far > 0.0)
         feet = points[outside] - far[outside, None] * self.normals[face[outside]]
         beside = outside[self.beyond(feet).max(axis=1, initial=-np.inf) > ON_FACE]
-        starts, ways = self._edges
+        starts, ways = self.edges
         squares = np.full(len(beside), np.inf)
         for start, way in zip(starts, ways, strict=True):
             away = points[beside] - start

@@ -52,6 +52,11 @@ class BallTree:
         first = np.concatenate([tree.first + start for tree, start in zip(trees, starts, strict=True)])
         return cls(nodes, first, np.concatenate([tree.count for tree in trees]))
 
+    @property
+    def leaves(self) -> NDArray[np.intp]:
+        """Numbers of the nodes that are balls themselves."""
+        return np.flatnonzero(self.count == 0)
+
     def children(self, nodes: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """The children of nodes (n,), and of which of the n each is the child; both (m,)."""
         counts = self.count[nodes]

@@ -15,7 +15,7 @@ import numpy as np
 
 from problems.base import Coordinate, Count, FloatArray, Matrix
 from problems.geometry import Hull, enclosing
-from problems.scene.solids import Solid, Surface
+from problems.scene.solids import PlainSolid, Shape, Solid, Surface
 
 Plane: TypeAlias = tuple[float, float, float, float]  # a unit normal outwards, and how far along it, m
 
@@ -81,6 +81,13 @@ class Polytope(Solid):
         """The smallest box around it with sides along the axes: lower and upper corner, (2, 3), m."""
         corners = self.surface()[0]
         return np.array([corners.min(axis=0), corners.max(axis=0)])
+
+    @property
+    def plain(self) -> PlainSolid:
+        """Planes around it, its own faces and edges."""
+        hull = self._hull
+        faces = np.column_stack([hull.normals, hull.offsets])
+        return PlainSolid(Shape.POLYTOPE, (), np.array(self.planes), faces, np.hstack(hull.edges))
 
     def point_clearance(self, points: Matrix) -> Matrix:
         """The largest distance from a plane: how deep inside, or outside no more than the distance."""

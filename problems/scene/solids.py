@@ -10,7 +10,8 @@ it is no less than 0.999 of the distance at semi-axes up to 16:1, and 0.8 at 60:
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import InitVar, dataclass
+from dataclasses import InitVar, dataclass, field
+from enum import IntEnum
 from functools import reduce
 from itertools import pairwise, product
 from typing import ClassVar, TypeAlias
@@ -83,6 +84,37 @@ def rounded(radius: float, half_length: float) -> FloatArray:
 TINY_SQUARED = 1e-30  # m^2: keeps the gradient of no distance finite
 
 
+class Shape(IntEnum):
+    """The shapes of which the compiled core knows."""
+
+    BALL = 0
+    BOX = 1
+    CAPSULE = 2
+    CYLINDER = 3
+    ELLIPSOID = 4
+    HALF_SPACE = 5
+    POLYTOPE = 6
+
+
+@dataclass(frozen=True, eq=False)
+class PlainSolid:
+    """A solid in its own axes in plain numbers.
+
+    Attributes:
+        shape: which.
+        sizes: radius; half sides; radius and half the length; semi-axes, m; as many as the shape has.
+        planes: of a hull around it, normal and how far along it, (n, 4).
+        faces: of itself, likewise.
+        edges: of these, where one begins and the way along it, (n, 6), m.
+    """
+
+    shape: Shape
+    sizes: tuple[float, ...] = ()
+    planes: FloatArray = field(default_factory=lambda: np.empty((0, 4)))
+    faces: FloatArray = field(default_factory=lambda: np.empty((0, 4)))
+    edges: FloatArray = field(default_factory=lambda: np.empty((0, 6)))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Solid(Obstacle):
     """An obstacle in space, as seen by balls.
@@ -129,6 +161,11 @@ class Solid(Obstacle):
             return away
         turned, (x, y, z) = self.rotation, away
         return [x * turned[0, axis] + y * turned[1, axis] + z * turned[2, axis] for axis in range(3)]
+
+    @property
+    def plain(self) -> PlainSolid | None:
+        """What the compiled core has to know of it; None for a shape that it does not know."""
+        return None
 
     @abstractmethod
     def point_clearance(self, points: Matrix) -> Matrix:
@@ -192,6 +229,11 @@ class Ball(Solid):
         """Its radius, three times, m."""
         return np.full(3, self.radius)
 
+    @property
+    def plain(self) -> PlainSolid:
+        """Its radius."""
+        return PlainSolid(Shape.BALL, (self.radius,))
+
     def point_clearance(self, points: Matrix) -> Matrix:
         """Signed distances, exact."""
         x, y, z = self.local(points)
@@ -224,6 +266,11 @@ class Box(Solid):
     def half_extents(self) -> FloatArray:
         """Along the axes outside, m."""
         return np.asarray(np.abs(self.axes) @ np.array(self.size) / 2.0)
+
+    @property
+    def plain(self) -> PlainSolid:
+        """Half its sides."""
+        return PlainSolid(Shape.BOX, tuple(side / 2.0 for side in self.size))
 
     def point_clearance(self, points: Matrix) -> Matrix:
         """Signed distances, exact."""
@@ -260,6 +307,11 @@ class Capsule(Solid):
         """Along the axes outside, m."""
         return np.asarray(np.abs(self.axes[:, 2]) * self.length / 2.0 + self.radius)
 
+    @property
+    def plain(self) -> PlainSolid:
+        """Radius and half the length."""
+        return PlainSolid(Shape.CAPSULE, (self.radius, self.length / 2.0))
+
     def point_clearance(self, points: Matrix) -> Matrix:
         """Signed distances, exact."""
         x, y, z = self.local(points)
@@ -293,6 +345,11 @@ class Cylinder(Solid):
         """Along the axes outside, m."""
         along = np.abs(self.axes[:, 2])
         return np.asarray(along * self.length / 2.0 + self.radius * np.hypot(self.axes[:, 0], self.axes[:, 1]))
+
+    @property
+    def plain(self) -> PlainSolid:
+        """Radius and half the length."""
+        return PlainSolid(Shape.CYLINDER, (self.radius, self.length / 2.0))
 
     def point_clearance(self, points: Matrix) -> Matrix:
         """Signed distances, exact."""
@@ -330,6 +387,11 @@ class Ellipsoid(Solid):
     def half_extents(self) -> FloatArray:
         """Along the axes outside, m."""
         return np.asarray(np.linalg.norm(self.axes * np.array(self.semi_axes), axis=1))
+
+    @property
+    def plain(self) -> PlainSolid:
+        """Its semi-axes."""
+        return PlainSolid(Shape.ELLIPSOID, self.semi_axes)
 
     def point_clearance(self, points: Matrix) -> Matrix:
         """Signed: exact in sign; outside no more than the distance, and mostly that to many digits."""
@@ -406,6 +468,11 @@ class HalfSpace(Solid):
     def half_extents(self) -> FloatArray:
         """Half the size of the smallest box around what is drawn of it, (3,), m."""
         return np.asarray(np.abs(self.axes[:, :2]).sum(axis=1) * DRAWN / 2.0)
+
+    @property
+    def plain(self) -> PlainSolid:
+        """No sizes."""
+        return PlainSolid(Shape.HALF_SPACE)
 
     def point_clearance(self, points: Matrix) -> Matrix:
         """Signed distances, exact."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
@@ -15,6 +15,7 @@ from problems.motions import Samples
 from problems.robots import JointLimits
 from problems.sequential.path_speed import Grid, PathSpeed
 
+KEPT = 16  # limits
 STATE = 3  # angles, velocities, accelerations
 
 
@@ -27,6 +28,12 @@ class JointTorques:
     """
 
     limit: TorqueLimit
+
+    @classmethod
+    @lru_cache(maxsize=KEPT)
+    def of(cls, limit: TorqueLimit) -> JointTorques:
+        """The same object for the same limit, so that its functions are made once."""
+        return cls(limit)
 
     @property
     def dof(self) -> int:

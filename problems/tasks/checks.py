@@ -9,6 +9,7 @@ from numbers import Integral
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from problems.base import (
     COORDINATES,
@@ -20,6 +21,7 @@ from problems.base import (
     is_of_length_one,
     shown,
 )
+from problems.core import Kept, World
 from problems.limits import CoverLimit, Proximity, can_hold, cover_limits, holding_torques, proximity_limits
 from problems.motions import Samples
 from problems.robots import Robot
@@ -119,6 +121,9 @@ def check_posture(
 
 def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> str:
     """Which bodies of a posture (dof,) at t = 0 are too near to what, and how near; empty where none is."""
+    world = World.of(robot, obstacles)
+    if world is not None and world.clear(theta[None])[0]:
+        return ""
     for cover in cover_limits(robot, obstacles):
         found = cover.nearest(theta[None], np.zeros(1))
         if found.clearance[0] < cover.margin:
@@ -172,6 +177,11 @@ class Surroundings:
     obstacles: tuple[Obstacle, ...]
 
     @cached_property
+    def world(self) -> World | None:
+        """The same in the compiled core, where that knows it all."""
+        return World.of(self.robot, self.obstacles)
+
+    @cached_property
     def _covers(self) -> tuple[CoverLimit, ...]:
         return cover_limits(self.robot, self.obstacles)
 
@@ -181,10 +191,17 @@ class Surroundings:
 
     def clearances(self, theta: FloatArray, times: FloatArray) -> list[tuple[float, FloatArray]]:
         """Of each limit what it keeps, m, and the least clearance in postures (n, dof) at times (n,), s: (n,), m."""
+        if self.world is not None:
+            kept = zip(self.world.margins, (Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER), strict=True)
+            return [(margin, margin + self.world.rooms(theta, which=which)) for margin, which in kept]
         if self.robot.is_covered:
             return [(cover.margin, cover.nearest(theta, times).clearance) for cover in self._covers]
         samples = Samples(robot=self.robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=ca.DM(times))
         return [(self.robot.margin, as_array(limit.clearances(samples)).min(axis=1)) for limit in self._pairs]
+
+    def clear(self, theta: FloatArray, times: FloatArray) -> NDArray[np.bool_]:
+        """Which postures (n, dof) at times (n,), s, keep what they must, (n,)."""
+        return self.world.clear(theta) if self.world is not None else self.room(theta, times) >= 0.0
 
     def room(self, theta: FloatArray, times: FloatArray) -> FloatArray:
         """How much more they keep than they must, (n,), m; infinite where there is nothing."""

@@ -1,7 +1,14 @@
 """How fast a motion can be: moves between postures at rest, and given paths; exact, and proven for all t."""
 
 from problems.timing.following import departure, deviation
-from problems.timing.free_space import AccelerationPieces, Phasing, least_durations, least_time_move, rest_to_rest
+from problems.timing.free_space import (
+    AccelerationPieces,
+    Phasing,
+    least_durations,
+    least_time_move,
+    rest_to_rest,
+    switch_shares,
+)
 from problems.timing.from_motion import MotionState, fastest_move, fastest_stop, least_duration
 from problems.timing.retime import retime
 from problems.timing.speed_profile import SpeedProfile, minimizer
@@ -21,4 +28,5 @@ __all__ = [
     "minimizer",
     "rest_to_rest",
     "retime",
+    "switch_shares",
 ]

@@ -47,6 +47,17 @@ def least_durations(distances: FloatArray, limits: JointLimits) -> FloatArray:
     return np.asarray(_phases(np.abs(np.asarray(distances, dtype=np.float64)), limits).sum(axis=-1))
 
 
+def switch_shares(distances: FloatArray, limits: JointLimits) -> FloatArray:
+    """When the phases of each joint's own move end, as shares of its duration, (k, 3 or 7); 1 where it does not move.
+
+    Args:
+        distances: how far each joint turns, either way, (k,), rad.
+        limits: of the k joints.
+    """
+    ends = np.cumsum(_phases(np.abs(distances), limits), axis=1)
+    return np.asarray(ends / np.where(ends[:, -1:] > 0.0, ends[:, -1:], 1.0) + (ends[:, -1:] == 0.0))
+
+
 @dataclass(frozen=True, eq=False)
 class Phasing:
     """How joints use the time that the slowest one leaves them: each runs its own motion slower, or waits.

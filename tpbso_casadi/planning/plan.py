@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain, islice
+from itertools import chain
 from math import isfinite
 from typing import Any, TypeVar
 
@@ -25,19 +25,17 @@ from solvers import (
     Solver,
     deferred_interrupt,
     minimize,
-    unsearched,
 )
 from tpbso_casadi.planning.branches import best_of_branches, best_within
 from tpbso_casadi.planning.finishing import (
-    AS_FAST,
     PlannedMotion,
     Refinement,
     SearchedMotion,
     is_better,
     polish,
     retimed,
-    slowed,
 )
+from tpbso_casadi.planning.ladder import without_search
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
 from tpbso_casadi.planning.progress import Planning, Progress, log_search
 from tpbso_casadi.scenario import FIELDS, Scenario, ScenarioError
@@ -45,6 +43,7 @@ from tpbso_casadi.scenario import FIELDS, Scenario, ScenarioError
 LOG = logging.getLogger(__name__)
 P = TypeVar("P", bound=PlannedMotion)
 SILENT = Progress()
+LEAST_WITHIN = 0.01  # s: that a search has in any case
 RESTARTS = 2  # of a search in space without a certified plan
 
 
@@ -76,6 +75,8 @@ def plan(
             nothing to learn from the plan to start from.
         KeyboardInterrupt: Ctrl-C, before there was a candidate.
     """
+    within = scenario.solver.within
+    deadline = np.inf if within is None else time.perf_counter() + within
     with deferred_interrupt() as interruption:
         progress.phase("modelling")
         if not scenario.task.is_searched:
@@ -89,11 +90,14 @@ def plan(
             progress=progress,
             interruption=interruption,
             starts=starts,
+            deadline=deadline,
         )
         planned = partial(_planned, warm_start=warm_start)
-        found = _bounded(problem, planning)
+        found = without_search(problem, planning)
         if found is not None:
             return _valued(found)
+        if within is not None:
+            planning = planning.with_settings(within=max(planning.left, LEAST_WITHIN))
         if not problem.branches or planning.solver.solves_program:
             return _valued(planned(problem, planning))
         return _valued(best_of_branches(problem, planning, planned))
@@ -132,7 +136,7 @@ def _planned(problem: Problem[Any], planning: Planning, warm_start: PlannedMotio
         if found.feasible or planning.interruption.requested:
             break
         again = planning.with_settings(seed=planning.settings.seed + number)
-        other = _bounded(problem, again) or _once(problem, again, warm_start)
+        other = without_search(problem, again) or _once(problem, again, warm_start)
         found = replace(other if is_better(other.motion, found.motion) else found, rounds=number + 1)
     return found
 
@@ -161,46 +165,6 @@ def _once(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion |
     else:
         found = _searched(problem, planning, planning.solver, candidates_of(problem, warm_start))
     return finished(found, planning.progress, planning.interruption) if planning.scenario.model.retime else found
-
-
-ABOUT_AS_FAST = 1.002
-MOST_PROOFS = 20  # of motions that are clear where they were looked at
-
-
-def _bounded(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
-    """A plan at a bound; None where that is not asked for, or there is none.
-
-    Where an end may move it is polished, unless it is of the quickest branch and about as fast as any there.
-    """
-    if not (planning.solver.bound_first and planning.scenario.model.retime):
-        return None
-    found = planning.interruption.attempt(partial(at_the_bound, problem, planning))
-    if found is None or not found.problem.ends_may_move:
-        return found
-    if found.rounds == 1 and found.trajectory.duration <= ABOUT_AS_FAST * found.problem.least_bound:
-        return found
-    return finished(found, planning.progress, planning.interruption)
-
-
-def at_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
-    """A certified motion that nothing between its ends can beat, without a search; None where none is found.
-
-    Of a problem with branches that of the first of them, the quickest in free space first, that has one.
-    """
-    began = time.perf_counter()
-    planning.progress.phase("trying motions at the bound")
-    for rounds, branch in enumerate(problem.branches or (problem,), start=1):
-        rng = np.random.default_rng(planning.settings.seed)
-        for trajectory in islice(branch.at_the_bound(rng), MOST_PROOFS):
-            motion = slowed(Motion(branch, trajectory, {}, retimed=True))
-            if motion.trajectory.duration <= AS_FAST * trajectory.duration and motion.feasible:
-                seconds = time.perf_counter() - began
-                LOG.info("bound: a motion that nothing between its ends can beat, in %.3f s", seconds)
-                search = unsearched(motion.objective, seconds, planning.settings.seed)
-                return SearchedMotion(
-                    scenario=planning.scenario, problem=branch, search=search, motion=motion, rounds=rounds
-                )
-    return None
 
 
 def _descended(problem: Problem[Any], planning: Planning, solver: IPOPT, first: Sequence[Trajectory]) -> SearchedMotion:

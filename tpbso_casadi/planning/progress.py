@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from math import inf
 from typing import Any, Self
 
 from problems import Problem, Trajectory
@@ -45,6 +47,7 @@ class Planning:
         progress: is told what begins, and how far it is.
         interruption: Ctrl-C.
         starts: motions that a descent begins with, before any candidate.
+        deadline: when it has to be done, as of ``time.perf_counter``, s; infinite where nobody says.
     """
 
     scenario: Scenario
@@ -54,6 +57,16 @@ class Planning:
     progress: Progress
     interruption: Interruption
     starts: Sequence[Trajectory] = ()
+    deadline: float = inf
+
+    @property
+    def left(self) -> float:
+        """The time that is left, s."""
+        return self.deadline - time.perf_counter()
+
+    def running_out(self) -> bool:
+        """Whether to come to an end: no time is left, or the user says so."""
+        return self.left <= 0.0 or self.interruption.requested
 
     def with_settings(self, **changes: Any) -> Self:
         """The same with other keys of [solver]."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Annotated, ClassVar, Self, TypeAlias
 
 from pydantic import Field, model_validator
@@ -74,6 +75,7 @@ FILES = ("urdf", "spheres", "srdf")  # keys that name files; their texts are in 
 TEXT = "_text"
 LARGEST_COVERS, LARGEST_LOOKS = 20_000_000, 2_000_000  # characters
 MOST_JOINTS = 20  # of a robot in space
+KEPT = 16  # robots that were built
 KEYS = {"position_limits": "joint_limits"}  # by the fields of the robot
 FileName = Annotated[str, Field(min_length=1, max_length=1000)]
 FileText = Annotated[str, Field(max_length=LARGEST_TEXT)]
@@ -214,7 +216,7 @@ class SpatialRobotSection(Section):
         return []
 
     def build(self, carried: Sequence[Carried] = (), disabled: Sequence[tuple[str, str]] = ()) -> SpatialArm:
-        """The robot itself.
+        """The robot itself, the same object for the same statement.
 
         Args:
             carried: bodies on its tool.
@@ -223,6 +225,9 @@ class SpatialRobotSection(Section):
         Raises:
             InvalidProblem: it cannot be; with a key of this table.
         """
+        return _built(_Statement(self.model_dump_json(), self), tuple(carried), tuple(map(tuple, disabled)))
+
+    def _made(self, carried: Sequence[Carried], disabled: Sequence[tuple[str, str]]) -> SpatialArm:
         with self._named():
             description = self.description()
             if len(description.chain.joints) > MOST_JOINTS:
@@ -352,3 +357,16 @@ def mesh_content(folder: InputFolder, place: MeshPlace, shape: MeshShape) -> byt
         return folder.read_mesh(place, shape.file)
     except ScenarioError as error:
         raise InvalidProblem("mesh", str(error)) from error
+
+
+@dataclass(frozen=True)
+class _Statement:
+    """A table with all that it states as a text, by which it is known again."""
+
+    text: str
+    table: SpatialRobotSection = field(compare=False)
+
+
+@lru_cache(maxsize=KEPT)
+def _built(statement: _Statement, carried: tuple[Carried, ...], disabled: tuple[tuple[str, str], ...]) -> SpatialArm:
+    return statement.table._made(carried, disabled)

@@ -12,7 +12,8 @@ from problems import Problem, Trajectory
 from problems.certify import WorstIs
 from problems.motions import CONTINUOUS_ORDERS, SMOOTH_ORDERS, JointPath
 from problems.timing import departure, least_durations
-from tpbso_casadi.plain import plain, versions
+from solvers import StopReason
+from tpbso_casadi.plain import CORE, plain, versions
 from tpbso_casadi.planning import (
     AS_FAST,
     CANDIDATES,
@@ -39,6 +40,7 @@ from tpbso_casadi.storage.result import (
 
 ROUNDING = 1e-9  # relative
 TIMED_AGAIN = 1e-6  # relative: of a timing, which another machine does not compute to the last digits
+OTHER_PROOF = 0.6  # of a clearance beyond what is kept: two proven bounds of it differ by no more
 PATH_TOLERANCE = 1e-9  # rad, for angles up to 1 rad, and of larger ones
 MOST_COEFFICIENTS = 50  # of a piece: a path of degree 5 timed twice has 21
 LONGEST_VALUE = 200  # characters of a value in a message
@@ -181,7 +183,10 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
             del keys[key]
     if result.certificate.in_words is None:
         keys |= _as_in_version_1(result, motion, keys["constraints"])
-    keys["versions"] = {name: result.versions.get(name, "") for name in ("python", *versions())}
+    if result.versions.get(CORE) != versions()[CORE]:
+        keys["constraints"] = _proven_otherwise(result, keys["constraints"])
+    names = (name for name in ("python", *versions()) if name != CORE or name in result.versions)
+    keys["versions"] = {name: result.versions.get(name, "") for name in names}
     if problem is None:
         nothing: dict[str, Any] = {"variables": None, "quantities": {}, "branches": None, "time_scale": 1.0}
         solution = result.solution.model_copy(update=nothing)
@@ -222,6 +227,23 @@ def _as_in_version_1(result: RunResult, motion: Motion, rows: Sequence[Constrain
         "constraints": [as_it_was(row) for row in known],
         "closest_approach": result.closest_approach,
     }
+
+
+def _proven_otherwise(result: RunResult, rows: Sequence[ConstraintResult]) -> list[ConstraintResult]:
+    """The rows, where bounds were proven by other code, which comes near at other times: about the same is believed."""
+    stated = {row.name: row for row in result.constraints}
+
+    def believed(row: ConstraintResult) -> ConstraintResult:
+        other = stated.get(row.name, row)
+        if None in (row.worst, row.bound, other.worst) or row.worst_is is WorstIs.EXACT:
+            return row
+        bound, own, stored = (np.nan if number is None else number for number in (row.bound, row.worst, other.worst))
+        size = max(abs(own - bound), abs(stored - bound))
+        if other.satisfied != row.satisfied or not abs(stored - own) <= OTHER_PROOF * size:
+            return row
+        return row.model_copy(update={"worst": other.worst, "where": other.where})
+
+    return [believed(row) for row in rows]
 
 
 def _of_search(
@@ -339,15 +361,16 @@ def _of_retiming(result: RunResult) -> Iterator[str]:
 
 
 def _unsearched(result: RunResult, motion: Motion) -> Iterator[str]:
-    """Where nothing was searched nor polished, it is as fast as the slowest joint alone, and the solver tries that."""
+    """Where nothing was searched, the solver tries other things first; at the bound is what the slowest joint takes."""
     if result.evaluations or result.solver is None or result.retiming is not None:
         return
     if not result.scenario.solver.kind().bound_first:
         yield f"evaluations: {result.scenario.solver.name} needs some"
     ends, trajectory = motion.trajectory.breakpoints[[0, -1]], motion.trajectory
     bound = least_durations(np.subtract(*trajectory.at(ends)), motion.problem.robot.limits).max()
-    if not trajectory.duration <= AS_FAST * bound:
-        yield f"evaluations: none, though {trajectory.duration:.6g} s are more than the bound, {bound:.6g} s"
+    if result.stop_reason == StopReason.TARGET and not trajectory.duration <= AS_FAST * bound:
+        longer = f"{trajectory.duration:.6g} s are more than the bound, {bound:.6g} s"
+        yield f"stop_reason: {result.stop_reason}, though {longer}"
     if result.cost != motion.objective:
         yield f"cost: {result.cost!r} is stored, {motion.objective!r} is computed"
 

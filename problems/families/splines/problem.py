@@ -6,7 +6,7 @@ the quickest in free space first.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -17,17 +17,19 @@ import numpy as np
 
 from problems.assembly import LocalTimeScale, SearchedTimeScale, objective_named
 from problems.base import FloatArray, InvalidProblem, as_array
+from problems.core import World
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
-from problems.families.splines.at_bound import at_the_bound, postures_around
 from problems.families.splines.encoding import ControlPoints, nominal, stops
 from problems.families.splines.path_problem import MoveSteps, SplineProblem, end_rates
 from problems.families.splines.program import MoveNlp, usual_pieces
+from problems.ladder import Climb, Deviations, at_the_bound, gentler, joint_box, postures_around
 from problems.limits import (
     MAX_STEP_SHARE,
     SAMPLING_MARGIN,
     Constraint,
     LimitKind,
     StepLimit,
+    TorqueLimit,
     limits_of,
     looks,
     stay_constraints,
@@ -37,11 +39,13 @@ from problems.motions import PathSpline, TimedPath, Trajectory
 from problems.objectives import Objective
 from problems.robots import JointLimits, Robot
 from problems.scene import standing
-from problems.sequential import Polish, can_be_polished
-from problems.tasks import Milestone, Move, Place, check_at_least
+from problems.sequential import JointTorques, Polish, can_be_polished
+from problems.tasks import Milestone, Move, Place, Surroundings, check_at_least
 from problems.timing import least_durations
 
 MOST_BRANCHES = 16
+TORQUE_LOOKS = 100  # times of a motion, at least
+MOST_CLIMBS = 2  # postures of a branch that are tried
 
 
 def branched(task: Move) -> tuple[Move, ...]:
@@ -359,7 +363,40 @@ class MoveProblem(SplineProblem):
         """Where nothing but time counts; of a pose the postures around the branch's, the soonest first."""
         if self.is_polished and not self.branches:
             goals, _ = self._goals
-            yield from at_the_bound(self.robot, self.obstacles, branch_posture(self.robot, self.task.start), goals, rng)
+            around, start = Surroundings(self.robot, self.obstacles), branch_posture(self.robot, self.task.start)
+            yield from filter(self._held, at_the_bound(around, start, goals, rng))
+
+    def _held(self, trajectory: Trajectory) -> bool:
+        """Whether motors give what a motion needs, at times at which it is extreme."""
+        if self._torques is None:
+            return True
+        times = trajectory.times(TORQUE_LOOKS)
+        state = np.concatenate([trajectory.at(times, order) for order in range(3)], axis=1)
+        return self._torques.time_scale(state) <= 1.0
+
+    def climbed(self, seed: int, to_beat: float, running_out: Callable[[], bool]) -> Iterator[Trajectory]:
+        """Fast motions to the postures at the goal that can be reached soonest, each faster than those before.
+
+        Args:
+            seed: of the ways that are tried.
+            to_beat: duration of a motion that is known, s.
+            running_out: whether there is no time left.
+        """
+        world = World.of(self.robot, self.obstacles) if self.is_polished and not self.branches else None
+        if world is None:
+            return
+        start, (goals, bounds) = branch_posture(self.robot, self.task.start), self._goals
+        clear = np.flatnonzero(world.clear(goals))[:MOST_CLIMBS]
+        for goal, bound in zip(goals[clear], bounds[clear], strict=True):
+            if bound >= to_beat or running_out():
+                break
+            limits = self.robot.limits
+            motions = Deviations(start, goal, limits, gentler=gentler(start, goal, limits, self._torques))
+            climb = Climb(world, motions, joint_box(self.robot, start, goal), self._torques, running_out)
+            found = climb(seed, to_beat)
+            if found is not None:
+                yield found
+                to_beat = found.duration
 
     @property
     def least_bound(self) -> float:
@@ -373,6 +410,11 @@ class MoveProblem(SplineProblem):
         durations = least_durations(found - start, self.robot.limits).max(axis=1)
         soonest = np.argsort(durations, kind="stable")
         return found[soonest], durations[soonest]
+
+    @property
+    def _torques(self) -> JointTorques | None:
+        limit = next((limit for limit in self.limits if isinstance(limit, TorqueLimit)), None)
+        return None if limit is None else JointTorques.of(limit)
 
     @cached_property
     def _polish(self) -> Polish:

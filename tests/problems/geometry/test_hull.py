@@ -64,7 +64,7 @@ def test_a_hull_of_too_many_corners() -> None:
 
 def test_faces_of_triangles_in_one_plane_are_one() -> None:
     hull = Hull.of(CUBE)
-    assert (len(hull.normals), len(hull.triangles), len(hull._edges[0])) == (6, 12, 12)
+    assert (len(hull.normals), len(hull.triangles), len(hull.edges[0])) == (6, 12, 12)
 
 
 @pytest.mark.parametrize("most", [8, 24, 100])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -57,11 +58,16 @@ def test_a_solver_that_is_named_searches() -> None:
     assert plan.search is not None and plan.search.evaluations == 200
 
 
-def test_it_searches_where_no_bound_is_reached() -> None:
+def test_ways_around_are_polished_where_no_bound_is_reached(tmp_path: Path) -> None:
     wall = {"shape": "box", "center": [0.45, 0.25, 0.55], "size": [0.5, 0.02, 0.7]}
-    plan = tp.plan("panda", **ENDS, obstacles=[wall], evaluations=300)
-    assert plan.search is not None and plan.search.evaluations == 300
+    plan = tp.plan("panda", **ENDS, obstacles=[wall])
+    assert plan.certified and plan.search is not None
+    assert (plan.search.evaluations, plan.search.stop_reason) == (0, "converged")
     assert plan.motion.trajectory.duration > bound(plan)
+    plan.save(tmp_path / "run")
+    assert tp.audit(tmp_path / "run").certified
+    again = tp.plan("panda", **ENDS, obstacles=[wall])
+    np.testing.assert_array_equal(again.motion.trajectory.coefficients, plan.motion.trajectory.coefficients)
 
 
 def test_other_objectives_have_no_such_bound() -> None:

@@ -1,0 +1,195 @@
+// What Python calls: arrays in, arrays out.
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "connect.hpp"
+#include "proof.hpp"
+#include "rooms.hpp"
+
+namespace core {
+namespace {
+
+// Numbers of a description, one after the other.
+struct Reader {
+    const long long* counts;
+    const double* numbers;
+    int count() { return (int)*counts++; }
+    void fill(double* to, int size) {
+        std::copy(numbers, numbers + size, to);
+        numbers += size;
+    }
+    std::vector<double> list(int size) {
+        std::vector<double> found(numbers, numbers + size);
+        numbers += size;
+        return found;
+    }
+};
+
+void multiply(const double* a, const double* b, double* product) {
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            product[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
+}
+
+// A rotation by an angle about a unit axis k is 1 + sin [k] + (1 - cos) [k]^2.
+Joint joint_of(Reader& reader) {
+    Joint joint{};
+    double rotation[9], square[9];
+    joint.turns = reader.count() != 0;
+    reader.fill(rotation, 9);
+    reader.fill(joint.translation, 3);
+    reader.fill(joint.axis, 3);
+    const double *k = joint.axis, crossed[9] = {0.0, -k[2], k[1], k[2], 0.0, -k[0], -k[1], k[0], 0.0};
+    multiply(crossed, crossed, square);
+    multiply(rotation, crossed, joint.by_sine);
+    multiply(rotation, square, joint.by_cosine);
+    for (int i = 0; i < 9; ++i) {
+        joint.at[i] = rotation[i] + (joint.turns ? joint.by_cosine[i] : 0.0);
+        joint.by_cosine[i] = -joint.by_cosine[i];
+    }
+    for (int i = 0; i < 3; ++i)
+        joint.way[i] = rotation[3 * i] * k[0] + rotation[3 * i + 1] * k[1] + rotation[3 * i + 2] * k[2];
+    return joint;
+}
+
+Solid solid_of(Reader& reader) {
+    Solid solid{};
+    solid.shape = (Shape)reader.count();
+    const int planes = reader.count(), faces = reader.count(), edges = reader.count();
+    reader.fill(solid.axes, 9);
+    reader.fill(solid.center, 3);
+    reader.fill(solid.sizes, 3);
+    solid.planes = reader.list(4 * planes);
+    solid.faces = reader.list(4 * faces);
+    solid.edges = reader.list(6 * edges);
+    return solid;
+}
+
+World world_of(Reader reader) {
+    World world;
+    world.dof = reader.count();
+    const int nodes = reader.count(), watched = reader.count(), groups = reader.count(), pairs = reader.count(),
+              solids = reader.count();
+    reader.fill(world.base_rotation, 9);
+    reader.fill(world.base_translation, 3);
+    reader.fill(world.margins, 2);
+    reader.fill(&world.rounding, 1);
+    for (int k = 0; k < world.dof; ++k) world.joints.push_back(joint_of(reader));
+    for (int k = 0; k < nodes; ++k) {
+        Node node{};
+        node.body = reader.count(), node.first = reader.count(), node.count = reader.count();
+        reader.fill(node.center, 3);
+        reader.fill(&node.radius, 1);
+        world.nodes.push_back(node);
+    }
+    const auto pair = [&reader] {
+        const int one = reader.count();
+        return Pair{one, reader.count()};
+    };
+    for (int k = 0; k < watched; ++k) world.watched.push_back(pair());
+    for (int k = 0; k < groups; ++k) {
+        const Pair own = pair(), range = pair();
+        world.groups.push_back({own.one, own.two, range.one, range.two});
+    }
+    for (int k = 0; k < pairs; ++k) world.pairs.push_back(pair());
+    for (int k = 0; k < solids; ++k) world.solids.push_back(solid_of(reader));
+    return world;
+}
+
+// Postures (rows, k) from a row on, the last again where there are no more; how many there are.
+int gathered(const double* theta, int rows, int row, int k, std::vector<Lanes>& lanes) {
+    lanes.resize(k);
+    for (int lane = 0; lane < LANES; ++lane)
+        for (int j = 0; j < k; ++j) lanes[j][lane] = theta[(size_t)std::min(row + lane, rows - 1) * k + j];
+    return std::min(LANES, rows - row);
+}
+
+}  // namespace
+}  // namespace core
+
+using namespace core;
+
+extern "C" {
+
+// Of the sources of which this was made.
+const char* core_digest() {
+#if defined(CORE_DIGEST)
+    return CORE_DIGEST;
+#else
+    return "";
+#endif
+}
+
+// The best variant that this processor runs: 2 with AVX-512, 1 with AVX2, else 0.
+int core_variant() {
+#if defined(__x86_64__)
+    __builtin_cpu_init();
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) return 2;
+    if (__builtin_cpu_supports("avx2")) return 1;
+#endif
+    return 0;
+}
+
+World* core_world(const long long* counts, const double* numbers) { return new World(world_of({counts, numbers})); }
+
+void core_forget(World* world) { delete world; }
+
+// The room of postures (rows, k), at most what `found` (rows,) holds at first.
+void core_rooms(const World* world, unsigned which, int first_hit, int rows, const double* theta, double* found) {
+    Rooms rooms(*world);
+    std::vector<Lanes> lanes;
+    for (int row = 0; row < rows; row += LANES) {
+        const int count = gathered(theta, rows, row, world->dof, lanes);
+        Lanes most;
+        for (int lane = 0; lane < LANES; ++lane) most[lane] = found[row + std::min(lane, count - 1)];
+        rooms.eight.place(lanes.data());
+        const Lanes least = rooms.least_of(most, which, first_hit != 0);
+        for (int lane = 0; lane < count; ++lane) found[row + lane] = least[lane];
+    }
+}
+
+// What has less room than is given in postures (rows, k): how much there is, of which at most `capacity` is written:
+// number of the posture and kind (0 from solids, 1 from each other), (n, 2); room and gradient (n, 1 + k).
+int core_nearest(const World* world, unsigned which, double given, int rows, const double* theta, int capacity,
+                 int* places, double* values) {
+    Nearest nearest(*world);
+    std::vector<Lanes> lanes;
+    const int k = world->dof;
+    int told = 0;
+    for (int row = 0; row < rows; row += LANES) {
+        const int count = gathered(theta, rows, row, k, lanes);
+        nearest.eight.place(lanes.data());
+        nearest.below(given, which, count, [&](int lane, int kind, double room, const double* gradient) {
+            if (told < capacity) {
+                places[2 * told] = row + lane;
+                places[2 * told + 1] = kind;
+                values[(size_t)told * (1 + k)] = room;
+                std::copy(gradient, gradient + k, values + (size_t)told * (1 + k) + 1);
+            }
+            ++told;
+        });
+    }
+    return told;
+}
+
+// Room of a motion for all t; values: proven, smallest, time of that; places: node, solid or node, kind.
+int core_prove(const World* world, unsigned which, double gap, int cells, long long most, int pieces, int order,
+               const double* breaks, const double* coefficients, double* values, int* places) {
+    const Proof proof = Prover(*world, {pieces, order, breaks, coefficients})(which, gap, cells, most);
+    values[0] = proof.proven, values[1] = proof.smallest, values[2] = proof.time;
+    places[0] = proof.where.one, places[1] = proof.where.two, places[2] = kind(proof.where);
+    return proof.status;
+}
+
+// A way of at most `capacity` postures (m, k) from start to goal: how many there are, 0 where none was found.
+int core_connect(const World* world, const double* start, const double* goal, const double* lower, const double* upper,
+                 double step, double given, double reach, int most, int shortcuts, unsigned long long seed,
+                 int capacity, double* path) {
+    const Search search{lower, upper, step, given, reach, most, shortcuts};
+    const std::vector<double> found = Connect(*world, search, seed)(start, goal);
+    const int count = (int)found.size() / world->dof;
+    std::copy(found.begin(), found.begin() + (size_t)std::min(count, capacity) * world->dof, path);
+    return count;
+}
+}

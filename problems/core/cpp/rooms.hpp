@@ -1,0 +1,188 @@
+// How much room postures have: the least distance from anything that has to be kept, less what has to be kept.
+#pragma once
+#include <algorithm>
+#include <vector>
+
+#include "world.hpp"
+
+namespace core {
+
+class Rooms {
+public:
+    explicit Rooms(const World& world) : eight(world), world_(world) {}
+
+    // The least room of the postures that are placed, where that is less than what is given; where only that matters,
+    // nothing more is looked at once it is known of every lane.
+    Lanes least_of(Lanes found, unsigned which, bool first_hit = false) {
+        const Lanes given = found;
+        stack_.clear();
+        roots(world_, which, [this](const Item& item) { stack_.push_back(item); });
+        while (!stack_.empty()) {
+            const Item item = stack_.back();
+            stack_.pop_back();
+            const Lanes here = room(eight, item, found);
+            if (!bits(~(here >= found))) continue;
+            if (opening(world_, item) > 0.0) {
+                open(world_, item, [this](const Item& part) { stack_.push_back(part); });
+                continue;
+            }
+            found = here >= found ? found : here;
+            if (first_hit && bits(~(found >= given)) == EVERY_LANE) break;
+        }
+        return found;
+    }
+
+    // Whether all postures between two, the first of them excluded, have more room than is given.
+    bool clear_between(const double* from, const double* to, double step, double given, unsigned which) {
+        const int k = world_.dof;
+        double way = 0.0;
+        for (int j = 0; j < k; ++j) way = std::max(way, std::fabs(to[j] - from[j]));
+        const int count = std::max(1, (int)std::ceil(way / step)), batches = (count + LANES - 1) / LANES;
+        theta_.resize(k);
+        for (int batch = 0; batch < batches; ++batch) {  // postures far apart at once: contact is found early
+            for (int lane = 0; lane < LANES; ++lane) {
+                const double share = (double)std::min(count, batch + 1 + lane * batches) / count;
+                for (int j = 0; j < k; ++j) theta_[j][lane] = from[j] + share * (to[j] - from[j]);
+            }
+            eight.place(theta_.data());
+            if (any_below(given, which)) return false;
+        }
+        return true;
+    }
+
+    Eight eight;
+
+private:
+    bool any_below(double given, unsigned which) {
+        stack_.clear();
+        roots(world_, which, [this](const Item& item) { stack_.push_back(item); });
+        while (!stack_.empty()) {
+            const Item item = stack_.back();
+            stack_.pop_back();
+            if (!bits(~(room(eight, item, all(given)) >= given))) continue;  // what is no number is not clear
+            if (opening(world_, item) == 0.0) return true;
+            open(world_, item, [this](const Item& part) { stack_.push_back(part); });
+        }
+        return false;
+    }
+
+    const World& world_;
+    std::vector<Item> stack_;
+    std::vector<Lanes> theta_;
+};
+
+// Of each link and each solid, and of each two links, the two balls that come nearest.
+class Nearest {
+public:
+    explicit Nearest(const World& world) : eight(world), world_(world), gradient_(world.dof) {}
+
+    // Tell what of the eight postures that are placed has less room than is given; the first so many count.
+    template <class Tell>
+    void below(double given, unsigned which, int lanes, Tell tell) {
+        tops_.clear();
+        roots(world_, which, [this](const Item& item) { tops_.push_back(item); });
+        for (const Item& top : tops_) {
+            found_.fill(all(given));
+            look(top);
+            for (int lane = 0; lane < lanes; ++lane)
+                for (int rank = 0; rank < 2; ++rank)
+                    if (found_.values[rank][lane] < given) {
+                        slopes(found_.items[rank][lane], lane);
+                        tell(lane, kind(top), found_.values[rank][lane], gradient_.data());
+                    }
+        }
+    }
+
+    Eight eight;
+
+private:
+    struct Ranking {
+        Lanes values[2];
+        Item items[2][LANES];
+        void fill(Lanes value) { values[0] = values[1] = value; }
+    };
+
+    void look(const Item& top) {
+        stack_.assign(1, top);
+        while (!stack_.empty()) {
+            const Item item = stack_.back();
+            stack_.pop_back();
+            const Lanes here = room(eight, item, found_.values[1]);
+            const unsigned nearer = bits(here < found_.values[1]);
+            if (!nearer) continue;
+            if (opening(world_, item) > 0.0) {
+                open(world_, item, [this](const Item& part) { stack_.push_back(part); });
+                continue;
+            }
+            for (int lane = 0; lane < LANES; ++lane)
+                if (nearer >> lane & 1u) rank(item, here[lane], lane);
+        }
+    }
+
+    void rank(const Item& item, double value, int lane) {
+        const int place = value < found_.values[0][lane] ? 0 : 1;
+        if (place == 0) {
+            found_.values[1][lane] = found_.values[0][lane];
+            found_.items[1][lane] = found_.items[0][lane];
+        }
+        found_.values[place][lane] = value;
+        found_.items[place][lane] = item;
+    }
+
+    // Along the way out of what is nearest each joint moves the centre of the ball.
+    void slopes(const Item& item, int lane) {
+        const int body = world_.nodes[item.one].body;
+        const Point& centers = eight.center(item.one);
+        const double p[3] = {centers.x[lane], centers.y[lane], centers.z[lane]};
+        double out[3];
+        int fixed = 0;
+        if (item.group < 0) {
+            way_out(world_.solids[item.two], p, out);
+        } else {
+            const Point apart = eight.center(item.one) - eight.center(item.two);
+            const double d[3] = {apart.x[lane], apart.y[lane], apart.z[lane]};
+            const double norm = std::max(std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), 1e-12);
+            for (int i = 0; i < 3; ++i) out[i] = d[i] / norm;
+            fixed = world_.nodes[item.two].body;
+        }
+        std::fill(gradient_.begin(), gradient_.end(), 0.0);
+        for (int joint = fixed + 1; joint <= body; ++joint) {
+            const Frame& frame = eight.frames[joint];
+            const double* axis = world_.joints[joint - 1].axis;
+            double a[3];
+            for (int i = 0; i < 3; ++i)
+                a[i] = frame.rotation[3 * i][lane] * axis[0] + frame.rotation[3 * i + 1][lane] * axis[1] +
+                       frame.rotation[3 * i + 2][lane] * axis[2];
+            if (!world_.joints[joint - 1].turns) {
+                gradient_[joint - 1] = a[0] * out[0] + a[1] * out[1] + a[2] * out[2];
+                continue;
+            }
+            const double d[3] = {p[0] - frame.origin.x[lane], p[1] - frame.origin.y[lane], p[2] - frame.origin.z[lane]};
+            gradient_[joint - 1] = (a[1] * d[2] - a[2] * d[1]) * out[0] + (a[2] * d[0] - a[0] * d[2]) * out[1] +
+                                   (a[0] * d[1] - a[1] * d[0]) * out[2];
+        }
+    }
+
+    // The unit vector along which the distance grows fastest, by differences: six points at once.
+    static void way_out(const Solid& solid, const double* p, double* out) {
+        const double step = 1e-6;  // m
+        Point around = {all(p[0]), all(p[1]), all(p[2])};
+        around.x[0] += step, around.x[1] -= step, around.y[2] += step;
+        around.y[3] -= step, around.z[4] += step, around.z[5] -= step;
+        const Lanes there = distance(solid, around, all(HUGE_VAL));
+        double square = 0.0;
+        for (int i = 0; i < 3; ++i) {
+            out[i] = there[2 * i] - there[2 * i + 1];
+            square += out[i] * out[i];
+        }
+        const double norm = std::max(std::sqrt(square), 1e-12);
+        for (int i = 0; i < 3; ++i) out[i] /= norm;
+    }
+
+    const World& world_;
+    Ranking found_;
+    std::vector<Item> tops_, stack_;
+    std::vector<double> gradient_;
+};
+
+}  // namespace core

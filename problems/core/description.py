@@ -1,0 +1,206 @@
+"""What the compiled core is told of a robot and of obstacles: counts and numbers, in the order in which it reads them.
+
+Of rounding: with u = 2^-53, entries of a joint's rotation are within 16 u, and so are products of rotations for each
+factor; a point of the n-th body is within 16 (n + 2) u times the lengths up to it, and so are distances with a few u
+more. ``ROUNDING`` (n + 4) u times the largest coordinates there are is more than all of that together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from problems.base import FloatArray
+from problems.geometry import Balls, BallTree
+from problems.robots import SpatialArm
+from problems.scene import Obstacle, PlainSolid, Solid
+
+ROUNDING = 128.0 * 2.0**-53
+
+
+@dataclass(frozen=True, eq=False)
+class LinkTree:
+    """Balls of a link.
+
+    Attributes:
+        name: of the link.
+        body: that carries it, 0 for the base.
+        moves: whether a joint moves any of them.
+        tree: of the balls.
+    """
+
+    name: str
+    body: int
+    moves: bool
+    tree: BallTree
+
+
+@dataclass(frozen=True, eq=False)
+class RobotNumbers:
+    """The robot's part.
+
+    Attributes:
+        counts: of joints and nodes.
+        joints: numbers of joints.
+        nodes: numbers of nodes.
+        names: of the link of each node.
+        roots: links, the number of the first node of each, and whether a joint moves it.
+        groups: that must keep apart: two nodes, and from where to where pairs of their balls are meant, (g, 4).
+        pairs: of balls, (p, 2).
+        farthest: no ball is farther from the base, m.
+    """
+
+    counts: list[int]
+    joints: list[float]
+    nodes: list[float]
+    names: tuple[str, ...]
+    roots: tuple[tuple[str, int, bool], ...]
+    groups: list[tuple[int, int, int, int]]
+    pairs: list[tuple[int, int]]
+    farthest: float
+
+    @classmethod
+    def of(cls, robot: SpatialArm) -> RobotNumbers:
+        """Of a cover, where there is one, else of the spheres."""
+        links = _covered(robot) if robot.cover is not None else _of_spheres(robot)
+        firsts = np.cumsum([0, *(len(link.tree.count) for link in links)]).tolist()
+        counts: list[int] = [int(joint.turns) for joint in robot.chain.joints]
+        nodes: list[float] = []
+        for link, start in zip(links, firsts, strict=False):
+            tree = link.tree
+            body = np.full(len(tree.count), link.body)
+            counts += np.column_stack([body, tree.first + start, tree.count]).ravel().tolist()
+            nodes += np.column_stack([tree.nodes.centers, tree.nodes.radii]).ravel().tolist()
+        joints = [
+            part
+            for joint in robot.chain.joints
+            for part in (*(entry for row in joint.rotation for entry in row), *joint.translation, *joint.axis)
+        ]
+        groups, pairs = _own_pairs(robot, links, firsts)
+        farthest = float(robot.chain.offsets.sum()) + max(
+            (float(np.linalg.norm(link.tree.nodes.centers[0])) + float(link.tree.nodes.radii[0]) for link in links),
+            default=0.0,
+        )
+        return cls(
+            counts=counts,
+            joints=[float(part) for part in joints],
+            nodes=nodes,
+            names=tuple(link.name for link in links for _ in link.tree.count),
+            roots=tuple((link.name, start, link.moves) for link, start in zip(links, firsts, strict=False)),
+            groups=groups,
+            pairs=pairs,
+            farthest=farthest,
+        )
+
+
+def _covered(robot: SpatialArm) -> list[LinkTree]:
+    assert robot.cover is not None
+    return [LinkTree(link.name, link.body, link.body > 0, link.tree) for link in robot.cover.links]
+
+
+def _of_spheres(robot: SpatialArm) -> list[LinkTree]:
+    """Spheres of one name on one body together, those that no joint moves apart from the others."""
+    groups: dict[tuple[str, int, bool], list[int]] = {}
+    for number, sphere in enumerate(robot.spheres):
+        moves = bool(robot.levers[number].any())
+        groups.setdefault((sphere.name, sphere.link, moves), []).append(number)
+    found = []
+    for (name, body, moves), numbers in groups.items():
+        centers = np.array([robot.spheres[number].center for number in numbers], dtype=float)
+        radii = np.array([robot.spheres[number].radius for number in numbers], dtype=float)
+        found.append(LinkTree(name, body, moves, BallTree.of(Balls(centers, radii))))
+    return found
+
+
+def _own_pairs(
+    robot: SpatialArm, links: Sequence[LinkTree], firsts: Sequence[int]
+) -> tuple[list[tuple[int, int, int, int]], list[tuple[int, int]]]:
+    """Groups and pairs of what must keep apart, what more joints move first."""
+    if not robot.self_collision:
+        return [], []
+    if robot.cover is not None:
+        ordered = (sorted(pair, key=lambda number: links[number].body) for pair in robot.cover.pairs)
+        return [(firsts[two], firsts[one], 0, 0) for one, two in ordered], []
+    places = _places(robot, links, firsts)
+    together: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    for one, two in ((robot.number_of(a), robot.number_of(b)) for a, b in robot.proven_own_pairs):
+        (first, ball), (second, other) = places[two], places[one]
+        together.setdefault((first, second), []).append((ball, other))
+    groups: list[tuple[int, int, int, int]] = []
+    pairs: list[tuple[int, int]] = []
+    for (one, two), own in together.items():
+        if len(own) == 1:
+            groups.append((*own[0], 0, 0))
+        elif len(own) == len(links[one].tree.leaves) * len(links[two].tree.leaves):
+            groups.append((firsts[one], firsts[two], 0, 0))
+        else:
+            groups.append((firsts[one], firsts[two], len(pairs), len(pairs) + len(own)))
+            pairs += own
+    return groups, pairs
+
+
+def _places(robot: SpatialArm, links: Sequence[LinkTree], firsts: Sequence[int]) -> list[tuple[int, int]]:
+    """Of each sphere the number of its link among the trees, and of its node."""
+    known: dict[tuple[str, int, float, float, float, float], tuple[int, int]] = {}
+    for number, (link, start) in enumerate(zip(links, firsts, strict=False)):
+        balls = link.tree.nodes
+        for leaf in link.tree.leaves.tolist():
+            x, y, z = balls.centers[leaf].tolist()
+            known[link.name, link.body, x, y, z, float(balls.radii[leaf])] = number, start + leaf
+    found = []
+    for sphere in robot.spheres:
+        x, y, z = map(float, sphere.center)
+        found.append(known[sphere.name, sphere.link, x, y, z, float(sphere.radius)])
+    return found
+
+
+def obstacle_numbers(obstacle: Obstacle) -> PlainSolid | None:
+    """The obstacle in numbers, where the core knows its shape."""
+    return obstacle.plain if isinstance(obstacle, Solid) else None
+
+
+def described(
+    robot: SpatialArm, own: RobotNumbers, obstacles: Sequence[Obstacle]
+) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], FloatArray]:
+    """Counts and numbers of the whole description."""
+    watched = [
+        (root, number)
+        for name, root, moves in own.roots
+        for number, obstacle in enumerate(obstacles)
+        if moves and not robot.may_meet(name, obstacle.unmoved.name)
+    ]
+    solids = [(obstacle, plain) for obstacle in obstacles if (plain := obstacle_numbers(obstacle)) is not None]
+    counts = [robot.dof, len(own.names), len(watched), len(own.groups), len(own.pairs), len(solids)]
+    counts += own.counts
+    counts += [part for rows in (watched, own.groups, own.pairs) for row in rows for part in row]
+    numbers: list[float] = [float(part) for row in robot.base_frame.rotation for part in row]
+    numbers += [*robot.base, *margins_of(robot), _rounding(robot, own, obstacles), *own.joints, *own.nodes]
+    for obstacle, plain in solids:
+        counts += [int(plain.shape), len(plain.planes), len(plain.faces), len(plain.edges)]
+        numbers += _of_solid(obstacle, plain)
+    return np.array(counts, dtype=np.int64), np.array(numbers, dtype=np.float64)
+
+
+def _of_solid(obstacle: Obstacle, plain: PlainSolid) -> Iterable[float]:
+    assert isinstance(obstacle, Solid)
+    sizes = (*plain.sizes, 0.0, 0.0, 0.0)[:3]
+    tables = (plain.planes, plain.faces, plain.edges)
+    return [
+        *obstacle.axes.ravel().tolist(),
+        *map(float, obstacle.center),
+        *map(float, sizes),
+        *(number for table in tables for number in table.ravel().tolist()),
+    ]
+
+
+def margins_of(robot: SpatialArm) -> tuple[float, float]:
+    """What is kept from obstacles, and from each other, m."""
+    return robot.margin, robot.self_margin if robot.is_covered else robot.margin
+
+
+def _rounding(robot: SpatialArm, own: RobotNumbers, obstacles: Sequence[Obstacle]) -> float:
+    around = max((float(np.abs(obstacle.bounding_box()).max()) for obstacle in obstacles), default=0.0)
+    size = own.farthest + float(np.linalg.norm(robot.base)) + around
+    return ROUNDING * (robot.dof + 4) * size

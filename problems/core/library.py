@@ -1,0 +1,135 @@
+"""The compiled core as a library: one that came with the package, one made of its sources, or none.
+
+With the package come libraries for several instruction sets; each computes the same numbers. Where there is none, as in
+a source tree, a compiler makes one once and it is kept in the cache. Where there is no compiler either, callers have
+slower ways of their own.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import logging
+import os
+import re
+import time
+from contextlib import suppress
+from functools import cache as once
+from hashlib import sha256
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+
+from problems.base import cache
+from problems.evaluation import Compiler, NativeUnavailable, usable_compiler
+
+LOG = logging.getLogger(__name__)
+SOURCES = Path(__file__).parent / "cpp"
+FILES = ("core.cpp", "program.cpp")
+FLAGS = (
+    "-O2",
+    "-std=c++17",
+    "-ffp-contract=off",  # the same bits with and without fused multiply-adds
+    "-fno-math-errno",
+    "-Wno-psabi",
+    "-shared",
+    "-fPIC",
+)
+VARIANTS = ("_avx512", "_avx2", "_portable")  # the best first; each a module's name
+SWITCH = "TPBSO_CASADI_CORE"  # environment variable: "off" for none
+POINTER, COUNT, NUMBER, LONG = ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_longlong
+SIGNATURES = {
+    "core_variant": (COUNT, ()),
+    "core_digest": (ctypes.c_char_p, ()),
+    "core_world": (POINTER, (POINTER, POINTER)),
+    "core_forget": (None, (POINTER,)),
+    "core_rooms": (None, (POINTER, COUNT, COUNT, COUNT, POINTER, POINTER)),
+    "core_nearest": (COUNT, (POINTER, COUNT, NUMBER, COUNT, POINTER, COUNT, POINTER, POINTER)),
+    "core_prove": (COUNT, (POINTER, COUNT, NUMBER, COUNT, LONG, COUNT, COUNT, POINTER, POINTER, POINTER, POINTER)),
+    "core_connect": (
+        COUNT,
+        (*(POINTER,) * 5, NUMBER, NUMBER, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, COUNT, POINTER),
+    ),
+    "core_program": (COUNT, (*(COUNT,) * 3, *(POINTER,) * 5, COUNT, *(POINTER,) * 7, NUMBER, NUMBER, *(POINTER,) * 2)),
+}
+
+
+@once
+def core_library() -> ctypes.CDLL | None:
+    """The compiled core; None where there is none, or it is switched off."""
+    if os.environ.get(SWITCH, "").lower() == "off":
+        return None
+    for path in _packaged():
+        found = _loaded(path)
+        if found is not None:
+            return found
+    return _made()
+
+
+def _packaged() -> list[Path]:
+    """Libraries that came with the package and run on this processor, the best first."""
+    specs = [find_spec(f"{__package__}.{name}") for name in VARIANTS]
+    paths = [None if spec is None or spec.origin is None else Path(spec.origin) for spec in specs]
+    if paths[-1] is None:
+        return []
+    portable = _loaded(paths[-1])
+    if portable is None or portable.core_digest().decode() != digest():  # the sources have changed since
+        return []
+    best = int(portable.core_variant())
+    return [path for number, path in zip((2, 1, 0), paths, strict=True) if path is not None and number <= best]
+
+
+def _loaded(path: Path) -> ctypes.CDLL | None:
+    try:
+        library = ctypes.CDLL(str(path))
+        for name, (result, arguments) in SIGNATURES.items():
+            function = getattr(library, name)
+            function.restype, function.argtypes = result, arguments
+    except (OSError, AttributeError) as error:  # of another system, or of another version
+        LOG.debug("core: %s: %s", path.name, error)
+        return None
+    return library
+
+
+def digest() -> str:
+    """Of the sources, as libraries that come with the package say of which they were made."""
+    return sha256(b"".join(path.read_bytes() for path in sorted(SOURCES.iterdir()))).hexdigest()
+
+
+def source() -> str:
+    """All of it in one text."""
+    seen: set[str] = set()
+    return "\n".join(_inlined(name, seen) for name in FILES)
+
+
+def _inlined(name: str, seen: set[str]) -> str:
+    """A file with those of ours that it includes, each once."""
+    if name in seen:
+        return ""
+    seen.add(name)
+    text = (SOURCES / name).read_text(encoding="utf-8").replace("#pragma once\n", "")
+    return re.sub(r'#include "(\w+\.hpp)"\n', lambda match: _inlined(match[1], seen), text)
+
+
+def _made() -> ctypes.CDLL | None:
+    """The library of this source tree for this machine, from the cache or compiled now."""
+    try:
+        compiler, text = usable_compiler(), source()
+        key = cache.key_of(text, " ".join(FLAGS), compiler.target)
+        known = cache.find(key)
+        found = None if known is None else _loaded(known)
+        return _compiled(compiler, text, key) if found is None else found
+    except NativeUnavailable as reason:
+        LOG.info("core: none, everything takes longer: %s", reason)
+        return None
+
+
+def _compiled(compiler: Compiler, text: str, key: str) -> ctypes.CDLL | None:
+    began = time.perf_counter()
+    library = compiler.library(text, (*FLAGS, "-march=native"))
+    LOG.info("core: compiled in %.3f s", time.perf_counter() - began)
+    with suppress(OSError):
+        cache.keep(key, library)
+    with NamedTemporaryFile(prefix=".", dir=cache.scratch()) as file:
+        file.write(library)
+        file.flush()
+        return _loaded(Path(file.name))

@@ -1,0 +1,232 @@
+"""A robot and what it keeps clear of, as the compiled core sees them; what it answers about postures and motions."""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntFlag
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base import FloatArray
+from problems.core.description import RobotNumbers, described, margins_of, obstacle_numbers
+from problems.core.library import core_library
+from problems.motions import Trajectory
+from problems.robots import Robot, SpatialArm
+from problems.scene import Obstacle
+
+MOST_ITEMS = 200_000_000  # that a proof looks at
+LEAST_CELLS = 48  # of time, at the beginning of a proof
+EDGE_STEP = 0.05  # rad, of the joint that turns most between two postures that are looked at
+REACH = 1.0  # rad, longest edge of a tree
+EXTENSIONS = 20_000
+SHORTCUTS = 60
+MOST_STOPS = 1_000  # postures of a way
+KEPT = 16  # robots, and worlds
+
+
+class Kept(IntFlag):
+    """What has to keep a distance."""
+
+    FROM_OBSTACLES = 1
+    FROM_EACH_OTHER = 2
+    ALL = 3
+
+
+@dataclass(frozen=True)
+class Where:
+    """What comes nearest to what.
+
+    Attributes:
+        links: names: of the one that an obstacle comes near, or of both, that nearer the base first.
+        obstacle: number, from 0 on; None where it is a link.
+    """
+
+    links: tuple[str, ...]
+    obstacle: int | None
+
+
+@dataclass(frozen=True)
+class Proof:
+    """Room of a motion for all t.
+
+    Attributes:
+        status: whether it is proven; None where that is not known.
+        proven: room at all times, m; -inf where none is proven.
+        smallest: room that was seen, m; infinite where nothing was looked at.
+        time: of that, s.
+        where: of that; None where nothing was.
+    """
+
+    status: bool | None
+    proven: float
+    smallest: float
+    time: float
+    where: Where | None
+
+
+@dataclass(frozen=True, eq=False)
+class Nearby:
+    """What comes near in postures.
+
+    Attributes:
+        samples: numbers of the postures, (m,).
+        own: whether it is another link, (m,).
+        rooms: how much more is kept than must be, (m,), m.
+        gradients: how that changes with the joints, (m, dof), m/rad.
+    """
+
+    samples: NDArray[np.int32]
+    own: NDArray[np.bool_]
+    rooms: FloatArray
+    gradients: FloatArray
+
+
+class World:
+    """A robot among obstacles that stand still, in the compiled core.
+
+    Args:
+        robot: with its margins; where it has a cover, that is what counts, else its spheres.
+        obstacles: around it, each of a shape that the core knows.
+
+    Attributes:
+        dof: the number of joints.
+        margins: what is kept from obstacles, and from each other, m.
+    """
+
+    def __init__(self, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> None:
+        library = core_library()
+        assert library is not None
+        self._library, self._arm, self._obstacles = library, robot, tuple(obstacles)
+        self._robot = known_robot(robot)
+        counts, numbers = described(robot, self._robot, obstacles)
+        self._world = ctypes.c_void_p(library.core_world(counts.ctypes.data, numbers.ctypes.data))
+        weakref.finalize(self, library.core_forget, self._world)
+        self.dof = robot.dof
+        self.margins = margins_of(robot)
+
+    @classmethod
+    def of(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> World | None:
+        """The world, where the core is there and knows the robot and all shapes; the same object for the same world."""
+        return _known_world(robot, tuple(obstacles)) if isinstance(robot, SpatialArm) else None
+
+    def rooms(self, theta: FloatArray, most: float = np.inf, which: Kept = Kept.ALL) -> FloatArray:
+        """How much more than they must postures (n, dof), rad, keep of everything, no more than asked for, (n,), m."""
+        theta = np.ascontiguousarray(theta, dtype=np.float64)
+        found = np.full(len(theta), most)
+        self._library.core_rooms(self._world, which, 0, len(theta), theta.ctypes.data, found.ctypes.data)
+        return found
+
+    def clear(self, theta: FloatArray, spare: float = 0.0) -> NDArray[np.bool_]:
+        """Which postures (n, dof), rad, keep what they must and so much more, m: (n,)."""
+        theta = np.ascontiguousarray(theta, dtype=np.float64)
+        found = np.full(len(theta), spare)
+        self._library.core_rooms(self._world, Kept.ALL, 1, len(theta), theta.ctypes.data, found.ctypes.data)
+        return np.asarray(found >= spare)
+
+    def nearby(self, theta: FloatArray, below: float) -> Nearby:
+        """What keeps less than so much more than it must in postures (n, dof), rad.
+
+        Of each link and each obstacle, and of each two links, the two balls that come nearest.
+        """
+        theta, capacity = np.ascontiguousarray(theta, dtype=np.float64), 16 * len(theta)
+        while True:
+            places, values = np.empty((capacity, 2), dtype=np.int32), np.empty((capacity, 1 + self.dof))
+            count = self._library.core_nearest(
+                self._world, Kept.ALL, below, len(theta), theta.ctypes.data, capacity, places.ctypes.data,
+                values.ctypes.data,
+            )  # fmt: skip
+            if count <= capacity:
+                return Nearby(places[:count, 0], places[:count, 1] == 1, values[:count, 0], values[:count, 1:])
+            capacity = count
+
+    def prove(self, trajectory: Trajectory, which: Kept = Kept.ALL, gap: float = 1.0) -> Proof:
+        """Bound the room of a motion for all t.
+
+        Args:
+            trajectory: of the joints.
+            which: what has to keep a distance.
+            gap: by which share of the smallest room the proven one may be smaller; with 1 no more than none is proven.
+        """
+        breaks = np.ascontiguousarray(trajectory.breakpoints, dtype=np.float64)
+        coefficients = np.ascontiguousarray(trajectory.coefficients, dtype=np.float64)
+        values, places = np.empty(3), np.empty(3, dtype=np.int32)
+        order, pieces, _ = coefficients.shape
+        status = self._library.core_prove(
+            self._world, which, gap, LEAST_CELLS, MOST_ITEMS, pieces, order, breaks.ctypes.data,
+            coefficients.ctypes.data, values.ctypes.data, places.ctypes.data,
+        )  # fmt: skip
+        proven, smallest, time = values.tolist()
+        return Proof({1: True, 0: False, -1: None}[status], proven, smallest, time, self._named(*places.tolist()))
+
+    def _named(self, one: int, two: int, kind: int) -> Where | None:
+        if one < 0:
+            return None
+        names = self._robot.names
+        return Where((names[one],), two) if kind == 0 else Where((names[two], names[one]), None)
+
+    def connect(
+        self,
+        start: FloatArray,
+        goal: FloatArray,
+        box: FloatArray,
+        seed: int,
+        spare: float = 0.0,
+        extensions: int = EXTENSIONS,
+    ) -> FloatArray | None:
+        """A way between two postures (dof,), rad, by RRT-Connect and shortcuts; None where none was found.
+
+        Args:
+            start: of the way.
+            goal: its end.
+            box: lower and upper bounds of what is tried, (2, dof), rad.
+            seed: of what is drawn.
+            spare: what is kept where it is looked at on top of what must be, m.
+            extensions: of the trees, at most.
+
+        Returns:
+            (m, dof), rad: where the way bends, start and goal included.
+
+        Raises:
+            ValueError: a number is not finite.
+        """
+        if not all(np.isfinite(part).all() for part in (start, goal, box)):
+            raise ValueError("start, goal, box: a number is not finite")
+        numbers = np.ascontiguousarray(np.stack([start, goal, *box]), dtype=np.float64)
+        path, width = np.empty((MOST_STOPS, self.dof)), 8 * self.dof
+        first = numbers.ctypes.data
+        count = self._library.core_connect(
+            self._world, first, first + width, first + 2 * width, first + 3 * width, EDGE_STEP, spare, REACH,
+            extensions, SHORTCUTS, seed, MOST_STOPS, path.ctypes.data,
+        )  # fmt: skip
+        return path[:count].copy() if 0 < count <= MOST_STOPS else None
+
+    def described(self, where: Where) -> str:
+        """What comes near what, for messages."""
+        other = () if where.obstacle is None else (self._obstacles[where.obstacle].label(where.obstacle + 1),)
+        return ", ".join((*where.links, *other))
+
+    def overhang(self, where: Where) -> float:
+        """How far the balls of a cover stick out of what they hold there, m; 0 of spheres, which are what counts."""
+        return sum(self._overhangs.get(name, 0.0) for name in where.links)
+
+    @cached_property
+    def _overhangs(self) -> dict[str, float]:
+        cover = self._arm.cover
+        return {} if cover is None else {link.name: link.overhang for link in cover.links}
+
+
+@lru_cache(maxsize=KEPT)
+def _known_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World | None:
+    known = all(not obstacle.moves and obstacle_numbers(obstacle) is not None for obstacle in obstacles)
+    return World(robot, obstacles) if known and core_library() is not None else None
+
+
+@lru_cache(maxsize=KEPT)
+def known_robot(robot: SpatialArm) -> RobotNumbers:
+    """The robot's part of a description, made once."""
+    return RobotNumbers.of(robot)

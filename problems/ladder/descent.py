@@ -1,0 +1,284 @@
+"""The polish: from one motion to a faster one that keeps clear, by one linear program after the other.
+
+Each program is linear in the control points and in the duration, around the motion that is known: limits of speed,
+acceleration and jerk are linear in the first already, clearances are to first order, and so are torques. It pays for
+clearance that is missing, so that a motion through an obstacle is a beginning as good as any other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base import FloatArray
+from problems.core import Nearby, World
+from problems.ladder.deviation import AT_REST, Deviations, JointRows, PostureRows
+from problems.ladder.program import LinearProgram, SingleRows, WholeRows, joined
+from problems.sequential import JointTorques
+
+CLEARANCE_PRICE = 30.0  # s/m: what a program pays for clearance that is missing
+FIRST_TRUST, LEAST_TRUST, LARGEST_TRUST = 0.25, 2e-3, 0.4  # rad, how far a control point may move
+FASTER, SLOWER = 0.4, 1.0  # shares of the duration that a program may save or add
+GROWS, SHRINKS = 2.0, 0.35
+GOOD, POOR = 0.6, 0.15  # shares of the promised gain
+PROGRAMS = 25
+LEAST_GAIN, PATIENCE = 3e-4, 2  # of the duration; and how many programs may gain less
+AT_BOUND = 1.0005
+HOPELESS = 1.3  # of a duration that is known, after a few programs
+HOPELESS_AFTER = 5
+CLOSER = 0.35  # m/rad: what is looked at comes no farther than that beyond what is kept, of the trust region
+ENOUGH = 0.5  # of what is to be spare: a motion that keeps so much is clear
+TORQUE_PRICE = 3.0  # s: what a program pays for a torque beyond its limit, of that
+TORQUE_SAMPLES = 2  # in each piece, at which torques are looked at, besides where accelerations are extreme
+NEARLY, LARGE = 0.9, 0.5  # shares of limits of torques: from where on they matter, and where they are then looked at
+FINE = 48  # postures in each piece that are looked at when a motion is made
+NEEDED = 0.25  # of what is to be spare: what less than that is left of between two postures is mended
+MOST_MORE = 24  # postures that are looked at besides, at a time
+INNER = 0.5  # of what the ends leave of joints' ranges, kept in between
+MOST_INNER = 0.01  # rad
+OUT_OF_RANGE = 1e-5  # rad, of a range that is a little smaller than the joint's
+MENDING = 0.5  # of what a step can reach: so much of what a joint is out of its range has to be mended
+RANGE_PRICE = 3.0  # s/rad: what a motion pays that leaves the range
+
+
+@dataclass(frozen=True, eq=False)
+class Reached:
+    """A motion that keeps the limits of its joints.
+
+    Attributes:
+        x: free control points, (free, k), rad.
+        duration: the least that its joints' limits allow, s.
+        near: what comes near in its postures.
+        missing: the sum of the clearances that are missing, m, and of what joints are out of their ranges, as dear.
+        is_clear: whether no posture that is looked at lacks more than a share of what is spare.
+    """
+
+    x: FloatArray
+    duration: float
+    near: Nearby
+    missing: float
+    is_clear: bool
+
+    @property
+    def cost(self) -> float:
+        """What programs minimise, s."""
+        return self.duration + CLEARANCE_PRICE * self.missing
+
+    def better_than(self, other: Reached) -> bool:
+        """Clear, and faster."""
+        return (not self.is_clear, self.cost) < (not other.is_clear, other.cost)
+
+
+@dataclass(frozen=True, eq=False)
+class Polish:
+    """Sequential linear programs.
+
+    Args:
+        motions: among which the best is sought.
+        world: what is around, and the robot.
+        spare: kept of obstacles and of each other on top of what must be, where postures are looked at, m, (2,).
+        u: parameters of these postures, (n,).
+        torques: of the robot; None where they are not limited.
+        running_out: whether there is no time left.
+    """
+
+    motions: Deviations
+    world: World
+    spare: FloatArray
+    u: FloatArray
+    torques: JointTorques | None = None
+    running_out: Callable[[], bool] = lambda: False
+
+    @cached_property
+    def _postures(self) -> PostureRows:
+        return self.motions.postures(self.u)
+
+    @cached_property
+    def _angles(self) -> JointRows:
+        return self.motions.angles(np.setdiff1d(self.u, self.motions.parameters()))
+
+    @cached_property
+    def _moving(self) -> tuple[PostureRows, ...]:
+        """Postures and their derivatives where torques are looked at."""
+        u = np.union1d(self.motions.parameters(TORQUE_SAMPLES), self.motions.switches)
+        return tuple(self.motions.postures(u, order) for order in range(3))
+
+    def __call__(self, x: FloatArray, to_beat: float = np.inf, programs: int = PROGRAMS) -> Reached:
+        """The best that steps from a motion with some free control points (free, k) lead to."""
+        best, trust, idle = self.reached(x, FIRST_TRUST), FIRST_TRUST, 0
+        for number in range(programs):
+            if self._done(best, number, to_beat) or self.running_out():
+                break
+            step = self._program(best, trust).solved()
+            if step is None:
+                trust *= SHRINKS
+                if trust < LEAST_TRUST:
+                    break
+                continue
+            change, saved = step[0], -step[1]
+            other = self.reached(best.x + change, min(GROWS * trust, LARGEST_TRUST))
+            gain, promised = best.cost - other.cost, self._promised(best, change, saved)
+            if gain > 0.0:
+                share = gain / max(promised, gain, 1e-12)
+                idle = idle + 1 if gain < LEAST_GAIN * best.duration else 0
+                trust = min(trust * (GROWS if share > GOOD else SHRINKS if share < POOR else 1.0), LARGEST_TRUST)
+                best = other
+            else:
+                trust *= SHRINKS
+            if idle == PATIENCE or trust < LEAST_TRUST or promised < LEAST_GAIN * best.duration * 0.1:
+                break
+        return best
+
+    def _done(self, best: Reached, number: int, to_beat: float) -> bool:
+        if best.is_clear and best.duration <= AT_BOUND * self.motions.bound:
+            return True
+        return number >= HOPELESS_AFTER and best.cost > HOPELESS * to_beat
+
+    def between(self, x: FloatArray) -> FloatArray:
+        """Where a motion breaks something between the postures that are looked at: parameters (m,), the worst ones."""
+        u, least = self.motions.parameters(FINE), NEEDED * self.spare.min()
+        theta = self.motions.postures(u).values(self.motions.padded(x))
+        found = [_dips(self.world.rooms(theta, least), least)]
+        if self._ranges is not None:
+            low, high = self._ranges
+            left = np.minimum(theta - low, high - theta).min(axis=1)
+            found.append(_dips(left, -OUT_OF_RANGE))
+        return np.unique(u[np.concatenate(found)])
+
+    def looking_at(self, more: FloatArray) -> Polish:
+        """The same that looks at more postures, at parameters (m,)."""
+        return replace(self, u=np.union1d(self.u, more))
+
+    def reached(self, x: FloatArray, trust: float) -> Reached:
+        """The motion of free control points (free, k), and what comes near it in a trust region."""
+        padded = self.motions.padded(x)
+        duration = max(self.motions.time_scale(padded), self.motions.bound)
+        if self.torques is not None:
+            duration *= max(1.0, self.torques.time_scale(self._state(padded, duration)))
+        near = self.world.nearby(self._postures.values(padded), self.spare.max() + CLOSER * trust)
+        lacking, outside = self.spare[near.own.astype(int)] - near.rooms, self._outside(padded)
+        is_clear = outside == 0.0 and bool((lacking <= (1.0 - ENOUGH) * self.spare[near.own.astype(int)]).all())
+        missing = float(np.maximum(lacking, 0.0).sum()) + RANGE_PRICE / CLEARANCE_PRICE * outside
+        return Reached(x, duration, near, missing, is_clear)
+
+    def _outside(self, padded: FloatArray) -> float:
+        """By how much angles are out of the joints' ranges, together, rad."""
+        if self._ranges is None:
+            return 0.0
+        rows, (low, high) = self._angles, self._ranges
+        angles = rows.values(padded)
+        beyond = np.maximum(angles - high[rows.joint], low[rows.joint] - angles)
+        return float(beyond[beyond > OUT_OF_RANGE].sum())
+
+    def _state(self, padded: FloatArray, duration: float) -> FloatArray:
+        """Angles, velocities and accelerations in the postures that are looked at, (n, 3 k)."""
+        return np.concatenate(
+            [part.values(padded) / duration**order for order, part in enumerate(self._moving)], axis=1
+        )
+
+    def _promised(self, around: Reached, change: FloatArray, saved: float) -> float:
+        """What a program promises to save, s, with the clearance that it leaves missing itself."""
+        near = around.near
+        moved = self._postures
+        by_joints = np.einsum(
+            "ma,mak->mk", moved.weights[near.samples],
+            self.motions.padded(change)[moved.first[near.samples][:, None] + np.arange(4)],
+        )  # fmt: skip
+        left = self.spare[near.own.astype(int)] - near.rooms - np.einsum("mk,mk->m", near.gradients, by_joints)
+        return saved + CLEARANCE_PRICE * (around.missing - float(np.maximum(left, 0.0).sum()))
+
+    def _program(self, around: Reached, trust: float) -> LinearProgram:
+        motions, faster, slower = self.motions, FASTER * around.duration, SLOWER * around.duration
+        padded = motions.padded(around.x)
+        parts = [
+            self._limit(rows, bound, padded, around.duration, trust, faster)
+            for rows, bound in zip(motions.limited, motions.limits.by_order, strict=True)
+        ]
+        parts += self._range(padded, trust)
+        box = np.full(around.x.shape, trust)
+        least = max(-faster, motions.bound - around.duration - 1e-12)
+        whole = [self._clearances(around, trust), *self._torques(padded, around.duration)]
+        return LinearProgram(joined(parts), joined(whole), -box, box, (least, slower))
+
+    def _limit(
+        self, rows: JointRows, bound: FloatArray, padded: FloatArray, duration: float, trust: float, faster: float
+    ) -> SingleRows:
+        """Both sides of the limit of one derivative, as shares of it, as far as they may matter."""
+        scale = bound[rows.joint] * duration**rows.order
+        shares, own = rows.values(padded) / scale, rows.weights / scale[:, None]
+        reach = np.abs(own).sum(axis=1) * trust + rows.order * faster / duration
+        parts = []
+        for sign in (1.0, -1.0):
+            kept = np.flatnonzero(1.0 - sign * shares < reach)
+            by_time = np.full(kept.size, -rows.order / duration)
+            first, left = rows.first[kept] - AT_REST, 1.0 - sign * shares[kept]
+            parts.append(SingleRows(rows.joint[kept], first, sign * own[kept], by_time, left))
+        return joined(parts)
+
+    @cached_property
+    def _ranges(self) -> FloatArray | None:
+        """Bounds of angles, (2, k), rad: a little within the joints' ranges, as far as the ends let it."""
+        if self.motions.limits.position is None:
+            return None
+        low, high = np.array(self.motions.limits.position).T
+        ends = np.stack([self.motions.start, self.motions.goal])
+        inner = [
+            np.clip(INNER * room, 0.0, MOST_INNER) for room in ((ends - low).min(axis=0), (high - ends).min(axis=0))
+        ]
+        return np.stack([low + inner[0], high - inner[1]])
+
+    def _range(self, padded: FloatArray, trust: float) -> list[SingleRows]:
+        """The joints' ranges, where they may matter."""
+        if self._ranges is None:
+            return []
+        rows, (low, high) = self._angles, self._ranges
+        angles, reach = rows.values(padded), np.abs(rows.weights).sum(axis=1) * trust
+        parts = []
+        for sign, left in ((1.0, high[rows.joint] - angles), (-1.0, angles - low[rows.joint])):
+            kept = np.flatnonzero((left < reach) & (rows.weights.any(axis=1)))
+            first, most = rows.first[kept] - AT_REST, np.maximum(left[kept], -MENDING * reach[kept])
+            parts.append(SingleRows(rows.joint[kept], first, sign * rows.weights[kept], np.zeros(kept.size), most))
+        return parts
+
+    def _clearances(self, around: Reached, trust: float) -> WholeRows:
+        """What must be kept of what comes near."""
+        near, rows = around.near, self._postures
+        left = near.rooms - self.spare[near.own.astype(int)]
+        kept = np.flatnonzero(left < np.abs(near.gradients).sum(axis=1) * trust)
+        sample = near.samples[kept]
+        own = -rows.weights[sample][:, :, None] * near.gradients[kept][:, None, :]
+        return WholeRows(
+            rows.first[sample] - AT_REST, own, np.zeros(kept.size), left[kept], np.full(kept.size, CLEARANCE_PRICE)
+        )
+
+    def _torques(self, padded: FloatArray, duration: float) -> list[WholeRows]:
+        """Torques as shares of their limits where they are large, if they are somewhere nearly too large."""
+        if self.torques is None:
+            return []
+        state = self._state(padded, duration)
+        shares = self.torques.shares(state)
+        if np.abs(shares).max() < NEARLY:
+            return []
+        sample, joint = np.nonzero(np.abs(shares) > LARGE)
+        used, place = np.unique(sample, return_inverse=True)
+        slopes = self.torques.slopes(state[used])[place, joint] * np.sign(shares[sample, joint])[:, None, None]
+        rows, k = self._moving, self.motions.dof
+        own, by_time = np.zeros((len(sample), 4, k)), np.zeros(len(sample))
+        for order, part in enumerate(rows):
+            own += part.weights[sample][:, :, None] * (slopes[:, order] / duration**order)[:, None, :]
+            change = -order / duration * state[sample, order * k : (order + 1) * k]
+            by_time += np.einsum("mk,mk->m", slopes[:, order], change)
+        left = 1.0 - np.abs(shares[sample, joint])
+        first = rows[0].first[sample] - AT_REST
+        return [WholeRows(first, own, by_time, left, np.full(len(sample), TORQUE_PRICE))]
+
+
+def _dips(values: FloatArray, least: float) -> NDArray[np.intp]:
+    """Where values (n,) are lowest for a while, and below what is needed: the worst of them."""
+    around = np.pad(values, 1, constant_values=np.inf)
+    lowest = np.flatnonzero((values < least) & (values <= around[:-2]) & (values <= around[2:]))
+    return lowest[np.argsort(values[lowest], kind="stable")[:MOST_MORE]]

@@ -1,0 +1,280 @@
+"""Motions that deviate from the direct one: q(u) = S(u) + sum over i of B_i(u) x_i, u = t / T.
+
+S is the fastest direct motion between two postures at rest, run in the time T; the deviation is a cubic B-spline that
+vanishes at both ends with its first two derivatives. A derivative of order r is q_r(u) / T^r: that it stays within its
+limit L is linear in the control points x, |q_r(u)| <= L T^r. Accelerations are linear in u between the ends of the
+pieces of either, and jerks constant, so that rows there say all; speeds are looked at in between as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+from problems.base import FloatArray
+from problems.motions import Trajectory
+from problems.robots import JointLimits
+from problems.timing import least_durations, rest_to_rest, switch_shares
+
+DEGREE = 3
+AT_REST = 3  # control points at either end that are zero
+PIECES, SHORT = 24, (0.25, 0.5)  # of the spline, were they of one length; where the first and the last are cut again
+SAMPLES = 6  # in each piece, at which postures are looked at
+SAME = 1e-9  # of the duration: breakpoints that are one
+QUARTERS = np.array([0.25, 0.5, 0.75])
+SMOOTH = 1e-3  # of the fit: control points of short pieces stay near zero
+FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
+
+
+@lru_cache
+def edges() -> FloatArray:
+    """Where the pieces of the spline begin and end, from 0 to 1: short ones at both ends, where accelerations rise."""
+    even = np.linspace(0.0, 1.0, PIECES + 1)
+    first = even[1] * np.array(SHORT)
+    return np.concatenate([[0.0], first, even[1:-1], 1.0 - first[::-1], [1.0]])
+
+
+@lru_cache
+def _coefficients() -> FloatArray:
+    """Of the four functions that are not zero in each piece, powers of the way into it: (4 powers, pieces, 4)."""
+    begins, number = edges()[:-1], np.arange(edges().size - 1)
+    knots = np.concatenate([np.zeros(DEGREE), edges(), np.ones(DEGREE)])
+    functions = BSpline(knots, np.eye(edges().size - 1 + DEGREE), DEGREE)
+    powers = np.stack([functions(begins, nu=order) / FACTORIALS[order] for order in range(DEGREE + 1)])
+    return np.stack([powers[:, number, number + k] for k in range(DEGREE + 1)], axis=2)
+
+
+def weights(u: FloatArray, order: int, within: FloatArray | None = None) -> tuple[FloatArray, NDArray[np.intp]]:
+    """Weights of control points in a derivative by u at parameters (m,): (m, 4); and the first of the points, (m,).
+
+    Args:
+        u: parameters.
+        order: of the derivative.
+        within: parameters in the same pieces that say which pieces these are, where u is on an edge.
+    """
+    piece = np.clip(np.searchsorted(edges(), u if within is None else within, side="right") - 1, 0, edges().size - 2)
+    into = u - edges()[piece]
+    table, found = _coefficients()[:, piece], np.zeros((len(u), DEGREE + 1))
+    for power in range(DEGREE, order - 1, -1):
+        factor = FACTORIALS[power] / FACTORIALS[power - order]
+        found = found * into[:, None] + factor * table[power]
+    return found, piece
+
+
+@dataclass(frozen=True, eq=False)
+class JointRows:
+    """Values that depend on one joint each: of one derivative, or of angles.
+
+    Attributes:
+        order: of the derivative.
+        joint: number of the joint, (m,).
+        first: number of the first of four control points, those at rest counted, (m,).
+        weights: of the control points, (m, 4).
+        base: of the direct motion, by u, (m,).
+    """
+
+    order: int
+    joint: NDArray[np.intp]
+    first: NDArray[np.intp]
+    weights: FloatArray
+    base: FloatArray
+
+    def values(self, padded: FloatArray) -> FloatArray:
+        """Of all control points (pieces + 3, k): (m,)."""
+        points = padded[self.first[:, None] + np.arange(4), self.joint[:, None]]
+        return np.asarray(self.base + np.einsum("ma,ma->m", self.weights, points))
+
+
+@dataclass(frozen=True, eq=False)
+class PostureRows:
+    """Postures at some parameters, or derivatives of them.
+
+    Attributes:
+        first: number of the first of four control points, (n,).
+        weights: of the control points, (n, 4).
+        base: of the direct motion, (n, k).
+    """
+
+    first: NDArray[np.intp]
+    weights: FloatArray
+    base: FloatArray
+
+    def values(self, padded: FloatArray) -> FloatArray:
+        """Of all control points (pieces + 3, k): (n, k)."""
+        points = padded[self.first[:, None] + np.arange(4)]
+        return np.asarray(self.base + np.einsum("na,nak->nk", self.weights, points))
+
+
+class Deviations:
+    """All motions between two postures at rest that deviate from the direct one by a spline.
+
+    Args:
+        start: (k,), rad.
+        goal: likewise.
+        limits: of the joints.
+        gentler: limits of the direct motion that is deviated from; near both ends there is nothing but that.
+
+    Attributes:
+        direct: the fastest motion between the two, within the gentler limits where there are some.
+        bound: no motion between the two takes less time, s.
+    """
+
+    def __init__(
+        self,
+        start: FloatArray,
+        goal: FloatArray,
+        limits: JointLimits,
+        gentler: JointLimits | None = None,
+    ) -> None:
+        self.start, self.goal, self.limits = start, goal, limits
+        self._own_limits = limits if gentler is None else gentler
+        self.direct = rest_to_rest(start, goal, self._own_limits)
+        self.bound = float(least_durations(goal - start, limits).max())
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.start.size
+
+    @property
+    def free(self) -> int:
+        """The number of control points of a joint that are free."""
+        return edges().size - 1 + DEGREE - 2 * AT_REST
+
+    def padded(self, x: FloatArray) -> FloatArray:
+        """All control points, those at rest included: (pieces + 3, k), of those that are free (free, k)."""
+        return np.pad(x, ((AT_REST, AT_REST), (0, 0)))
+
+    def _base(self, u: FloatArray, order: int) -> FloatArray:
+        """Derivatives of the direct motion by u, (m, k)."""
+        return self.direct.at(u * self.direct.duration, order) * self.direct.duration**order
+
+    @cached_property
+    def _intervals(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
+        """Of each joint, parts in which its motion is one cubic: number of the joint, beginning and end, each (m,)."""
+        shares = switch_shares(self.goal - self.start, self._own_limits)
+        joints, ends = [], []
+        for joint, own in enumerate(shares):
+            nodes = np.unique(np.concatenate([edges(), own]))
+            nodes = np.append(nodes[:-1][np.diff(nodes) > SAME], 1.0)
+            joints.append(np.full(nodes.size - 1, joint))
+            ends.append(np.column_stack([nodes[:-1], nodes[1:]]))
+        both = np.concatenate(ends)
+        return np.concatenate(joints), both[:, 0], both[:, 1]
+
+    def _rows(self, u: FloatArray, joint: NDArray[np.intp], order: int, within: FloatArray) -> JointRows:
+        """At parameters on the edge of, or in, the part of which others lie within."""
+        found, piece = weights(u, order, within)
+        base = sum(
+            self._base(within, order + more)[np.arange(len(u)), joint] * (u - within) ** more / FACTORIALS[more]
+            for more in range(DEGREE + 1 - order)
+        )
+        return JointRows(order, joint, piece, found, np.asarray(base))
+
+    @cached_property
+    def limited(self) -> list[JointRows]:
+        """What the limits of speed, acceleration and jerk are of, as far as there are any."""
+        joint, begin, end = self._intervals
+        middle = (begin + end) / 2.0
+        inside = (begin + (end - begin) * QUARTERS[:, None]).ravel()
+        u, who, around = (
+            np.concatenate(parts) for parts in ((end, inside), (joint, np.tile(joint, 3)), (middle, np.tile(middle, 3)))
+        )
+        rows = [self._rows(u, who, 1, around)]
+        if self.limits.jerk is None:  # accelerations may jump
+            rows.append(self._rows(np.append(begin, end), np.tile(joint, 2), 2, np.tile(middle, 2)))
+        else:
+            rows.append(self._rows(end, joint, 2, middle))
+            rows.append(self._rows(middle, joint, 3, middle))
+        return rows
+
+    def angles(self, more: FloatArray) -> JointRows:
+        """Angles where they are compared with the joints' ranges: in each part, and at more parameters (n,)."""
+        joint, begin, end = self._intervals
+        middle, who = (begin + end) / 2.0, np.repeat(np.arange(self.dof), more.size)
+        others = np.tile(more, self.dof)
+        u, within = np.concatenate([end, middle, others]), np.concatenate([middle, middle, others])
+        return self._rows(u, np.concatenate([joint, joint, who]), 0, within)
+
+    def parameters(self, in_piece: int = SAMPLES) -> FloatArray:
+        """So many in each piece, were they of one length, without both ends, (n,)."""
+        return np.linspace(0.0, 1.0, PIECES * in_piece + 1)[1:-1]
+
+    @cached_property
+    def switches(self) -> FloatArray:
+        """Parameters at which accelerations may be extreme, of any joint, without both ends, (n,)."""
+        return np.unique(self._intervals[2][self._intervals[2] < 1.0])
+
+    def postures(self, u: FloatArray, order: int = 0) -> PostureRows:
+        """Postures at parameters (n,), or a derivative of them by u."""
+        own, piece = weights(u, order)
+        return PostureRows(piece, own, self._base(u, order))
+
+    def time_scale(self, padded: FloatArray) -> float:
+        """The least duration of the motion with some control points, as far as rows say, s."""
+        bounds = self.limits.by_order
+        needed = [
+            (np.abs(rows.values(padded)) / bound[rows.joint]).max() ** (1.0 / rows.order)
+            for rows, bound in zip(self.limited, bounds, strict=True)
+        ]
+        return float(max(needed))
+
+    def fitted(self, path: FloatArray) -> FloatArray:
+        """Free control points (free, k) of a motion along a way of straight parts, (m, dof), rad.
+
+        It leaves its beginning and reaches its end at rest; how fast it is in between does not matter.
+        """
+        steps = (np.abs(np.diff(path, axis=0)) / np.array(self.limits.speed)).max(axis=1)
+        at = np.concatenate([[0.0], np.cumsum(steps)])
+        kept = np.concatenate([[True], np.diff(at) > 0.0])
+        at, path = at[kept] / at[-1], path[kept]
+        u = self.parameters()
+        share = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+        wanted = np.column_stack([np.interp(share, at, column) for column in path.T])
+        return np.asarray(_fit() @ (wanted - self._base(u, 0)))
+
+    def trajectory(self, x: FloatArray, duration: float) -> Trajectory:
+        """The motion of free control points (free, k) in a time in s."""
+        nodes = np.unique(np.concatenate([edges(), self.direct.breakpoints / self.direct.duration]))
+        nodes = np.append(nodes[:-1][np.diff(nodes) > SAME], 1.0)
+        begin, middle = nodes[:-1], (nodes[:-1] + nodes[1:]) / 2.0
+        padded, back = self.padded(x), (begin - middle)[:, None]
+        there = []
+        for order in range(DEGREE + 1):
+            own, piece = weights(middle, order)
+            there.append(PostureRows(piece, own, self._base(middle, order)).values(padded))
+        rows = [
+            sum(there[order + more] * back**more / FACTORIALS[more] for more in range(DEGREE + 1 - order))
+            / (FACTORIALS[order] * duration**order)
+            for order in range(DEGREE, -1, -1)
+        ]
+        found = Trajectory(nodes * duration, np.stack([np.asarray(row) for row in rows]))
+        scale = self.limits.time_scale(_peak_shares(found, self.limits))
+        return found.time_scaled(max(scale, self.bound / duration))
+
+
+def _peak_shares(trajectory: Trajectory, limits: JointLimits) -> list[float]:
+    """Of speed, acceleration and jerk of a motion of cubics, as shares of their limits; exact."""
+    cubic, square, linear, _ = trajectory.coefficients
+    h = np.diff(trajectory.breakpoints)[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turning = np.clip(np.nan_to_num(-square / (3.0 * cubic)), 0.0, h)
+    speeds = [linear + t * (2.0 * square + 3.0 * cubic * t) for t in (0.0, turning, h)]
+    peaks = [speeds, [2.0 * square, 2.0 * square + 6.0 * cubic * h], [6.0 * cubic]]
+    bounds = zip(peaks, limits.by_order, strict=False)
+    return [float((np.abs(values) / bound).max()) for values, bound in bounds]
+
+
+@lru_cache
+def _fit() -> FloatArray:
+    """From deviations at the parameters of postures to the free control points that come nearest: (free, n)."""
+    u = np.linspace(0.0, 1.0, PIECES * SAMPLES + 1)[1:-1]
+    own, piece = weights(u, 0)
+    matrix = np.zeros((u.size, edges().size - 1 + DEGREE))
+    np.put_along_axis(matrix, piece[:, None] + np.arange(4), own, axis=1)
+    inner = matrix[:, AT_REST:-AT_REST]
+    return np.asarray(np.linalg.solve(inner.T @ inner + SMOOTH * np.eye(inner.shape[1]), inner.T))

@@ -1,0 +1,135 @@
+"""From a start to a goal in the least time: ways that were found, polished, proven, the best of a few."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from problems.base import FloatArray
+from problems.core import Kept, World
+from problems.ladder.descent import Polish, Reached
+from problems.ladder.deviation import Deviations
+from problems.motions import Trajectory
+from problems.robots import JointLimits, Robot
+from problems.sequential import JointTorques
+from problems.timing import rest_to_rest
+
+LOG = logging.getLogger(__name__)
+SPARE, OWN_SPARE = 3e-3, 1e-3  # m, kept of obstacles and of each other where postures are looked at
+AT_ENDS = 0.8  # of what the ends have to spare
+MENDED = 6  # times that a motion is mended
+FARTHER = 1.5  # times as much is to be spare where a proof fails and nothing was seen
+FIRST_PROGRAMS, MORE_PROGRAMS = 25, 6
+WAYS, MOST_WAYS = 10, 40  # by RRT-Connect, besides the straight one; where none leads to a motion
+AGREED, SAME = 2, 1.002  # so many ways lead to the same duration, about: no other is tried
+LOOKS, ENDS, GENTLEST = 200, 0.1, 2.0  # of the direct motion: times, share of it at either end, time scale
+GOOD_ENOUGH = 1.002  # of the bound: what is as fast needs no other beginning
+
+
+def joint_box(robot: Robot, *postures: FloatArray) -> FloatArray:
+    """Lower and upper bounds of what is tried, (2, dof), rad: joints' ranges, at most half a turn beyond postures."""
+    known = np.stack(postures)
+    low, high = known.min(axis=0) - np.pi, known.max(axis=0) + np.pi
+    ranges = robot.limits.position
+    if ranges is None:
+        return np.stack([low, high])
+    return np.stack([np.maximum(low, np.array(ranges)[:, 0]), np.minimum(high, np.array(ranges)[:, 1])])
+
+
+def gentler(
+    start: FloatArray, goal: FloatArray, limits: JointLimits, torques: JointTorques | None
+) -> JointLimits | None:
+    """Limits within which motors can begin and end the direct motion; None where they can anyway."""
+    if torques is None:
+        return None
+    direct = rest_to_rest(start, goal, limits)
+    times = direct.times(LOOKS)
+    times = times[np.minimum(times, direct.duration - times) <= ENDS * direct.duration]
+    state = np.concatenate([direct.at(times, order) for order in range(3)], axis=1)
+    scale = min(torques.time_scale(state), GENTLEST)
+    if scale <= 1.0:
+        return None
+    slower = {"acceleration": scale**2, "jerk": scale**3}
+    kept = {name: getattr(limits, name) for name in slower}
+    return replace(
+        limits,
+        **{name: tuple(one / slower[name] for one in values) for name, values in kept.items() if values is not None},
+    )
+
+
+def never() -> bool:
+    """Whether there is no time left: there always is."""
+    return False
+
+
+@dataclass(frozen=True, eq=False)
+class Climb:
+    """The ladder between two postures at rest.
+
+    Args:
+        world: the robot and what is around.
+        motions: between the two.
+        box: lower and upper bounds of what is tried, (2, dof), rad.
+        torques: of the robot; None where they are not limited.
+        running_out: whether there is no time left.
+    """
+
+    world: World
+    motions: Deviations
+    box: FloatArray
+    torques: JointTorques | None = None
+    running_out: Callable[[], bool] = never
+
+    @cached_property
+    def _spare(self) -> FloatArray:
+        """What is kept on top of what must be, of obstacles and of each other, m, (2,)."""
+        ends = np.stack([self.motions.start, self.motions.goal])
+        left = [self.world.rooms(ends, SPARE, which).min() for which in (Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER)]
+        return np.maximum(np.minimum(AT_ENDS * np.array(left), (SPARE, OWN_SPARE)), 0.0)
+
+    def _ways(self, seed: int) -> Iterator[FloatArray]:
+        """Control points to begin with: of the straight way, then of ways that were found."""
+        yield np.zeros((self.motions.free, self.motions.dof))
+        for number in range(MOST_WAYS):
+            path = self.world.connect(self.motions.start, self.motions.goal, self.box, MOST_WAYS * seed + number)
+            if path is not None:
+                yield self.motions.fitted(path)
+
+    def __call__(self, seed: int, to_beat: float = np.inf) -> Trajectory | None:
+        """The fastest motion that was proven to be clear; None where there is none that beats a duration in s."""
+        best: Reached | None = None
+        durations: list[float] = []
+        for number, x in enumerate(self._ways(seed)):
+            if number > WAYS and best is not None:
+                break
+            limit = to_beat if best is None else min(to_beat, best.duration)
+            found = self._proven(x, limit)
+            durations += [] if found is None else [found.duration]
+            if found is not None and found.duration < limit:
+                best = found
+            if best is not None and best.duration <= GOOD_ENOUGH * self.motions.bound:
+                break
+            if self.running_out() or sum(each <= SAME * min(durations) for each in durations) >= AGREED:
+                break
+        return None if best is None else self.motions.trajectory(best.x, best.duration)
+
+    def _proven(self, x: FloatArray, to_beat: float) -> Reached | None:
+        """What a polish makes of control points, mended where it comes too near between the postures looked at."""
+        polish = Polish(
+            self.motions, self.world, self._spare, self.motions.parameters(), self.torques, self.running_out
+        )
+        for number in range(MENDED + 1):
+            reached = polish(x, to_beat, MORE_PROGRAMS if number else FIRST_PROGRAMS)
+            if reached.duration > SAME * to_beat or not reached.is_clear:
+                return None
+            between = polish.between(reached.x)
+            if not between.size and self.world.prove(self.motions.trajectory(reached.x, reached.duration)).status:
+                return reached
+            if not between.size:
+                polish = replace(polish, spare=FARTHER * polish.spare)
+            polish, x = polish.looking_at(between), reached.x
+        return None

@@ -1,0 +1,127 @@
+"""Motions that nothing can beat: as fast as the slowest joint alone would be.
+
+Between two postures at rest the slowest joint decides the least duration, and how it moves. All others have time: they
+may run their own motions slower, and wait before or after. Most ways between two postures that are free at all are so
+in one of these; they are drawn at random, and looked at in a few postures before anything is proven.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base import FloatArray
+from problems.motions import Trajectory
+from problems.robots import JointLimits
+from problems.tasks import Surroundings
+from problems.timing import Phasing, least_durations, rest_to_rest
+
+DRAWS = 500
+GOALS = 5  # of the postures at the goal, at the most
+OWN = 0.5  # of the draws: joints that run as fast as they can
+LOOKS = 64  # postures of a motion that are looked at before it is made
+
+
+def looks() -> FloatArray:
+    """Shares of the duration at which motions are looked at, those where contact is likely first."""
+    shares, found = np.arange(1, LOOKS) / LOOKS, []
+    width = LOOKS // 2
+    while width >= 1:
+        level = np.arange(width, LOOKS, 2 * width)
+        found += sorted(level.tolist(), key=lambda number: abs(number - LOOKS // 2))
+        width //= 2
+    return np.asarray(shares[np.array(found) - 1])
+
+
+@dataclass(frozen=True, eq=False)
+class Rephased:
+    """Motions between two postures at rest as fast as the direct one.
+
+    Args:
+        start: (dof,), rad.
+        goal: likewise.
+        limits: of the joints.
+    """
+
+    start: FloatArray
+    goal: FloatArray
+    limits: JointLimits
+
+    @cached_property
+    def direct(self) -> Trajectory:
+        """All joints move from the first moment to the last."""
+        return rest_to_rest(self.start, self.goal, self.limits)
+
+    @cached_property
+    def _own(self) -> FloatArray:
+        """Least durations of the joints as shares of that of the slowest, (dof,)."""
+        durations = least_durations(self.goal - self.start, self.limits)
+        return np.asarray(np.where(durations > 0.0, durations / durations.max(), 1.0))
+
+    def postures(self, stretches: FloatArray, waits: FloatArray, share: float) -> FloatArray:
+        """Of motions with stretches and waits (n, dof), as of a :class:`Phasing`, at a share of the time, (n, dof)."""
+        own = self._own + stretches * (1.0 - self._own)
+        done = np.clip((share - waits * (1.0 - own)) / own, 0.0, 1.0)
+        direct = self.direct
+        times = done * direct.duration
+        piece = np.clip(np.searchsorted(direct.breakpoints, times, side="right") - 1, 0, len(direct.breakpoints) - 2)
+        since, joints = times - direct.breakpoints[piece], np.arange(self.start.size)
+        theta = np.zeros_like(times)
+        for coefficients in direct.coefficients:
+            theta = theta * since + coefficients[piece, joints]
+        return theta
+
+    def made(self, stretches: FloatArray, waits: FloatArray) -> Trajectory:
+        """The motion of one stretch and wait of each joint, (dof,)."""
+        return rest_to_rest(self.start, self.goal, self.limits, Phasing(stretches, waits))
+
+
+def drawn(count: int, dof: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Stretches and waits of so many motions, both (count, dof)."""
+    stretches = np.where(rng.random((count, dof)) < OWN, 0.0, rng.random((count, dof)))
+    waits = rng.random((count, dof))
+    early_or_late = rng.random((count, 1)) < OWN
+    return stretches, np.where(early_or_late, np.round(waits), waits)
+
+
+def at_the_bound(
+    around: Surroundings, start: FloatArray, goals: FloatArray, rng: np.random.Generator
+) -> Iterator[Trajectory]:
+    """The direct motions and others as fast as they that are clear: proven, where the core can, else looked at.
+
+    Args:
+        around: the robot, and what it keeps clear of.
+        start: at rest, (dof,), rad.
+        goals: of which any will do, the soonest reached first, (n, dof), rad.
+        rng: of the draws.
+    """
+    limits, world = around.robot.limits, around.world
+
+    def proven(trajectory: Trajectory) -> bool:
+        return world is None or bool(world.prove(trajectory).status)
+
+    motions = [Rephased(start, goal, limits) for goal in goals[:GOALS]]
+    for motion in motions:
+        if _clear(around, motion, np.zeros((1, start.size)), np.zeros((1, start.size))).size and proven(motion.direct):
+            yield motion.direct
+    for motion in motions:
+        stretches, waits = drawn(DRAWS // len(motions), start.size, rng)
+        for number in _clear(around, motion, stretches, waits):
+            trajectory = motion.made(stretches[number], waits[number])
+            if proven(trajectory):
+                yield trajectory
+
+
+def _clear(around: Surroundings, motion: Rephased, stretches: FloatArray, waits: FloatArray) -> NDArray[np.intp]:
+    """Numbers of the motions that are clear at all looks."""
+    left = np.arange(len(stretches))
+    for share in looks():
+        if not left.size:
+            break
+        theta = motion.postures(stretches[left], waits[left], float(share))
+        left = left[around.clear(theta, np.full(left.size, share * motion.direct.duration))]
+    return left

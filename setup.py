@@ -1,0 +1,38 @@
+"""The compiled core, made with the package where there is a C++ compiler; without one everything works, slower.
+
+Each variant is the same sources for another instruction set and computes the same numbers. They are plain libraries
+that are loaded by ctypes, not modules: :mod:`problems.core.library`.
+"""
+
+import platform
+import sys
+from hashlib import sha256
+from pathlib import Path
+
+from setuptools import Extension, setup
+
+FOLDER = Path("problems/core/cpp")
+SOURCES = sorted(map(str, FOLDER.glob("*.cpp")))
+HEADERS = sorted(map(str, FOLDER.glob("*.hpp")))
+DIGEST = sha256(b"".join(path.read_bytes() for path in sorted(FOLDER.iterdir()))).hexdigest()
+FLAGS = ["-O2", "-std=c++17", "-ffp-contract=off", "-fno-math-errno", "-Wno-psabi", "-fvisibility=default"]
+VARIANTS = {"_portable": []}
+if platform.machine() in {"x86_64", "AMD64"}:
+    VARIANTS |= {"_avx2": ["-mavx2"], "_avx512": ["-mavx512f", "-mavx512dq", "-mprefer-vector-width=512"]}
+
+setup(
+    ext_modules=[
+        Extension(
+            f"problems.core.{name}",
+            SOURCES,
+            depends=HEADERS,
+            language="c++",
+            define_macros=[("CORE_DIGEST", f'"{DIGEST}"')],
+            extra_link_args=["-s"],
+            extra_compile_args=[*FLAGS, *flags],
+            optional=True,  # a machine without a compiler installs all the rest
+        )
+        for name, flags in VARIANTS.items()
+        if sys.platform != "win32"
+    ]
+)

@@ -1,0 +1,93 @@
+"""Plans without a search: at the lower bound of the duration, else polished from ways that were found."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import replace
+from functools import partial
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from problems import Problem, Trajectory
+from solvers import StopReason, unsearched
+from tpbso_casadi.planning.finishing import AS_FAST, SearchedMotion, is_better, slowed
+from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.planning.progress import Planning
+
+LOG = logging.getLogger(__name__)
+ABOUT_AS_FAST = 1.002
+MOST_PROOFS = 20  # of motions that are clear where they were looked at
+MOST_CLIMBS = 4  # branches whose ways are polished
+ROUNDING = 1e-12  # relative: by so much longer a motion at its limits keeps them in floating point
+
+
+def without_search(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
+    """A certified plan of a solver that tries first what costs less than a search; None where it finds none."""
+    if not (planning.solver.bound_first and planning.scenario.model.retime):
+        return None
+    return planning.interruption.attempt(partial(_climbed_from_the_bound, problem, planning))
+
+
+def _climbed_from_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
+    """A plan at a bound, unless an end may move and another posture there be reached sooner: then the best of ways."""
+    found = at_the_bound(problem, planning)
+    if found is None or not found.problem.ends_may_move:
+        return found or climbed(problem, planning, None)
+    least = min(branch.least_bound for branch in problem.branches or (problem,))
+    return found if found.trajectory.duration <= ABOUT_AS_FAST * least else climbed(problem, planning, found)
+
+
+def at_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
+    """A certified motion that nothing between its ends can beat; None where none is found.
+
+    Of a problem with branches that of the first of them, the quickest in free space first, that has one.
+    """
+    began = time.perf_counter()
+    planning.progress.phase("trying motions at the bound")
+    for rounds, branch in enumerate(problem.branches or (problem,), start=1):
+        rng = np.random.default_rng(planning.settings.seed)
+        for trajectory in islice(branch.at_the_bound(rng), MOST_PROOFS):
+            if planning.running_out():
+                return None
+            motion = _judged(branch, trajectory)
+            if motion.trajectory.duration <= AS_FAST * trajectory.duration and motion.feasible:
+                LOG.info("bound: a motion that nothing can beat, in %.3f s", time.perf_counter() - began)
+                return _plan(planning, branch, motion, began, StopReason.TARGET, rounds)
+    return None
+
+
+def climbed(problem: Problem[Any], planning: Planning, known: SearchedMotion | None) -> SearchedMotion | None:
+    """The fastest certified motion that ways to the branches lead to, or the one that is known; None for neither."""
+    began, tried = time.perf_counter(), 0
+    planning.progress.phase("polishing ways around")
+    best = None if known is None else (known.motion, known.problem)
+    branches = sorted(problem.branches or (problem,), key=lambda branch: branch.least_bound)
+    for branch in branches:
+        to_beat, used = np.inf if best is None else best[0].trajectory.duration, 0
+        for trajectory in branch.climbed(planning.settings.seed, to_beat, planning.running_out):
+            used, motion = 1, _judged(branch, trajectory)
+            if motion.feasible and (best is None or is_better(motion, best[0])):
+                best = motion, branch
+        tried += used
+        if tried >= MOST_CLIMBS or (best is not None and planning.running_out()):
+            break
+    LOG.info("ladder: ways to %d of %d branches in %.3f s", tried, len(branches), time.perf_counter() - began)
+    if best is None or (known is not None and best[0] is known.motion):
+        return known
+    return _plan(planning, best[1], best[0], began, StopReason.CONVERGED, tried)
+
+
+def _judged(problem: Problem[Any], trajectory: Trajectory) -> Motion:
+    """A motion that is to keep its limits, judged; slower, where it does not."""
+    motion = Motion(problem, trajectory.time_scaled(1.0 + ROUNDING), {}, retimed=True)
+    return motion if motion.feasible else slowed(replace(motion, trajectory=trajectory))
+
+
+def _plan(
+    planning: Planning, problem: Problem[Any], motion: Motion, began: float, reason: StopReason, rounds: int
+) -> SearchedMotion:
+    search = unsearched(motion.objective, time.perf_counter() - began, planning.settings.seed, reason)
+    return SearchedMotion(scenario=planning.scenario, problem=problem, search=search, motion=motion, rounds=rounds)
