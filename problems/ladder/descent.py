@@ -40,6 +40,8 @@ NEEDED = 0.25  # of what is to be spare: what less than that is left of between 
 MOST_MORE = 24  # postures that are looked at besides, at a time
 INNER = 0.5  # of what the ends leave of joints' ranges, kept in between
 MOST_INNER = 0.01  # rad
+ROUNDING = 1e-10  # rad
+TIGHTER = 3e-5  # rad, of ranges where one was broken between postures that were looked at
 OUT_OF_RANGE = 1e-5  # rad, of a range that is a little smaller than the joint's
 MENDING = 0.5  # of what a step can reach: so much of what a joint is out of its range has to be mended
 RANGE_PRICE = 3.0  # s/rad: what a motion pays that leaves the range
@@ -99,7 +101,12 @@ class Polish:
 
     @cached_property
     def _angles(self) -> JointRows:
-        return self.motions.angles(np.setdiff1d(self.u, self.motions.parameters()))
+        return self.motions.angles(self._more)
+
+    @property
+    def _more(self) -> FloatArray:
+        """Parameters that have joined those of the beginning, (m,)."""
+        return np.setdiff1d(self.u, self.motions.parameters())
 
     @cached_property
     def _moving(self) -> tuple[PostureRows, ...]:
@@ -144,9 +151,8 @@ class Polish:
         theta = self.motions.postures(u).values(self.motions.padded(x))
         found = [_dips(self.world.rooms(theta, least), least)]
         if self._ranges is not None:
-            low, high = self._ranges
-            left = np.minimum(theta - low, high - theta).min(axis=1)
-            found.append(_dips(left, -OUT_OF_RANGE))
+            low, high = np.array(self.motions.limits.position).T
+            found.append(_dips(np.minimum(theta - low, high - theta).min(axis=1), -ROUNDING))
         return np.unique(u[np.concatenate(found)])
 
     def looking_at(self, more: FloatArray) -> Polish:
@@ -158,7 +164,9 @@ class Polish:
         padded = self.motions.padded(x)
         duration = max(self.motions.time_scale(padded), self.motions.bound)
         if self.torques is not None:
-            duration *= max(1.0, self.torques.time_scale(self._state(padded, duration)))
+            state = self._state(padded, duration)
+            if np.abs(self.torques.shares(state)).max() > 1.0:
+                duration *= max(1.0, self.torques.time_scale(state))
         near = self.world.nearby(self._postures.values(padded), self.spare.max() + CLOSER * trust)
         lacking, outside = self.spare[near.own.astype(int)] - near.rooms, self._outside(padded)
         is_clear = outside == 0.0 and bool((lacking <= (1.0 - ENOUGH) * self.spare[near.own.astype(int)]).all())
@@ -236,9 +244,11 @@ class Polish:
         if self._ranges is None:
             return []
         rows, (low, high) = self._angles, self._ranges
+        tighter = np.zeros(len(rows.joint))
+        tighter[len(rows.joint) - self.motions.dof * self._more.size :] = TIGHTER
         angles, reach = rows.values(padded), np.abs(rows.weights).sum(axis=1) * trust
         parts = []
-        for sign, left in ((1.0, high[rows.joint] - angles), (-1.0, angles - low[rows.joint])):
+        for sign, left in ((1.0, high[rows.joint] - angles - tighter), (-1.0, angles - low[rows.joint] - tighter)):
             kept = np.flatnonzero((left < reach) & (rows.weights.any(axis=1)))
             first, most = rows.first[kept] - AT_REST, np.maximum(left[kept], -MENDING * reach[kept])
             parts.append(SingleRows(rows.joint[kept], first, sign * rows.weights[kept], np.zeros(kept.size), most))

@@ -28,6 +28,10 @@ class ExecutionTime(Objective):
         """The duration itself."""
         return duration
 
+    def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
+        """The duration itself."""
+        return trajectory.duration
+
     def upper_bound(self, bounds: MotionBounds) -> float:
         """The longest duration."""
         return bounds.duration

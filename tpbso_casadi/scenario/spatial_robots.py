@@ -295,11 +295,8 @@ class SpatialRobotSection(Section):
             return built_in(self.model, self.tip_link)
         if self.urdf_text is None:
             raise InvalidProblem("urdf", f"{self.urdf!r} has not been read; only a scenario file can name one")
-        base, tip = self._ends
-        description = read_urdf(self.urdf_text, base, tip, self.locked)
-        if self.looks_text is not None:
-            description = description.with_looks(read_looks(self.looks_text))
-        return description if self.covers_text is None else description.with_covers(read_covers(self.covers_text))
+        locked = tuple(sorted((self.locked or {}).items()))
+        return _described(self.urdf_text, self._ends, locked, self.looks_text, self.covers_text)
 
     @property
     def _ends(self) -> tuple[str | None, str | None]:
@@ -365,6 +362,21 @@ class _Statement:
 
     text: str
     table: SpatialRobotSection = field(compare=False)
+
+
+@lru_cache(maxsize=KEPT)
+def _described(
+    urdf: str,
+    ends: tuple[str | None, str | None],
+    locked: tuple[tuple[str, float], ...],
+    looks: str | None,
+    covers: str | None,
+) -> RobotDescription:
+    """What texts say of a robot between two links."""
+    description = read_urdf(urdf, *ends, dict(locked))
+    if looks is not None:
+        description = description.with_looks(read_looks(looks))
+    return description if covers is None else description.with_covers(read_covers(covers))
 
 
 @lru_cache(maxsize=KEPT)
