@@ -10,6 +10,7 @@ from rich.text import Text
 
 from problems import CertificateStatus, Verdict
 from problems.certify import AtGoal, WorstIs
+from solvers import StopReason
 from tpbso_casadi.display.console import OutputConsole, number, prose, said_number, table_of, word
 from tpbso_casadi.planning import Motion, PlannedMotion, Polish, Retiming, SearchedMotion
 from tpbso_casadi.scenario import DEFAULT, TITLES, best_known
@@ -82,7 +83,9 @@ def effort_of(plan: PlannedMotion) -> str:
     rounds = f", best of {found.rounds} rounds" if found.rounds > 1 else ""
     search = found.search
     if not search.evaluations:
-        return f"{solver.name}, seed {solver.seed}: nothing is faster; found without a search in {search.seconds:.2f} s"
+        at_bound = search.stop_reason is StopReason.TARGET
+        found = "nothing between its ends is faster; found" if at_bound else "found"
+        return f"{solver.name}, seed {solver.seed}: {found} without a search in {search.seconds:.2f} s"
     return (
         f"{solver.name}, seed {solver.seed}{rounds}: {search.evaluations} evaluations, {search.iterations} iterations, "
         f"{search.seconds:.2f} s, stopped by {search.stop_reason}"
