@@ -25,6 +25,8 @@ MENDED = 6  # times that a motion is mended
 FARTHER = 1.5  # times as much is to be spare where a proof fails and nothing was seen
 FIRST_PROGRAMS, MORE_PROGRAMS = 25, 6
 WAYS, MOST_WAYS = 10, 40  # by RRT-Connect, besides the straight one; where none leads to a motion
+FEW_WAYS = 3  # to one of several goals, where a motion to another is known
+MOST_FAILED = 2  # searches for a way: there is probably none
 AGREED, SAME = 2, 1.002  # so many ways lead to the same duration, about: no other is tried
 LOOKS, ENDS, GENTLEST = 200, 0.1, 2.0  # of the direct motion: times, share of it at either end, time scale
 GOOD_ENOUGH = 1.002  # of the bound: what is as fast needs no other beginning
@@ -94,17 +96,21 @@ class Climb:
     def _ways(self, seed: int) -> Iterator[FloatArray]:
         """Control points to begin with: of the straight way, then of ways that were found."""
         yield np.zeros((self.motions.free, self.motions.dof))
+        failed = 0
         for number in range(MOST_WAYS):
             path = self.world.connect(self.motions.start, self.motions.goal, self.box, MOST_WAYS * seed + number)
+            failed += path is None
             if path is not None:
                 yield self.motions.fitted(path)
+            elif failed >= MOST_FAILED:
+                return
 
     def __call__(self, seed: int, to_beat: float = np.inf) -> Trajectory | None:
         """The fastest motion that was proven to be clear; None where there is none that beats a duration in s."""
         best: Reached | None = None
         durations: list[float] = []
         for number, x in enumerate(self._ways(seed)):
-            if number > WAYS and best is not None:
+            if number > self._most(best is not None, to_beat):
                 break
             limit = to_beat if best is None else min(to_beat, best.duration)
             found = self._proven(x, limit)
@@ -116,6 +122,13 @@ class Climb:
             if self.running_out() or sum(each <= SAME * min(durations) for each in durations) >= AGREED:
                 break
         return None if best is None else self.motions.trajectory(best.x, best.duration)
+
+    @staticmethod
+    def _most(found: bool, to_beat: float) -> int:
+        """Ways that are tried, besides the straight one."""
+        if found:
+            return WAYS
+        return MOST_WAYS if to_beat == np.inf else FEW_WAYS
 
     def _proven(self, x: FloatArray, to_beat: float) -> Reached | None:
         """What a polish makes of control points, mended where it comes too near between the postures looked at."""

@@ -84,8 +84,8 @@ def effort_of(plan: PlannedMotion) -> str:
     search = found.search
     if not search.evaluations:
         at_bound = search.stop_reason is StopReason.TARGET
-        found = "nothing between its ends is faster; found" if at_bound else "found"
-        return f"{solver.name}, seed {solver.seed}: {found} without a search in {search.seconds:.2f} s"
+        how = "nothing between its ends is faster; found" if at_bound else "found"
+        return f"{solver.name}, seed {solver.seed}: {how} without a search in {search.seconds:.2f} s"
     return (
         f"{solver.name}, seed {solver.seed}{rounds}: {search.evaluations} evaluations, {search.iterations} iterations, "
         f"{search.seconds:.2f} s, stopped by {search.stop_reason}"
