@@ -70,6 +70,12 @@ def test_ways_around_are_polished_where_no_bound_is_reached(tmp_path: Path) -> N
     np.testing.assert_array_equal(again.motion.trajectory.coefficients, plan.motion.trajectory.coefficients)
 
 
+def test_a_time_that_is_long_enough_changes_nothing() -> None:
+    wall = {"shape": "box", "center": [0.45, 0.25, 0.55], "size": [0.5, 0.02, 0.7]}
+    plan, timed = (tp.plan("panda", **ENDS, obstacles=[wall], within=within) for within in (None, 600.0))
+    np.testing.assert_array_equal(plan.motion.trajectory.coefficients, timed.motion.trajectory.coefficients)
+
+
 def test_other_objectives_have_no_such_bound() -> None:
     plan = tp.plan("panda", **ENDS, objective="rotation", evaluations=200)
     assert plan.search is not None and plan.search.evaluations == 200

@@ -1,0 +1,92 @@
+"""Ways that were found, polished and proven."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.core_robots import robot_of
+
+from problems.core import World, core_library
+from problems.ladder import Climb, Deviations, Polish, gentler, joint_box
+from problems.ladder.ladder import GOOD_ENOUGH
+from problems.limits import TorqueLimit, limits_of
+from problems.robots import SpatialArm
+from problems.scene import Box
+from problems.sequential import JointTorques
+from tpbso_casadi.facade.robots import robot
+
+START, GOAL = np.array([-0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0]), np.array([0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0])
+WALL = Box(center=(0.65, -0.2, 0.35), size=(0.4, 0.04, 1.2))
+
+
+@pytest.fixture(autouse=True)
+def there_is_a_core() -> None:
+    if core_library() is None:
+        pytest.skip("there is no compiled core")
+
+
+def climb(arm: SpatialArm, *obstacles: Box) -> Climb:
+    world = World.of(arm, obstacles)
+    assert world is not None
+    return Climb(world, Deviations(START, GOAL, arm.limits), joint_box(arm, START, GOAL))
+
+
+def test_a_way_around_a_wall_is_proven_and_found_again() -> None:
+    found = climb(robot_of("upright"), WALL)
+    trajectory = found(1)
+    assert trajectory is not None and found.world.prove(trajectory).status
+    assert trajectory.duration > found.motions.bound
+    limits = found.motions.limits
+    for order, bound in enumerate(limits.by_order, start=1):
+        peaks = np.abs(trajectory.at(trajectory.extreme_times(order), order)).max(axis=0)
+        assert (peaks <= bound * (1.0 + 1e-9)).all()
+    again = climb(robot_of("upright"), WALL)(1)
+    assert again is not None
+    np.testing.assert_array_equal(trajectory.coefficients, again.coefficients)
+
+
+def test_without_obstacles_it_is_at_the_bound() -> None:
+    found = climb(robot_of("upright"))
+    trajectory = found(1)
+    assert trajectory is not None and trajectory.duration <= GOOD_ENOUGH * found.motions.bound
+
+
+def test_what_is_slower_than_a_known_motion_is_not_returned() -> None:
+    found = climb(robot_of("upright"), WALL)
+    assert found(1, to_beat=found.motions.bound) is None
+
+
+def test_no_time_is_no_motion_but_the_beginning() -> None:
+    found = climb(robot_of("upright"), WALL)
+    polish = Polish(found.motions, found.world, np.full(2, 1e-3), found.motions.parameters(), running_out=lambda: True)
+    x = np.zeros((found.motions.free, found.motions.dof))
+    np.testing.assert_array_equal(polish(x).x, x)
+
+
+def test_joints_are_kept_in_their_ranges() -> None:
+    arm = replace(robot_of("upright"), position_limits=((-2.8, 2.8), (-0.1, 0.6), *(((-2.8, 2.8),) * 5)))
+    trajectory = climb(arm, WALL)(1)
+    if trajectory is None:  # it may be no way at all, which is not broken either
+        return
+    theta = trajectory.at(trajectory.extreme_times(0))
+    assert theta[:, 1].max() <= 0.6 + 1e-9 and theta[:, 1].min() >= -0.1 - 1e-9
+
+
+def test_motors_that_are_too_weak_for_the_bound_are_given_time() -> None:
+    strong = robot("panda").model
+    assert isinstance(strong, SpatialArm)
+    arm = replace(strong, max_torque=(6.0, 60.0, 30.0, 40.0, 5.0, 5.0, 3.0), self_collision=True)
+    start, goal = np.array([-0.9, -0.3, 0.0, -2.0, 0.0, 1.7, 0.8]), np.array([0.9, -0.3, 0.0, -2.0, 0.0, 1.7, 0.8])
+    limit = next(limit for limit in limits_of(arm, ()) if isinstance(limit, TorqueLimit))
+    torques, world = JointTorques.of(limit), World.of(arm, ())
+    assert world is not None
+    eased = gentler(start, goal, arm.limits, torques)
+    assert eased is not None and max(eased.acceleration) < max(arm.limits.acceleration)
+    motions = Deviations(start, goal, arm.limits, gentler=eased)
+    trajectory = Climb(world, motions, joint_box(arm, start, goal), torques)(1)
+    assert trajectory is not None and trajectory.duration > motions.bound
+    times = trajectory.times(500)
+    state = np.concatenate([trajectory.at(times, order) for order in range(3)], axis=1)
+    assert np.abs(torques.shares(state)).max() <= 1.02

@@ -1,0 +1,94 @@
+"""Motions that deviate from the direct one: what their rows say is what they do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from problems.ladder import Deviations
+from problems.ladder.deviation import edges, weights
+from problems.robots import JointLimits
+
+LIMITS = {
+    "jerk": JointLimits(speed=(2.0, 1.0, 3.0), acceleration=(10.0, 5.0, 8.0), jerk=(100.0, 80.0, 300.0)),
+    "no jerk": JointLimits(speed=(2.0, 1.0, 3.0), acceleration=(10.0, 5.0, 8.0)),
+}
+START, GOAL = np.array([0.0, 0.5, 1.0]), np.array([2.0, 0.6, 1.0])  # the last joint is not needed
+
+
+@pytest.fixture(params=LIMITS)
+def motions(request: pytest.FixtureRequest) -> Deviations:
+    return Deviations(START, GOAL, LIMITS[request.param])
+
+
+def deviation(motions: Deviations, seed: int, size: float = 0.3) -> np.ndarray:
+    return np.random.default_rng(seed).normal(0.0, size, (motions.free, motions.dof))
+
+
+def test_without_a_deviation_it_is_the_direct_motion(motions: Deviations) -> None:
+    still = np.zeros((motions.free, motions.dof))
+    found = motions.trajectory(still, motions.bound)
+    assert found.duration == pytest.approx(motions.bound, rel=1e-12)
+    assert motions.time_scale(motions.padded(still)) == pytest.approx(motions.bound, rel=1e-9)
+    shares = np.linspace(0.0, 1.0, 50)
+    np.testing.assert_allclose(found.at(shares * found.duration), motions.direct.at(shares * motions.bound), atol=1e-12)
+
+
+@given(seed=st.integers(0, 1000))
+@settings(max_examples=20, deadline=None)
+def test_it_keeps_the_limits_of_its_joints_and_reaches_one(seed: int) -> None:
+    for limits in LIMITS.values():
+        motions = Deviations(START, GOAL, limits)
+        x = deviation(motions, seed)
+        found = motions.trajectory(x, motions.time_scale(motions.padded(x)))
+        peaks = [
+            np.abs(found.at(found.extreme_times(order), order)).max(axis=0) / bound
+            for order, bound in enumerate(limits.by_order, start=1)
+        ]
+        assert 1.0 - 1e-3 <= max(map(np.max, peaks)) <= 1.0 + 1e-9
+        ends = found.breakpoints[[0, -1]]
+        np.testing.assert_allclose(found.at(ends), [START, GOAL], atol=1e-12)
+        np.testing.assert_allclose(found.at(ends, 1), 0.0, atol=1e-9)
+
+
+def test_postures_are_those_of_the_motion(motions: Deviations) -> None:
+    x, u = deviation(motions, 1), motions.parameters()
+    found = motions.trajectory(x, 3.0)
+    for order in range(3):
+        expected = found.at(u * found.duration, order) * found.duration**order
+        np.testing.assert_allclose(motions.postures(u, order).values(motions.padded(x)), expected, atol=1e-8)
+
+
+def test_angles_are_those_of_the_motion(motions: Deviations) -> None:
+    x, more = deviation(motions, 2), np.array([0.0123, 0.777])
+    found, rows = motions.trajectory(x, 3.0), motions.angles(more)
+    at = found.at(more * found.duration)
+    values = rows.values(motions.padded(x))[-more.size * motions.dof :].reshape(motions.dof, -1).T
+    np.testing.assert_allclose(values, at, atol=1e-9)
+
+
+def test_functions_of_the_spline_add_up_to_one() -> None:
+    u = np.linspace(0.0, 1.0, 301)
+    np.testing.assert_allclose(weights(u, 0)[0].sum(axis=1), 1.0, atol=1e-12)
+    for order in (1, 2, 3):
+        np.testing.assert_allclose(weights(u, order)[0].sum(axis=1), 0.0, atol=1e-6)
+    assert (np.diff(edges()) > 0.0).all() and edges()[[0, -1]].tolist() == [0.0, 1.0]
+
+
+def test_a_way_is_followed(motions: Deviations) -> None:
+    way = np.array([START, [1.0, 1.5, 1.3], [2.0, 1.5, 0.8], GOAL])
+    theta = motions.postures(motions.parameters()).values(motions.padded(motions.fitted(way)))
+    for corner in way[1:-1]:
+        assert np.abs(theta - corner).max(axis=1).min() < 0.1
+
+
+def test_gentler_limits_change_the_beginning_and_not_the_bound() -> None:
+    limits = LIMITS["jerk"]
+    gentler = JointLimits(speed=limits.speed, acceleration=(2.0, 1.0, 2.0), jerk=(20.0, 10.0, 20.0))
+    usual, other = Deviations(START, GOAL, limits), Deviations(START, GOAL, limits, gentler=gentler)
+    assert other.bound == usual.bound
+    still = np.zeros((other.free, other.dof))
+    assert other.direct.duration > usual.bound
+    assert usual.bound < other.time_scale(other.padded(still)) < other.direct.duration
