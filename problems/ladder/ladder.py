@@ -77,7 +77,7 @@ class Climb:
         motions: between the two.
         box: lower and upper bounds of what is tried, (2, dof), rad.
         torques: of the robot; None where they are not limited.
-        running_out: whether there is no time left.
+        running_out: whether there is no time left for something better.
     """
 
     world: World
@@ -106,20 +106,25 @@ class Climb:
                 return
 
     def __call__(self, seed: int, to_beat: float = np.inf) -> Trajectory | None:
-        """The fastest motion that was proven to be clear; None where there is none that beats a duration in s."""
+        """The fastest motion that was proven to be clear; None where there is none that beats a duration in s.
+
+        Where no other motion is known, it goes on without time until there is one.
+        """
         best: Reached | None = None
         durations: list[float] = []
         for number, x in enumerate(self._ways(seed)):
             if number > self._most(best is not None, to_beat):
                 break
             limit = to_beat if best is None else min(to_beat, best.duration)
-            found = self._proven(x, limit)
+            found = self._proven(x, limit, self.running_out if limit < np.inf else never)
             durations += [] if found is None else [found.duration]
             if found is not None and found.duration < limit:
                 best = found
             if best is not None and best.duration <= GOOD_ENOUGH * self.motions.bound:
                 break
-            if self.running_out() or sum(each <= SAME * min(durations) for each in durations) >= AGREED:
+            if best is not None and self.running_out():
+                break
+            if sum(each <= SAME * min(durations) for each in durations) >= AGREED:
                 break
         return None if best is None else self.motions.trajectory(best.x, best.duration)
 
@@ -130,11 +135,9 @@ class Climb:
             return WAYS
         return MOST_WAYS if to_beat == np.inf else FEW_WAYS
 
-    def _proven(self, x: FloatArray, to_beat: float) -> Reached | None:
+    def _proven(self, x: FloatArray, to_beat: float, running_out: Callable[[], bool] = never) -> Reached | None:
         """What a polish makes of control points, mended where it comes too near between the postures looked at."""
-        polish = Polish(
-            self.motions, self.world, self._spare, self.motions.parameters(), self.torques, self.running_out
-        )
+        polish = Polish(self.motions, self.world, self._spare, self.motions.parameters(), self.torques, running_out)
         for number in range(MENDED + 1):
             reached = polish(x, to_beat, MORE_PROGRAMS if number else FIRST_PROGRAMS)
             if reached.duration > SAME * to_beat or not reached.is_clear:

@@ -388,7 +388,7 @@ class MoveProblem(SplineProblem):
         start, (goals, bounds) = branch_posture(self.robot, self.task.start), self._goals
         clear = np.flatnonzero(world.clear(goals))[:MOST_CLIMBS]
         for goal, bound in zip(goals[clear], bounds[clear], strict=True):
-            if bound >= to_beat or running_out():
+            if bound >= to_beat or (to_beat < np.inf and running_out()):
                 break
             limits = self.robot.limits
             motions = Deviations(start, goal, limits, gentler=gentler(start, goal, limits, self._torques))
