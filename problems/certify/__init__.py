@@ -12,6 +12,7 @@ from problems.certify.covers import closest_cover, prove_covers
 from problems.certify.structure import freedom, jacobian_pattern, structure_of
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, peak_near, verdict
 from problems.certify.verification import (
+    ROUNDING_ALLOWANCE,
     AtGoal,
     at_goal,
     exact_time_scale,
@@ -22,6 +23,7 @@ from problems.certify.verification import (
 )
 
 __all__ = [
+    "ROUNDING_ALLOWANCE",
     "TOLERANCE",
     "AtGoal",
     "CertificateStatus",

@@ -6,14 +6,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from problems.base import FloatArray
 from problems.certify.clearance import RELATIVE_PROOF_GAP, ClearanceProof
+from problems.certify.verdict import peak_near
 from problems.core import Kept, Proof, World
-from problems.limits import Clearance, CoverClearance, CoverLimit, Limit, SelfClearance
+from problems.limits import Clearance, CoverClearance, CoverSelfClearance, Limit, SelfClearance
 from problems.motions import Trajectory
-from problems.robots import Robot, SpatialArm
+from problems.robots import Robot
 from problems.scene import Obstacle
 
-ZOOMS, LOOKS = 4, 33
+LOOKS = 33  # in a motion: the least of all is looked for within a step of one of them
 
 
 @dataclass(frozen=True)
@@ -44,35 +46,30 @@ def prove_in_core(limit: Limit, trajectory: Trajectory) -> ClearanceProof | None
 
 def _followed(question: _Question, trajectory: Trajectory, found: Proof) -> Proof:
     """What was found to be too near, at the time around it at which it is nearest."""
-    step = trajectory.duration / LOOKS
-    for _ in range(ZOOMS):
-        times = np.clip(found.time + step * np.linspace(-1.0, 1.0, LOOKS), 0.0, trajectory.duration)
-        rooms = question.world.rooms(trajectory.at(times), which=question.which)
-        worst = int(np.argmin(rooms))
-        if rooms[worst] < found.smallest:
-            found = replace(found, smallest=float(rooms[worst]), time=float(times[worst]))
-        step *= 2.0 / (LOOKS - 1)
-    return found
+
+    def nearness(times: FloatArray) -> FloatArray:
+        return -question.world.rooms(trajectory.at(times), which=question.which)
+
+    nearest, time = peak_near(nearness, found.time, trajectory.duration / LOOKS, trajectory.duration)
+    return replace(found, smallest=-nearest, time=time) if -nearest < found.smallest else found
 
 
 def _question(limit: Limit) -> _Question | None:
-    if isinstance(limit, CoverLimit):
-        among = limit.obstacles if isinstance(limit, CoverClearance) else ()
-        return _of(limit.robot, among, bool(among), limit.proof_gap)
+    """None for a class of its own, whose statement may be another, and where there is no world."""
+    if type(limit) is CoverClearance:
+        return _asked(limit.robot, limit.obstacles, Kept.FROM_OBSTACLES, limit.proof_gap)
+    if type(limit) is CoverSelfClearance:
+        return _asked(limit.robot, (), Kept.FROM_EACH_OTHER, limit.proof_gap)
     if type(limit) is Clearance and not limit.robot.is_covered:
         obstacles = {pair.number: pair.obstacle for pair in limit.pairs}
         if sorted(obstacles) == list(range(1, len(obstacles) + 1)):
-            return _of(limit.robot, tuple(obstacles[number] for number in sorted(obstacles)), True, RELATIVE_PROOF_GAP)
+            among = tuple(obstacles[number] for number in sorted(obstacles))
+            return _asked(limit.robot, among, Kept.FROM_OBSTACLES, RELATIVE_PROOF_GAP)
     if type(limit) is SelfClearance and not limit.robot.is_covered:
-        return _of(limit.robot, (), False, RELATIVE_PROOF_GAP)
+        return _asked(limit.robot, (), Kept.FROM_EACH_OTHER, RELATIVE_PROOF_GAP)
     return None
 
 
-def _of(
-    robot: Robot | SpatialArm, obstacles: tuple[Obstacle, ...], from_obstacles: bool, gap: float
-) -> _Question | None:
+def _asked(robot: Robot, obstacles: tuple[Obstacle, ...], which: Kept, gap: float) -> _Question | None:
     world = World.of(robot, obstacles)
-    if world is None:
-        return None
-    which = Kept.FROM_OBSTACLES if from_obstacles else Kept.FROM_EACH_OTHER
-    return _Question(world, which, world.margins[0 if from_obstacles else 1], gap)
+    return None if world is None else _Question(world, which, world.margins[which], gap)

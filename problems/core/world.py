@@ -95,7 +95,7 @@ class World:
 
     Attributes:
         dof: the number of joints.
-        margins: what is kept from obstacles, and from each other, m.
+        margins: what is kept, m, by from what.
     """
 
     def __init__(self, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> None:
@@ -107,7 +107,7 @@ class World:
         self._world = ctypes.c_void_p(library.core_world(counts.ctypes.data, numbers.ctypes.data))
         weakref.finalize(self, library.core_forget, self._world)
         self.dof = robot.dof
-        self.margins = margins_of(robot)
+        self.margins = dict(zip((Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER), margins_of(robot), strict=True))
 
     @classmethod
     def of(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> World | None:

@@ -1,9 +1,9 @@
 """Least time among obstacles, what costs least first: direct, at the bound, polished from ways that were found."""
 
-from problems.ladder.descent import Polish, Reached
+from problems.ladder.climb import Climb, gentler, joint_box
+from problems.ladder.descent import DeviationPolish
 from problems.ladder.deviation import Deviations
 from problems.ladder.goals import postures_around
-from problems.ladder.ladder import Climb, gentler, joint_box
 from problems.ladder.rephasing import at_the_bound
 
-__all__ = ["Climb", "Deviations", "Polish", "Reached", "at_the_bound", "gentler", "joint_box", "postures_around"]
+__all__ = ["Climb", "DeviationPolish", "Deviations", "at_the_bound", "gentler", "joint_box", "postures_around"]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from problems.base import FloatArray
 from problems.core import Nearby, World
 from problems.ladder.deviation import AT_REST, Deviations, JointRows, PostureRows
-from problems.ladder.program import LinearProgram, SingleRows, WholeRows, joined
+from problems.ladder.linear_program import LinearProgram, SingleRows, WholeRows, joined
 from problems.sequential import JointTorques
 
 CLEARANCE_PRICE = 30.0  # s/m: what a program pays for clearance that is missing
@@ -76,7 +76,7 @@ class Reached:
 
 
 @dataclass(frozen=True, eq=False)
-class Polish:
+class DeviationPolish:
     """Sequential linear programs.
 
     Args:
@@ -155,7 +155,7 @@ class Polish:
             found.append(_dips(np.minimum(theta - low, high - theta).min(axis=1), -ROUNDING))
         return np.unique(u[np.concatenate(found)])
 
-    def looking_at(self, more: FloatArray) -> Polish:
+    def looking_at(self, more: FloatArray) -> DeviationPolish:
         """The same that looks at more postures, at parameters (m,)."""
         return replace(self, u=np.union1d(self.u, more))
 

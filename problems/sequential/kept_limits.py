@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -10,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray, Matrix, as_array
-from problems.limits import TorqueLimit
-from problems.motions import Samples
+from problems.limits import Limit, TorqueLimit
+from problems.motions import Samples, Trajectory
 from problems.robots import JointLimits
 from problems.sequential.path_speed import Grid, PathSpeed
 
@@ -34,6 +35,11 @@ class JointTorques:
     def of(cls, limit: TorqueLimit) -> JointTorques:
         """The same object for the same limit, so that its functions are made once."""
         return cls(limit)
+
+    @classmethod
+    def among(cls, limits: Iterable[Limit]) -> JointTorques | None:
+        """Of the torque limit among some; None where there is none."""
+        return next((cls.of(limit) for limit in limits if isinstance(limit, TorqueLimit)), None)
 
     @property
     def dof(self) -> int:
@@ -86,6 +92,10 @@ class JointTorques:
         """
         peaks = as_array(self._time_scales(state.T)).max(axis=1)
         return float(self.limit.time_scale(ca.DM(peaks).T))
+
+    def time_scale_of(self, trajectory: Trajectory, times: FloatArray) -> float:
+        """That of a motion at times (n,) in s."""
+        return self.time_scale(np.concatenate([trajectory.at(times, order) for order in range(STATE)], axis=1))
 
 
 NEARLY = 0.5  # of a limit: a share that a peak between the samples of rows has at least to be looked at

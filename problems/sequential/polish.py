@@ -105,8 +105,7 @@ class Polish:
 
     @cached_property
     def _kept(self) -> KeptLimits:
-        torque = next((limit for limit in self.limits if isinstance(limit, TorqueLimit)), None)
-        return KeptLimits(self.task.robot.limits, None if torque is None else JointTorques(torque))
+        return KeptLimits(self.task.robot.limits, JointTorques.among(self.limits))
 
     def __call__(self, start: Trajectory) -> Iterator[Trajectory]:
         """Motions made of one that may break limits, clear at samples, each with more clearance there than the last.

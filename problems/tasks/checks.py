@@ -21,7 +21,7 @@ from problems.base import (
     is_of_length_one,
     shown,
 )
-from problems.core import Kept, World
+from problems.core import World
 from problems.limits import CoverLimit, Proximity, can_hold, cover_limits, holding_torques, proximity_limits
 from problems.motions import Samples
 from problems.robots import Robot
@@ -192,8 +192,8 @@ class Surroundings:
     def clearances(self, theta: FloatArray, times: FloatArray) -> list[tuple[float, FloatArray]]:
         """Of each limit what it keeps, m, and the least clearance in postures (n, dof) at times (n,), s: (n,), m."""
         if self.world is not None:
-            kept = zip(self.world.margins, (Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER), strict=True)
-            return [(margin, margin + self.world.rooms(theta, which=which)) for margin, which in kept]
+            kept = self.world.margins.items()
+            return [(margin, margin + self.world.rooms(theta, which=which)) for which, margin in kept]
         if self.robot.is_covered:
             return [(cover.margin, cover.nearest(theta, times).clearance) for cover in self._covers]
         samples = Samples(robot=self.robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=ca.DM(times))

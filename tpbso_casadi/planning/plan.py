@@ -35,9 +35,9 @@ from tpbso_casadi.planning.finishing import (
     polish,
     retimed,
 )
-from tpbso_casadi.planning.ladder import without_search
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
 from tpbso_casadi.planning.progress import Planning, Progress, log_search
+from tpbso_casadi.planning.unsearched import without_search
 from tpbso_casadi.scenario import FIELDS, Scenario, ScenarioError
 
 LOG = logging.getLogger(__name__)

@@ -29,7 +29,6 @@ from problems.limits import (
     Constraint,
     LimitKind,
     StepLimit,
-    TorqueLimit,
     limits_of,
     looks,
     stay_constraints,
@@ -368,11 +367,8 @@ class MoveProblem(SplineProblem):
 
     def _held(self, trajectory: Trajectory) -> bool:
         """Whether motors give what a motion needs, at times at which it is extreme."""
-        if self._torques is None:
-            return True
-        times = trajectory.times(TORQUE_LOOKS)
-        state = np.concatenate([trajectory.at(times, order) for order in range(3)], axis=1)
-        return self._torques.time_scale(state) <= 1.0
+        torques = self._torques
+        return torques is None or torques.time_scale_of(trajectory, trajectory.times(TORQUE_LOOKS)) <= 1.0
 
     def climbed(self, seed: int, to_beat: float, running_out: Callable[[], bool]) -> Iterator[Trajectory]:
         """Fast motions to the postures at the goal that can be reached soonest, each faster than those before.
@@ -385,12 +381,11 @@ class MoveProblem(SplineProblem):
         world = World.of(self.robot, self.obstacles) if self.is_polished and not self.branches else None
         if world is None:
             return
-        start, (goals, bounds) = branch_posture(self.robot, self.task.start), self._goals
+        start, limits, (goals, bounds) = branch_posture(self.robot, self.task.start), self.robot.limits, self._goals
         clear = np.flatnonzero(world.clear(goals))[:MOST_CLIMBS]
         for goal, bound in zip(goals[clear], bounds[clear], strict=True):
             if bound >= to_beat or (to_beat < np.inf and running_out()):
                 break
-            limits = self.robot.limits
             motions = Deviations(start, goal, limits, gentler=gentler(start, goal, limits, self._torques))
             climb = Climb(world, motions, joint_box(self.robot, start, goal), self._torques, running_out)
             found = climb(seed, to_beat)
@@ -413,8 +408,7 @@ class MoveProblem(SplineProblem):
 
     @property
     def _torques(self) -> JointTorques | None:
-        limit = next((limit for limit in self.limits if isinstance(limit, TorqueLimit)), None)
-        return None if limit is None else JointTorques.of(limit)
+        return JointTorques.among(self.limits)
 
     @cached_property
     def _polish(self) -> Polish:

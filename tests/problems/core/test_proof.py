@@ -188,7 +188,7 @@ def test_covers_are_proven_as_by_the_proof_in_numpy() -> None:
             other, proof = prove_covers(limit, motion), world.prove(motion, which)
             assert same(proof, other.status), (seed, which)
             if proof.status and other.status is CertificateStatus.CERTIFIED:
-                assert proof.smallest + world.margins[which == Kept.FROM_EACH_OTHER] >= other.proven
+                assert proof.smallest + world.margins[which] >= other.proven
             statuses[other.status] += 1
     assert statuses[CertificateStatus.CERTIFIED] and statuses[CertificateStatus.VIOLATED]
 

@@ -9,8 +9,8 @@ import pytest
 from helpers.core_robots import robot_of
 
 from problems.core import World, core_library
-from problems.ladder import Climb, Deviations, Polish, gentler, joint_box
-from problems.ladder.ladder import GOOD_ENOUGH
+from problems.ladder import Climb, DeviationPolish, Deviations, gentler, joint_box
+from problems.ladder.climb import GOOD_ENOUGH
 from problems.limits import TorqueLimit, limits_of
 from problems.robots import SpatialArm
 from problems.scene import Box
@@ -60,7 +60,9 @@ def test_what_is_slower_than_a_known_motion_is_not_returned() -> None:
 
 def test_no_time_is_no_motion_but_the_beginning() -> None:
     found = climb(robot_of("upright"), WALL)
-    polish = Polish(found.motions, found.world, np.full(2, 1e-3), found.motions.parameters(), running_out=lambda: True)
+    polish = DeviationPolish(
+        found.motions, found.world, np.full(2, 1e-3), found.motions.parameters(), running_out=lambda: True
+    )
     x = np.zeros((found.motions.free, found.motions.dof))
     np.testing.assert_array_equal(polish(x).x, x)
 

@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from problems.base import FloatArray
-from problems.core import Kept, World
-from problems.ladder.descent import Polish, Reached
+from problems.core import World
+from problems.ladder.descent import DeviationPolish, Reached
 from problems.ladder.deviation import Deviations
 from problems.motions import Trajectory
 from problems.robots import JointLimits, Robot
@@ -51,8 +51,7 @@ def gentler(
     direct = rest_to_rest(start, goal, limits)
     times = direct.times(LOOKS)
     times = times[np.minimum(times, direct.duration - times) <= ENDS * direct.duration]
-    state = np.concatenate([direct.at(times, order) for order in range(3)], axis=1)
-    scale = min(torques.time_scale(state), GENTLEST)
+    scale = min(torques.time_scale_of(direct, times), GENTLEST)
     if scale <= 1.0:
         return None
     slower = {"acceleration": scale**2, "jerk": scale**3}
@@ -90,7 +89,7 @@ class Climb:
     def _spare(self) -> FloatArray:
         """What is kept on top of what must be, of obstacles and of each other, m, (2,)."""
         ends = np.stack([self.motions.start, self.motions.goal])
-        left = [self.world.rooms(ends, SPARE, which).min() for which in (Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER)]
+        left = [self.world.rooms(ends, SPARE, which).min() for which in self.world.margins]
         return np.maximum(np.minimum(AT_ENDS * np.array(left), (SPARE, OWN_SPARE)), 0.0)
 
     def _ways(self, seed: int) -> Iterator[FloatArray]:
@@ -137,7 +136,9 @@ class Climb:
 
     def _proven(self, x: FloatArray, to_beat: float, running_out: Callable[[], bool] = never) -> Reached | None:
         """What a polish makes of control points, mended where it comes too near between the postures looked at."""
-        polish = Polish(self.motions, self.world, self._spare, self.motions.parameters(), self.torques, running_out)
+        polish = DeviationPolish(
+            self.motions, self.world, self._spare, self.motions.parameters(), self.torques, running_out
+        )
         for number in range(MENDED + 1):
             reached = polish(x, to_beat, MORE_PROGRAMS if number else FIRST_PROGRAMS)
             if reached.duration > SAME * to_beat or not reached.is_clear:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from problems import Problem, Trajectory
+from problems.certify import ROUNDING_ALLOWANCE
 from solvers import StopReason, unsearched
 from tpbso_casadi.planning.finishing import AS_FAST, SearchedMotion, is_better, slowed
 from tpbso_casadi.planning.motion import Motion
@@ -21,7 +22,6 @@ LOG = logging.getLogger(__name__)
 ABOUT_AS_FAST = 1.002
 MOST_PROOFS = 20  # of motions that are clear where they were looked at
 MOST_CLIMBS = 4  # branches whose ways are polished
-ROUNDING = 1e-12  # relative: by so much longer a motion at its limits keeps them in floating point
 
 
 def without_search(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
@@ -82,7 +82,7 @@ def climbed(problem: Problem[Any], planning: Planning, known: SearchedMotion | N
 
 def _judged(problem: Problem[Any], trajectory: Trajectory) -> Motion:
     """A motion that is to keep its limits, judged; slower, where it does not."""
-    motion = Motion(problem, trajectory.time_scaled(1.0 + ROUNDING), {}, retimed=True)
+    motion = Motion(problem, trajectory.time_scaled(1.0 + ROUNDING_ALLOWANCE), {}, retimed=True)
     return motion if motion.feasible else slowed(replace(motion, trajectory=trajectory))
 
 
