@@ -157,8 +157,8 @@ def _places(robot: SpatialArm, links: Sequence[LinkTree], firsts: Sequence[int])
 
 
 def obstacle_numbers(obstacle: Obstacle) -> PlainSolid | None:
-    """The obstacle in numbers, where the core knows its shape."""
-    return obstacle.plain if isinstance(obstacle, Solid) else None
+    """The obstacle in numbers, where the core knows its shape; a class derived from that may be another."""
+    return obstacle.plain if isinstance(obstacle, Solid) and "plain" in vars(type(obstacle)) else None
 
 
 def described(

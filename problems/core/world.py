@@ -112,7 +112,7 @@ class World:
     @classmethod
     def of(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> World | None:
         """The world, where the core is there and knows the robot and all shapes; the same object for the same world."""
-        return _known_world(robot, tuple(obstacles)) if isinstance(robot, SpatialArm) else None
+        return _known_world(robot, tuple(obstacles)) if type(robot) is SpatialArm else None
 
     def rooms(self, theta: FloatArray, most: float = np.inf, which: Kept = Kept.ALL) -> FloatArray:
         """How much more than they must postures (n, dof), rad, keep of everything, no more than asked for, (n,), m."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -10,9 +10,10 @@ from helpers.core_robots import EXAMPLES, MARGIN, ROBOTS, SCENE, links_and_pairs
 from scipy.spatial import cKDTree
 
 from problems import PlanarArm
+from problems.base import Matrix
 from problems.core import Kept, World
 from problems.robots import SpatialArm
-from problems.scene import SOLIDS, ConstantVelocity, Ellipsoid, MovingObstacle, Obstacle
+from problems.scene import SOLIDS, Box, ConstantVelocity, Ellipsoid, MovingObstacle, Obstacle
 
 TOLERANCE = 1e-9  # m; where two balls are at the same distance up to rounding, either is the nearest
 
@@ -183,3 +184,18 @@ def test_where_there_is_nothing_to_keep_clear_of_room_has_no_end() -> None:
     assert np.isinf(world.rooms(theta)).all()
     assert world.clear(theta).all()
     assert world.nearby(theta, np.inf).rooms.size == 0
+
+
+def test_a_class_derived_from_a_known_shape_or_robot_is_not_taken_for_it() -> None:
+    class Hollow(Box):
+        def point_clearance(self, points: Matrix) -> Matrix:
+            return super().point_clearance(points) - 0.1
+
+    class Longer(SpatialArm):
+        pass
+
+    arm, hollow = robot_of("upright"), Hollow(center=(0.5, 0.0, 0.5), size=(0.1, 0.1, 0.1))
+    assert World.of(arm, (Box(center=hollow.center, size=hollow.size),)) is not None
+    assert World.of(arm, (hollow,)) is None
+    longer = Longer(**{field.name: getattr(arm, field.name) for field in fields(SpatialArm) if field.init})
+    assert World.of(longer, ()) is None
