@@ -49,6 +49,7 @@ SIGNATURES = {
         COUNT,
         (*(POINTER,) * 5, NUMBER, NUMBER, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, COUNT, POINTER),
     ),
+    "core_reach": (None, (*(POINTER,) * 4, COUNT, POINTER, POINTER, COUNT, COUNT, POINTER, POINTER)),
     "core_program": (COUNT, (*(COUNT,) * 3, *(POINTER,) * 5, COUNT, *(POINTER,) * 7, NUMBER, NUMBER, *(POINTER,) * 2)),
 }
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, as_array
+from problems.base import FloatArray
 from problems.robots import Robot
 from problems.tasks import Place
 
@@ -18,12 +17,8 @@ def postures_around(robot: Robot, place: Place) -> FloatArray:
     choices = place.choices(robot)
     low, high = np.array([(choice.lower, choice.upper) for choice in choices]).reshape(-1, 2).T
     chosen = np.vstack([(low + high) / 2.0, rng.uniform(low, high, (AROUND if choices else 0, len(choices)))])
-    x = ca.SX.sym("x", len(choices))
-    theta = place.posture(robot, x, 1.0, None)[0]
-    there = ca.Function("there", [x], [ca.densify(ca.SX(theta)).T, ca.densify(ca.SX(place.miss(robot, theta))).T])
-    found, missed = (as_array(part).T for part in there(chosen.T))
-    reached = np.abs(missed).max(axis=1) <= place.tolerance(robot)
+    found, reached = place.postures(robot, chosen)
     for joint, (least, most) in enumerate(robot.limits.position or ()):
         reached &= (found[:, joint] >= least) & (found[:, joint] <= most)
     reached[0] = True
-    return np.asarray(found[reached])
+    return found[reached]

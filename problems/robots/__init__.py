@@ -6,7 +6,7 @@ from problems.robots.chain import Chain, ChainJoint
 from problems.robots.description import RobotDescription
 from problems.robots.dynamics import RigidChain, time_scales, time_scales_of_arrays
 from problems.robots.inertia import MASSLESS, Payload, planar_payload
-from problems.robots.inverse_kinematics import LONGEST_STEP, postures, project, tool_jacobian
+from problems.robots.inverse_kinematics import LONGEST_STEP, geometry_of, joint_bounds, postures, project, tool_jacobian
 from problems.robots.link_covers import FINE_OVERHANG, LinkCover, MeshNote, covers_text, read_covers
 from problems.robots.looks import Look, looks_text, read_looks
 from problems.robots.planar import PLANAR_GRAVITY, PlanarArm
@@ -81,6 +81,8 @@ __all__ = [
     "as_point",
     "built_in",
     "covers_text",
+    "geometry_of",
+    "joint_bounds",
     "looks_text",
     "matrix_of",
     "most_held",

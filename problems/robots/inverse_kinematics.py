@@ -14,7 +14,7 @@ but a = 0, while the cross products of the axes, 2 sin(a), vanish for a tool ups
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TypeAlias
@@ -33,6 +33,8 @@ LONGEST_STEP = 0.6  # rad or m in any joint
 UPSIDE_DOWN = 1e-3  # least 1 + cos(a) that errors are divided by
 
 Columns: TypeAlias = list[list[Operand]]
+Bounds: TypeAlias = tuple[FloatArray, FloatArray]  # the least and the most of each joint
+Steps: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray | None, Bounds, int], tuple[FloatArray, FloatArray]]
 
 
 def project(
@@ -56,15 +58,15 @@ def project(
         kept: share of each joint's range that stays free at both ends.
         known: a posture there, (1, dof): what stays free is less where this is nearer to a limit.
     """
-    limits = _joint_limits(robot, kept, known)
-    step = _step(_geometry(robot), rotation is not None, bool(limits))
+    limits = joint_bounds(robot, kept, known)
+    step = _step(geometry_of(robot), rotation is not None, bool(limits))
     wanted = (position,) if rotation is None else (position, rotation)
     for _ in range(steps):
         theta = step(theta, *wanted, *limits)
     return theta
 
 
-def _geometry(robot: SpatialArm) -> SpatialArm:
+def geometry_of(robot: SpatialArm) -> SpatialArm:
     """What of a robot decides where its tool is: plain numbers, the same in its symbolic copy."""
     ones = (1.0,) * robot.dof
     base, tool = (robot.base_translation, robot.base_rotation), (robot.tool_translation, robot.tool_rotation)
@@ -124,8 +126,8 @@ def _turn_missing(current: Rotation, wanted: Matrix) -> list[Operand]:
     return [part * factor for part in sine]
 
 
-def _joint_limits(robot: SpatialArm, kept: float, known: Matrix | None) -> tuple[Matrix, ...]:
-    """Lowest and highest, (1, dof), of what stays free; none where there are no limits."""
+def joint_bounds(robot: SpatialArm, kept: float, known: Matrix | None) -> tuple[Matrix, ...]:
+    """Lowest and highest, (1, dof), of what :func:`project` leaves free; none where there are no limits."""
     limits = robot.limits.position
     if limits is None:
         return ()
@@ -211,6 +213,7 @@ def postures(
     rng: np.random.Generator,
     starts: int = 400,
     near: ArrayLike | None = None,
+    led: Steps | None = None,
 ) -> FloatArray:
     """Postures within the joints' limits that put the tool where it should be.
 
@@ -225,6 +228,7 @@ def postures(
         starts: how many.
         near: a posture (dof,) from which it begins too, and what the joints reach from there comes first; joints that
             can turn more than once are taken in the turn nearest to it, rad; the middle of their limits by default.
+        led: takes the steps; NumPy does by default.
 
     Returns:
         Postures (m, dof), rad or m, that differ by more than 0.001 in some joint; m = 0 where none is found. The tool
@@ -235,7 +239,9 @@ def postures(
     begun = search.starts(rng, starts)
     if near is not None:  # what is nearest, of a redundant arm, no random start may lead to
         begun = np.vstack([search.within(middle), begun])
-    theta = search.solved(begun)
+    theta = (
+        search.solved(begun) if led is None else led(begun, search.position, search.rotation, search.bounds, STEPS)[0]
+    )
     theta = search.wrapped(theta[search.arrived(theta)], middle)
     # wrapping rounds an angle of several turns; what is returned has been checked as it is
     return search.distinct(theta[search.arrived(theta)])
@@ -266,6 +272,11 @@ class _Search:
         self.winding = turning & (self.high - self.low >= TURN)  # any angle has a turn within the limits
         self.middle = np.where(np.isfinite(self.low), (self.low + self.high) / 2, 0.0)
         self.middle[self.winding & (self.low < -np.pi) & (self.high > np.pi)] = 0.0
+
+    @property
+    def bounds(self) -> Bounds:
+        """Of the joints while they are stepped: a winding one is free."""
+        return np.where(self.winding, -np.inf, self.low), np.where(self.winding, np.inf, self.high)
 
     @cached_property
     def kinematics(self) -> ca.Function:

@@ -10,6 +10,7 @@ from typing import ClassVar, Literal, TypeAlias
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from problems.base import ANGLES, FloatArray, InvalidProblem, Matrix, Operand, Parametric, as_array, check_within
 from problems.robots import Robot
@@ -195,6 +196,16 @@ class Place(Parametric, ABC):
             Joint angles (1, dof) in rad, and a number that is within [-1, 1] exactly when the place is reached; None
             where it always is.
         """
+
+    def postures(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Postures there (n, dof), rad, on the first branch of the elbow, and which of them are, (n,).
+
+        Args:
+            robot: that moves.
+            chosen: values of :meth:`choices`, (n, choices).
+        """
+        rows = [as_array(self.posture(robot, ca.DM(row), 1.0, None)[0]).ravel() for row in chosen]
+        return np.array(rows), np.ones(len(rows), dtype=bool)
 
     @abstractmethod
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:

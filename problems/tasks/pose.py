@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from problems.base import (
@@ -21,8 +22,9 @@ from problems.base import (
     columns,
     rotation_of,
 )
+from problems.core import Arm
 from problems.limits import SAMPLING_MARGIN, can_hold
-from problems.robots import Robot, SpatialArm, postures, project
+from problems.robots import Robot, SpatialArm, joint_bounds, postures, project
 from problems.scene import Obstacle
 from problems.tasks.checks import check_length_one, least_clearances, overloaded, too_near
 from problems.tasks.place import ANGLE_TOLERANCE, Choice, Place
@@ -144,8 +146,9 @@ class Pose(Place):
             InvalidProblem: it finds none, or none that is clear and held.
         """
         arm = _in_space(robot, field)
-        rotation = None if self.quaternion is None else as_array(rotation_rows(self.quaternion))
-        found = postures(arm, self.point, rotation, np.random.default_rng(SEED), STARTS, near)
+        core = Arm.of(robot)
+        led = None if core is None else core.led
+        found = postures(arm, self.point, self._rotation, np.random.default_rng(SEED), STARTS, near, led)
         what = f"{self.point}" if self.quaternion is None else f"{self.point} turned by {self.quaternion}"
         if not len(found):
             raise InvalidProblem(field, f"no posture of {STARTS} searches for one has the tool at {what}")
@@ -180,6 +183,29 @@ class Pose(Place):
         """Where the joints are put, projected onto the pose; and its miss, of the tolerance."""
         theta = self._onto(robot, ca.horzcat(*self.branch) + OFFSET * chosen.T)
         return theta, ca.norm_inf(self.miss(robot, theta)) / self.tolerance(robot)
+
+    def postures(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Where the joints are put, projected onto the pose by the compiled core where that is there."""
+        arm = Arm.of(robot)
+        if arm is None:
+            return self._by_function(robot, chosen)
+        starts = np.array(self.branch) + OFFSET * chosen
+        ends = [as_array(end).ravel() for end in joint_bounds(_in_space(robot), KEPT, ca.DM(self.branch).T)]
+        low, high = ends or (np.full(robot.dof, end) for end in (-np.inf, np.inf))
+        theta, missing = arm.led(starts, self.position(robot), self._rotation, (low, high), STEPS)
+        return theta, missing <= self.tolerance(robot)
+
+    def _by_function(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        x = ca.SX.sym("x", chosen.shape[1])
+        theta = self.posture(robot, x, 1.0, None)[0]
+        there = ca.Function("there", [x], [theta.T, ca.densify(ca.SX(self.miss(robot, theta))).T])
+        found, missing = (as_array(part).T for part in there(chosen.T))
+        return found, np.abs(missing).max(axis=1) <= self.tolerance(robot)
+
+    @property
+    def _rotation(self) -> FloatArray | None:
+        """How the tool is turned, (3, 3)."""
+        return None if self.quaternion is None else as_array(rotation_rows(self.quaternion)).reshape(3, 3)
 
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
         """Where damped Newton steps from a posture lead."""

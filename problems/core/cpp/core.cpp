@@ -5,6 +5,7 @@
 
 #include "connect.hpp"
 #include "proof.hpp"
+#include "reach.hpp"
 #include "rooms.hpp"
 
 namespace core {
@@ -191,5 +192,25 @@ int core_connect(const World* world, const double* start, const double* goal, co
     const int count = (int)found.size() / world->dof;
     std::copy(found.begin(), found.begin() + (size_t)std::min(count, capacity) * world->dof, path);
     return count;
+}
+
+// Where steps lead from postures (rows, k), which are replaced, to a pose of the tool; what each then lacks, (rows,).
+void core_reach(const World* arm, const double* tool, const double* position, const double* rotation, int turned,
+                const double* lower, const double* upper, int steps, int rows, double* theta, double* missing) {
+    Target target{};
+    std::copy(position, position + 3, target.position);
+    if (turned) std::copy(rotation, rotation + 9, target.rotation);
+    target.turned = turned != 0;
+    Reach reach(*arm, tool, tool + 9, target, lower, upper);
+    std::vector<Lanes> lanes;
+    const int k = arm->dof;
+    for (int row = 0; row < rows; row += LANES) {
+        const int count = gathered(theta, rows, row, k, lanes);
+        const Lanes left = reach(lanes.data(), steps);
+        for (int lane = 0; lane < count; ++lane) {
+            missing[row + lane] = left[lane];
+            for (int j = 0; j < k; ++j) theta[(size_t)(row + lane) * k + j] = lanes[j][lane];
+        }
+    }
 }
 }

@@ -124,8 +124,8 @@ def check_posture_values(robot: Robot, field: str, theta: FloatArray) -> None:
 
 def branch_posture(robot: Robot, place: Place) -> FloatArray:
     """The posture (dof,) in the middle of what there is to choose at a place, rad."""
-    middle = ca.DM([(choice.lower + choice.upper) / 2.0 for choice in place.choices(robot)])
-    return as_array(place.posture(robot, middle, 1.0, None)[0]).ravel()
+    middle = np.array([[(choice.lower + choice.upper) / 2.0 for choice in place.choices(robot)]])
+    return np.asarray(place.postures(robot, middle)[0][0])
 
 
 def least_time(task: Move) -> float:
