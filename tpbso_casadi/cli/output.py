@@ -26,7 +26,7 @@ from tpbso_casadi.cli.options import (
     path,
     positive_number,
 )
-from tpbso_casadi.figures import write_run
+from tpbso_casadi.figures import figure_writers
 from tpbso_casadi.planning import PlannedMotion, Progress
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage import (
@@ -35,9 +35,11 @@ from tpbso_casadi.storage import (
     HIGHEST_RATE,
     OtherPlan,
     OutputError,
+    add_to_plan,
     check_run_folder,
     export_motion,
     stored_content,
+    write_plan,
 )
 
 
@@ -138,33 +140,40 @@ class Output:
                 raise OutputError(f"--animate {self.film}: a run folder holds no other folders")
 
     def write(self, plan: PlannedMotion, progress: Progress, interruption: Interruption) -> Path | None:
-        """Write all of it; once there is a request to stop, the run folder without what is not complete.
+        """Write the run folder, with all but what is drawn; once there is a request to stop, without exports.
 
         Returns:
-            The run folder.
+            The run folder; None where there is none.
 
         Raises:
             OutputError: it cannot be written.
         """
-        folder = None if self.folder is None else self._write_run(self.folder, plan, progress, interruption)
-        if self.film is not None and (folder is None or self._place_in(folder) is None):
-            interruption.attempt(partial(self._film, plan, progress, self.film.parent))
-        return folder
-
-    def _write_run(
-        self, next_folder: Callable[[], Path], plan: PlannedMotion, progress: Progress, interruption: Interruption
-    ) -> Path:
+        if self.folder is None:
+            return None
         progress.phase("writing")
+        exports = [partial(export_motion, motion=plan.motion, kind=kind, rate=self.rate) for kind in self.exports]
         while True:
-            folder = next_folder()
-            further: list[Callable[[Path], object]] = [
-                partial(export_motion, motion=plan.motion, kind=kind, rate=self.rate) for kind in self.exports
-            ]
-            if self.film is not None and self._place_in(folder) is not None:
-                further.append(partial(self._film, plan, progress))
-            with suppress(OtherPlan):  # which came while this one was being drawn
-                write_run(folder, plan, bool(self.formats), further, interruption, not self.named, formats=self.formats)
+            folder = self.folder()
+            with suppress(OtherPlan):  # which came while this one was being written
+                write_plan(folder, plan, exports, interruption, not self.named)
                 return folder
+
+    def draw(self, plan: PlannedMotion, folder: Path | None, progress: Progress, interruption: Interruption) -> None:
+        """Draw figures and film of a plan that is written; once there is a request to stop, what is complete is kept.
+
+        Raises:
+            OutputError: they cannot be written.
+        """
+        drawings = figure_writers(plan, self.formats)
+        film = [] if self.film is None else [partial(self._film, plan, progress)]
+        if folder is not None and self.film is not None and self._place_in(folder) is not None:
+            drawings, film = [*drawings, *film], []
+        if folder is not None and drawings:
+            progress.phase("drawing")
+            add_to_plan(folder, plan, drawings, interruption)
+        for write in film:
+            assert self.film is not None
+            interruption.attempt(partial(write, self.film.parent))
 
     def _place_in(self, folder: Path) -> Path | None:
         """The animation relative to a folder; None where it lies outside."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import shutil
 from collections.abc import Callable, Sequence
 from functools import partial
 from hashlib import file_digest
@@ -114,6 +115,43 @@ def write_plan(
     return replace_folder(
         folder,
         needed=[lambda staged: write_motion(staged / "trajectory.csv", plan.motion, plan.times)],
+        further=further,
+        result=lambda files: result_of(plan).model_copy(update={"files": files}).to_json(),
+        interruption=interruption,
+        check=check,
+    )
+
+
+def add_to_plan(
+    folder: Path, plan: PlannedMotion, further: Sequence[Writer], interruption: Interruption | None = None
+) -> list[str]:
+    """Write further files of a plan beside those that :func:`write_plan` has written.
+
+    Args:
+        folder: of its run.
+        plan: that was written there.
+        further: as of :func:`write_plan`.
+        interruption: likewise.
+
+    Returns:
+        The names of all files.
+
+    Raises:
+        OutputError: as of :func:`write_plan`; or the folder does not hold that run any more.
+    """
+    written = stored_content(folder)
+
+    def copy(staged: Path) -> None:
+        for name in written["files"]:
+            shutil.copyfile(folder / name, staged / name)
+
+    def check(held: dict[str, Any]) -> None:
+        if not held or held != written or held["scenario"] != plan.scenario.model_dump(mode="json"):
+            raise OutputError(f"{folder}: another run was written there meanwhile; further files are left out")
+
+    return replace_folder(
+        folder,
+        needed=[copy],
         further=further,
         result=lambda files: result_of(plan).model_copy(update={"files": files}).to_json(),
         interruption=interruption,

@@ -120,8 +120,40 @@ def test_what_comes_into_the_folder_meanwhile_is_not_lost(
     monkeypatch.setattr("tpbso_casadi.animation.write.animate", somebody_writes)
     assert main([*QUICK, "--animate", "out/arm.gif"]) == 2
     assert "out: holds thesis.tex, which is not of a run" in capfd.readouterr().err
-    assert contents(FOLDER) == {**old, "thesis.tex": b"mine"}
+    (FOLDER / "thesis.tex").unlink()  # beside the plan, which had been written before
+    assert sorted(contents(FOLDER)) == ["result.json", "trajectory.csv"]
+    assert read_run(FOLDER).scenario.solver.evaluations == 500
     assert [path.name for path in Path().iterdir()] == ["out"]
+
+
+def test_figures_are_not_put_beside_another_plan(
+    old: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def another_plan_comes(film: Path, title: str, motion: object) -> None:
+        assert main([*QUICK, "--seed", "3"]) == 0
+
+    monkeypatch.setattr("tpbso_casadi.animation.write.animate", another_plan_comes)
+    assert main([*QUICK, "--animate", "out/arm.gif"]) == 2
+    assert "out: another run was written there meanwhile; further files are left out" in capfd.readouterr().err
+    assert read_run(FOLDER).scenario.solver.seed == 3
+
+
+def test_the_plan_is_written_and_printed_before_it_is_drawn(
+    old: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    seen: list[tuple[list[str], str]] = []
+
+    def look(film: Path, title: str, motion: object) -> None:
+        seen.append((sorted(contents(FOLDER)), capfd.readouterr().out))
+        film.write_text("film")
+
+    monkeypatch.setattr("tpbso_casadi.animation.write.animate", look)
+    loud = [option for option in QUICK if option != "--quiet"]
+    assert main([*loud, "--animate", "out/arm.gif"]) == 0
+    ((files, printed),) = seen
+    assert files == ["result.json", "trajectory.csv"] and "written to out" in printed
+    assert sorted(contents(FOLDER)) == ["arm.gif", "result.json", "trajectory.csv"]
+    assert set(read_run(FOLDER).result.files) == {"arm.gif", "trajectory.csv"}
 
 
 INTERRUPTED_WHILE_MODELLING = """
@@ -225,18 +257,18 @@ def test_a_run_that_was_changed_is_not_lost(old: dict[str, bytes], capfd: pytest
 
 def test_a_plan_that_took_the_name_meanwhile_is_not_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     quick = ["--evaluations", "500", "--no-plots", "--quiet"]
-    drawn: list[Path] = []
+    exported: list[Path] = []
 
-    def other_plan_comes(folder: Path, title: str, motion: object) -> None:
-        drawn.append(folder)
-        if len(drawn) == 1:
+    def other_plan_comes(folder: Path, motion: object, kind: str, rate: float) -> None:
+        exported.append(folder)
+        if len(exported) == 1:
             write_scenario(Path("mine.toml"), speed=5.0)
             main(["mine.toml", *quick])
             write_scenario(Path("mine.toml"), speed=4.0)
 
     write_scenario(Path("mine.toml"), speed=4.0)
-    monkeypatch.setattr("tpbso_casadi.animation.write.animate", other_plan_comes)
-    assert main(["mine.toml", *quick, "--animate", "runs/mine-abso-1-500-evaluations/arm.gif"]) == 0
+    monkeypatch.setattr("tpbso_casadi.cli.output.export_motion", other_plan_comes)
+    assert main(["mine.toml", *quick, "--export", "npz"]) == 0
     speeds = {path.name: read_run(path).scenario.arm.max_speed for path in Path("runs").iterdir()}  # type: ignore[union-attr]
     assert speeds == {"mine-abso-1-500-evaluations": 5.0, "mine-abso-1-500-evaluations-2": 4.0}
 

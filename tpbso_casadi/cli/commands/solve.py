@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
-from contextlib import redirect_stdout
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from problems import OBJECTIVES
+from problems import OBJECTIVES, Problem
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import Elbow, KnotRedundancy
@@ -43,7 +43,7 @@ from tpbso_casadi.cli.output import Output, add_output_options, run_folder
 from tpbso_casadi.cli.progress import planning_progress
 from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.display.plan_tables import print_plan, print_scenarios, summary_of
-from tpbso_casadi.planning import PlannedMotion, plan
+from tpbso_casadi.planning import PlannedMotion, Progress, plan
 from tpbso_casadi.scenario import (
     DEFAULT,
     FAMILIES,
@@ -185,19 +185,30 @@ def solve(options: argparse.Namespace) -> int:
 def written(
     scenario: Scenario, evaluation: EvaluationOptions | None, output: Output, options: argparse.Namespace
 ) -> int:
-    """Plan, then write and print the plan; returns the exit status."""
+    """Plan, write and print the plan, then draw it; returns the exit status."""
     problem = scenario.problem() if scenario.task.is_searched else None
     with deferred_interrupt() as interruption:
-        foreign_output = redirect_stdout(sys.stderr)  # of plug-ins: standard output is for the result
-        with foreign_output, planning_progress(problem, is_silent(options)) as progress:
+        with _working(problem, options) as progress:
             solution = replace(plan(scenario, progress, evaluation, problem), name=output.title)
             folder = output.write(solution, progress, interruption)
-        if options.json:
-            sys.stdout.write(result_of(solution).to_json())
-        elif not options.quiet:
-            print_plan(solution, OutputConsole())
-            OutputConsole().say(f"written to {folder}")
+        try:
+            if options.json:
+                sys.stdout.write(result_of(solution).to_json())
+            elif not options.quiet:
+                print_plan(solution, OutputConsole())
+                OutputConsole().say(f"written to {folder}")
+            sys.stdout.flush()
+        finally:  # though nobody may listen
+            with _working(problem, options) as progress:
+                output.draw(solution, folder, progress, interruption)
         return exit_status(solution, folder, interruption)
+
+
+@contextmanager
+def _working(problem: Problem[Any] | None, options: argparse.Namespace) -> Iterator[Progress]:
+    """The callbacks that show what is being done, while standard output is kept for the result."""
+    with redirect_stdout(sys.stderr), planning_progress(problem, is_silent(options)) as progress:  # of plug-ins
+        yield progress
 
 
 def evaluation_options(options: argparse.Namespace) -> EvaluationOptions:
