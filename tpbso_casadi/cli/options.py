@@ -181,6 +181,16 @@ def add_within(group: Group, default: object) -> None:
     )
 
 
+def add_first(group: Group) -> None:
+    """One certified plan is enough."""
+    group.add_argument(
+        "--first",
+        action="store_true",
+        default=None,
+        help=defaulting("the first certified plan, in space, in least time", SCENARIOS),
+    )
+
+
 def add_backend(group: Group) -> None:
     """How populations are evaluated."""
     group.add_argument(

@@ -217,6 +217,7 @@ def run_folder(options: argparse.Namespace, scenario: Scenario) -> Path:
             parts.append(form.format(_word(value) if isinstance(value, str) else value))
     if options.retime is not None:
         parts.append("retimed" if options.retime else "not-retimed")
+    parts += ["first"] if options.first else []
     if options.polish and options.polish_starts is None:
         parts.append("polish")
     return free_folder("-".join(parts), scenario)

@@ -41,6 +41,7 @@ def plan(
     seed: int | None = None,
     polish: bool | int | None = None,
     within: float | None = None,
+    first: bool | None = None,
     warm_start: Plan | None = None,
     evaluation: EvaluationOptions | None = None,
     progress: Progress = SILENT,
@@ -73,6 +74,7 @@ def plan(
         seed: same seed, same result; 1 by default.
         polish: whether IPOPT refines the best candidate; or how many candidates it starts from.
         within: the best plan in so many seconds, s.
+        first: whether the first certified plan is enough, where nothing is searched: in space, in least time.
         warm_start: a plan of a similar task, with which the search begins.
         evaluation: how populations are evaluated; changes the time, not the result.
         progress: is told what begins, and the status after every iteration.
@@ -99,6 +101,7 @@ def plan(
         evaluations=evaluations,
         seed=seed,
         within=within,
+        first=first,
         **keys,
     )
     given = (("warm_start", warm_start, Plan), ("evaluation", evaluation, EvaluationOptions))

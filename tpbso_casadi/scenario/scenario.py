@@ -85,6 +85,7 @@ class SolverSection(Section):
     evaluations: int | None = Field(default=None, gt=0, le=MOST_EVALUATIONS)
     time_limit: Positive | None = None
     within: Positive | None = None
+    first: bool = False
     seed: int = Field(default=1, ge=0, le=LARGEST_SEED)
     polish_starts: int = Field(default=0, ge=0, le=MOST_POLISH_STARTS)
     settings: dict[str, int | float | Word] = Field(default_factory=dict)
@@ -116,6 +117,10 @@ class SolverSection(Section):
             raise ScenarioError(f"solver.within: {self.name} starts again and again by itself; say time_limit")
         if self.within is not None and self.time_limit is not None:
             raise ScenarioError("solver.within: has a time limit of its own; leave time_limit out")
+        if self.first and not kind.bound_first:
+            raise ScenarioError(
+                f"solver.first: {self.name} searches for the best; name ladder, in space, or say within"
+            )
         self._check_settings(kind, settings)
         foreign = [] if self.name in SOLVER_CATALOGUE.registry else [self.name]
         with failures_named(foreign, "solver.settings", TypeError, ValueError):

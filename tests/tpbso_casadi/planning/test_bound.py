@@ -76,6 +76,21 @@ def test_a_time_that_is_long_enough_changes_nothing() -> None:
     np.testing.assert_array_equal(plan.motion.trajectory.coefficients, timed.motion.trajectory.coefficients)
 
 
+def test_the_first_certified_plan_is_enough_where_it_is_asked_for() -> None:
+    wall = {"shape": "box", "center": [0.45, 0.25, 0.55], "size": [0.5, 0.02, 0.7]}
+    best, first, again = (tp.plan("panda", **ENDS, obstacles=[wall], first=first) for first in (False, True, True))
+    assert first.certified and first.duration >= best.duration
+    np.testing.assert_array_equal(first.motion.trajectory.coefficients, again.motion.trajectory.coefficients)
+    at_bound = tp.plan("panda", **ENDS, first=True)
+    assert at_bound.search is not None and at_bound.search.stop_reason == "target"
+
+
+@pytest.mark.parametrize("what", [{"solver": "bso"}, {"solver": "ipopt"}])
+def test_a_search_has_no_first_plan(what: dict[str, Any]) -> None:
+    with pytest.raises(tp.ScenarioError, match=r"first: \w+ searches for the best; name ladder"):
+        tp.plan("panda", **ENDS, first=True, **what)
+
+
 def test_other_objectives_have_no_such_bound() -> None:
     plan = tp.plan("panda", **ENDS, objective="rotation", evaluations=200)
     assert plan.search is not None and plan.search.evaluations == 200

@@ -23,6 +23,7 @@ from tpbso_casadi.cli.options import (
     Group,
     add_backend,
     add_evaluations,
+    add_first,
     add_iterations,
     add_outside_files,
     add_population,
@@ -155,6 +156,7 @@ def add_search_options(search: Group) -> None:
     add_evaluations(search)
     add_time_limit(search)
     add_within(search, SCENARIOS)
+    add_first(search)
     add_seed(search)
     search.add_argument(
         "--polish",
@@ -249,7 +251,9 @@ def with_options(scenario: Scenario, options: argparse.Namespace) -> Scenario:
         if scenario.arm is None:
             raise ScenarioError("--links: changes an [arm]; this scenario has a [robot]")
         arm = scenario.arm.with_links(options.links).model_dump()
-    search = stated(options, "population", "iterations", "evaluations", "time_limit", "within", "seed", "polish_starts")
+    search = stated(
+        options, "population", "iterations", "evaluations", "time_limit", "within", "first", "seed", "polish_starts"
+    )
     return overridden(
         scenario,
         arm=arm,
