@@ -1,6 +1,19 @@
-"""The compiled core: what every plan in space needs alike, robot and scene being data."""
+"""The compiled core: what every plan in space needs alike, robot and scene being data; and linear programs."""
 
 from problems.core.library import core_library
+from problems.core.linear_program import LinearProgram, SingleRows, WholeRows, joined, minimizer
 from problems.core.world import Kept, Nearby, Proof, Where, World
 
-__all__ = ["Kept", "Nearby", "Proof", "Where", "World", "core_library"]
+__all__ = [
+    "Kept",
+    "LinearProgram",
+    "Nearby",
+    "Proof",
+    "SingleRows",
+    "Where",
+    "WholeRows",
+    "World",
+    "core_library",
+    "joined",
+    "minimizer",
+]

@@ -49,7 +49,7 @@ SIGNATURES = {
         COUNT,
         (*(POINTER,) * 5, NUMBER, NUMBER, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, COUNT, POINTER),
     ),
-    "core_program": (COUNT, (*(COUNT,) * 3, *(POINTER,) * 5, COUNT, *(POINTER,) * 7, NUMBER, NUMBER, *(POINTER,) * 2)),
+    "core_program": (COUNT, (*(COUNT,) * 4, *(POINTER,) * 5, COUNT, *(POINTER,) * 8, NUMBER, NUMBER, *(POINTER,) * 2)),
 }
 
 
