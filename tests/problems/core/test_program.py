@@ -225,3 +225,20 @@ def test_without_a_core_highs_solves_them(monkeypatch: pytest.MonkeyPatch) -> No
     found, other = program.solved(), program.by_highs()
     assert found is not None and other is not None
     np.testing.assert_array_equal(found[0], other[0])
+
+
+@pytest.mark.parametrize("reach", [2, 4, 5])
+@pytest.mark.parametrize("n", [6, 17, 200])
+def test_rows_of_any_reach_and_costs_of_points_cost_as_little_as_with_highs(reach: int, n: int) -> None:
+    rng = np.random.default_rng(n + reach)
+    first = np.repeat(np.arange(n - reach + 1), 3)
+    single = SingleRows(
+        np.zeros_like(first), first, rng.normal(size=(first.size, reach)), -rng.random(first.size),
+        rng.uniform(0.01, 0.3, first.size),
+    )  # fmt: skip
+    box, cost = np.ones((n, 1)), rng.normal(size=(n, 1)) / n
+    program = LinearProgram(single, WholeRows.none(reach, 1), -box, box, (-0.2, 0.2), cost)
+    found, other = program.solved(), program.by_highs()
+    assert found is not None and other is not None
+    one, two = (tau + float((cost * x).sum()) for x, tau in (found, other))
+    assert one == pytest.approx(two, abs=COST)
