@@ -6,6 +6,7 @@ interval brings them closer, quadratically. So a bound is proven without looking
 
 from __future__ import annotations
 
+from functools import cache
 from math import comb
 
 import numpy as np
@@ -25,8 +26,13 @@ def bernstein(coefficients: FloatArray, durations: FloatArray) -> FloatArray:
     """
     n = coefficients.shape[0] - 1
     powers = coefficients[::-1] * durations[None, :, None] ** np.arange(n + 1)[:, None, None]
-    matrix = np.array([[comb(i, j) / comb(n, j) if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
-    return np.tensordot(matrix, powers, axes=1)
+    return np.tensordot(_from_powers(n), powers, axes=1)
+
+
+@cache
+def _from_powers(n: int) -> FloatArray:
+    """The matrix that turns coefficients, lowest power first, into those of Bernstein, (n + 1, n + 1)."""
+    return np.array([[comb(i, j) / comb(n, j) if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
 
 
 def within(curves: FloatArray, lower: FloatArray, upper: FloatArray) -> bool:
@@ -69,9 +75,14 @@ def peak(curves: FloatArray) -> float:
 
 def _halved(curves: FloatArray) -> FloatArray:
     """The first and the second halves of curves in Bernstein form, (n + 1, 2 m)."""
-    n = len(curves) - 1
-    half = np.array([[comb(i, j) / 2**i if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
+    half = _first_half(len(curves) - 1)
     return np.concatenate([half @ curves, (half @ curves[::-1])[::-1]], axis=1)
+
+
+@cache
+def _first_half(n: int) -> FloatArray:
+    """The matrix that turns Bernstein coefficients into those of the first half, (n + 1, n + 1)."""
+    return np.array([[comb(i, j) / 2**i if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
 
 
 def derivative(polynomials: FloatArray) -> FloatArray:

@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core import Nearby, World
+from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, World, joined
 from problems.ladder.deviation import AT_REST, Deviations, JointRows, PostureRows
-from problems.ladder.linear_program import LinearProgram, SingleRows, WholeRows, joined
 from problems.sequential import JointTorques
 
 CLEARANCE_PRICE = 30.0  # s/m: what a program pays for clearance that is missing

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from problems.base import FloatArray
+from problems.core import minimizer
 from problems.robots import JointLimits
 from problems.sequential.kept_limits import KeptLimits, LinearLimits
 from problems.sequential.nearness import Nearness, NearPairs
 from problems.sequential.path_speed import DELAY_COST, RESTING, Clock, Freedom, Grid, MotionSpace, PathSpeed, TimeShift
-from problems.timing import minimizer
 
 TOUCHING = 100.0  # s/m: what a program pays for clearance that is missing
 FIRST_SHARE = 0.3  # of what can be used up in a step: clearance rows with less room are in a program from the start

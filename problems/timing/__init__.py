@@ -11,7 +11,7 @@ from problems.timing.free_space import (
 )
 from problems.timing.from_motion import MotionState, fastest_move, fastest_stop, least_duration
 from problems.timing.retime import retime
-from problems.timing.speed_profile import SpeedProfile, minimizer
+from problems.timing.speed_profile import SpeedProfile
 
 __all__ = [
     "AccelerationPieces",
@@ -25,7 +25,6 @@ __all__ = [
     "least_duration",
     "least_durations",
     "least_time_move",
-    "minimizer",
     "rest_to_rest",
     "retime",
     "switch_shares",

@@ -8,8 +8,8 @@ from itertools import pairwise
 from math import factorial
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import BSpline
-from scipy.sparse import csr_array, diags_array, vstack
 
 from problems.base import FloatArray, composition
 from problems.motions import JointPath, Trajectory
@@ -28,10 +28,35 @@ def averaged_knots(knots: FloatArray) -> FloatArray:
     return np.asarray(np.lib.stride_tricks.sliding_window_view(knots[1:-1], DEGREE).mean(axis=1))
 
 
-def operators(knots: FloatArray, tau: FloatArray, orders: int) -> list[csr_array]:
-    """Matrices (n, controls) that turn control points into s, s', ... at tau (n,)."""
-    every = BSpline(knots, np.eye(knots.size - DEGREE - 1), DEGREE)
-    return [csr_array(every(tau, order)) for order in range(orders)]
+@dataclass(frozen=True)
+class Basis:
+    """What turns control points into s, s', ... at samples.
+
+    Args:
+        first: number of the first of the ``DEGREE + 1`` control points that count at a sample, (n,).
+        weights: of these, (orders, n, DEGREE + 1).
+    """
+
+    first: NDArray[np.intp]
+    weights: FloatArray
+
+    @classmethod
+    def of(cls, knots: FloatArray, tau: FloatArray, orders: int) -> Basis:
+        """For samples at tau (n,)."""
+        count, width = knots.size - DEGREE - 1, DEGREE + 1
+        first = np.clip(np.searchsorted(knots, tau, "right") - width, 0, count - width)
+        every = BSpline(knots, np.eye(width)[np.arange(count) % width], DEGREE)  # every fifth function in one column
+        columns = (first[:, None] + np.arange(width)) % width
+        return cls(first, np.stack([np.take_along_axis(every(tau, order), columns, 1) for order in range(orders)]))
+
+    def joined(self, other: Basis) -> Basis:
+        """These samples and others."""
+        return Basis(np.append(self.first, other.first), np.concatenate([self.weights, other.weights], axis=1))
+
+    def at(self, controls: FloatArray) -> FloatArray:
+        """s, s', ... at the samples, (orders, n)."""
+        near = np.lib.stride_tricks.sliding_window_view(controls, DEGREE + 1)[self.first]
+        return np.asarray((self.weights * near).sum(axis=-1))
 
 
 @dataclass(frozen=True)
@@ -197,92 +222,91 @@ ORDERS = 3  # speed, acceleration, jerk
 
 
 @dataclass(frozen=True, kw_only=True)
-class ParametrisationRows:
-    """What is limited as a share of its limit, one row for each order or torque, joint and sample.
+class LinearLimits:
+    """What is limited as a share of its limit, linear in the time law: r rows, of each order or torque and joint.
 
     Attributes:
-        values: (rows,), those of the order n for a duration of which they are the n-th power less.
-        slopes: with respect to the control points, (rows, controls).
-        orders: n, (rows,).
-        samples: the index of the sample, (rows,).
-        slowing: of torques, of the order 0: how they change with a small share of the duration, (rows,); else zero.
+        values: at n samples, (r, n), those of the order m for a duration of which they are the m-th power less.
+        slopes: with respect to s and its three derivatives at the sample, (r, 4, n).
+        slowing: of torques, of the order 0: how they change with a small share of the duration, (r, n); else zero.
+        orders: m, (r,).
     """
 
     values: FloatArray
-    slopes: csr_array
-    orders: FloatArray
-    samples: FloatArray
+    slopes: FloatArray
     slowing: FloatArray
+    orders: FloatArray
 
-    def with_rows(self, other: ParametrisationRows) -> ParametrisationRows:
-        """These and others, of the same samples."""
-        return ParametrisationRows(
-            values=np.append(self.values, other.values),
-            slopes=csr_array(vstack([self.slopes, other.slopes])),
+    def joined(self, other: LinearLimits) -> LinearLimits:
+        """These and others, at the same samples."""
+        return LinearLimits(
+            values=np.concatenate([self.values, other.values]),
+            slopes=np.concatenate([self.slopes, other.slopes]),
+            slowing=np.concatenate([self.slowing, other.slowing]),
             orders=np.append(self.orders, other.orders),
-            samples=np.append(self.samples, other.samples),
-            slowing=np.append(self.slowing, other.slowing),
         )
 
+    def after(self, law: FloatArray, slower: float) -> FloatArray:
+        """The values (r, n) where s and its derivatives change by (4, n), and the duration by a share."""
+        return np.asarray(self.values + np.einsum("rpn,pn->rn", self.slopes, law) + self.slowing * slower)
 
-def parametrisation_rows(
-    path: JointPath, limits: JointLimits, basis: list[csr_array], controls: FloatArray, duration: float
-) -> ParametrisationRows:
-    """Linearise q(s(t)) and its derivatives around a time law.
+
+def joint_shares(path: JointPath, limits: JointLimits, law: FloatArray, duration: float) -> FloatArray:
+    """Speed, acceleration and jerk as shares of limits, (3, k, n); arguments as of :func:`joint_limits`."""
+    return _derivatives(_along(path, law[0], ORDERS), law) / _scales(limits, duration)
+
+
+def joint_limits(path: JointPath, limits: JointLimits, law: FloatArray, duration: float) -> LinearLimits:
+    """Linearise the derivatives of q(s(t)) around a time law.
 
     Args:
         path: of k joints.
         limits: a jerk among them.
-        basis: matrices that turn control points into s, s', s'', s''' at the samples.
-        controls: the control points.
+        law: s and its three derivatives at n samples, (4, n).
         duration: in s.
     """
-    s, *law = (matrix @ controls for matrix in basis)
-    ends = path.breakpoints[[0, -1]]
-    v, a, j = (derivative[:, None] for derivative in law)
-    q1, q2, q3, q4 = (path.at(np.clip(s, *ends), order) for order in range(1, ORDERS + 2))
-    values = [q1 * v, q1 * a + q2 * v**2, q1 * j + 3.0 * q2 * v * a + q3 * v**3]
-    partial = [  # with respect to s, s', s'', s'''
+    _, v, a, j = law
+    q1, q2, q3, q4 = along = _along(path, law[0], ORDERS + 1)
+    scales = _scales(limits, duration)
+    joints = path.coefficients.shape[2]
+    slopes = np.zeros((ORDERS, joints, ORDERS + 1, v.size))
+    parts = [
         [q2 * v, q1],
         [q2 * a + q3 * v**2, 2.0 * q2 * v, q1],
-        [q2 * j + 3.0 * q3 * v * a + q4 * v**3, 3.0 * q2 * a + 3.0 * q3 * v**2, 3.0 * q2 * v, q1],
+        [q2 * j + 3.0 * q3 * v * a + q4 * v**3, 3.0 * (q2 * a + q3 * v**2), 3.0 * q2 * v, q1],
     ]
-    scales = [bound * duration**order for order, bound in enumerate(limits.by_order, start=1)]
-    slopes = [
-        combined([part[:, joint] / scale[joint] for part in parts], basis)
-        for parts, scale in zip(partial, scales, strict=True)
-        for joint in range(scale.size)
-    ]
-    per_order = s.size * scales[0].size
-    return ParametrisationRows(
-        values=np.concatenate([(value / scale).T.ravel() for value, scale in zip(values, scales, strict=True)]),
-        slopes=csr_array(vstack(slopes)),
-        orders=np.repeat(np.arange(1.0, ORDERS + 1.0), per_order),
-        samples=np.tile(np.arange(s.size), ORDERS * scales[0].size),
-        slowing=np.zeros(ORDERS * per_order),
+    for order, every in enumerate(parts):
+        for part, slope in enumerate(every):
+            np.divide(slope, scales[order], out=slopes[order, :, part])
+    rows = ORDERS * joints
+    return LinearLimits(
+        values=(_derivatives(along, law) / scales).reshape(rows, -1),
+        slopes=slopes.reshape(rows, ORDERS + 1, -1),
+        slowing=np.zeros((rows, v.size)),
+        orders=np.repeat(np.arange(1.0, ORDERS + 1.0), joints),
     )
 
 
-def combined(weights: list[FloatArray], matrices: list[csr_array]) -> csr_array:
-    """The sum of as many matrices as there are weights (n,) of their rows."""
-    total = csr_array(matrices[0].shape)
-    for weight, matrix in zip(weights, matrices, strict=False):
-        total += diags_array(weight) @ matrix
-    return total
+def _along(path: JointPath, s: FloatArray, orders: int) -> list[FloatArray]:
+    """Derivatives of a path by its parameter from the first on, (k, n) each."""
+    inside = np.clip(s, *path.breakpoints[[0, -1]])
+    return [np.ascontiguousarray(path.at(inside, order).T) for order in range(1, orders + 1)]
 
 
-def torque_parametrisation_rows(
-    motors: PathTorques, basis: list[csr_array], controls: FloatArray, duration: float
-) -> ParametrisationRows:
-    """Linearise the torques around a time law, as shares of their limits.
+def _derivatives(along: list[FloatArray], law: FloatArray) -> FloatArray:
+    """Of q(s(tau)), (3, k, n)."""
+    (q1, q2, q3), (_, v, a, j) = along[:ORDERS], law
+    return np.stack([q1 * v, q1 * a + q2 * v**2, q1 * j + 3.0 * q2 * (v * a) + q3 * v**3])
 
-    Args:
-        motors: of the path.
-        basis: matrices that turn control points into s, s', s'', s''' at the samples.
-        controls: the control points.
-        duration: in s.
-    """
-    s, rate, change = along_path(motors.path, basis, controls, duration)
+
+def _scales(limits: JointLimits, duration: float) -> FloatArray:
+    """What derivatives with respect to tau may be, (3, k, 1)."""
+    return np.stack([bound * duration**order for order, bound in enumerate(limits.by_order, start=1)])[..., None]
+
+
+def torque_limits(motors: PathTorques, law: FloatArray, duration: float) -> LinearLimits:
+    """Linearise the torques around a time law, as shares of their limits; arguments as of :func:`joint_limits`."""
+    s, rate, change = in_time(motors.path, law, duration)
     v, a = rate[:, None], change[:, None]
     (m, c, g), (m1, c1, g1) = (motors.at(s, order) for order in (0, 1))
     q1, q2 = (motors.path.at(s, order) for order in (1, 2))
@@ -290,24 +314,21 @@ def torque_parametrisation_rows(
     order = np.argsort(s, kind="stable")
     sign, either = (part[np.argsort(order, kind="stable")] for part in motors.friction((q1 * v)[order]))
     bound = motors.bound - either
-    parts = [  # with respect to s, s', s''
+    parts = [
         (m1 * a + c1 * v**2 + motors.viscous * q2 * v + g1) / bound,
         (2.0 * c * v + motors.viscous * q1) / (bound * duration),
         m / (bound * duration**2),
+        np.zeros_like(m),
     ]
-    joints = bound.shape[1]
-    return ParametrisationRows(
-        values=((inertial + viscous + g + sign) / bound).T.ravel(),
-        slopes=csr_array(vstack([combined([part[:, joint] for part in parts], basis) for joint in range(joints)])),
-        orders=np.zeros(s.size * joints),
-        samples=np.tile(np.arange(s.size), joints),
-        slowing=(-(2.0 * inertial + viscous) / bound).T.ravel(),
+    return LinearLimits(
+        values=((inertial + viscous + g + sign) / bound).T,
+        slopes=np.stack(parts).transpose(2, 0, 1),
+        slowing=(-(2.0 * inertial + viscous) / bound).T,
+        orders=np.zeros(bound.shape[1]),
     )
 
 
-def along_path(
-    path: JointPath, basis: list[csr_array], controls: FloatArray, duration: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The parameter at samples, ds/dt and d2s/dt2, (n,) each; arguments as of :func:`torque_parametrisation_rows`."""
-    s, rate, change = (matrix @ controls for matrix in basis[:3])
+def in_time(path: JointPath, law: FloatArray, duration: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The parameter at samples, ds/dt and d2s/dt2, (n,) each; law as of :func:`joint_limits`."""
+    s, rate, change = law[:3]
     return np.clip(s, *path.breakpoints[[0, -1]]), rate / duration, change / duration**2

@@ -1,8 +1,8 @@
 """The least time with jerk limits: sequential linear programs over a smooth parametrisation.
 
-Each program linearises speed, acceleration, jerk and torques at samples around the last law. What it finds is judged by
-the exact peaks, between samples too, and by torques at denser samples: where the motion can be slowed, by the duration
-that all limits need; else by the duration and by how far a limit is broken.
+Each program linearises speed, acceleration, jerk and torques at samples around the last law. What it finds is judged at
+denser samples where the motion can be slowed: by the duration that all limits need, and exact peaks, between samples
+too, slow it in the end. Else it is judged by the duration and by how far exact peaks break a limit.
 """
 
 from __future__ import annotations
@@ -12,43 +12,39 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
-from scipy.sparse import csr_array, diags_array, hstack, vstack
+from scipy.interpolate import PPoly, make_interp_spline
 
 from problems.base import FloatArray, InvalidProblem
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
+from problems.timing.law_program import LawProgram
 from problems.timing.parametrisation import (
     DEGREE,
     ORDERS,
+    Basis,
     Parametrisation,
     ParametrisationEnds,
-    ParametrisationRows,
-    along_path,
     averaged_knots,
     graded_knots,
-    operators,
-    parametrisation_rows,
-    torque_parametrisation_rows,
+    in_time,
+    joint_limits,
+    joint_shares,
+    torque_limits,
 )
 from problems.timing.prepared import PathTorques, PreparedPath, minimum_time_scale
-from problems.timing.speed_profile import SpeedProfile, fastest_profile, minimizer
+from problems.timing.speed_profile import SpeedProfile, fastest_profile
 
 SAMPLES = 4  # of each interval between knots
-TORQUE_SAMPLES = 8  # of each interval, to judge torques by
+JUDGED = 8  # of each interval, to judge a law by
 BESIDE = 1e-7  # of the duration: as far before and after a change of the path's piece are samples too
 ITERATIONS = 25
 MOST_FAILURES = 5  # in a row
 EVEN = 1e-7  # the share of an even law in every law, so that none stands still
-MOST_CLOSING = 0.9  # how much nearer control points may come in one iteration, of their distance
 FIRST_TRUST, LARGEST_TRUST = 0.3, 2.0  # how far a control point may move, of the distance to its neighbours
-LARGEST_CHANGE = 0.2  # of the duration, in one iteration
-LEAST_GAIN = 5e-4  # of the merit
+LEAST_GAIN = 3e-4  # of the merit
 ALLOWED = 1e-9  # of a limit; rounding
-BREAKING = 20.0  # per cent of the duration that one per cent of a limit is worth
+BROKEN_LIMIT = 20.0  # per cent of the duration that one per cent of a limit is worth
 MARGIN_GROWS = 0.1  # of the duration: as long do margins grow from nothing next to an end that is given
-NEARLY_ACTIVE, NEWLY_ACTIVE, BROKEN = 0.9, -0.02, 1e-6  # shares of limits that decide on the rows of a program
-MOST_PROGRAMS = 6  # for one step
 
 
 @dataclass(frozen=True)
@@ -62,12 +58,8 @@ class Candidate:
     @property
     def merit(self) -> float:
         """In s; lower is better, and what keeps its limits always is."""
-        return self.duration * (1.0 if self.keeps_limits else 2.0 + BREAKING * (self.scale - 1.0))
-
-    @property
-    def keeps_limits(self) -> bool:
-        """Whether it does, but for rounding."""
-        return self.scale <= 1.0 + ALLOWED
+        kept = self.scale <= 1.0 + ALLOWED
+        return self.duration * (1.0 if kept else 2.0 + BROKEN_LIMIT * (self.scale - 1.0))
 
 
 @dataclass(frozen=True)
@@ -95,20 +87,39 @@ class ParametrisationSearch:
         controls = np.maximum.accumulate(np.minimum(controls, controls[-1]))  # an interpolated law may turn back
         even = controls[0] + (controls[-1] - controls[0]) * averaged_knots(self.knots)
         law = Parametrisation(self.knots, self.ends.placed(self.knots, controls + EVEN * (even - controls), duration))
+        if self.ends.moving:
+            return Candidate(law, duration, self._exact_scale(law, duration))
+        at_samples = self._judged.at(law.controls)
+        shares = np.abs(joint_shares(self.path, self.limits, at_samples, duration))
+        scale = max(self.limits.time_scale(shares.max(axis=(1, 2))), self._torque_scale(at_samples, duration))
+        return Candidate(law, duration * scale, 1.0)
+
+    def proven(self, candidate: Candidate) -> Trajectory | None:
+        """The motion, slowed by what its exact peaks ask for; None where it cannot be slowed and they do."""
+        scale = self._exact_scale(candidate.law, candidate.duration)
+        if self.ends.moving and scale > 1.0 + ALLOWED:
+            return None
+        return candidate.law.trajectory(self.path, candidate.duration * (1.0 if self.ends.moving else scale))
+
+    def _exact_scale(self, law: Parametrisation, duration: float) -> float:
+        """How many times slower a law has to be run, by peaks over all t, and by torques at samples."""
         scale = minimum_time_scale(law.trajectory(self.path, duration), self.limits)
-        if self.motors is not None:
-            scale = max(scale, self.motors.time_scale(*along_path(self.path, self._judged, law.controls, duration)))
-        return Candidate(law, duration, scale) if self.ends.moving else Candidate(law, duration * scale, 1.0)
+        return max(scale, self._torque_scale(self._judged.at(law.controls), duration))
+
+    def _torque_scale(self, at_samples: FloatArray, duration: float) -> float:
+        """What torques ask for, of a law (4, n)."""
+        if self.motors is None:
+            return 0.0
+        return self.motors.time_scale(*in_time(self.path, at_samples, duration))
 
     @cached_property
-    def _judged(self) -> list[csr_array]:
-        """What turns control points into a law and two derivatives where its torques are judged."""
-        return operators(self.knots, _samples(self.knots, TORQUE_SAMPLES), 3)
+    def _judged(self) -> Basis:
+        return Basis.of(self.knots, _samples(self.knots, JUDGED), ORDERS + 1)
 
     def improved(self, best: Candidate) -> Candidate:
         """The best law that a trust region around the last one leads to."""
         tau = _samples(self.knots, SAMPLES)
-        basis = operators(self.knots, tau, ORDERS + 1)
+        basis = Basis.of(self.knots, tau, ORDERS + 1)
         trust, failures = FIRST_TRUST, 0
         for _ in range(ITERATIONS):
             step = self._step(best, tau, basis, trust)
@@ -130,27 +141,29 @@ class ParametrisationSearch:
                 near = np.minimum(near, distance / MARGIN_GROWS)
         return np.asarray(near**2)
 
-    def _step(
-        self, around: Candidate, tau: FloatArray, basis: list[csr_array], trust: float
-    ) -> tuple[FloatArray, float] | None:
+    def _step(self, around: Candidate, tau: FloatArray, basis: Basis, trust: float) -> tuple[FloatArray, float] | None:
         """Changes of the control points, and of the duration as a share of it; None where there are none."""
         controls, duration = around.law.controls, around.duration
         crossed = around.law.reaching(self.path.breakpoints[1:-1])
         beside = np.concatenate([crossed - BESIDE, crossed + BESIDE])
-        near = operators(self.knots, beside, ORDERS + 1)
-        basis = [csr_array(vstack([part, extra])) for part, extra in zip(basis, near, strict=True)]
-        room = 1.0 - self.margin * self._growing(np.concatenate([tau, beside]))
-        rows = parametrisation_rows(self.path, self.limits, basis, controls, duration)
+        basis = basis.joined(Basis.of(self.knots, beside, ORDERS + 1))
+        law = basis.at(controls)
+        rows = joint_limits(self.path, self.limits, law, duration)
         if self.motors is not None:
-            rows = rows.with_rows(torque_parametrisation_rows(self.motors, basis, controls, duration))
+            rows = rows.joined(torque_limits(self.motors, law, duration))
         free = self.ends.free(controls.size)
         padded = np.pad(controls, 2, mode="edge")
-        width = trust * (padded[4:] - padded[:-4])[free] / 4.0
-        moves = csr_array((width, (np.arange(controls.size)[free], np.arange(width.size))), (controls.size, width.size))
-        slowing = csr_array(self.ends.slopes(self.knots, duration)[:, None])
-        changes = csr_array(hstack([moves, slowing]))  # of the control points, with each variable but the last
-        solution = _solution(rows, changes, np.diff(controls), room[rows.samples], self.ends.moving)
-        return None if solution is None else (np.asarray(moves @ solution[: width.size]), float(solution[width.size]))
+        width = np.zeros_like(controls)
+        width[free] = trust * (padded[4:] - padded[:-4])[free] / 4.0
+        return LawProgram(
+            rows=rows,
+            basis=basis,
+            controls=controls,
+            width=width,
+            by_duration=self.ends.slopes(self.knots, duration),
+            room=1.0 - self.margin * self._growing(np.concatenate([tau, beside])),
+            elastic=self.ends.moving,
+        ).solved()
 
 
 def _samples(knots: FloatArray, count: int) -> FloatArray:
@@ -160,51 +173,13 @@ def _samples(knots: FloatArray, count: int) -> FloatArray:
     return np.append(inner.ravel(), np.nextafter(1.0, 0.0))
 
 
-def _solution(
-    rows: ParametrisationRows, changes: csr_array, gaps: FloatArray, room: FloatArray, elastic: bool
-) -> FloatArray | None:
-    """Variables of one linear program: shares of the trust region, the duration's change, what limits are broken by.
-
-    Rows join the program when a solution without them breaks them.
-    """
-    count = rows.values.size
-    slopes = csr_array(hstack([rows.slopes @ changes, csr_array((count, 1))]))
-    if rows.slowing.any():
-        column = csr_array(rows.slowing[:, None])
-        slopes = csr_array(slopes + hstack([csr_array((count, changes.shape[1] - 1)), column, csr_array((count, 1))]))
-    none = csr_array((count, changes.shape[1] - 1))
-    slack = csr_array(hstack([none, csr_array(-rows.orders[:, None]), csr_array(-np.ones((count, 1)))]))
-    increasing = csr_array(hstack([changes[:-1] - changes[1:], csr_array((gaps.size, 1))]))
-    costs = np.concatenate([np.zeros(changes.shape[1] - 1), [1.0, BREAKING]])
-    box = np.repeat([[-1.0, 1.0]], costs.size, axis=0)
-    box[-2:] = [-LARGEST_CHANGE, LARGEST_CHANGE], [0.0, np.inf if elastic else 0.0]
-    reach = np.asarray(abs(slopes[:, :-2]).sum(axis=1)).ravel()
-    signs = np.where(rows.values < 0.0, -1.0, 1.0)
-    active = (reach > BROKEN) & (np.abs(rows.values) + np.minimum(reach, FIRST_TRUST) > NEARLY_ACTIVE)
-    solution = None
-    for program in range(MOST_PROGRAMS):
-        chosen = np.flatnonzero(active)
-        matrix = vstack([diags_array(signs[chosen]) @ slopes[chosen] + slack[chosen], increasing])
-        bound = np.concatenate([(room - signs * rows.values)[chosen], MOST_CLOSING * gaps])
-        solution = minimizer(costs, csr_array(matrix), bound, box)
-        if solution is None:
-            break
-        values = rows.values + slopes @ solution
-        excess = np.where(reach > BROKEN, np.abs(values) + slack @ solution - room, -np.inf)
-        broken = excess > BROKEN
-        if not broken.any():
-            break
-        active |= excess > (NEWLY_ACTIVE if program < MOST_PROGRAMS - 3 else -1.0)
-        signs[broken] = np.where(values[broken] < 0.0, -1.0, 1.0)
-    return solution
-
-
-INTERVALS = 16  # between knots, for each piece of a path
-FEWEST, MOST = 120, 600  # intervals of a law
+INTERVALS = 24  # between knots, for each piece of a path
+FEWEST, MOST = 200, 1500  # intervals of a law
 IN_PIECE = 8  # of them in a piece of the path, if there are not too many
-COARSER = 4  # times fewer, at first
-SMOOTHING_SAMPLES = 33
-SWINGS = (2.0, 3.0, 5.0)  # times that accelerations need, of averages that follow a profile with little slowing
+FAR = 1.1  # times a profile's duration: a law that takes longer is improved with fewer intervals first
+COARSER = 4  # times fewer
+SWINGS = (1.0, 2.0, 4.0)  # times that accelerations need, of averages
+FOLLOWING_SWINGS = (1.0, 2.0, 3.0, 5.0)  # of those that follow a profile with little slowing
 MARGINS = (1e-3, 4e-3, 1.6e-2, 6.4e-2)  # at the samples, for what lies between them, where nothing can be slowed
 
 
@@ -227,27 +202,38 @@ def smooth_timing(
     Raises:
         InvalidProblem: no motion was found that keeps the limits with the velocities of its ends.
     """
-    profile, _ = fastest_profile(prepared, limits, motors, ceiling)
+    profile, _ = fastest_profile(prepared, limits, motors, ceiling, rough=ceiling is None)
     ends, breakpoints = ParametrisationEnds.of(prepared), prepared.path.breakpoints
+    swings = SWINGS if ceiling is None else FOLLOWING_SWINGS
     count = max(FEWEST, min(INTERVALS * (breakpoints.size - 1), MOST))
     passed = profile.times[np.searchsorted(profile.nodes, breakpoints)] / profile.times[-1]
-    coarser = COARSER if ceiling is None else 1  # what follows a profile is not improved afterwards
-    knots = graded_knots(passed, count // coarser, IN_PIECE / coarser, MOST // coarser)
-    coarse = ParametrisationSearch(prepared.path, limits, ends, knots, motors=motors)
-    swings = (1.0,) if ceiling is None else SWINGS
-    starts = [coarse.candidate(*start) for start in _smoothed(profile, limits, ends, coarse.knots, swings)]
-    best = min(starts, key=lambda candidate: candidate.merit)
-    if best.keeps_limits and not refined:
-        return best.law.trajectory(prepared.path, best.duration)
-    best = coarse.improved(best)
-    passed = np.concatenate([[0.0], best.law.reaching(breakpoints[1:-1]), [1.0]])
-    fine = replace(coarse, knots=graded_knots(passed, count, IN_PIECE, MOST))
-    best = _refined(best, fine)
+
+    def on_grid(passed: FloatArray, coarser: int) -> ParametrisationSearch:
+        knots = graded_knots(passed, count // coarser, IN_PIECE / coarser, MOST // coarser)
+        return ParametrisationSearch(prepared.path, limits, ends, knots, motors=motors)
+
+    def begun(search: ParametrisationSearch) -> Candidate:
+        starts = _smoothed(profile, limits, ends, search.knots, swings)
+        return min((search.candidate(*start) for start in starts), key=lambda candidate: candidate.merit)
+
+    search = on_grid(passed, 1)
+    best = begun(search)
+    if refined and (any(prepared.resting) or best.merit > FAR * profile.times[-1]):
+        coarse = on_grid(passed, COARSER)
+        found = coarse.improved(begun(coarse))
+        search = on_grid(np.concatenate([[0.0], found.law.reaching(breakpoints[1:-1]), [1.0]]), 1)
+        best = _refined(found, search)
+    motion = None if refined else search.proven(best)
     for margin in MARGINS if ends.moving else (0.0,):
-        best = replace(fine, margin=margin).improved(best)
-        if best.keeps_limits:
-            return best.law.trajectory(prepared.path, best.duration)
-    raise InvalidProblem("rates", "no motion was found that keeps the jerk limits with these velocities at its ends")
+        if motion is not None:
+            return motion
+        best = replace(search, margin=margin).improved(best)
+        motion = search.proven(best)
+    if motion is None:
+        raise InvalidProblem(
+            "rates", "no motion was found that keeps the jerk limits with these velocities at its ends"
+        )
+    return motion
 
 
 def _refined(coarse: Candidate, fine: ParametrisationSearch) -> Candidate:
@@ -266,15 +252,24 @@ def _smoothed(
     """
     total = float(profile.times[-1])
     before, after = (given[0] if any(given) else 0.0 for given in (ends.start, ends.goal))
+    sums = _extended(profile, before, after).antiderivative()
     _, acceleration, jerk = limits.by_order
     swing = float((acceleration / jerk).max())
     for width in sorted({*(min(times * swing, total) for times in swings), total}):
         delay, tail = (0.0 if rate > 0.0 else width / 2.0 for rate in (before, after))
         duration = delay + total + tail
-        shifts = width * ((np.arange(SMOOTHING_SAMPLES) + 0.5) / SMOOTHING_SAMPLES - 0.5)
-        times = (averaged_knots(knots)[:, None] * duration - delay + shifts).ravel()
-        parameters = profile.parameters(np.clip(times, 0.0, total))
-        parameters += before * np.minimum(times, 0.0) + after * np.maximum(times - total, 0.0)
-        controls = np.clip(parameters.reshape(-1, shifts.size).mean(axis=1), *profile.nodes[[0, -1]])
+        times = averaged_knots(knots) * duration - delay
+        means = (sums(times + width / 2.0) - sums(times - width / 2.0)) / width
+        controls = np.clip(means, *profile.nodes[[0, -1]])
         controls[[0, -1]] = profile.nodes[[0, -1]]
         yield controls, duration
+
+
+def _extended(profile: SpeedProfile, before: float, after: float) -> PPoly:
+    """The parameter as a function of the time, as long before the start and after the end at these rates."""
+    times, speeds = profile.times, np.sqrt(profile.squares)
+    total = times[-1]
+    linear = np.concatenate([[before], speeds[:-1], [after]])
+    quadratic = np.concatenate([[0.0], np.diff(speeds) / (2.0 * np.diff(times)), [0.0]])
+    values = np.concatenate([[profile.nodes[0] - before * total], profile.nodes])
+    return PPoly(np.stack([quadratic, linear, values]), np.concatenate([[-total], times, [2.0 * total]]))

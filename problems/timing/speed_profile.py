@@ -18,10 +18,9 @@ from math import comb
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
-from scipy.optimize import linprog
-from scipy.sparse import csr_array
 
 from problems.base import FloatArray, InvalidProblem, composition, derivative, in_bernstein_form, product
+from problems.core import LinearProgram, SingleRows, WholeRows
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
 from problems.timing.prepared import LEAST_ROOM, PathTorques, PreparedPath
@@ -176,27 +175,6 @@ def _course(speed: FloatArray) -> tuple[FloatArray, FloatArray]:
     return 2.0 * speed[:-1] / total, np.diff(speed) / total
 
 
-METHODS = ("highs-ds", "highs-ipm")
-PRIMAL_TOLERANCE, DUAL_TOLERANCE = 1e-10, 1e-9  # HiGHS allows no smaller one than 1e-10
-
-
-def minimizer(costs: FloatArray, matrix: csr_array, bound: FloatArray, box: FloatArray) -> FloatArray | None:
-    """Minimise ``costs @ x`` subject to ``matrix @ x <= bound`` and the box; None where no method can.
-
-    Args:
-        costs: (n,).
-        matrix: (rows, n).
-        bound: (rows,).
-        box: lower and upper bounds of x, (n, 2).
-    """
-    options = {"primal_feasibility_tolerance": PRIMAL_TOLERANCE, "dual_feasibility_tolerance": DUAL_TOLERANCE}
-    for method in METHODS:
-        result = linprog(costs, matrix, bound, bounds=box, method=method, options=options)  # type: ignore[call-overload]
-        if result.status == 0:
-            return np.asarray(result.x, dtype=np.float64)
-    return None
-
-
 AT = (1.0 - np.cos(np.pi * (np.arange(3) + 0.5) / 3.0)) / 2.0  # nodes, shares of an interval
 CHECKED = np.linspace(0.0, 1.0, 5)  # of a finished profile, shares of an interval
 MOST_VISCOUS = 0.5  # of what is left of a limit: what viscous friction takes of it where b is zero
@@ -277,6 +255,7 @@ def _through(values: FloatArray) -> FloatArray:
 INTERVALS = 40  # for each piece of a path
 FEWEST, MOST = 400, 4000  # intervals of a grid, unless it has so many pieces that
 LEAST_IN_PIECE = 4  # is more
+ROUGH = 0.4  # of the intervals will do for a profile from which a search begins
 FIRST_SHARE = 0.25  # of the intervals: in the first grid, equally spaced in the parameter
 MARGIN = 1e-9  # of every limit where nothing can be slowed afterwards: more than the program's own tolerance
 UNBOUNDED = 1e4  # times the largest bound of those near it, where a square is not bounded by its own rows
@@ -292,6 +271,7 @@ def fastest_profile(
     limits: JointLimits,
     motors: PathTorques | None = None,
     ceiling: SpeedProfile | None = None,
+    rough: bool = False,
 ) -> tuple[SpeedProfile, Intervals]:
     """The fastest profile on a grid of about equal times, and the path over that grid.
 
@@ -302,20 +282,21 @@ def fastest_profile(
         limits: of its joints.
         motors: what torques it takes; None where they do not count.
         ceiling: a profile that is not exceeded; none where None.
+        rough: whether the profile is only where a search begins.
 
     Raises:
         InvalidProblem: the limits allow no motion with the velocities that the ends have to have.
     """
     breakpoints = prepared.path.breakpoints
-    count = min(max(INTERVALS * (breakpoints.size - 1), FEWEST), MOST)
+    count = int((ROUGH if rough else 1.0) * min(max(INTERVALS * (breakpoints.size - 1), FEWEST), MOST))
     nodes = _subdivided(breakpoints, breakpoints, int(FIRST_SHARE * count))
     intervals = Intervals.of(prepared.path, nodes)
-    profile = _solved(prepared, intervals, limits, motors, ceiling, None)
+    profile = _solved(prepared, intervals, limits, motors, ceiling, None, rough)
     nodes = _equal_times(profile, breakpoints, count, prepared.resting)
     intervals = Intervals.of(prepared.path, nodes)
     for _ in range(1 if motors is None or not motors.viscous.any() else VISCOUS_ROUNDS):
         expected = np.interp(nodes, profile.nodes, profile.squares)
-        profile = _solved(prepared, intervals, limits, motors, ceiling, expected)
+        profile = _solved(prepared, intervals, limits, motors, ceiling, expected, rough)
     return profile, intervals
 
 
@@ -359,6 +340,7 @@ def _solved(
     motors: PathTorques | None,
     ceiling: SpeedProfile | None,
     expected: FloatArray | None,
+    rough: bool,
 ) -> SpeedProfile:
     """The profile of least time, to first order around the squares that are expected, (N + 1,); or about equal."""
     fixed = _fixed(prepared, intervals.nodes)
@@ -373,7 +355,7 @@ def _solved(
     if expected is None:
         expected = np.maximum(1.0, scale / (UNBOUNDED * scale.min()))
     interval, rows = necessary(every_row)
-    solution = _maximised(_savings(intervals, expected) * scale, interval, rows, scale, fixed)
+    solution = _maximised(_savings(intervals, expected) * scale, interval, rows, scale, fixed, rough)
     if solution is not None:
         return SpeedProfile(intervals.nodes, solution)
     if np.nanmax(fixed, initial=0.0) > 0.0:
@@ -410,18 +392,30 @@ def _savings(intervals: Intervals, expected: FloatArray) -> FloatArray:
 
 
 def _maximised(
-    weights: FloatArray, interval: FloatArray, rows: FloatArray, scale: FloatArray, fixed: FloatArray
+    weights: FloatArray, interval: FloatArray, rows: FloatArray, scale: FloatArray, fixed: FloatArray, rough: bool
 ) -> FloatArray | None:
-    """The squares (N + 1,) with the largest weighted sum of their shares of the scale; None where there are none."""
+    """The squares (N + 1,) with the largest weighted sum of their shares of the scale; None where there are none.
+
+    Squares may be a million times smaller than others: the core, which is accurate to a share of the sum, is for what
+    is improved afterwards.
+    """
     columns = np.stack([interval, interval + 1], axis=1)
     moving = np.nanmax(fixed, initial=0.0) > 0.0
-    bound = _bounds_of_rows(rows, columns, fixed) if moving else np.ones(len(rows))
-    starts = 2 * np.arange(len(rows) + 1)
-    matrix = csr_array(((rows * scale[columns]).ravel(), columns.ravel(), starts), (len(rows), fixed.size))
+    none = np.zeros(len(rows))
+    single = SingleRows(
+        joint=np.zeros(len(rows), dtype=np.intp),
+        first=interval.astype(np.intp),
+        weights=rows * scale[columns],
+        by_time=none,
+        bound=_bounds_of_rows(rows, columns, fixed) if moving else none + 1.0,
+    )
     given = fixed / scale
-    box = np.stack([np.nan_to_num(given, nan=0.0), np.where(np.isnan(given), 1.0, given)], axis=1)
-    solution = minimizer(-weights / weights.max(), matrix, bound, box)
-    return None if solution is None else solution.clip(0.0) * scale
+    lower, upper = np.nan_to_num(given, nan=0.0), np.where(np.isnan(given), 1.0, given)
+    cost = -weights[:, None] / weights.max()
+    program = LinearProgram(single, WholeRows.none(2, 1), lower[:, None], upper[:, None], (0.0, 0.0), cost)
+    solution = program.solved() if rough and not moving else None
+    solution = program.by_highs() if solution is None else solution
+    return None if solution is None else solution[0][:, 0].clip(0.0) * scale
 
 
 def _bounds_of_rows(rows: FloatArray, columns: FloatArray, fixed: FloatArray) -> FloatArray:

@@ -1,8 +1,8 @@
 // A linear program whose unknowns are the control points x of a spline (n points of k joints) and one number tau:
 //
-//     minimise  tau + sum of price * sigma    subject to    G y - sigma <= h,  sigma >= 0,  lower <= y <= upper,
+//     minimise  tau + cost x + sum of price * sigma    subject to    G y - sigma <= h,  sigma >= 0,  lower <= y <= upper,
 //
-// where y = (x, tau). A row of G reaches four consecutive control points, of one joint or of all, and tau. Hard rows
+// where y = (x, tau). A row of G reaches REACH consecutive control points, of one joint or of all, and tau. Hard rows
 // have no sigma. Bounds of y are rows of G too from here on.
 //
 // Mehrotra's predictor-corrector method with slacks s >= 0 and multipliers z >= 0, where v = price - z >= 0 belongs to
@@ -60,10 +60,11 @@ INLINE Lanes correction(Lanes product, double mu) {
     return most(least(most(product, all(NEAREST * mu)), all(FARTHEST * mu)) - product, all(-FARTHEST * mu));
 }
 
+template <int REACH>
 class Solver {
 public:
     Solver(const Given& given, const Box& box)
-        : box(box), rows(given, box), matrix(rows.tiles(), rows.depth()), slots(rows.slots), soft(rows.soft),
+        : given(given), box(box), rows(given, box), matrix(rows.tiles(), rows.depth()), slots(rows.slots), soft(rows.soft),
           y(rows.tiles() + 1), dual(y), s(slots), z(s), sigma(soft), v(sigma), excess(s), weight(s), e(s), q(s),
           p(sigma), step{y, s, s, s, sigma, sigma, 0.0, 0.0}, trial(step) {}
 
@@ -90,8 +91,9 @@ public:
     }
 
 private:
+    const Given& given;
     const Box& box;
-    Rows rows;
+    Rows<REACH> rows;
     Banded matrix;
     int slots, soft;
     double products = 0.0;            // how many pairs s z and sigma v there are
@@ -140,6 +142,8 @@ private:
     double residual() {
         rows.transpose(z, dual);
         dual[rows.tiles()][0] += box.fixed(box.tau) ? 0.0 : 1.0;
+        if (given.cost)
+            for (int i = 0; i < box.count; ++i) dual[i / LANES][i % LANES] += box.fixed(i) ? 0.0 : given.cost[i];
         Lanes worst = {};
         for (const Lanes& d : dual) worst = most(worst, size(d));
         for (int i = 0; i < slots; ++i)
@@ -150,7 +154,10 @@ private:
     double cost() const {
         Lanes total = {};
         for (int i = 0; i < soft; ++i) total += rows.price[i] * sigma[i];
-        return y[rows.tiles()][0] + sum(total);
+        double along = 0.0;
+        if (given.cost)
+            for (int i = 0; i < box.count; ++i) along += given.cost[i] * value(i);
+        return y[rows.tiles()][0] + along + sum(total);
     }
 
     void weigh() {

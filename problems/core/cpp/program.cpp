@@ -3,27 +3,42 @@
 
 #include "interior_point.hpp"
 
-// The number of iterations, or 0 if no solution was found: hard rows contradict one another or the box. Of joint rows
-// r < m1, entry 4 r + a of `weights` belongs to control point first[r] + a; of the others entry (4 r + a) k + joint.
-// Entries of points outside 0 to n - 1 are ignored. A price of infinity makes a row hard.
-extern "C" int core_program(int k, int n, int m1, const int* joint, const int* first, const double* weights,
+namespace core {
+
+template <int REACH>
+int solved(const Given& given, const Box& box, double* x, double* tau) {
+    Solver<REACH> solver(given, box);
+    const int iterations = solver.solve();
+    if (iterations == 0) return 0;
+    for (int i = 0; i < box.count; ++i) x[i] = box.inside(i, solver.value(i), INSIDE);
+    *tau = box.inside(box.tau, solver.value(box.tau), INSIDE);
+    return iterations;
+}
+
+}  // namespace core
+
+// The number of iterations, or 0 if no solution was found: hard rows contradict one another or the box, or no row may
+// reach so many points. Of joint rows r < m1, entry reach r + a of `weights` belongs to control point first[r] + a; of
+// the others entry (reach r + a) k + joint. Entries of points outside 0 to n - 1 are ignored. A price of infinity makes
+// a row hard. Without a `cost` of the points only tau and prices count.
+extern "C" int core_program(int reach, int k, int n, int m1, const int* joint, const int* first, const double* weights,
                             const double* by_time, const double* bound, int m2, const int* first2,
                             const double* weights2, const double* by_time2, const double* bound2, const double* price2,
-                            const double* lower, const double* upper, double tau_lower, double tau_upper, double* x,
-                            double* tau) {
+                            const double* lower, const double* upper, const double* cost, double tau_lower,
+                            double tau_upper, double* x, double* tau) {
     using namespace core;
     if (k < 1 || n < 1) return 0;
     try {
         const Given given = {k, n, m1, joint, first, weights, by_time, bound,
-                             m2, first2, weights2, by_time2, bound2, price2, lower, upper};
+                             m2, first2, weights2, by_time2, bound2, price2, lower, upper, cost};
         const Box box(given, tau_lower, tau_upper);
         if (box.empty()) return 0;
-        Solver solver(given, box);
-        const int iterations = solver.solve();
-        if (iterations == 0) return 0;
-        for (int i = 0; i < box.count; ++i) x[i] = box.inside(i, solver.value(i), INSIDE);
-        *tau = box.inside(box.tau, solver.value(box.tau), INSIDE);
-        return iterations;
+        switch (reach) {
+            case 2: return solved<2>(given, box, x, tau);
+            case 4: return solved<4>(given, box, x, tau);
+            case 5: return solved<5>(given, box, x, tau);
+            default: return 0;
+        }
     } catch (const std::bad_alloc&) {
         return 0;
     }

@@ -1,4 +1,4 @@
-// Rows of a linear program, each of which reaches four consecutive control points and tau, and passes over all of them.
+// Rows of a linear program, each of which reaches REACH consecutive control points and tau, and passes over all of them.
 // They come in eights, one in each lane, and begin where tiles of the matrix do; lanes left over hold the row 0 <= 1,
 // which changes nothing.
 #pragma once
@@ -10,10 +10,9 @@
 
 namespace core {
 
-constexpr int REACH = 4;  // control points in a row
-
 // G and h, eight rows a slot: first rows of all joints, which may be soft, then rows of one joint, upper bounds and
 // lower bounds.
+template <int REACH>
 class Rows {
 public:
     int slots, soft;    // slots in all; how many of them, the first, may have soft rows
@@ -50,9 +49,12 @@ public:
             Lanes value[REACH];
             for (int a = 0; a < REACH; ++a)
                 for (int lane = 0; lane < LANES; ++lane) value[a][lane] = numbers[block.column[a][lane]];
-            for (int slot = block.slot; slot < block.end; ++slot, w += REACH)
-                result[slot] = (w[0] * value[0] + w[1] * value[1]) + (w[2] * value[2] + w[3] * value[3]) +
-                               time[slot] * tau;
+            for (int slot = block.slot; slot < block.end; ++slot, w += REACH) {
+                Lanes total = w[0] * value[0] + w[1] * value[1];
+                UNROLLED for (int a = 2; a + 1 < REACH; a += 2) total += w[a] * value[a] + w[a + 1] * value[a + 1];
+                if (REACH % 2) total += w[REACH - 1] * value[REACH - 1];
+                result[slot] = total + time[slot] * tau;
+            }
         }
         Lanes *above = &result[bounds], *below = &result[bounds + up.size()];
         for (size_t i = 0; i < up.size(); ++i) {

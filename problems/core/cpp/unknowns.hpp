@@ -13,7 +13,7 @@ struct Given {
     const double *weights, *by_time, *bound;
     int m2;
     const int* first2;
-    const double *weights2, *by_time2, *bound2, *price2, *lower, *upper;
+    const double *weights2, *by_time2, *bound2, *price2, *lower, *upper, *cost;
 };
 
 // The unknowns in Lanes; tau begins the last.

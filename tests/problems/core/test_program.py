@@ -10,12 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-from problems.ladder.linear_program import WIDTH, LinearProgram, SingleRows, WholeRows
+from problems.core import LinearProgram, SingleRows, WholeRows
 
 HARD = 1e-7  # by how much a row may be broken that has to be kept
 COST = 2e-6  # s: no cost is farther from the least one
 DURATION, TRUST, FASTER, SLOWER = 1.3, 0.25, 0.2, 0.4
 AT_REST = 3
+WIDTH = 4  # control points in a row
 
 
 @dataclass(frozen=True)
@@ -220,7 +221,24 @@ def test_the_same_program_has_the_same_solution_to_the_last_bit() -> None:
 
 def test_without_a_core_highs_solves_them(monkeypatch: pytest.MonkeyPatch) -> None:
     program = planned(Shape(3, 8, 2, 10, 0))
-    monkeypatch.setattr("problems.ladder.linear_program.core_library", lambda: None)
+    monkeypatch.setattr("problems.core.linear_program.core_library", lambda: None)
     found, other = program.solved(), program.by_highs()
     assert found is not None and other is not None
     np.testing.assert_array_equal(found[0], other[0])
+
+
+@pytest.mark.parametrize("reach", [2, 4, 5])
+@pytest.mark.parametrize("n", [6, 17, 200])
+def test_rows_of_any_reach_and_costs_of_points_cost_as_little_as_with_highs(reach: int, n: int) -> None:
+    rng = np.random.default_rng(n + reach)
+    first = np.repeat(np.arange(n - reach + 1), 3)
+    single = SingleRows(
+        np.zeros_like(first), first, rng.normal(size=(first.size, reach)), -rng.random(first.size),
+        rng.uniform(0.01, 0.3, first.size),
+    )  # fmt: skip
+    box, cost = np.ones((n, 1)), rng.normal(size=(n, 1)) / n
+    program = LinearProgram(single, WholeRows.none(reach, 1), -box, box, (-0.2, 0.2), cost)
+    found, other = program.solved(), program.by_highs()
+    assert found is not None and other is not None
+    one, two = (tau + float((cost * x).sum()) for x, tau in (found, other))
+    assert one == pytest.approx(two, abs=COST)

@@ -11,9 +11,10 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from problems import InvalidProblem, Trajectory
 from problems.base import FloatArray
+from problems.core import linear_program
 from problems.motions import JointPath
 from problems.robots import JointLimits
-from problems.timing import SpeedProfile, departure, retime, speed_profile
+from problems.timing import SpeedProfile, departure, retime
 from problems.timing.free_space import least_durations, rest_to_rest
 from problems.timing.parametrisation import DEGREE, Parametrisation, ParametrisationEnds
 from problems.timing.prepared import minimum_time_scale
@@ -135,7 +136,8 @@ def test_units_do_not_matter(factor: float) -> None:
 
 
 def test_without_the_linear_program_slower_but_valid(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(speed_profile, "METHODS", ())
+    monkeypatch.setattr(linear_program, "METHODS", ())
+    monkeypatch.setattr(linear_program, "core_library", lambda: None)
     for path, limits in ((curve(), LIMITS), (polyline(WAYPOINTS), LIMITS), (JointPath.through(WAYPOINTS), SMOOTH)):
         check_kept(retime(path, limits), limits)
 

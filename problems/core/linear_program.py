@@ -1,6 +1,6 @@
-"""Linear programs of control points and a change of the duration: by the compiled core, else by HiGHS.
+"""Linear programs: of control points and a change of the duration by the compiled core, any of them by HiGHS.
 
-A row touches four neighbouring control points: those of one joint, or of all. The core's interior-point method makes
+A row touches a few neighbouring control points: those of one joint, or of all. The core's interior-point method makes
 use of that (:file:`problems/core/cpp/program.cpp`).
 """
 
@@ -9,17 +9,35 @@ from __future__ import annotations
 from collections.abc import Sequence
 from ctypes import CDLL
 from dataclasses import dataclass, fields
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linprog
 from scipy.sparse import csr_array
 
 from problems.base import FloatArray
-from problems.core import core_library
-from problems.timing import minimizer
+from problems.core.library import core_library
 
-WIDTH = 4  # control points that a row touches
+METHODS = ("highs-ds", "highs-ipm")
+PRIMAL_TOLERANCE, DUAL_TOLERANCE = 1e-10, 1e-9  # HiGHS allows no smaller one than 1e-10
+
+
+def minimizer(costs: FloatArray, matrix: csr_array, bound: FloatArray, box: FloatArray) -> FloatArray | None:
+    """Minimise ``costs @ x`` subject to ``matrix @ x <= bound`` and the box; None where no method can.
+
+    Args:
+        costs: (n,).
+        matrix: (rows, n).
+        bound: (rows,).
+        box: lower and upper bounds of x, (n, 2).
+    """
+    options = {"primal_feasibility_tolerance": PRIMAL_TOLERANCE, "dual_feasibility_tolerance": DUAL_TOLERANCE}
+    for method in METHODS:
+        result = linprog(costs, matrix, bound, bounds=box, method=method, options=options)  # type: ignore[call-overload]
+        if result.status == 0:
+            return np.asarray(result.x, dtype=np.float64)
+    return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +46,8 @@ class SingleRows:
 
     Attributes:
         joint: (m,).
-        first: number of the first of four control points, of which those that are not free count for nothing, (m,).
-        weights: (m, 4).
+        first: number of the first control point, (m,). Those that are not free count for nothing.
+        weights: of control points from the first on, (m, w).
         by_time: (m,).
         bound: (m,).
     """
@@ -47,7 +65,7 @@ class WholeRows:
 
     Attributes:
         first: as above, (m,).
-        weights: (m, 4, k).
+        weights: (m, w, k).
         by_time: (m,).
         bound: (m,).
         price: of each sigma, (m,).
@@ -58,6 +76,12 @@ class WholeRows:
     by_time: FloatArray
     bound: FloatArray
     price: FloatArray
+
+    @classmethod
+    def none(cls, width: int, joints: int) -> Self:
+        """No row, of so many control points."""
+        empty = np.empty(0)
+        return cls(np.empty(0, dtype=np.intp), np.empty((0, width, joints)), empty, empty, empty)
 
 
 R = TypeVar("R", SingleRows, WholeRows)
@@ -79,14 +103,15 @@ def _numbers(*parts: FloatArray) -> list[FloatArray]:
 
 @dataclass(frozen=True, eq=False)
 class LinearProgram:
-    """Minimise tau and what is paid.
+    """Minimise tau, what is paid, and the cost of control points.
 
     Attributes:
-        single: rows of one joint each.
-        whole: rows of all joints.
+        single: rows of one joint each; of ``w`` control points, 2, 4 or 5.
+        whole: rows of all joints; of as many.
         lower: bounds of the control points, (n, k).
         upper: likewise.
         times: bounds of tau.
+        cost: of the control points, (n, k); none where None.
     """
 
     single: SingleRows
@@ -94,6 +119,7 @@ class LinearProgram:
     lower: FloatArray
     upper: FloatArray
     times: tuple[float, float]
+    cost: FloatArray | None = None
 
     def solved(self) -> tuple[FloatArray, float] | None:
         """Control points (n, k) and tau; None where nothing was found."""
@@ -112,11 +138,11 @@ class LinearProgram:
             *_whole_numbers(every.first),
             *_numbers(every.weights, every.by_time, every.bound, every.price),
         ]
-        box = _numbers(self.lower, self.upper)
+        box = _numbers(self.lower, self.upper, *(() if self.cost is None else (self.cost,)))
         steps = library.core_program(
-            k, n, len(self.single.bound), *(part.ctypes.data for part in single),
+            one.weights.shape[1], k, n, len(self.single.bound), *(part.ctypes.data for part in single),
             len(self.whole.bound), *(part.ctypes.data for part in whole), *(part.ctypes.data for part in box),
-            *self.times, x.ctypes.data, tau.ctypes.data,
+            *((None,) if self.cost is None else ()), *self.times, x.ctypes.data, tau.ctypes.data,
         )  # fmt: skip
         return (x, float(tau[0])) if steps > 0 else None
 
@@ -124,7 +150,7 @@ class LinearProgram:
         """The same by HiGHS."""
         n, k = self.lower.shape
         one, all_ = self.single, self.whole
-        first, soft = n * k, np.flatnonzero(np.isfinite(all_.price))
+        wide, first, soft = one.weights.shape[1], n * k, np.flatnonzero(np.isfinite(all_.price))
         width = first + 1 + soft.size
         rows, columns, values = [], [], []
 
@@ -135,20 +161,20 @@ class LinearProgram:
             values.append(value[kept])
 
         m, p = len(one.bound), len(all_.bound)
-        steps = np.arange(WIDTH)
+        steps = np.arange(wide)
         put(
-            np.repeat(np.arange(m), WIDTH), (one.first[:, None] + steps).ravel(), np.repeat(one.joint, WIDTH),
+            np.repeat(np.arange(m), wide), (one.first[:, None] + steps).ravel(), np.repeat(one.joint, wide),
             one.weights.ravel(),
         )  # fmt: skip
-        points = np.broadcast_to((all_.first[:, None] + steps)[:, :, None], (p, WIDTH, k)).ravel()
-        put(np.repeat(m + np.arange(p), WIDTH * k), points, np.tile(np.arange(k), p * WIDTH), all_.weights.ravel())
+        points = np.broadcast_to((all_.first[:, None] + steps)[:, :, None], (p, wide, k)).ravel()
+        put(np.repeat(m + np.arange(p), wide * k), points, np.tile(np.arange(k), p * wide), all_.weights.ravel())
         rows += [np.arange(m + p), m + soft]
         columns += [np.full(m + p, first), first + 1 + np.arange(soft.size)]
         values += [np.concatenate([one.by_time, all_.by_time]), np.full(soft.size, -1.0)]
         matrix = csr_array(
             (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(m + p, width)
         )
-        costs = np.concatenate([np.zeros(first), [1.0], all_.price[soft]])
+        costs = np.concatenate([np.zeros(first) if self.cost is None else self.cost.ravel(), [1.0], all_.price[soft]])
         box = np.concatenate([
             np.column_stack([self.lower.ravel(), self.upper.ravel()]), [self.times],
             np.column_stack([np.zeros(soft.size), np.full(soft.size, np.inf)]),
