@@ -21,6 +21,7 @@ from problems.certify.verification import (
     safe_time_scale,
     stay_verdicts,
 )
+from problems.certify.worlds import prove_among
 
 __all__ = [
     "ROUNDING_ALLOWANCE",
@@ -42,6 +43,7 @@ __all__ = [
     "limit_verdicts",
     "peak_near",
     "prove",
+    "prove_among",
     "prove_clearance",
     "prove_covers",
     "safe_time_scale",

@@ -303,7 +303,7 @@ class ClearanceProof:
 
     Attributes:
         proven: the clearance of all pairs that could meet is at least this for all t, m; -inf when it is below the
-            margin somewhere, or when ``MAX_CELLS`` cells were not enough.
+            margin somewhere, or when as many cells as there may be were not enough.
         smallest: the smallest clearance at any time that was evaluated, m.
         time: of that, s.
         where: the pair of that.
@@ -324,13 +324,29 @@ class ClearanceProof:
         return CertificateStatus.VIOLATED if self.broken else CertificateStatus.UNDECIDED
 
 
-def prove_clearance(limit: Proximity, trajectory: Trajectory) -> ClearanceProof | None:
-    """Bound the clearance of a motion for all t, of all pairs of a limit; None when none of them can touch."""
+def prove_clearance(
+    limit: Proximity,
+    trajectory: Trajectory,
+    gap: float = RELATIVE_PROOF_GAP,
+    initial_cells: int | None = None,
+    most_cells: int = MAX_CELLS,
+    tell_broken: bool = True,
+) -> ClearanceProof | None:
+    """Bound the clearance of a motion for all t, of all pairs of a limit; None when none of them can touch.
+
+    Args:
+        limit: on distances.
+        trajectory: of the robot.
+        gap: by which share of the smallest clearance seen beyond the margin the proven one may be smaller.
+        initial_cells: of time, at least; as many as usual where None.
+        most_cells: that are looked at; it is undecided where that is not enough.
+        tell_broken: whether the distance itself is computed where a lower bound of it is below the margin.
+    """
     robot, margin, pairs = limit.robot, limit.robot.margin, limit.pairs
     if not any(pair.can_touch(robot) for pair in pairs):
         return None
     motion = MovingPairs.of(robot, pairs, trajectory)
-    edges = trajectory.times(INITIAL_CELLS[robot.dim])
+    edges = trajectory.times((initial_cells or INITIAL_CELLS[robot.dim]) + 1)
     cells = np.column_stack([edges[:-1], edges[1:]])
     unsettled = np.ones((len(cells), len(pairs)), dtype=bool)
     minima: list[tuple[float, float, int]] = []
@@ -340,14 +356,14 @@ def prove_clearance(limit: Proximity, trajectory: Trajectory) -> ClearanceProof 
         cell = int(np.argmin(nearest))
         minima.append((float(nearest[cell]), float(cells[cell].mean()), int(column[cell])))
         (smallest, time, number), cell_count = min(minima), cell_count + len(cells)
-        proven = margin + (smallest - margin) * (1.0 - RELATIVE_PROOF_GAP)
+        proven = margin + (smallest - margin) * (1.0 - gap)
         unsettled = low < proven
         left = np.asarray(unsettled.any(axis=1))
         cells, unsettled = halves(cells[left]), np.tile(unsettled[left] if robot.dim > 2 else left[left, None], (2, 1))
         if not len(cells) and smallest >= margin:
             return ClearanceProof(proven, smallest, time, str(pairs[number]), broken=False)
-        if smallest < margin or cell_count + len(cells) > MAX_CELLS:
-            broken = smallest < margin and motion.distance(number, time) < margin
+        if smallest < margin or cell_count + len(cells) > most_cells:
+            broken = tell_broken and smallest < margin and motion.distance(number, time) < margin
             return ClearanceProof(-np.inf, smallest, time, str(pairs[number]), broken)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from problems.base import FloatArray
 from problems.certify.clearance import RELATIVE_PROOF_GAP, ClearanceProof
 from problems.certify.verdict import peak_near
-from problems.core import Kept, Proof, World
+from problems.core import MOST_ITEMS, Kept, Proof, Where, World, drifts_of
 from problems.limits import Clearance, CoverClearance, CoverSelfClearance, Limit, SelfClearance
 from problems.motions import Trajectory
 from problems.robots import Robot
@@ -36,11 +37,52 @@ def prove_in_core(limit: Limit, trajectory: Trajectory) -> ClearanceProof | None
     found = question.world.prove(trajectory, question.which, question.gap)
     if found.status is False:
         found = _followed(question, trajectory, found)
-    smallest = question.margin + found.smallest
     where = "" if found.where is None else question.world.described(found.where)
+    return _of_clearance(question.world, question.margin, found, where)
+
+
+def prove_among(
+    robot: Robot,
+    obstacles: Mapping[int, Obstacle],
+    trajectory: Trajectory,
+    which: Kept,
+    gap: float,
+    most_items: int = MOST_ITEMS,
+) -> ClearanceProof | None:
+    """Bound the clearance of a motion for all t from obstacles that stand still or move at constant velocities.
+
+    Args:
+        robot: of which the distance of links from each other is bounded too where that is asked for.
+        obstacles: by their numbers, for messages.
+        trajectory: of the robot; its clock is that of the obstacles.
+        which: what has to keep a distance.
+        gap: by which share of the smallest clearance seen beyond the margin the proven one may be smaller.
+        most_items: that are looked at; it is undecided where that is not enough.
+
+    Returns:
+        None where the core does not know the robot, a shape or a motion. What is too near is not followed further.
+    """
+    drifts = drifts_of(obstacles.values())
+    world = None if drifts is None else World.of(robot, [obstacle.unmoved for obstacle in obstacles.values()])
+    if world is None or drifts is None:
+        return None
+    found = world.prove(trajectory, which, gap, drifts if drifts.any() else None, most_items)
+    if found.where is None:
+        return _of_clearance(world, world.margins[Kept.FROM_OBSTACLES], found, "")
+    margin = world.margins[_side(found.where)]
+    return _of_clearance(world, margin, found, world.described(found.where, list(obstacles)))
+
+
+def _side(where: Where) -> Kept:
+    return Kept.FROM_EACH_OTHER if where.obstacle is None else Kept.FROM_OBSTACLES
+
+
+def _of_clearance(world: World, margin: float, found: Proof, where: str) -> ClearanceProof:
+    """The same as clearance, m: room and what has to be kept."""
+    smallest = margin + found.smallest
     if found.status:
-        return ClearanceProof(question.margin + found.proven, smallest, found.time, where, broken=False)
-    broken = found.where is not None and found.smallest + question.world.overhang(found.where) < 0.0
+        return ClearanceProof(margin + found.proven, smallest, found.time, where, broken=False)
+    broken = found.where is not None and found.smallest + world.overhang(found.where) < 0.0
     return ClearanceProof(-np.inf, smallest, found.time, where, broken)
 
 

@@ -1,11 +1,13 @@
 """The compiled core: what every plan in space needs alike, robot and scene being data; and linear programs."""
 
 from problems.core.arm import Arm
+from problems.core.description import drifts_of
 from problems.core.library import core_library
 from problems.core.linear_program import LinearProgram, SingleRows, WholeRows, joined, minimizer
-from problems.core.world import Kept, Nearby, Proof, Where, World
+from problems.core.world import MOST_ITEMS, Kept, Nearby, Proof, Where, World
 
 __all__ = [
+    "MOST_ITEMS",
     "Arm",
     "Kept",
     "LinearProgram",
@@ -16,6 +18,7 @@ __all__ = [
     "WholeRows",
     "World",
     "core_library",
+    "drifts_of",
     "joined",
     "minimizer",
 ]

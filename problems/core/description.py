@@ -15,7 +15,7 @@ import numpy as np
 from problems.base import FloatArray
 from problems.geometry import Balls, BallTree
 from problems.robots import SpatialArm
-from problems.scene import Obstacle, PlainSolid, Solid
+from problems.scene import ConstantVelocity, MovingObstacle, Obstacle, PlainSolid, Solid
 
 ROUNDING = 128.0 * 2.0**-53
 
@@ -161,6 +161,27 @@ def obstacle_numbers(obstacle: Obstacle) -> PlainSolid | None:
     return obstacle.plain if isinstance(obstacle, Solid) and "plain" in vars(type(obstacle)) else None
 
 
+DRIFT = 7  # numbers of an obstacle: where it is at t = 0, its velocity, what more is kept from it with every second
+
+
+def drifts_of(obstacles: Iterable[Obstacle]) -> FloatArray | None:
+    """How obstacles move, (n, 7), m, m/s and m/s; None where the core does not know how one does.
+
+    It knows what stands still, and what moves at a constant velocity without turning.
+    """
+    found = [_drift(obstacle) for obstacle in obstacles]
+    known = [drift for drift in found if drift is not None]
+    return np.array(known).reshape(-1, DRIFT) if len(known) == len(found) else None
+
+
+def _drift(obstacle: Obstacle) -> tuple[float, ...] | None:
+    if not obstacle.moves:
+        return (0.0,) * DRIFT
+    if type(obstacle) is not MovingObstacle or type(obstacle.motion) is not ConstantVelocity or obstacle.dim != 3:
+        return None
+    return (*obstacle.motion.origin, *obstacle.motion.velocity, obstacle.margin_rate)
+
+
 def described(
     robot: SpatialArm, own: RobotNumbers, obstacles: Sequence[Obstacle]
 ) -> tuple[np.ndarray[tuple[int], np.dtype[np.int64]], FloatArray]:
@@ -198,6 +219,12 @@ def _of_solid(obstacle: Obstacle, plain: PlainSolid) -> Iterable[float]:
 def margins_of(robot: SpatialArm) -> tuple[float, float]:
     """What is kept from obstacles, and from each other, m."""
     return robot.margin, robot.self_margin if robot.is_covered else robot.margin
+
+
+def drift_rounding(robot: SpatialArm, drifts: FloatArray, seconds: float) -> float:
+    """How much farther distances are off where obstacles move for so many seconds, m."""
+    ways = np.linalg.norm(drifts[:, :3], axis=1) + (np.linalg.norm(drifts[:, 3:6], axis=1) + drifts[:, 6]) * seconds
+    return ROUNDING * (robot.dof + 4) * float(ways.max(initial=0.0))
 
 
 def _rounding(robot: SpatialArm, own: RobotNumbers, obstacles: Sequence[Obstacle]) -> float:

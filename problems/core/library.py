@@ -44,7 +44,10 @@ SIGNATURES = {
     "core_forget": (None, (POINTER,)),
     "core_rooms": (None, (POINTER, COUNT, COUNT, COUNT, POINTER, POINTER)),
     "core_nearest": (COUNT, (POINTER, COUNT, NUMBER, COUNT, POINTER, COUNT, POINTER, POINTER)),
-    "core_prove": (COUNT, (POINTER, COUNT, NUMBER, COUNT, LONG, COUNT, COUNT, POINTER, POINTER, POINTER, POINTER)),
+    "core_prove": (
+        COUNT,
+        (POINTER, COUNT, NUMBER, COUNT, LONG, COUNT, COUNT, POINTER, POINTER, POINTER, NUMBER, POINTER, POINTER),
+    ),
     "core_connect": (
         COUNT,
         (*(POINTER,) * 5, NUMBER, NUMBER, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, COUNT, POINTER),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core.description import RobotNumbers, described, margins_of, obstacle_numbers
+from problems.core.description import RobotNumbers, described, drift_rounding, margins_of, obstacle_numbers
 from problems.core.library import core_library
 from problems.motions import Trajectory
 from problems.robots import Robot, SpatialArm
@@ -144,21 +144,34 @@ class World:
                 return Nearby(places[:count, 0], places[:count, 1] == 1, values[:count, 0], values[:count, 1:])
             capacity = count
 
-    def prove(self, trajectory: Trajectory, which: Kept = Kept.ALL, gap: float = 1.0) -> Proof:
+    def prove(
+        self,
+        trajectory: Trajectory,
+        which: Kept = Kept.ALL,
+        gap: float = 1.0,
+        drifts: FloatArray | None = None,
+        most_items: int = MOST_ITEMS,
+    ) -> Proof:
         """Bound the room of a motion for all t.
 
         Args:
             trajectory: of the joints.
             which: what has to keep a distance.
             gap: by which share of the smallest room the proven one may be smaller; with 1 no more than none is proven.
+            drifts: how the obstacles move, (obstacles, 7), as :func:`problems.core.drifts_of` says; None where none
+                does.
+            most_items: that are looked at; nothing is known where that is not enough.
         """
         breaks = np.ascontiguousarray(trajectory.breakpoints, dtype=np.float64)
         coefficients = np.ascontiguousarray(trajectory.coefficients, dtype=np.float64)
         values, places = np.empty(3), np.empty(3, dtype=np.int32)
         order, pieces, _ = coefficients.shape
+        moving = None if drifts is None else np.ascontiguousarray(drifts, dtype=np.float64)
+        rounding = 0.0 if moving is None else drift_rounding(self._arm, moving, float(breaks[-1]))
         status = self._library.core_prove(
-            self._world, which, gap, LEAST_CELLS, MOST_ITEMS, pieces, order, breaks.ctypes.data,
-            coefficients.ctypes.data, values.ctypes.data, places.ctypes.data,
+            self._world, which, gap, LEAST_CELLS, most_items, pieces, order, breaks.ctypes.data,
+            coefficients.ctypes.data, None if moving is None else moving.ctypes.data, rounding, values.ctypes.data,
+            places.ctypes.data,
         )  # fmt: skip
         proven, smallest, time = values.tolist()
         return Proof({1: True, 0: False, -1: None}[status], proven, smallest, time, self._named(*places.tolist()))
@@ -205,9 +218,10 @@ class World:
         )  # fmt: skip
         return path[:count].copy() if 0 < count <= MOST_STOPS else None
 
-    def described(self, where: Where) -> str:
-        """What comes near what, for messages."""
-        other = () if where.obstacle is None else (self._obstacles[where.obstacle].label(where.obstacle + 1),)
+    def described(self, where: Where, numbers: Sequence[int] | None = None) -> str:
+        """What comes near what, for messages; obstacles have numbers from 1 on where none are given."""
+        k = where.obstacle
+        other = () if k is None else (self._obstacles[k].label(k + 1 if numbers is None else numbers[k]),)
         return ", ".join((*where.links, *other))
 
     def overhang(self, where: Where) -> float:

@@ -135,8 +135,7 @@ class CollisionPair(Pair):
 
     def own_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
         """That of the obstacle, for all bodies of the robot."""
-        reach = max(robot.reach(frame)[1] for body in robot.bodies for frame in body.frames if frame > 0)
-        return self.obstacle.travel(cells, reach + float(np.linalg.norm(robot.base)))
+        return self.obstacle.travel(cells, _farthest(robot) + float(np.linalg.norm(robot.base)))
 
     def can_touch(self, robot: Robot, spare: float = 0.0) -> bool:
         """Whether the body reaches as near as the margin, and ``spare`` m farther."""
@@ -147,6 +146,12 @@ class CollisionPair(Pair):
     def smooth(self, clearance: Matrix) -> Matrix:
         """The obstacle's own, of the distance from the body's middle line."""
         return self.obstacle.smooth(clearance + self.body.radius)
+
+
+@lru_cache
+def _farthest(robot: Robot) -> float:
+    """The largest distance of a frame in which a body ends from the base, m."""
+    return max(robot.reach(frame)[1] for body in robot.bodies for frame in body.frames if frame > 0)
 
 
 @lru_cache

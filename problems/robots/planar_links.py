@@ -258,8 +258,10 @@ class PlanarLinks(Robot):
 
     def reach(self, links: int | None = None) -> tuple[float, float]:
         """Inner and outer radius in m of the annulus that the end of so many links (default: the tool) can reach."""
-        inner, outer = annulus(self.chain if links is None or links > self.links else self.link_lengths[:links])
-        return float(inner), float(outer)
+        chain = self.chain if links is None or links > self.links else self.link_lengths[:links]
+        lengths = [float(length) for length in chain]
+        outer = sum(lengths)
+        return max(0.0, 2.0 * max(lengths) - outer), outer
 
     def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
         """Forward kinematics of n postures (n, k) in rad: base, joints, the last link's end, and the tool if elsewhere.

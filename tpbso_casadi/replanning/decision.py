@@ -12,13 +12,13 @@ import numpy as np
 
 from problems import InvalidProblem, Joints, LimitKind, Move, Obstacle, Robot, TimeMoveProblem, Trajectory, time_move
 from problems.base import FloatArray
-from problems.certify import ClearanceProof, prove_clearance
+from problems.certify import ClearanceProof
 from problems.evaluation import EvaluationOptions
 from problems.motions import SLIVER
 from problems.timing import MotionState
 from solvers import PSO, Archive, Box, Budget, minimize
 from tpbso_casadi.replanning.candidates import StepCandidate, direct_moves, lasting, stops
-from tpbso_casadi.replanning.proofs import ObservedScene, RobotLimits, is_clear, stays_clear
+from tpbso_casadi.replanning.proofs import ObservedScene, RobotLimits, is_clear
 
 MEMBERS = 80  # of a swarm whose iterations take little time of their own: a step has little
 KEPT = 8  # candidates of a search from which the next one begins
@@ -305,17 +305,17 @@ class Decision:
     def judged(self, candidate: StepCandidate) -> Judged:
         """The proofs, as far as they can still matter."""
         known = self.foreseen if candidate.trajectory is self.executed else None  # of no more than that
-        proof = known or prove_clearance(self.scene.moving, candidate.trajectory)
+        proof = known or self.scene.moving.proof(candidate.trajectory)
         fixed = is_clear(proof) and self._keeps(candidate)
         return Judged(candidate, proof, fixed, 0.0 if fixed and self._can_stop(candidate.trajectory) else None)
 
     def _judged_stop(self, added: Trajectory, age: float | None) -> Judged:
         """A stop, which an observation of that age may have proven; what is seen now is tried first."""
         candidate = StepCandidate("stop", self.until_then.followed_by(added), added)
-        proof, fixed = prove_clearance(self.scene.moving, candidate.trajectory), self._keeps(candidate)
+        proof, fixed = self.scene.moving.proof(candidate.trajectory), self._keeps(candidate)
         if not fixed:
             return Judged(candidate, proof, fixed, None)
-        if not candidate.trajectory.moves or stays_clear(self._uncertain.moving, candidate.trajectory):
+        if not candidate.trajectory.moves or self._uncertain.moving.are_clear_of(candidate.trajectory):
             return Judged(candidate, proof, fixed, 0.0)
         return Judged(candidate, proof, fixed, age if is_clear(proof) else None)
 
@@ -331,8 +331,7 @@ class Decision:
         return self._is_kept_by(self.until_then)
 
     def _is_kept_by(self, trajectory: Trajectory) -> bool:
-        clear = stays_clear(self.scene.fixed, trajectory) and self.scene.keeps_apart(trajectory)
-        return clear and self.limits.hold(trajectory)
+        return self.scene.fixed.are_clear_of(trajectory) and self.limits.hold(trajectory)
 
     @cached_property
     def _uncertain(self) -> ObservedScene:
@@ -345,7 +344,7 @@ class Decision:
             return True
         for stop in stops(MotionState.at_end(beginning), self.scene.robot.limits):
             whole = beginning.followed_by(stop)
-            if not (stays_clear(self._uncertain.all, whole) and self.scene.keeps_apart(whole)):
+            if not (self._uncertain.moving.are_clear_of(whole) and self.scene.fixed.are_clear_of(whole)):
                 return False  # a stop with less effort takes longer
             if self.limits.hold(stop):
                 return True

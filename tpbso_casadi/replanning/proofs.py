@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -20,7 +20,8 @@ from problems import (
     Trajectory,
 )
 from problems.base import FloatArray, Reading
-from problems.certify import TOLERANCE, ClearanceProof, prove, prove_clearance, prove_covers
+from problems.certify import TOLERANCE, ClearanceProof, prove, prove_among, prove_clearance, prove_covers
+from problems.core import Kept
 from problems.limits import Clearance, Pair, Proximity, SelfClearance, cover_limits, limits_of, proximity_limits
 from problems.motions import Samples
 
@@ -38,6 +39,55 @@ class MergedClearance(Proximity):
         return [self.constraint(self.name, "", self.clearances(samples), margin, "clearance >= margin")]
 
 
+CELLS, MOST_CELLS = 32, 4_000  # of time, at the beginning of a proof and in all: a step has little
+WHOLE_GAP = 1.0  # no more than what has to be kept is proven
+MOST_ITEMS = 200_000  # that a proof looks at: what is nearer than that takes is refused
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a robot has to keep clear of.
+
+    Args:
+        robot: that moves.
+        obstacles: by their numbers among all.
+        own: whether its own bodies are meant too.
+    """
+
+    robot: Robot
+    obstacles: Mapping[int, Obstacle] = field(hash=False)
+    own: bool = False
+
+    def proof(self, trajectory: Trajectory) -> ClearanceProof | None:
+        """That it does, for all t; None where there is nothing to keep clear of."""
+        if not (self.obstacles or self.own):
+            return None
+        which = Kept.ALL if self.own else Kept.FROM_OBSTACLES
+        known = prove_among(self.robot, self.obstacles, trajectory, which, WHOLE_GAP, MOST_ITEMS)
+        return self._proof_of_pairs(trajectory) if known is None else known
+
+    def _proof_of_pairs(self, trajectory: Trajectory) -> ClearanceProof | None:
+        proof = prove_clearance(self._merged, trajectory, WHOLE_GAP, CELLS, MOST_CELLS, tell_broken=False)
+        for limit in cover_limits(self.robot, ()) if self.own and is_clear(proof) else ():
+            proof = prove_covers(limit, trajectory)
+            if not is_clear(proof):
+                return proof
+        return proof
+
+    @cached_property
+    def _merged(self) -> MergedClearance:
+        """All pairs, of its own bodies unless it has covers."""
+        each, numbers = tuple(self.obstacles.values()), list(self.obstacles)
+        limit = Clearance.for_robot(self.robot, each)
+        pairs: list[Pair] = [] if limit is None else [replace(p, number=numbers[p.number - 1]) for p in limit.pairs]
+        own = SelfClearance.of_all(self.robot) if self.own else None
+        return MergedClearance(self.robot, (*pairs, *(() if own is None else own.pairs)))
+
+    def are_clear_of(self, trajectory: Trajectory) -> bool:
+        """Whether a motion is proven to keep clear of everything, for all t."""
+        return is_clear(self.proof(trajectory))
+
+
 @dataclass(frozen=True)
 class ObservedScene:
     """Obstacles at one time, and what the robot has to keep from them and from itself.
@@ -50,36 +100,18 @@ class ObservedScene:
     robot: Robot
     obstacles: tuple[Obstacle, ...]
 
-    @cached_property
-    def _clearance(self) -> tuple[Pair, ...]:
-        limit = Clearance.for_robot(self.robot, self.obstacles)
-        return () if limit is None else limit.pairs
+    def _numbered(self, moves: bool) -> dict[int, Obstacle]:
+        return {number: each for number, each in enumerate(self.obstacles, start=1) if each.moves == moves}
 
     @cached_property
-    def _own(self) -> tuple[Pair, ...]:
-        limit = SelfClearance.of_all(self.robot)
-        return () if limit is None else limit.pairs
-
-    def keeps_apart(self, trajectory: Trajectory) -> bool:
-        """Whether the links of a robot with covers are proven not to touch each other, for all t."""
-        return all(is_clear(prove_covers(limit, trajectory)) for limit in cover_limits(self.robot, ()))
+    def moving(self) -> Surroundings:
+        """Obstacles that move."""
+        return Surroundings(self.robot, self._numbered(moves=True))
 
     @cached_property
-    def moving(self) -> MergedClearance:
-        """What is kept from obstacles that move."""
-        return MergedClearance(self.robot, tuple(pair for pair in self._clearance if pair.is_time_dependent))
-
-    @cached_property
-    def fixed(self) -> MergedClearance:
-        """What is kept from obstacles that stand still, and from the robot itself, unless it has covers."""
-        return MergedClearance(
-            self.robot, (*(pair for pair in self._clearance if not pair.is_time_dependent), *self._own)
-        )
-
-    @cached_property
-    def all(self) -> MergedClearance:
-        """Both."""
-        return MergedClearance(self.robot, (*self.moving.pairs, *self.fixed.pairs))
+    def fixed(self) -> Surroundings:
+        """Obstacles that stand still, and the robot itself."""
+        return Surroundings(self.robot, self._numbered(moves=False), self.robot.self_collision)
 
     def less_certain(self, rate: float) -> ObservedScene:
         """The same where what moves may leave its motion at a rate in m/s."""
@@ -128,11 +160,6 @@ def _is_within(first: Obstacle, second: Obstacle, way: float, rate: float) -> bo
 def is_clear(proof: ClearanceProof | None) -> bool:
     """Whether a motion is proven to stay clear, or nothing is there."""
     return proof is None or proof.status is CertificateStatus.CERTIFIED
-
-
-def stays_clear(limit: Proximity, trajectory: Trajectory) -> bool:
-    """Whether it does, for all t."""
-    return is_clear(prove_clearance(limit, trajectory))
 
 
 class RobotLimits:

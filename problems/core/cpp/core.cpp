@@ -174,10 +174,14 @@ int core_nearest(const World* world, unsigned which, double given, int rows, con
     return told;
 }
 
-// Room of a motion for all t; values: proven, smallest, time of that; places: node, solid or node, kind.
+// Room of a motion for all t, where solids move as `drifts` (solids, 7) say, if that is not null, and distances are off
+// by `rounding` more then; values: proven, smallest, time of that; places: node, solid or node, kind.
 int core_prove(const World* world, unsigned which, double gap, int cells, long long most, int pieces, int order,
-               const double* breaks, const double* coefficients, double* values, int* places) {
-    const Proof proof = Prover(*world, {pieces, order, breaks, coefficients})(which, gap, cells, most);
+               const double* breaks, const double* coefficients, const double* drifts, double rounding, double* values,
+               int* places) {
+    static_assert(sizeof(Drift) == 7 * sizeof(double), "an array of numbers is an array of drifts");
+    const Drift* moving = reinterpret_cast<const Drift*>(drifts);
+    const Proof proof = Prover(*world, {pieces, order, breaks, coefficients}, moving, rounding)(which, gap, cells, most);
     values[0] = proof.proven, values[1] = proof.smallest, values[2] = proof.time;
     places[0] = proof.where.one, places[1] = proof.where.two, places[2] = kind(proof.where);
     return proof.status;

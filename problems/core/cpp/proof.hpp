@@ -6,8 +6,9 @@
 // so that the distance of a point from an axis is still that at m when it is the axis's turn. So the point travels by
 // no more than
 //     sum over the joints that move it of turn_j (its distance from axis j at m).
-// A distance changes by no more than the point moves; of two bodies only the joints between them count. What has more
-// room at m than its centre travels has room all through the cell. What has not is opened, if it is larger than it
+// A distance changes by no more than the point moves; of two bodies only the joints between them count. A solid that
+// moves at a constant velocity adds its speed times h, and what is kept from it grows by its rate times h. What has more
+// room at m than all that has room all through the cell. What has not is opened, if it is larger than it
 // travels; else the cell is cut in halves, and only what is left of it is looked at there.
 #pragma once
 #include <algorithm>
@@ -34,8 +35,16 @@ struct Proof {
 
 class Prover {
 public:
-    Prover(const World& world, const Motion& motion)
-        : eight_(world), world_(world), motion_(motion), theta_(world.dof), turns_(world.dof), axes_(world.dof + 1) {}
+    // Args: how solids move, or null; how much farther than by the world's own rounding a distance may be off then, m.
+    Prover(const World& world, const Motion& motion, const Drift* drifts, double rounding)
+        : eight_(world), world_(world), motion_(motion), rounding_(world.rounding + rounding), theta_(world.dof),
+          turns_(world.dof), axes_(world.dof + 1) {
+        eight_.drifts = drifts;
+        for (size_t k = 0; drifts && k < world.solids.size(); ++k) {
+            const double* v = drifts[k].velocity;
+            paces_.push_back(std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) + drifts[k].rate);
+        }
+    }
 
     // Args: what has to keep a distance; by which share of the smallest room seen the proven one may be smaller; cells
     // at least; items that are looked at, at most.
@@ -130,6 +139,8 @@ private:
             const Cell& cell = batch.cells[lane];
             const double middle = cell.start + (cell.end - cell.start) / 2.0;
             const double half = std::max(cell.end - middle, middle - cell.start) * (1.0 + 1e-12);
+            eight_.times[lane] = motion_.breaks[cell.piece] + middle;
+            halves_[lane] = half;
             for (int j = 0; j < k; ++j) {
                 for (int d = 0; d < order; ++d) powers_[d] = coefficient(order - 1 - d, cell.piece, j);
                 double sum = 0.0;  // of the sizes of all terms: what rounding is relative to
@@ -150,6 +161,13 @@ private:
         return motion_.coefficients[((size_t)row * motion_.pieces + piece) * world_.dof + joint];
     }
 
+    // By how much the room of an item can shrink at most.
+    Lanes shrinking(const Item& item) {
+        if (item.group >= 0) return travel(item.one, world_.nodes[item.two].body);
+        const Lanes moved = travel(item.one, 0);
+        return paces_.empty() ? moved : moved + paces_[item.two] * halves_ * (1.0 + 1e-12);
+    }
+
     // How far the centre of a node moves at most as seen from another body.
     Lanes travel(int number, int from) {
         const Point& center = eight_.center(number);
@@ -163,7 +181,7 @@ private:
             const Lanes lever = length(cross(axes_[joint], center - eight_.frames[joint].origin));
             moved += turn * lever;
         }
-        return moved * (1.0 + 1e-12) + world_.rounding;
+        return moved * (1.0 + 1e-12) + rounding_;
     }
 
     // The smallest room in the middles, so that it is known from the beginning what can be proven.
@@ -173,8 +191,8 @@ private:
         while (!stack_.empty()) {
             const Open open = stack_.back();
             stack_.pop_back();
-            const Lanes here = room(eight_, open.item, all(found_.smallest + world_.rounding));
-            if (!bits(here - world_.rounding < found_.smallest)) continue;
+            const Lanes here = room(eight_, open.item, all(found_.smallest + rounding_));
+            if (!bits(here - rounding_ < found_.smallest)) continue;
             if (opening(world_, open.item) == 0.0) noted(open, here, batch);
             else core::open(world_, open.item, [&](const Item& part) { stack_.push_back({part, open.lanes}); });
         }
@@ -189,7 +207,7 @@ private:
             const Lanes here = room(eight_, open.item, all(HUGE_VAL));
             const double size = opening(world_, open.item);
             if (size == 0.0) noted(open, here, batch);
-            const Lanes moved = travel(open.item.one, open.item.group < 0 ? 0 : world_.nodes[open.item.two].body);
+            const Lanes moved = shrinking(open.item);
             const unsigned unsettled = bits(!(here - moved >= target(gap))) & open.lanes;
             if (!unsettled) continue;
             const unsigned large = bits(size > moved) & unsettled, small = unsettled & ~large;
@@ -201,7 +219,7 @@ private:
 
     void noted(const Open& open, Lanes here, const Batch& batch) {
         for (int lane = 0; lane < LANES; ++lane) {
-            const double kept = here[lane] - world_.rounding;
+            const double kept = here[lane] - rounding_;
             if (!(open.lanes >> lane & 1u) || !(kept < found_.smallest)) continue;
             const Cell& cell = batch.cells[lane];
             found_.smallest = kept;
@@ -213,6 +231,9 @@ private:
     Eight eight_;
     const World& world_;
     const Motion motion_;
+    const double rounding_;      // m
+    std::vector<double> paces_;  // at which solids come nearer at most, m/s; none where they stand still
+    Lanes halves_ = {};          // of the cells, s
     Proof found_;
     std::vector<Batch> waiting_;
     std::vector<Open> stack_, left_;

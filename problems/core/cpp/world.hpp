@@ -29,6 +29,12 @@ struct Pair {
     int one, two;
 };
 
+// How a solid moves: without turning, at a constant velocity, from where its description puts it.
+struct Drift {
+    double origin[3], velocity[3];  // at t = 0, m; m/s
+    double rate;                    // how much more is kept from it with every second, m/s
+};
+
 struct World {
     int dof;
     double base_rotation[9], base_translation[3];
@@ -105,7 +111,9 @@ public:
     Point axis(int joint) const { return turned(frames[joint], world.joints[joint - 1].axis); }
 
     const World& world;
-    std::vector<Frame> frames;  // of the base, and those that joints move
+    std::vector<Frame> frames;      // of the base, and those that joints move
+    const Drift* drifts = nullptr;  // of all solids; none where they stand still
+    Lanes times = {};               // s, at which they are seen
 
 private:
     std::vector<Point> centers_;
@@ -120,11 +128,24 @@ struct Item {
 
 INLINE int kind(const Item& item) { return item.group < 0 ? 0 : 1; }
 
+// The centre of a node from where a solid has moved to.
+INLINE Point as_seen_from(const Drift& drift, Eight& eight, int node) {
+    const Point& center = eight.center(node);
+    return {center.x - (drift.origin[0] + drift.velocity[0] * eight.times),
+            center.y - (drift.origin[1] + drift.velocity[1] * eight.times),
+            center.z - (drift.origin[2] + drift.velocity[2] * eight.times)};
+}
+
 // How far they are apart, less what they have to keep: exact, or no more where it is more than enough, m.
 INLINE Lanes room(Eight& eight, const Item& item, Lanes enough) {
     const World& world = eight.world;
     const Node& one = world.nodes[item.one];
     const double kept = world.margins[kind(item)];
+    if (item.group < 0 && eight.drifts) {
+        const Drift& drift = eight.drifts[item.two];
+        const Lanes more = one.radius + kept + drift.rate * eight.times;
+        return distance(world.solids[item.two], as_seen_from(drift, eight, item.one), enough + more) - more;
+    }
     if (item.group < 0)
         return distance(world.solids[item.two], eight.center(item.one), enough + (one.radius + kept)) -
                (one.radius + kept);

@@ -12,13 +12,14 @@ from helpers.replanning import AXES, EVERY, GOAL, START, Erratic, Simulation, cr
 
 from problems import CertificateStatus, Ellipse, InvalidProblem, Joints, Trajectory
 from problems.certify import ClearanceProof, prove_clearance
-from problems.limits import Proximity, proximity_limits
+from problems.limits import proximity_limits
 from problems.timing.from_motion import MotionState, fastest_move
 from tpbso_casadi import replan
 from tpbso_casadi.planning import SearchedMotion, plan
 from tpbso_casadi.planning.plan import candidates_of
-from tpbso_casadi.replanning import Replanner, Step, decision
+from tpbso_casadi.replanning import Replanner, Step
 from tpbso_casadi.replanning.candidates import passed, remaining
+from tpbso_casadi.replanning.proofs import Surroundings
 from tpbso_casadi.scenario import Scenario, ScenarioError, parse_scenario
 
 FAR = crossing((3.0, 3.0))
@@ -150,17 +151,20 @@ def test_without_the_rule_it_is_touched() -> None:
 
 
 def test_what_is_known_is_not_proven_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    planner = replanner()
+    rate = 0.05
+    planner = replanner(rate)
     obstacle = crossing((2.4, 1.6), (-0.3, 0.0))
     standing = Ellipse((-1.0, -1.0), (0.2, 0.2))
     step = planner.first(obstacles=[obstacle, standing])
     proofs: list[int] = []
 
-    def counted(limit: Proximity, trajectory: Trajectory) -> ClearanceProof | None:
-        proofs.append(1)
-        return prove_clearance(limit, trajectory)
+    def counted(surroundings: Surroundings, trajectory: Trajectory) -> ClearanceProof | None:
+        if any(each.moves and each.growth_rate < rate for each in surroundings.obstacles.values()):
+            proofs.append(1)
+        return prove(surroundings, trajectory)
 
-    monkeypatch.setattr(decision, "prove_clearance", counted)
+    prove = Surroundings.proof
+    monkeypatch.setattr(Surroundings, "proof", counted)
     executed = on(step)
     as_predicted = planner.replan(executed, [obstacle.later(EVERY), standing])
     assert as_predicted.kind == "old"

@@ -1,0 +1,146 @@
+"""Room proven for all t from obstacles that move: against many samples, the proof in NumPy, and a closed form."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.core_robots import ROBOTS, postures, robot_of, rooms, through
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from problems.base import FloatArray
+from problems.certify import CertificateStatus, prove_among, prove_clearance
+from problems.core import Kept, World, drifts_of
+from problems.limits import Clearance
+from problems.motions import Trajectory
+from problems.robots import ChainJoint, SpatialArm, Sphere
+from problems.robots.chain import Chain, JointKind
+from problems.scene import Ball, ConstantVelocity, HalfSpace, MovingObstacle, Obstacle, Tabulated
+
+HAIR = 1e-9  # m
+SHAPES = (Ball(center=(0.1, 0.0, 0.1), radius=0.1), Ball(center=(0.0, 0.0, 0.0), radius=0.25))
+
+
+def moving(rng: np.random.Generator) -> dict[int, Obstacle]:
+    """Balls that pass, one that stands still."""
+    found: dict[int, Obstacle] = {3: Ball(center=(2.0, 0.0, 0.5), radius=0.2)}
+    for number, shape in enumerate(SHAPES, start=5):
+        origin, velocity = rng.uniform(-0.9, 0.9, 3), rng.uniform(-0.5, 0.5, 3)
+        motion = ConstantVelocity(tuple(velocity.tolist()), tuple(origin.tolist()))
+        found[number] = MovingObstacle(shape, motion, float(rng.choice([0.0, 0.1])))
+    return found
+
+
+def motion_of(robot: SpatialArm, rng: np.random.Generator) -> Trajectory:
+    stops = postures(robot, rng, 3)
+    return through(stops[:1] + 0.2 * (stops - stops[:1]), int(rng.choice([1, 3, 5])), rng)
+
+
+def least_room(robot: SpatialArm, obstacles: dict[int, Obstacle], motion: Trajectory, count: int = 30) -> float:
+    """At many times, from obstacles placed anew at each."""
+    times, least = np.linspace(0.0, motion.duration, count), np.inf
+    for time, theta in zip(times.tolist(), motion.at(times), strict=True):
+        for each in obstacles.values():
+            still, grown = each.unmoved, 0.0
+            assert isinstance(still, Ball)
+            if isinstance(each, MovingObstacle):
+                center = tuple(each.motion.placed(np.array([still.center]), time)[0].tolist())
+                still, grown = replace(still, center=center), each.margin_rate * time
+            least = min(least, float(rooms(robot, (still,), theta[None])[0][0]) - grown)
+    return least
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_no_proof_is_false_and_what_is_clear_is_proven(name: str) -> None:
+    robot, statuses = robot_of(name), Counter[CertificateStatus]()
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        obstacles, motion = moving(rng), motion_of(robot, rng)
+        proof = prove_among(robot, obstacles, motion, Kept.FROM_OBSTACLES, 0.1)
+        assert proof is not None
+        room = least_room(robot, obstacles, motion)
+        if proof.status is CertificateStatus.CERTIFIED:
+            assert proof.proven - robot.margin <= room + HAIR
+            assert proof.smallest - robot.margin == pytest.approx(room, abs=0.1)
+        else:
+            assert room < 0.05  # samples do not see all of it
+        statuses[proof.status] += 1
+    assert statuses[CertificateStatus.CERTIFIED] and statuses[CertificateStatus.VIOLATED]
+
+
+@pytest.mark.parametrize("name", ["upright", "sliding"])
+def test_it_is_proven_as_by_the_proof_in_numpy(name: str) -> None:
+    robot, known = robot_of(name), {CertificateStatus.CERTIFIED, CertificateStatus.VIOLATED}
+    for seed in range(100, 106):
+        rng = np.random.default_rng(seed)
+        obstacles, motion = moving(rng), motion_of(robot, rng)
+        limit = Clearance.for_robot(robot, tuple(obstacles.values()))
+        other = None if limit is None else prove_clearance(limit, motion)
+        proof = prove_among(robot, obstacles, motion, Kept.FROM_OBSTACLES, 0.1)
+        assert proof is not None
+        if other is not None:
+            assert {proof.status, other.status} != known
+            assert proof.time == pytest.approx(other.time, abs=0.1 * motion.duration) or not proof.broken
+
+
+def slider(radius: float) -> SpatialArm:
+    """A ball that slides up and down."""
+    joint = ChainJoint(name="lift", link="ball", kind=JointKind.PRISMATIC, position=(-6.0, 6.0), axis=(0.0, 0.0, 1.0))
+    return SpatialArm(
+        chain=Chain(name="by hand", joints=(joint,)), max_speed=(2.0,), max_acceleration=(10.0,),
+        position_limits=((-6.0, 6.0),), margin=0.0, spheres=(Sphere(1, (0.0, 0.0, 0.0), radius, "ball"),),
+    )  # fmt: skip
+
+
+@settings(max_examples=80)
+@given(
+    st.floats(-1.0, 1.0), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(0.0, 0.5),
+    st.sampled_from([-HAIR, HAIR]),
+)  # fmt: skip
+def test_a_floor_that_follows_a_ball(start: float, speed: float, rising: float, rate: float, wanted: float) -> None:
+    """The room is a line in time, so that it is least at one end of the motion."""
+    radius, closing = 0.125, rising + rate - speed
+    assume(abs(closing) > 0.2 * (abs(speed) + abs(rising) + rate))  # else only cells as short as the room prove it
+    height = start - radius - max(closing, 0.0) - wanted
+    floor = MovingObstacle(
+        HalfSpace(center=(0.0, 0.0, 0.0)), ConstantVelocity((0.3, 0.1, rising), (0.0, 0.0, height)), rate
+    )
+    motion = Trajectory(np.array([0.0, 1.0]), np.array([[[speed]], [[start]]]))
+    proof = prove_among(slider(radius), {1: floor}, motion, Kept.FROM_OBSTACLES, 1.0)
+    assert proof is not None
+    assert (proof.status is CertificateStatus.CERTIFIED) == (wanted > 0.0)
+    assert proof.where == "ball, obstacle 1"
+
+
+def test_what_moves_and_rests_is_proven_as_what_stands_there() -> None:
+    robot, rng = robot_of("upright"), np.random.default_rng(7)
+    still = Ball(center=(0.7, 0.2, 0.4), radius=0.2)
+    at_rest = MovingObstacle(replace(still, center=(0.0, 0.0, 0.0)), ConstantVelocity((0.0,) * 3, still.center))
+    for _ in range(6):
+        motion = motion_of(robot, rng)
+        one, other = (prove_among(robot, {1: each}, motion, Kept.FROM_OBSTACLES, 0.1) for each in (still, at_rest))
+        assert one is not None and other is not None
+        assert one.status is other.status
+        assert one.smallest == pytest.approx(other.smallest, abs=1e-12)
+
+
+def drift(obstacle: Obstacle) -> FloatArray | None:
+    return drifts_of([obstacle])
+
+
+def test_the_core_knows_straight_lines_alone() -> None:
+    class Curved(ConstantVelocity):
+        """Its statement may be another."""
+
+    ball = SHAPES[0]
+    straight = MovingObstacle(ball, ConstantVelocity((0.1, 0.2, 0.3), (1.0, 2.0, 3.0)), 0.4)
+    table = MovingObstacle(ball, Tabulated.along_lines([0.0, 1.0], np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])))
+    assert drift(table) is None
+    assert drift(MovingObstacle(ball, Curved((0.1, 0.0, 0.0)))) is None
+    assert np.array_equal(drifts_of([ball, straight]), [[0.0] * 7, [1.0, 2.0, 3.0, 0.1, 0.2, 0.3, 0.4]])  # type: ignore[arg-type]
+    motion = Trajectory.standing(np.zeros(1), 1.0)
+    assert prove_among(slider(0.1), {1: table}, motion, Kept.ALL, 1.0) is None
+    assert World.of(slider(0.1), [straight]) is None
