@@ -1,151 +1,28 @@
-"""Which candidate is taken: searched, judged, proven."""
+"""Which candidate is taken: judged, proven."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from math import inf
 
 import numpy as np
 
-from problems import InvalidProblem, Joints, LimitKind, Move, Obstacle, Robot, TimeMoveProblem, Trajectory, time_move
+from problems import Trajectory
 from problems.base import FloatArray
 from problems.certify import ClearanceProof
-from problems.evaluation import EvaluationOptions
 from problems.motions import SLIVER
 from problems.timing import MotionState
-from solvers import PSO, Archive, Box, Budget, minimize
 from tpbso_casadi.replanning.candidates import StepCandidate, direct_moves, lasting, stops
 from tpbso_casadi.replanning.proofs import ObservedScene, RobotLimits, is_clear
-
-MEMBERS = 80  # of a swarm whose iterations take little time of their own: a step has little
-KEPT = 8  # candidates of a search from which the next one begins
-QUINTICS = 4  # durations of the motions in free space from which it begins too
-PROVEN = 3  # the best of a search are proven, in order of cost
-
-
-@dataclass(frozen=True)
-class FoundMotion:
-    """A motion that keeps everything at the samples of the search.
-
-    Attributes:
-        trajectory: from the state at its start.
-        x: its search vector, (d,).
-    """
-
-    trajectory: Trajectory
-    x: FloatArray
-
-
-class Search:
-    """Searches that follow each other.
-
-    Args:
-        robot: that moves.
-        further: kinds of limits that hold besides those of the robot and of obstacles.
-        evaluations: of each search.
-        seed: of the first; the next ones count on from it.
-    """
-
-    def __init__(self, robot: Robot, further: Sequence[LimitKind], evaluations: int, seed: int) -> None:
-        self._robot, self._further, self._evaluations, self._seed = robot, further, evaluations, seed
-        self._solver, self._evaluation = PSO(population=MEMBERS), _compiled_at_once()
-        self._problem: TimeMoveProblem | None = None
-        self._known: FloatArray = np.empty((0, 0))
-
-    def prepare(self, state: MotionState, goals: Sequence[FloatArray], obstacles: Sequence[Obstacle]) -> None:
-        """Derive and compile what searches from such states need, so that none of them has to.
-
-        Args:
-            state: one of them.
-            goals: postures (k,), rad.
-            obstacles: as many, and of the same make, as there will be.
-
-        Raises:
-            InvalidProblem: that cannot be searched.
-        """
-        problem = self._stated(state, goals, obstacles)
-        problem.evaluator(self._evaluation)(np.mean(problem.bounds, axis=0)[None])
-
-    def _stated(
-        self, state: MotionState, goals: Sequence[FloatArray], obstacles: Sequence[Obstacle]
-    ) -> TimeMoveProblem:
-        """The problem, which shares what was derived and compiled for the one before, if it can."""
-        limits, places = self._robot.limits, tuple(Joints(tuple(goal.tolist())) for goal in goals)
-        rates = _clipped(state.velocity, limits.speed), _clipped(state.acceleration, limits.acceleration)
-        if self._problem is None:
-            start, (speeds, changes) = Joints(tuple(state.angles.tolist())), (tuple(rate.tolist()) for rate in rates)
-            task = Move(self._robot, start, places, (), "free", tuple(obstacles), speeds, start_acceleration=changes)
-            self._problem = time_move(task, limits=self._further)
-        else:
-            task = self._problem.task.observed((state.angles, *rates), tuple(obstacles), places)
-            self._problem = self._problem.same_structure_with(task)
-        return self._problem
-
-    def best(
-        self,
-        state: MotionState,
-        goals: Sequence[FloatArray],
-        obstacles: Sequence[Obstacle],
-        known: Sequence[Trajectory],
-        seconds: float | None,
-    ) -> Iterator[FoundMotion]:
-        """The best motions, the fastest first, as far as they keep everything at their samples.
-
-        Args:
-            state: with which they begin.
-            goals: postures (k,), rad, of which they reach one.
-            obstacles: on clocks that start with them.
-            known: motions from about that state, from which the search begins.
-            seconds: that it may take at most; None where only evaluations count.
-        """
-        if seconds is not None and seconds <= 0.0:
-            return
-        try:
-            problem = self._stated(state, goals, obstacles)
-        except InvalidProblem:  # the goal is taken by what stands there, or something is too near already
-            return
-        box = Box(*problem.bounds)
-        archive, evaluate = Archive(box), problem.evaluator(self._evaluation)
-        self._seed += 1
-        minimize(
-            evaluate,
-            box,
-            self._solver,
-            Budget(self._evaluations, seconds=seconds),
-            self._seed - 1,
-            archive=archive,
-            known=self._first(problem, known),
-        )
-        self._known = archive.x[:KEPT]
-        for x, cost in zip(archive.x[:PROVEN], archive.cost, strict=False):
-            if cost <= problem.objective_upper_bound:
-                yield FoundMotion(problem.trajectory(x), x)
-
-    def _first(self, problem: TimeMoveProblem, known: Sequence[Trajectory]) -> FloatArray:
-        """Given motions as candidates, and those of the search before, where these have the same variables."""
-        width = len(problem.bounds[0])
-        rows = [problem.vector_of(trajectory)[None] for trajectory in known]
-        kept = self._known if self._known.shape[1] == width else np.empty((0, width))
-        return np.concatenate([*rows, problem.quintics(QUINTICS), kept])
-
-
-def _clipped(values: FloatArray, most: tuple[float, ...]) -> FloatArray:
-    """Rates that are beyond their limits by rounding at most, within these."""
-    return np.clip(values, -np.array(most), np.array(most))
-
-
-def _compiled_at_once() -> EvaluationOptions:
-    """The usual options, but for waiting until something is worth compiling: a step has no time for it."""
-    usual = EvaluationOptions()
-    return replace(usual, backend="native") if usual.backend == "auto" else usual
-
+from tpbso_casadi.replanning.search import Search
 
 SOONER = 0.99  # of the time until the arm arrives: another motion has to take no more than this share of it
 SLOW = 1.1  # times the least time that there is: what takes longer is worth a search
 SAME_POSTURE = 1e-6  # rad
+KEPT_FOR_STOPS = 0.3  # of the time that a decision may take
 
 
 @dataclass(frozen=True)
@@ -158,12 +35,14 @@ class Judged:
         fixed: whether it keeps the robot's limits, and clear of what stands still.
         proof_age: how old the observation is with which it is proven that it can be stopped in time although
             predictions are wrong, s; None where that is not proven.
+        breaks_limits: whether only the robot's limits are against it.
     """
 
     candidate: StepCandidate
     proof: ClearanceProof | None
     fixed: bool
     proof_age: float | None
+    breaks_limits: bool = False
 
     @property
     def fail_safe(self) -> bool:
@@ -196,7 +75,7 @@ class Decision:
         foreseen: the proof that it stays clear of what moves, where that is known too.
         goals: postures (k,), rad, of which one is to be reached.
         search: for a way round.
-        seconds: that are left for it when it begins; None where only evaluations count.
+        seconds: that are left, without those that the proof of a stop takes; None where only evaluations count.
         every: how long a decision may take, s.
         rate: how fast what moves may leave its prediction, m/s.
     """
@@ -262,14 +141,16 @@ class Decision:
 
     def _direct(self, moves: Sequence[tuple[Trajectory, ...]], arrival: float) -> Judged | None:
         """The first of the fastest moves to the goals that may be executed and arrives before another motion."""
+        tried = False
         for efforts in moves:
             for move in efforts:
-                if self.every + move.duration > SOONER * arrival:
+                if self.every + move.duration > SOONER * arrival or (tried and self._is_late):
                     break
+                tried = True
                 judged = self.judged(self.new(move))
                 if judged.accepted:
                     return judged
-                if judged.fixed or not is_clear(judged.proof):
+                if not judged.breaks_limits:
                     break  # less effort is for motors that cannot give the whole
         return None
 
@@ -280,12 +161,18 @@ class Decision:
         old = self.rest if self.arrival < inf else []
         obstacles = [obstacle.later(self.every) for obstacle in self.scene.obstacles]
         for found in self.search.best(self.state, self.goals, obstacles, [*old, *moves], self.seconds()):
-            if self.every + found.trajectory.duration > SOONER * arrival:
+            if self.every + found.trajectory.duration > SOONER * arrival or self._is_late:
                 return None
             judged = self.judged(self.new(found.trajectory, found.x))
             if judged.accepted:
                 return judged
         return None
+
+    @property
+    def _is_late(self) -> bool:
+        """Whether there is no time for anything but a stop."""
+        left = self.seconds()
+        return left is not None and left <= 0.0
 
     def stop(self) -> Judged:
         """The first stop that is proven, or else the fastest one."""
@@ -306,46 +193,61 @@ class Decision:
         """The proofs, as far as they can still matter."""
         known = self.foreseen if candidate.trajectory is self.executed else None  # of no more than that
         proof = known or self.scene.moving.proof(candidate.trajectory)
-        fixed = is_clear(proof) and self._keeps(candidate)
-        return Judged(candidate, proof, fixed, 0.0 if fixed and self._can_stop(candidate.trajectory) else None)
+        if not (is_clear(proof) and self._keeps_clear(candidate)):
+            return Judged(candidate, proof, fixed=False, proof_age=None)
+        ways_to_stop = self._clear_stops(candidate.trajectory)
+        first = next(ways_to_stop, None)  # clearances take less time than torques
+        if first is None:
+            return Judged(candidate, proof, fixed=False, proof_age=None)
+        fixed = self._keeps_limits(candidate)
+        can_stop = fixed and any(not stop.moves or self.limits.hold(stop) for stop in chain([first], ways_to_stop))
+        return Judged(candidate, proof, fixed, 0.0 if can_stop else None, breaks_limits=not can_stop)
 
     def _judged_stop(self, added: Trajectory, age: float | None) -> Judged:
         """A stop, which an observation of that age may have proven; what is seen now is tried first."""
         candidate = StepCandidate("stop", self.until_then.followed_by(added), added)
-        proof, fixed = self.scene.moving.proof(candidate.trajectory), self._keeps(candidate)
+        proof = self.scene.moving.proof(candidate.trajectory)
+        fixed = self._keeps_clear(candidate) and self._keeps_limits(candidate)
         if not fixed:
             return Judged(candidate, proof, fixed, None)
         if not candidate.trajectory.moves or self._uncertain.moving.are_clear_of(candidate.trajectory):
             return Judged(candidate, proof, fixed, 0.0)
         return Judged(candidate, proof, fixed, age if is_clear(proof) else None)
 
-    def _keeps(self, candidate: StepCandidate) -> bool:
-        """Whether a motion keeps the robot's limits, and clear of what stands still."""
-        if candidate.added is None:
-            standing_then = lasting(self.executed, self.executed.duration + self.every)  # at rest, or it jumps
-            return self.is_proven or self._is_kept_by(standing_then)
-        return (self.is_proven or self._until_then_is_proven) and self._is_kept_by(candidate.added)
+    def _to_prove(self, candidate: StepCandidate) -> list[Trajectory]:
+        """The parts of a motion of which it is not known yet that they keep what does not change."""
+        if candidate.added is not None:
+            return [candidate.added] if self.is_proven else [self.until_then, candidate.added]
+        return [] if self.is_proven else [lasting(self.executed, self.executed.duration + self.every)]  # else it jumps
+
+    def _keeps_clear(self, candidate: StepCandidate) -> bool:
+        """Whether a motion keeps clear of what stands still."""
+        return all(self.scene.fixed.are_clear_of(part) for part in self._to_prove(candidate))
+
+    def _keeps_limits(self, candidate: StepCandidate) -> bool:
+        """Whether a motion keeps the robot's limits."""
+        parts = self._to_prove(candidate)
+        return all(self._until_then_holds if part is self.until_then else self.limits.hold(part) for part in parts)
 
     @cached_property
-    def _until_then_is_proven(self) -> bool:
-        return self._is_kept_by(self.until_then)
-
-    def _is_kept_by(self, trajectory: Trajectory) -> bool:
-        return self.scene.fixed.are_clear_of(trajectory) and self.limits.hold(trajectory)
+    def _until_then_holds(self) -> bool:
+        return self.limits.hold(self.until_then)
 
     @cached_property
     def _uncertain(self) -> ObservedScene:
         return self.scene.less_certain(self.rate)
 
-    def _can_stop(self, trajectory: Trajectory) -> bool:
-        """Whether a motion, until the next decision takes effect, and a stop from then on are proven."""
+    def _clear_stops(self, trajectory: Trajectory) -> Iterator[Trajectory]:
+        """Stops from when the next decision takes effect, as far as a motion until then and they are proven clear.
+
+        No motion at all where it stands until then.
+        """
         beginning = trajectory.part(0.0, min(2.0 * self.every, trajectory.duration))
         if not beginning.moves:
-            return True
+            yield beginning
+            return
         for stop in stops(MotionState.at_end(beginning), self.scene.robot.limits):
             whole = beginning.followed_by(stop)
             if not (self._uncertain.moving.are_clear_of(whole) and self.scene.fixed.are_clear_of(whole)):
-                return False  # a stop with less effort takes longer
-            if self.limits.hold(stop):
-                return True
-        return False
+                return  # a stop with less effort takes longer
+            yield stop

@@ -45,7 +45,7 @@ MOST_ITEMS = 200_000  # that a proof looks at: what is nearer than that takes is
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class KeptClear:
     """What a robot has to keep clear of.
 
     Args:
@@ -104,14 +104,14 @@ class ObservedScene:
         return {number: each for number, each in enumerate(self.obstacles, start=1) if each.moves == moves}
 
     @cached_property
-    def moving(self) -> Surroundings:
+    def moving(self) -> KeptClear:
         """Obstacles that move."""
-        return Surroundings(self.robot, self._numbered(moves=True))
+        return KeptClear(self.robot, self._numbered(moves=True))
 
     @cached_property
-    def fixed(self) -> Surroundings:
+    def fixed(self) -> KeptClear:
         """Obstacles that stand still, and the robot itself."""
-        return Surroundings(self.robot, self._numbered(moves=False), self.robot.self_collision)
+        return KeptClear(self.robot, self._numbered(moves=False), self.robot.self_collision)
 
     def less_certain(self, rate: float) -> ObservedScene:
         """The same where what moves may leave its motion at a rate in m/s."""

@@ -24,12 +24,15 @@ from problems.scene import standing
 from problems.tasks import check_at_least, check_obstacles
 from problems.timing import MotionState
 from tpbso_casadi.planning import PlannedMotion
-from tpbso_casadi.replanning.candidates import SAME, Approach, Step, passed, remaining, stands_at_end_of
-from tpbso_casadi.replanning.decision import Decision, Judged, Search
+from tpbso_casadi.replanning.candidates import SAME, Approach, Step, direct_moves, passed, remaining, stands_at_end_of
+from tpbso_casadi.replanning.decision import KEPT_FOR_STOPS, Decision, Judged
 from tpbso_casadi.replanning.proofs import ObservedScene, RobotLimits, is_clear
+from tpbso_casadi.replanning.search import Search
 from tpbso_casadi.scenario import Scenario, ScenarioError
 
 SHORTEST, LONGEST = 1e-3, 1e4  # s: between two steps
+EVALUATION_RATE = 5_000  # 1/s: of a search by default, for each second that a decision may take
+FEWEST, MOST = 80, 1_500  # of these
 
 
 @dataclass(frozen=True)
@@ -89,9 +92,9 @@ class Replanner:
         scenario: the robot, its limits, its goal; the obstacles where none are given.
         every: how long a decision may take, s: what is executed goes on for as long.
         fail_safe_rate: how fast obstacles that move may leave their prediction, m/s, in any direction.
-        evaluations: of a search.
-        within: how long a decision may take, s, the proofs of what the search has found not counted; as many
-            evaluations as asked for where None. What is found then depends on the machine.
+        evaluations: of a search; where None, 5000 for each second of ``every``, 80 at least and 1500 at most.
+        within: how long a decision may take, s, of which 30 % are kept for the proof of a stop; searches and other
+            proofs end before. What is found then depends on the machine. None for no such time.
         seed: of the first search; the next ones count on from it.
 
     Raises:
@@ -104,7 +107,7 @@ class Replanner:
         scenario: Scenario,
         every: float = 0.1,
         fail_safe_rate: float = 0.0,
-        evaluations: int = 1500,
+        evaluations: int | None = None,
         within: float | None = None,
         seed: int = 1,
     ) -> None:
@@ -115,20 +118,30 @@ class Replanner:
         if within is not None:
             check_within("within", (within,), (0.0, LONGEST), "s")
         self.scenario, self.every, self.fail_safe_rate = scenario, every, fail_safe_rate
-        self.within = within
+        self.within, self._kept = within, (1.0 - KEPT_FOR_STOPS) * (within or 0.0)
         criteria = conformed("scenario", scenario, Scenario).criteria()
         self.task, self.robot, self._goals = criteria.task, criteria.robot, criteria.task.last_places
         if not self._goals:
             raise ScenarioError("task: only a move to a goal at rest, without places on the way, is planned again")
-        self.search = Search(self.robot, scenario.model.further_limits, evaluations, seed)
+        count = min(max(round(EVALUATION_RATE * every), FEWEST), MOST) if evaluations is None else evaluations
+        self.search = Search(self.robot, scenario.model.further_limits, count, seed)
         self._limits = RobotLimits(self.robot, scenario.model.further_limits)
         if self.task.start_posture is not None:
             rest = np.zeros(self.robot.dof)
             standing_there = MotionState(self.task.start_posture, rest, rest)
             goals = self._postures(self.task.start_posture, None)
             self.search.prepare(standing_there, goals, self.task.obstacles)
+            self._prove_once(standing_there, goals)
         self._known: LastStep | None = None  # the last motion, if it keeps what does not change
         self._checked: tuple[Place, tuple[Obstacle, ...]] | None = None  # a goal that can be reached among them
+
+    def _prove_once(self, state: MotionState, goals: Sequence[FloatArray]) -> None:
+        """Prove a motion, so that what proofs derive and compile is there when it matters."""
+        scene = ObservedScene(self.robot, self.task.obstacles)
+        for move, *_ in direct_moves(state, goals, self.robot.limits)[:1]:
+            self._limits.hold(move)
+            scene.fixed.are_clear_of(move)
+            scene.less_certain(self.fail_safe_rate).moving.proof(move)
 
     def first(self, executed: Trajectory | None = None, obstacles: Sequence[Obstacle] | None = None) -> Step:
         """The first step: the arm stands at the start, or a motion has been planned for it that begins now.
@@ -174,7 +187,7 @@ class Replanner:
             foreseen=foreseen,
             goals=self._postures(executed.value_at_end(), goal),
             search=self.search,
-            seconds=lambda: None if self.within is None else self.within - (time.perf_counter() - began),
+            seconds=lambda: None if self.within is None else self._kept - (time.perf_counter() - began),
             every=self.every,
             rate=self.fail_safe_rate,
         )

@@ -200,8 +200,8 @@ class SimulationSection(Section):
             out.
         course_rate: no two velocities of an obstacle differ by more, m/s. The planner counts on it, and on no more.
         region: lower and upper corner of a box, m, which obstacles that have a velocity do not leave: they turn around.
-        evaluations: of each replan.
-        within: or its time, s.
+        evaluations: of each replan; if left out, 5000 for each second of ``every``, from 80 to 1500.
+        within: its time, s.
     """
 
     seconds: Positive = 10.0
@@ -210,7 +210,7 @@ class SimulationSection(Section):
     changes_every: Positive | None = None
     course_rate: NotNegative = 0.0
     region: Annotated[list[Corner], Field(min_length=2, max_length=2)] | None = None
-    evaluations: int = Field(default=1500, gt=0, le=MOST_EVALUATIONS)
+    evaluations: int | None = Field(default=None, gt=0, le=MOST_EVALUATIONS)
     within: Positive | None = None
 
     @model_validator(mode="after")

@@ -2,10 +2,9 @@
 
 from tpbso_casadi.simulation.loop import Simulation, SimulationSetting
 from tpbso_casadi.simulation.record import MEANINGS, Replan, SimulationRecord, notes, simulated_motion, stands
-from tpbso_casadi.simulation.result import LARGEST_JUMP, WHAT, SimulationResult, SummaryResult, write_simulation
+from tpbso_casadi.simulation.result import WHAT, SimulationResult, SummaryResult, write_simulation
 
 __all__ = [
-    "LARGEST_JUMP",
     "MEANINGS",
     "WHAT",
     "Replan",

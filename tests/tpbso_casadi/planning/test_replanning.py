@@ -19,7 +19,7 @@ from tpbso_casadi.planning import SearchedMotion, plan
 from tpbso_casadi.planning.plan import candidates_of
 from tpbso_casadi.replanning import Replanner, Step
 from tpbso_casadi.replanning.candidates import passed, remaining
-from tpbso_casadi.replanning.proofs import Surroundings
+from tpbso_casadi.replanning.proofs import KeptClear
 from tpbso_casadi.scenario import Scenario, ScenarioError, parse_scenario
 
 FAR = crossing((3.0, 3.0))
@@ -92,6 +92,18 @@ def test_a_way_round_is_searched_for_where_the_direct_one_is_closed_and_a_seed_d
     assert step.x.tolist() == again.x.tolist()
 
 
+@pytest.mark.parametrize(("every", "evaluations"), [(0.01, 80), (0.1, 500), (1.0, 1500)])
+def test_how_much_is_searched_follows_from_the_period(every: float, evaluations: int) -> None:
+    stated, by_itself = (
+        Replanner(scenario(), every, evaluations=count).replan(
+            Trajectory.standing(np.array(START), every), [IN_THE_WAY]
+        )
+        for count in (evaluations, None)
+    )
+    assert stated.x is not None and by_itself.x is not None
+    assert stated.x.tolist() == by_itself.x.tolist()
+
+
 def test_where_nothing_is_found_it_stops() -> None:
     """Something stands between the arm and its goal all of a sudden, and there is no time for a search."""
     planner = replanner(within=0.0)
@@ -158,13 +170,13 @@ def test_what_is_known_is_not_proven_again(monkeypatch: pytest.MonkeyPatch) -> N
     step = planner.first(obstacles=[obstacle, standing])
     proofs: list[int] = []
 
-    def counted(surroundings: Surroundings, trajectory: Trajectory) -> ClearanceProof | None:
-        if any(each.moves and each.growth_rate < rate for each in surroundings.obstacles.values()):
+    def counted(kept: KeptClear, trajectory: Trajectory) -> ClearanceProof | None:
+        if any(each.moves and each.growth_rate < rate for each in kept.obstacles.values()):
             proofs.append(1)
-        return prove(surroundings, trajectory)
+        return prove(kept, trajectory)
 
-    prove = Surroundings.proof
-    monkeypatch.setattr(Surroundings, "proof", counted)
+    prove = KeptClear.proof
+    monkeypatch.setattr(KeptClear, "proof", counted)
     executed = on(step)
     as_predicted = planner.replan(executed, [obstacle.later(EVERY), standing])
     assert as_predicted.kind == "old"

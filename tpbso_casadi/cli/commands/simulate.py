@@ -39,7 +39,6 @@ from tpbso_casadi.scenario import (
     named,
 )
 from tpbso_casadi.simulation import (
-    LARGEST_JUMP,
     WHAT,
     Replan,
     SimulationResult,
@@ -93,7 +92,7 @@ def _rows(summary: SummaryResult) -> list[tuple[str, str, bool | None, str]]:
         *([("moves without a proof", str(summary.unproven), False, "of that")] if summary.unproven else []),
         ("contacts while standing", str(summary.standing_contacts), None, "something came to the arm where it stood"),
         ("closest", distance, None, where if closest.pair else "nothing within reach"),
-        ("largest jump", f"{largest:.2g}", largest < LARGEST_JUMP, "of angle, speed, acceleration where motions join"),
+        ("largest jump", f"{largest:.2g}", summary.is_smooth, "of angle, speed, acceleration where motions join"),
         ("goals reached", str(summary.goals_reached), None, ""),
         ("replans", str(summary.replans), None, f"{kinds}; {proven}"),
         ("deadlines met", f"{summary.deadlines_met:.1%}", None, ""),
@@ -135,7 +134,7 @@ def parser() -> OneLineParser:
         "--every", type=positive_float, metavar="S", help=_simulated("time between two replans, s", "every")
     )
     search = search_group(command_line)
-    add_evaluations(search, default=_default("evaluations"))
+    add_evaluations(search, default=f"{SCENARIOS}, else 5000 for each second of --every, from 80 to 1500")
     add_within(search, f"{SCENARIOS}, else no limit of time")
     add_seed(search)
     output = output_group(command_line)
