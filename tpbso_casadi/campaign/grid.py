@@ -265,6 +265,10 @@ class FunctionRun:
         """The function."""
         return PREFIX + self.case
 
+    def seconds_after(self, descent: float) -> float:
+        """None: what was found is not refined."""
+        return 0.0
+
     @property
     def box(self) -> Box:
         """Where it searches."""

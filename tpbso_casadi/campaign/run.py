@@ -117,6 +117,7 @@ def plan_found(text: str) -> RunFinding:
 
 LONGEST_DETAILS = 20_000  # characters, the last ones of a traceback
 CACHED_PROBLEMS = 64  # of a worker: some 10 MB each
+PLAN_SECONDS = 0.15  # of what becomes of a search
 RUN_LOCK = threading.Lock()  # IPOPT's linear solver is not thread-safe, and a cluster's worker may have many threads
 
 
@@ -162,6 +163,9 @@ class AnyRun(Protocol):
     @property
     def searched(self) -> str:
         """The same text for runs that search the same, whatever the solver."""
+
+    def seconds_after(self, descent: float) -> float:
+        """About how many seconds pass after the search, of which a descent by IPOPT takes so many."""
 
     @property
     def box(self) -> Box:
@@ -243,6 +247,11 @@ class Run:
     def searched(self) -> str:
         """The scenario without its solver."""
         return without_solver(self.scenario)
+
+    def seconds_after(self, descent: float) -> float:
+        """Of a plan: timing, proofs, a record; and refinement, of sequential programs about as much as of a descent."""
+        polished = not self.section.kind().bound_first and problem_of(self.scenario).is_polished
+        return PLAN_SECONDS + (1 if polished else self.section.polish_starts) * descent
 
     @property
     def box(self) -> Box:

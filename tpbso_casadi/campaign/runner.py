@@ -19,6 +19,7 @@ from tpbso_casadi.campaign.store import Store
 
 POPULATION = BATCH = 32  # candidates; where a solver chooses its population itself, too
 DESCENT_CANDIDATES = 4_000  # as many as a descent by IPOPT takes the time of: measured 2,100 to 8,900 on seven cases
+PROCESS_SECONDS = 2.0  # until a process works: modules, models
 SOLVER_SECONDS = 5e-6  # that a solver itself takes for a candidate
 MEASURED: dict[tuple[str, str | None], float] = {}  # seconds of a candidate, by what is searched and the backend
 ITERATION_CANDIDATES = 3  # of each member of a population, at most: a beetle has two antennae
@@ -35,7 +36,7 @@ def campaign_seconds(runs: Sequence[AnyRun], workers: int, backend: str | None =
     Raises:
         Exception: whatever a plug-in raises.
     """
-    return sum(run_seconds(run, backend) for run in runs) / max(1, min(workers, len(runs)))
+    return PROCESS_SECONDS + sum(run_seconds(run, backend) for run in runs) / max(1, min(workers, len(runs)))
 
 
 def run_seconds(run: AnyRun, backend: str | None = None) -> float:
@@ -49,7 +50,7 @@ def run_seconds(run: AnyRun, backend: str | None = None) -> float:
         seconds = np.inf if budget.iterations is None else budget.iterations * descent
     else:
         seconds = _candidates(solver, budget) * (SOLVER_SECONDS + candidate_seconds(run, backend))
-    return float(min(seconds, budget.seconds or np.inf)) + section.polish_starts * descent
+    return float(min(seconds, budget.seconds or np.inf)) + run.seconds_after(descent)
 
 
 def _candidates(solver: AnySolver, budget: Budget) -> float:
