@@ -35,6 +35,7 @@ from tpbso_casadi.storage import (
     HIGHEST_RATE,
     OtherPlan,
     OutputError,
+    Writer,
     add_to_plan,
     check_run_folder,
     export_motion,
@@ -140,7 +141,7 @@ class Output:
                 raise OutputError(f"--animate {self.film}: a run folder holds no other folders")
 
     def write(self, plan: PlannedMotion, progress: Progress, interruption: Interruption) -> Path | None:
-        """Write the run folder, with all but what is drawn; once there is a request to stop, without exports.
+        """Write the run folder, without exports and what is drawn.
 
         Returns:
             The run folder; None where there is none.
@@ -151,26 +152,26 @@ class Output:
         if self.folder is None:
             return None
         progress.phase("writing")
-        exports = [partial(export_motion, motion=plan.motion, kind=kind, rate=self.rate) for kind in self.exports]
         while True:
             folder = self.folder()
             with suppress(OtherPlan):  # which came while this one was being written
-                write_plan(folder, plan, exports, interruption, not self.named)
+                write_plan(folder, plan, (), interruption, not self.named)
                 return folder
 
-    def draw(self, plan: PlannedMotion, folder: Path | None, progress: Progress, interruption: Interruption) -> None:
-        """Draw figures and film of a plan that is written; once there is a request to stop, what is complete is kept.
+    def add(self, plan: PlannedMotion, folder: Path | None, progress: Progress, interruption: Interruption) -> None:
+        """Add exports, figures and film to a plan that is written; after a request to stop only what is complete.
 
         Raises:
             OutputError: they cannot be written.
         """
-        drawings = figure_writers(plan, self.formats)
+        exports = [partial(export_motion, motion=plan.motion, kind=kind, rate=self.rate) for kind in self.exports]
+        further: list[Writer] = [*exports, *figure_writers(plan, self.formats)]
         film = [] if self.film is None else [partial(self._film, plan, progress)]
         if folder is not None and self.film is not None and self._place_in(folder) is not None:
-            drawings, film = [*drawings, *film], []
-        if folder is not None and drawings:
+            further, film = [*further, *film], []
+        if folder is not None and further:
             progress.phase("drawing")
-            add_to_plan(folder, plan, drawings, interruption)
+            add_to_plan(folder, plan, further, interruption)
         for write in film:
             assert self.film is not None
             interruption.attempt(partial(write, self.film.parent))

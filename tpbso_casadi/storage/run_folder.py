@@ -123,7 +123,7 @@ def write_plan(
 
 
 def add_to_plan(
-    folder: Path, plan: PlannedMotion, further: Sequence[Writer], interruption: Interruption | None = None
+    folder: Path, plan: PlannedMotion, further: Sequence[Writer] = (), interruption: Interruption | None = None
 ) -> list[str]:
     """Write further files of a plan beside those that :func:`write_plan` has written.
 
@@ -139,21 +139,24 @@ def add_to_plan(
     Raises:
         OutputError: as of :func:`write_plan`; or the folder does not hold that run any more.
     """
+    result = result_of(plan)
     written = stored_content(folder)
-
-    def copy(staged: Path) -> None:
-        for name in written["files"]:
-            shutil.copyfile(folder / name, staged / name)
+    own = parsed_json(result.model_copy(update={"files": written.get("files", {})}).to_json())
 
     def check(held: dict[str, Any]) -> None:
-        if not held or held != written or held["scenario"] != plan.scenario.model_dump(mode="json"):
+        if held != own:
             raise OutputError(f"{folder}: another run was written there meanwhile; further files are left out")
+
+    def copy(staged: Path) -> None:
+        check(written)
+        for name in written["files"]:
+            shutil.copyfile(folder / name, staged / name)
 
     return replace_folder(
         folder,
         needed=[copy],
         further=further,
-        result=lambda files: result_of(plan).model_copy(update={"files": files}).to_json(),
+        result=lambda files: result.model_copy(update={"files": files}).to_json(),
         interruption=interruption,
         check=check,
     )

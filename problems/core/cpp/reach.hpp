@@ -58,6 +58,7 @@ private:
         place_ = placed(last, tool_);
         const Lanes at[3] = {place_.x, place_.y, place_.z};
         for (int i = 0; i < 3; ++i) missing_[i] = target_.position[i] - at[i];
+        Mask over = {};
         if (target_.turned) {
             Lanes turn[9];
             for (int i = 0; i < 3; ++i)
@@ -67,13 +68,14 @@ private:
                                       wanted_[3 * i + 2] * last.rotation[3 * j + 2];
             const Lanes beside = 0.5 * (turn[0] + turn[4] + turn[8] + 1.0);  // 1 + cos(a)
             const Lanes factor = 1.0 / most(all(UPSIDE_DOWN), beside);
+            over = beside < UPSIDE_DOWN;
             missing_[3] = (turn[7] - turn[5]) * factor;
             missing_[4] = (turn[2] - turn[6]) * factor;
             missing_[5] = (turn[3] - turn[1]) * factor;
         }
         Lanes sum = missing_[0] * missing_[0];
         for (int i = 1; i < size_; ++i) sum += missing_[i] * missing_[i];
-        return root(sum);
+        return over ? most(root(sum), all(1.0)) : root(sum);  // half a turn has no axis
     }
 
     void step(Lanes* theta, Lanes missing, Mask going) {

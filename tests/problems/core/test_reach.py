@@ -104,6 +104,14 @@ def test_a_tool_upside_down_is_turned_and_a_place_out_of_reach_is_not_reached() 
     assert np.isfinite(found).all() and (missing > 7.0).all()
 
 
+def test_a_tool_turned_by_exactly_half_a_turn_is_not_there() -> None:
+    robot = built_in("panda").arm()
+    theta = np.array([[0.3, 0.4, -0.2, -1.9, 0.3, 2.0, 0.5]])
+    position, rotation = (part[0] for part in robot.tool_at(theta))
+    _, missing = arm_of(robot).led(theta, position, rotation @ np.diag([1.0, -1.0, -1.0]), wide(robot), 0)
+    assert missing[0] >= 1.0
+
+
 def test_what_counts_is_the_arm_and_its_tool_alone() -> None:
     robot = built_in("panda").arm()
     other = replace(robot, margin=0.1, spheres=())

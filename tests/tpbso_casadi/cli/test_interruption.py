@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,11 @@ import numpy as np
 import pytest
 from helpers.running import refusal
 
+from tpbso_casadi import builtin
 from tpbso_casadi.cli.commands.solve import main
-from tpbso_casadi.storage import read_run
+from tpbso_casadi.planning import Motion, plan
+from tpbso_casadi.storage import OutputError, add_to_plan, read_run, write_plan
+from tpbso_casadi.storage.exporting import write_motion
 
 process = pytest.mark.process
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
@@ -136,6 +140,34 @@ def test_figures_are_not_put_beside_another_plan(
     assert main([*QUICK, "--animate", "out/arm.gif"]) == 2
     assert "out: another run was written there meanwhile; further files are left out" in capfd.readouterr().err
     assert read_run(FOLDER).scenario.solver.seed == 3
+
+
+def test_figures_are_not_put_beside_another_plan_of_the_same_scenario(tmp_path: Path) -> None:
+    one = plan(builtin("time-2"))
+    slower = replace(one, motion=replace(one.motion, trajectory=one.trajectory.time_scaled(2.0)))
+    write_plan(tmp_path / "run", one)
+    write_plan(tmp_path / "run", slower)
+    before = contents(tmp_path / "run")
+    with pytest.raises(OutputError, match="another run was written there meanwhile"):
+        add_to_plan(tmp_path / "run", one, [lambda staged: (staged / "path.png").write_text("figure")])
+    assert contents(tmp_path / "run") == before
+    with pytest.raises(OutputError, match="another run was written there meanwhile"):
+        add_to_plan(tmp_path / "none", one)
+    assert not (tmp_path / "none").exists()
+
+
+def test_an_export_that_fails_leaves_plan_and_figures(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def fail(folder: Path, motion: object, kind: str, rate: float) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("tpbso_casadi.cli.output.export_motion", fail)
+    loud = [option for option in QUICK if option not in ("--quiet", "--no-plots")]
+    assert main([*loud, "--export", "npz"]) == 2
+    printed = capfd.readouterr()
+    assert "written to out" in printed.out and "not all of its files: No space left" in printed.err
+    assert {"path.png", "result.json"} <= set(contents(FOLDER))
 
 
 def test_the_plan_is_written_and_printed_before_it_is_drawn(
@@ -257,18 +289,19 @@ def test_a_run_that_was_changed_is_not_lost(old: dict[str, bytes], capfd: pytest
 
 def test_a_plan_that_took_the_name_meanwhile_is_not_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     quick = ["--evaluations", "500", "--no-plots", "--quiet"]
-    exported: list[Path] = []
+    written: list[Path] = []
 
-    def other_plan_comes(folder: Path, motion: object, kind: str, rate: float) -> None:
-        exported.append(folder)
-        if len(exported) == 1:
+    def other_plan_comes(path: Path, motion: Motion, times: np.ndarray) -> None:
+        written.append(path)
+        write_motion(path, motion, times)
+        if len(written) == 1:
             write_scenario(Path("mine.toml"), speed=5.0)
             main(["mine.toml", *quick])
             write_scenario(Path("mine.toml"), speed=4.0)
 
     write_scenario(Path("mine.toml"), speed=4.0)
-    monkeypatch.setattr("tpbso_casadi.cli.output.export_motion", other_plan_comes)
-    assert main(["mine.toml", *quick, "--export", "npz"]) == 0
+    monkeypatch.setattr("tpbso_casadi.storage.run_folder.write_motion", other_plan_comes)
+    assert main(["mine.toml", *quick]) == 0
     speeds = {path.name: read_run(path).scenario.arm.max_speed for path in Path("runs").iterdir()}  # type: ignore[union-attr]
     assert speeds == {"mine-abso-1-500-evaluations": 5.0, "mine-abso-1-500-evaluations-2": 4.0}
 

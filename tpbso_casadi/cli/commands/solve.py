@@ -202,7 +202,7 @@ def written(
             sys.stdout.flush()
         finally:  # though nobody may listen
             with _working(problem, options) as progress:
-                output.draw(solution, folder, progress, interruption)
+                output.add(solution, folder, progress, interruption)
         return exit_status(solution, folder, interruption)
 
 
