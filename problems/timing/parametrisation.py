@@ -88,8 +88,11 @@ class Parametrisation:
             low, high = np.where(late, low, middle), np.where(late, middle, high)
         return high
 
-    def trajectory(self, path: JointPath, duration: float) -> Trajectory:
-        """The motion along a path in a duration in s: polynomials of ``DEGREE`` times the path's degree."""
+    def trajectory(self, path: JointPath, duration: float) -> Trajectory | None:
+        """The motion along a path in a duration in s: polynomials of ``DEGREE`` times the path's degree.
+
+        None where the law turns back, as one may that has to begin or end faster than the path is long.
+        """
         ends, crossed = path.breakpoints[[0, -1]], self.reaching(path.breakpoints[1:-1])
         inner = np.unique(self.knots)[1:-1]
         inner = inner[np.abs(inner[:, None] - crossed).min(axis=1, initial=1.0) > SAME_TIME]
@@ -98,6 +101,8 @@ class Parametrisation:
         nodes, first = np.unique(nodes, return_index=True)
         tau = np.concatenate([[0.0, 1.0], inner, crossed])[first]
         steps, lengths = np.diff(tau), np.diff(nodes)
+        if not (steps > 0.0).all():
+            return None
         local = [self.at(tau[:-1], n) * steps**n / factorial(n) / lengths for n in range(1, DEGREE + 1)]
         inside = np.stack([np.zeros_like(steps), *local])[..., None]
         scaled = composition(Intervals.of(path, nodes).local, inside)

@@ -97,13 +97,16 @@ class ParametrisationSearch:
     def proven(self, candidate: Candidate) -> Trajectory | None:
         """The motion, slowed by what its exact peaks ask for; None where it cannot be slowed and they do."""
         scale = self._exact_scale(candidate.law, candidate.duration)
-        if self.ends.moving and scale > 1.0 + ALLOWED:
+        if scale == np.inf or (self.ends.moving and scale > 1.0 + ALLOWED):
             return None
         return candidate.law.trajectory(self.path, candidate.duration * (1.0 if self.ends.moving else scale))
 
     def _exact_scale(self, law: Parametrisation, duration: float) -> float:
         """How many times slower a law has to be run, by peaks over all t, and by torques at samples."""
-        scale = minimum_time_scale(law.trajectory(self.path, duration), self.limits)
+        motion = law.trajectory(self.path, duration)
+        if motion is None:
+            return np.inf
+        scale = minimum_time_scale(motion, self.limits)
         return max(scale, self._torque_scale(self._judged.at(law.controls), duration))
 
     def _torque_scale(self, at_samples: FloatArray, duration: float) -> float:

@@ -61,12 +61,13 @@ def test_slowest_joint_touches_a_limit_and_the_others_keep_theirs(
         return
     own = limits_of(*((v, a, j if with_jerk else None) for _, v, a, j in joints))
     trajectory = rest_to_rest(np.zeros(goal.size), goal, own)
-    assert max(peak_ratios(trajectory, own)) == pytest.approx(1.0, abs=1e-9)
+    assert max(peak_ratios(trajectory, own)) == pytest.approx(1.0, abs=1e-8)
     assert trajectory.duration == pytest.approx(least_durations(goal, own).max(), rel=1e-14)
     times = np.linspace(0.0, trajectory.duration, 101)
     forward, backward = trajectory.at(times), goal - trajectory.at(trajectory.duration - times)
     np.testing.assert_allclose(forward, backward, atol=1e-12 * np.abs(goal).max())
-    np.testing.assert_allclose(trajectory.at(times[[0, -1]], 1), 0.0, atol=1e-11 * max(own.speed))
+    of_times = 1e-15 * trajectory.duration * max(own.acceleration)
+    np.testing.assert_allclose(trajectory.at(times[[0, -1]], 1), 0.0, atol=1e-11 * max(own.speed) + of_times)
     if with_jerk:
         assert trajectory.largest_jump() < 1e-9
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 
@@ -248,6 +249,21 @@ def jumping() -> JointPath:
 def test_what_cannot_be_timed(path: JointPath, rates: tuple[float, float], message: str) -> None:
     with pytest.raises(InvalidProblem, match=f"^{message}"):
         retime(path, LIMITS, rates)
+
+
+@pytest.mark.parametrize("seed", [63, 119, 169])
+def test_a_start_too_fast_for_so_short_a_path_is_refused_or_slowed_in_time(seed: int) -> None:
+    """Laws that would have to turn back are none."""
+    rng = np.random.default_rng(seed)
+    k, m = int(rng.integers(1, 7)), int(rng.integers(3, 9))
+    scale = 10 ** rng.uniform(-5, 1)
+    waypoints = np.cumsum(scale * rng.normal(size=(m, k)) * 10 ** rng.uniform(-3, 1, (m, 1)), axis=0)
+    most = rng.uniform(4, 20, k)
+    speed, jerk = tuple(rng.uniform(1, 4, k)), tuple(rng.choice([5, 50, 500]) * most)
+    limits = JointLimits(speed=speed, acceleration=tuple(most), jerk=jerk)
+    with suppress(InvalidProblem):
+        motion = retime(JointPath.through(waypoints), limits, rates=(float(10 ** rng.uniform(-3, 1)), 0.0))
+        assert minimum_time_scale(motion, limits) <= 1.0 + 1e-9
 
 
 def test_a_law_that_would_turn_back_neither_does_nor_stands_still() -> None:
