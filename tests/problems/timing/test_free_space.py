@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
@@ -52,6 +52,8 @@ numbers = st.floats(0.01, 100.0)
 
 
 @settings(max_examples=30, deadline=None)
+@example([(6.0, 0.01, 1.0, 4.0)], True)
+@example([(6.0, 0.01, 1.0, 12.0)], True)
 @given(st.lists(st.tuples(st.floats(-9.0, 9.0), numbers, numbers, numbers), min_size=1, max_size=4), st.booleans())
 def test_slowest_joint_touches_a_limit_and_the_others_keep_theirs(
     joints: list[tuple[float, float, float, float]], with_jerk: bool
@@ -69,7 +71,8 @@ def test_slowest_joint_touches_a_limit_and_the_others_keep_theirs(
     of_times = 1e-15 * trajectory.duration * max(own.acceleration)
     np.testing.assert_allclose(trajectory.at(times[[0, -1]], 1), 0.0, atol=1e-11 * max(own.speed) + of_times)
     if with_jerk:
-        assert trajectory.largest_jump() < 1e-9
+        rounded = 1e-16 * trajectory.duration * max(joint[3] for joint in joints)  # times, where q'' changes most
+        assert trajectory.largest_jump() < 1e-9 + rounded * trajectory.duration**2  # relative to 1 / T^2
 
 
 def test_as_fast_as_ruckig_from_rest_to_rest() -> None:
