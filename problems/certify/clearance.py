@@ -346,7 +346,7 @@ def prove_clearance(
     if not any(pair.can_touch(robot) for pair in pairs):
         return None
     motion = MovingPairs.of(robot, pairs, trajectory)
-    edges = trajectory.times((initial_cells or INITIAL_CELLS[robot.dim]) + 1)
+    edges = trajectory.times(initial_cells or INITIAL_CELLS[robot.dim])
     cells = np.column_stack([edges[:-1], edges[1:]])
     unsettled = np.ones((len(cells), len(pairs)), dtype=bool)
     minima: list[tuple[float, float, int]] = []

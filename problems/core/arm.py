@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import ctypes
-import weakref
 from functools import lru_cache
 
 import numpy as np
 
 from problems.base import FloatArray
 from problems.core.description import RobotNumbers, described
-from problems.core.library import core_library
+from problems.core.library import core_library, told
 from problems.robots import Robot, SpatialArm, geometry_of
 
 KEPT = 16  # arms
@@ -24,12 +22,7 @@ class Arm:
     """
 
     def __init__(self, geometry: SpatialArm) -> None:
-        library = core_library()
-        assert library is not None
-        self._library = library
-        counts, numbers = described(geometry, RobotNumbers.of(geometry), ())
-        self._arm = ctypes.c_void_p(library.core_world(counts.ctypes.data, numbers.ctypes.data))
-        weakref.finalize(self, library.core_forget, self._arm)
+        self._library, self._arm = told(self, *described(geometry, RobotNumbers.of(geometry), ()))
         frame = geometry.tool_frame
         turned = [float(part) for row in frame.rotation for part in row]
         self._tool = np.array([*turned, *map(float, frame.translation)])

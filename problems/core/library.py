@@ -12,6 +12,7 @@ import logging
 import os
 import re
 import time
+import weakref
 from contextlib import suppress
 from functools import cache as once
 from hashlib import sha256
@@ -19,7 +20,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
-from problems.base import cache
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base import FloatArray, cache
 from problems.evaluation import Compiler, NativeUnavailable, usable_compiler
 
 LOG = logging.getLogger(__name__)
@@ -67,6 +71,15 @@ def core_library() -> ctypes.CDLL | None:
         if found is not None:
             return found
     return _made()
+
+
+def told(owner: object, counts: NDArray[np.int64], numbers: FloatArray) -> tuple[ctypes.CDLL, ctypes.c_void_p]:
+    """The core, which is there, and what it has made of a description: it is forgotten together with its owner."""
+    library = core_library()
+    assert library is not None
+    known = ctypes.c_void_p(library.core_world(counts.ctypes.data, numbers.ctypes.data))
+    weakref.finalize(owner, library.core_forget, known)
+    return library, known
 
 
 def _packaged() -> list[Path]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
-import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntFlag
@@ -14,7 +12,7 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.core.description import RobotNumbers, described, drift_rounding, margins_of, obstacle_numbers
-from problems.core.library import core_library
+from problems.core.library import core_library, told
 from problems.motions import Trajectory
 from problems.robots import Robot, SpatialArm
 from problems.scene import Obstacle
@@ -99,13 +97,8 @@ class World:
     """
 
     def __init__(self, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> None:
-        library = core_library()
-        assert library is not None
-        self._library, self._arm, self._obstacles = library, robot, tuple(obstacles)
-        self._robot = known_robot(robot)
-        counts, numbers = described(robot, self._robot, obstacles)
-        self._world = ctypes.c_void_p(library.core_world(counts.ctypes.data, numbers.ctypes.data))
-        weakref.finalize(self, library.core_forget, self._world)
+        self._arm, self._obstacles, self._robot = robot, tuple(obstacles), known_robot(robot)
+        self._library, self._world = told(self, *described(robot, self._robot, obstacles))
         self.dof = robot.dof
         self.margins = dict(zip((Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER), margins_of(robot), strict=True))
 

@@ -6,7 +6,7 @@ points. Rows join the program where limits are nearly used, and when a solution 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,10 +74,8 @@ class LawProgram:
             whole = WholeRows(limits.first - begin, limits.weights[..., None], limits.by_time, limits.bound, price)
         single = order if self.elastic else joined([order, limits])
         box = np.ones((free[-1] + 1 - begin, 1))
-        found = LinearProgram(
-            SingleRows(single.joint, single.first - begin, single.weights, single.by_time, single.bound),
-            whole, -box, box, (-LARGEST_CHANGE, LARGEST_CHANGE),
-        ).solved()  # fmt: skip
+        moved = replace(single, first=single.first - begin)
+        found = LinearProgram(moved, whole, -box, box, (-LARGEST_CHANGE, LARGEST_CHANGE)).solved()
         if found is None:
             return None
         change = self.by_duration * found[1]

@@ -140,7 +140,7 @@ class Output:
             if inner is not None and len(inner.parts) > 1:
                 raise OutputError(f"--animate {self.film}: a run folder holds no other folders")
 
-    def write(self, plan: PlannedMotion, progress: Progress, interruption: Interruption) -> Path | None:
+    def write(self, plan: PlannedMotion, progress: Progress) -> Path | None:
         """Write the run folder, without exports and what is drawn.
 
         Returns:
@@ -155,7 +155,7 @@ class Output:
         while True:
             folder = self.folder()
             with suppress(OtherPlan):  # which came while this one was being written
-                write_plan(folder, plan, (), interruption, not self.named)
+                write_plan(folder, plan, same_plan_only=not self.named)
                 return folder
 
     def add(self, plan: PlannedMotion, folder: Path | None, progress: Progress, interruption: Interruption) -> None:
@@ -166,15 +166,14 @@ class Output:
         """
         exports = [partial(export_motion, motion=plan.motion, kind=kind, rate=self.rate) for kind in self.exports]
         further: list[Writer] = [*exports, *figure_writers(plan, self.formats)]
-        film = [] if self.film is None else [partial(self._film, plan, progress)]
-        if folder is not None and self.film is not None and self._place_in(folder) is not None:
-            further, film = [*further, *film], []
+        is_inside = folder is not None and self.film is not None and self._place_in(folder) is not None
+        if is_inside:
+            further.append(partial(self._film, plan, progress))
         if folder is not None and further:
             progress.phase("drawing")
             add_to_plan(folder, plan, further, interruption)
-        for write in film:
-            assert self.film is not None
-            interruption.attempt(partial(write, self.film.parent))
+        if self.film is not None and not is_inside:
+            interruption.attempt(partial(self._film, plan, progress, self.film.parent))
 
     def _place_in(self, folder: Path) -> Path | None:
         """The animation relative to a folder; None where it lies outside."""

@@ -293,6 +293,6 @@ class StoredPlan(Plan):
             place,
             needed=[lambda staged: write_motion(staged / "trajectory.csv", self.motion, self.times)],
             further=[*figure_writers(self.planned, formats), *exports],
-            result=lambda files: self.result.model_copy(update={"files": files}).to_json(),
+            result=self.result,
         )
         return place

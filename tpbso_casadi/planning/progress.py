@@ -68,6 +68,10 @@ class Planning:
         """Whether to come to an end: no time is left, or the user says so."""
         return self.left <= 0.0 or self.interruption.requested
 
+    def satisfied(self) -> bool:
+        """Whether a plan that is known is enough: the first was asked for, or there is no time for another."""
+        return self.settings.first or self.running_out()
+
     def with_settings(self, **changes: Any) -> Self:
         """The same with other keys of [solver]."""
         return replace(self, settings=self.settings.model_copy(update=changes))

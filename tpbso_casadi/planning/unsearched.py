@@ -64,26 +64,20 @@ def climbed(problem: Problem[Any], planning: Planning, known: SearchedMotion | N
     began, tried = time.perf_counter(), 0
     planning.progress.phase("polishing ways around")
     best = None if known is None else (known.motion, known.problem)
-    enough = always if planning.settings.first else planning.running_out
     branches = sorted(problem.branches or (problem,), key=lambda branch: branch.least_bound)
     for branch in branches:
         to_beat, used = np.inf if best is None else best[0].trajectory.duration, 0
-        for trajectory in branch.climbed(planning.settings.seed, to_beat, enough):
+        for trajectory in branch.climbed(planning.settings.seed, to_beat, planning.satisfied):
             used, motion = 1, _judged(branch, trajectory)
             if motion.feasible and (best is None or is_better(motion, best[0])):
                 best = motion, branch
         tried += used
-        if tried >= MOST_CLIMBS or (best is not None and enough()):
+        if tried >= MOST_CLIMBS or (best is not None and planning.satisfied()):
             break
     LOG.info("ladder: ways to %d of %d branches in %.3f s", tried, len(branches), time.perf_counter() - began)
     if best is None or (known is not None and best[0] is known.motion):
         return known
     return _plan(planning, best[1], best[0], began, StopReason.CONVERGED, tried)
-
-
-def always() -> bool:
-    """One plan is enough."""
-    return True
 
 
 def _judged(problem: Problem[Any], trajectory: Trajectory) -> Motion:

@@ -39,7 +39,7 @@ class MergedClearance(Proximity):
         return [self.constraint(self.name, "", self.clearances(samples), margin, "clearance >= margin")]
 
 
-CELLS, MOST_CELLS = 32, 4_000  # of time, at the beginning of a proof and in all: a step has little
+CELLS, MOST_CELLS = 33, 4_000  # of time, at the beginning of a proof and in all: a step has little
 WHOLE_GAP = 1.0  # no more than what has to be kept is proven
 MOST_ITEMS = 200_000  # that a proof looks at: what is nearer than that takes is refused
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -32,7 +33,7 @@ from tpbso_casadi.scenario import Scenario, ScenarioError
 
 SHORTEST, LONGEST = 1e-3, 1e4  # s: between two steps
 EVALUATION_RATE = 5_000  # 1/s: of a search by default, for each second that a decision may take
-FEWEST, MOST = 80, 1_500  # of these
+FEWEST_EVALUATIONS, MOST_EVALUATIONS = 80, 1_500  # of these
 
 
 @dataclass(frozen=True)
@@ -118,12 +119,16 @@ class Replanner:
         if within is not None:
             check_within("within", (within,), (0.0, LONGEST), "s")
         self.scenario, self.every, self.fail_safe_rate = scenario, every, fail_safe_rate
-        self.within, self._kept = within, (1.0 - KEPT_FOR_STOPS) * (within or 0.0)
+        self.within = within
         criteria = conformed("scenario", scenario, Scenario).criteria()
         self.task, self.robot, self._goals = criteria.task, criteria.robot, criteria.task.last_places
         if not self._goals:
             raise ScenarioError("task: only a move to a goal at rest, without places on the way, is planned again")
-        count = min(max(round(EVALUATION_RATE * every), FEWEST), MOST) if evaluations is None else evaluations
+        count = (
+            min(max(round(EVALUATION_RATE * every), FEWEST_EVALUATIONS), MOST_EVALUATIONS)
+            if evaluations is None
+            else evaluations
+        )
         self.search = Search(self.robot, scenario.model.further_limits, count, seed)
         self._limits = RobotLimits(self.robot, scenario.model.further_limits)
         if self.task.start_posture is not None:
@@ -187,7 +192,7 @@ class Replanner:
             foreseen=foreseen,
             goals=self._postures(executed.value_at_end(), goal),
             search=self.search,
-            seconds=lambda: None if self.within is None else self._kept - (time.perf_counter() - began),
+            seconds=partial(self._left_since, began),
             every=self.every,
             rate=self.fail_safe_rate,
         )
@@ -204,6 +209,10 @@ class Replanner:
             closest=Approach.of(chosen.proof),
             x=chosen.candidate.x,
         )
+
+    def _left_since(self, began: float) -> float | None:
+        """The time of a decision that began then, s, but for what is kept for a stop; None where there is no limit."""
+        return None if self.within is None else (1.0 - KEPT_FOR_STOPS) * self.within - (time.perf_counter() - began)
 
     def _proven(
         self, chosen: Judged, scene: ObservedScene, executed: Trajectory, foreseen: ClearanceProof | None

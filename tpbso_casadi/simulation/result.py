@@ -370,7 +370,7 @@ def write_simulation(
         folder,
         needed=[tables],
         further=further,
-        result=lambda files: result.model_copy(update={"files": files}).to_json(),
+        result=result,
         interruption=interruption,
     )
 

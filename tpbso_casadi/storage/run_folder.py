@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import logging
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from hashlib import file_digest
 from pathlib import Path
-from typing import Any, NoReturn, TypeAlias
+from typing import Any, NoReturn, Protocol, Self, TypeAlias
 
 from solvers import Interruption
 from tpbso_casadi.plain import BrokenSeal, NotJSON, check_seal, parsed_json
@@ -22,6 +22,16 @@ LOG = logging.getLogger(__name__)
 Writer: TypeAlias = Callable[[Path], object]  # writes files into a folder
 LARGEST_RESULT = 100_000_000  # bytes of a result.json
 SUFFIXES = (".json", ".csv", ".npz", ".png", ".pdf", ".svg", ".gif", ".mp4", ".html", ".yaml")  # of the files of a run
+
+
+class FolderResult(Protocol):
+    """What a ``result.json`` holds, the digests of the other files in its folder among it: ``files``."""
+
+    def model_copy(self, *, update: Mapping[str, Any]) -> Self:
+        """The same with other fields."""
+
+    def to_json(self) -> str:
+        """The text, sealed."""
 
 
 class OtherPlan(OutputError):
@@ -116,7 +126,7 @@ def write_plan(
         folder,
         needed=[lambda staged: write_motion(staged / "trajectory.csv", plan.motion, plan.times)],
         further=further,
-        result=lambda files: result_of(plan).model_copy(update={"files": files}).to_json(),
+        result=result_of(plan),
         interruption=interruption,
         check=check,
     )
@@ -141,7 +151,7 @@ def add_to_plan(
     """
     result = result_of(plan)
     written = stored_content(folder)
-    own = parsed_json(result.model_copy(update={"files": written.get("files", {})}).to_json())
+    own = parsed_json(_text_of(result, written.get("files", {})))
 
     def check(held: dict[str, Any]) -> None:
         if held != own:
@@ -156,7 +166,7 @@ def add_to_plan(
         folder,
         needed=[copy],
         further=further,
-        result=lambda files: result.model_copy(update={"files": files}).to_json(),
+        result=result,
         interruption=interruption,
         check=check,
     )
@@ -167,7 +177,7 @@ def replace_folder(
     *,
     needed: Sequence[Writer],
     further: Sequence[Writer],
-    result: Callable[[dict[str, str]], str],
+    result: FolderResult,
     interruption: Interruption | None = None,
     check: Callable[[dict[str, Any]], object] = lambda held: None,
 ) -> list[str]:
@@ -177,7 +187,7 @@ def replace_folder(
         folder: of the run.
         needed: each writes files into the folder that it is given.
         further: likewise; they are left out where they fail, and after a request to stop.
-        result: the text of ``result.json``, given the digests of all other files by name.
+        result: for ``result.json``, which gets the digests of all other files by name.
         interruption: whose request it is.
         check: is given what the ``result.json`` holds that is replaced, and raises where that must not be.
 
@@ -202,11 +212,16 @@ def replace_folder(
             except Exception as error:  # no reason to lose the rest
                 failures.append(error)
         files = _digests(staged)
-        write_text(staged / "result.json", lambda file: file.write(result(files)))
+        write_text(staged / "result.json", lambda file: file.write(_text_of(result, files)))
     LOG.info("written: %s, %d files", folder, 1 + len(files))
     if failures:
         _report(folder, failures[0])
     return ["result.json", *files]
+
+
+def _text_of(result: FolderResult, files: dict[str, str]) -> str:
+    """Of ``result.json`` beside files with these digests."""
+    return result.model_copy(update={"files": files}).to_json()
 
 
 def _report(folder: Path, failure: Exception) -> NoReturn:

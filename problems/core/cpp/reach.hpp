@@ -15,7 +15,7 @@ public:
     // Of an arm whose tool is at a place in the frame of the last joint, (rotation, translation).
     Reach(const World& arm, const double* tool_rotation, const double* tool_translation, const Target& target,
           const double* lower, const double* upper)
-        : eight(arm), lower_(lower), upper_(upper), target_(target), size_(target.turned ? 6 : 3), columns_(arm.dof),
+        : eight_(arm), lower_(lower), upper_(upper), target_(target), size_(target.turned ? 6 : 3), columns_(arm.dof),
           moved_(arm.dof) {
         for (int i = 0; i < 3; ++i) {
             tool_[i] = tool_translation[i];
@@ -44,8 +44,6 @@ public:
         return missing;
     }
 
-    Eight eight;
-
 private:
     static constexpr double DAMPING = 0.05, LEAST_DAMPING = 1e-12, LONGEST_STEP = 0.6;
     static constexpr double CONVERGED = 1e-12, LEAST_GAIN = 0.2, UPSIDE_DOWN = 1e-3;
@@ -53,8 +51,8 @@ private:
 
     // What the tool lacks: metres, then the Rodrigues vector 2 tan(a / 2) of the turn.
     Lanes look(const Lanes* theta) {
-        eight.place(theta);
-        const Frame& last = eight.frames.back();
+        eight_.place(theta);
+        const Frame& last = eight_.frames.back();
         place_ = placed(last, tool_);
         const Lanes at[3] = {place_.x, place_.y, place_.z};
         for (int i = 0; i < 3; ++i) missing_[i] = target_.position[i] - at[i];
@@ -79,7 +77,7 @@ private:
     }
 
     void step(Lanes* theta, Lanes missing, Mask going) {
-        const int k = eight.world.dof;
+        const int k = eight_.world.dof;
         const Lanes damping = DAMPING * (missing * missing) + LEAST_DAMPING;
         columns();
         solved(damping);
@@ -101,10 +99,10 @@ private:
 
     // How each joint moves the tool.
     void columns() {
-        for (int joint = 1; joint <= eight.world.dof; ++joint) {
-            const Point axis = eight.axis(joint);
-            const bool turns = eight.world.joints[joint - 1].turns;
-            const Point way = turns ? cross(axis, place_ - eight.frames[joint].origin) : axis;
+        for (int joint = 1; joint <= eight_.world.dof; ++joint) {
+            const Point axis = eight_.axis(joint);
+            const bool turns = eight_.world.joints[joint - 1].turns;
+            const Point way = turns ? cross(axis, place_ - eight_.frames[joint].origin) : axis;
             const Point spin = turns ? axis : Point{Lanes{}, Lanes{}, Lanes{}};
             columns_[joint - 1] = {{way.x, way.y, way.z, spin.x, spin.y, spin.z}};
         }
@@ -140,6 +138,7 @@ private:
         Lanes part[6];
     };
 
+    Eight eight_;
     const double *lower_, *upper_;
     const Target target_;
     const int size_;

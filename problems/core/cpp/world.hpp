@@ -141,14 +141,12 @@ INLINE Lanes room(Eight& eight, const Item& item, Lanes enough) {
     const World& world = eight.world;
     const Node& one = world.nodes[item.one];
     const double kept = world.margins[kind(item)];
-    if (item.group < 0 && eight.drifts) {
-        const Drift& drift = eight.drifts[item.two];
-        const Lanes more = one.radius + kept + drift.rate * eight.times;
-        return distance(world.solids[item.two], as_seen_from(drift, eight, item.one), enough + more) - more;
+    if (item.group < 0) {
+        const Drift* drift = eight.drifts ? &eight.drifts[item.two] : nullptr;
+        const Lanes more = drift ? one.radius + kept + drift->rate * eight.times : all(one.radius + kept);
+        const Point center = drift ? as_seen_from(*drift, eight, item.one) : eight.center(item.one);
+        return distance(world.solids[item.two], center, enough + more) - more;
     }
-    if (item.group < 0)
-        return distance(world.solids[item.two], eight.center(item.one), enough + (one.radius + kept)) -
-               (one.radius + kept);
     return length(eight.center(item.one) - eight.center(item.two)) - (one.radius + world.nodes[item.two].radius + kept);
 }
 

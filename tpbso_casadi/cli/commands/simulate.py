@@ -32,6 +32,7 @@ from tpbso_casadi.cli.output import free_folder
 from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
 from tpbso_casadi.facade.simulating import simulate as simulate_scenario
 from tpbso_casadi.facade.simulating import simulation_scenario
+from tpbso_casadi.replanning import EVALUATION_RATE, FEWEST_EVALUATIONS, MOST_EVALUATIONS
 from tpbso_casadi.scenario import (
     Scenario,
     SimulationSection,
@@ -134,7 +135,7 @@ def parser() -> OneLineParser:
         "--every", type=positive_float, metavar="S", help=_simulated("time between two replans, s", "every")
     )
     search = search_group(command_line)
-    add_evaluations(search, default=f"{SCENARIOS}, else 5000 for each second of --every, from 80 to 1500")
+    add_evaluations(search, default=_evaluations())
     add_within(search, f"{SCENARIOS}, else no limit of time")
     add_seed(search)
     output = output_group(command_line)
@@ -147,6 +148,11 @@ def parser() -> OneLineParser:
 
 def _simulated(text: str, key: str) -> str:
     return defaulting(text, _default(key))
+
+
+def _evaluations() -> str:
+    bounds = f"from {FEWEST_EVALUATIONS} to {MOST_EVALUATIONS}"
+    return f"{SCENARIOS}, else {EVALUATION_RATE} for each second of --every, {bounds}"
 
 
 def _default(key: str) -> str:

@@ -192,7 +192,7 @@ def written(
     with deferred_interrupt() as interruption:
         with _working(problem, options) as progress:
             solution = replace(plan(scenario, progress, evaluation, problem), name=output.title)
-            folder = output.write(solution, progress, interruption)
+            folder = output.write(solution, progress)
         try:
             if options.json:
                 sys.stdout.write(result_of(solution).to_json())
