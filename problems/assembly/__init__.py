@@ -5,6 +5,7 @@ from problems.assembly.encoding import Decoded, Encoding, FeasibilityFirst, Pape
 from problems.assembly.path_timing import GRID_ALLOWANCE, LocalTimeScale, PathTiming, step_limits
 from problems.assembly.problem import Model, Problem, objective_named
 from problems.assembly.sample_loop import PLACES, CostSteps, peak_loop, statements_of
+from problems.assembly.sequence import SequenceCriteria, Stage
 
 __all__ = [
     "GRID_ALLOWANCE",
@@ -20,6 +21,8 @@ __all__ = [
     "PathTiming",
     "Problem",
     "SearchedTimeScale",
+    "SequenceCriteria",
+    "Stage",
     "Variable",
     "joint_following",
     "objective_named",

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
 import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.certify import (
@@ -124,6 +126,14 @@ class Criteria:
             verdicts.append(verdict(durations, trajectory.breakpoints[-1:]))
         return [*verdicts, *(verdict(constraint, times) for constraint, times in self.task.conditions(trajectory))]
 
+    def by_stage(self, trajectory: Trajectory) -> tuple[tuple[Verdict, ...], ...]:
+        """The verdicts on each stage of what is made of several; here there is one."""
+        return (tuple(self.verify(trajectory)),)
+
+    def overall(self, by_stage: Iterable[tuple[Verdict, ...]]) -> tuple[Verdict, ...]:
+        """The verdicts on the whole, given those on its stages."""
+        return next(iter(by_stage))
+
     @property
     def _lasting_limits(self) -> tuple[Limit, ...]:
         """The limits by which a robot that stands is judged: what can reach it, or its covers."""
@@ -144,6 +154,10 @@ class Criteria:
     def objective_value(self, trajectory: Trajectory, times: FloatArray) -> float:
         """The objective of a finished motion, exact where it can be; else over samples at times (n,) in s."""
         return self.objective.of_motion(trajectory, self.robot, times)
+
+    def robots(self, times: FloatArray) -> Iterator[tuple[Robot, NDArray[np.intp]]]:
+        """The robot, with what it carries, and the indices of the times (n,) in s at which it is that one."""
+        yield self.robot, np.arange(times.size)
 
     def markers(self) -> tuple[Marker, ...]:
         """Positions that the tool has to reach, for drawing."""

@@ -143,6 +143,16 @@ class Trajectory:
         times = np.concatenate([self.breakpoints, self.duration + then.breakpoints[1:]])
         return Trajectory(times, np.concatenate(padded, axis=1))
 
+    def reversed(self) -> Trajectory:
+        """The same motion from its end to its start; exact up to rounding."""
+        n, lengths = self.coefficients.shape[0] - 1, np.diff(self.breakpoints)[:, None]
+        powers = self.coefficients[::-1]
+        taylor = [
+            (-1.0) ** i * sum(comb(j, i) * lengths ** (j - i) * powers[j] for j in range(i, n + 1))
+            for i in range(n + 1)
+        ]
+        return Trajectory(self.breakpoints[-1] - self.breakpoints[::-1], np.array(taylor[::-1])[:, ::-1])
+
     def samples(self, times: FloatArray, robot: Robot | None = None) -> Samples:
         """Angles, speeds, accelerations and jerks at times (n,) in s, increasing; numeric matrices (n, k)."""
         derivatives = tuple(ca.DM(self.at(times, n)) for n in range(SAMPLED_ORDERS))

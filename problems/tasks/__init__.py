@@ -22,10 +22,13 @@ from problems.tasks.path_following import (
 from problems.tasks.place import ANGLE_TOLERANCE, Choice, Elbow, Joints, Place, Position, elbow_signs, narrow_elbow
 from problems.tasks.point_to_point import PointToPoint
 from problems.tasks.pose import Pose
+from problems.tasks.sequence import Sequence
 from problems.tasks.task import BoundedCurve, Marker, MarkerKind, Milestone, ProgressMeasure, Task
+from problems.tasks.tool_path import Arc, StraightWay, ToolPath
 
 __all__ = [
     "ANGLE_TOLERANCE",
+    "Arc",
     "BoundedCurve",
     "Choice",
     "Elbow",
@@ -45,9 +48,12 @@ __all__ = [
     "Pose",
     "Position",
     "ProgressMeasure",
+    "Sequence",
     "SpaceTracing",
+    "StraightWay",
     "Surroundings",
     "Task",
+    "ToolPath",
     "ToolTracing",
     "check_at_least",
     "check_choice",

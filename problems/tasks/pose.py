@@ -148,7 +148,7 @@ class Pose(Place):
         arm = _in_space(robot, field)
         core = Arm.of(robot)
         led = None if core is None else core.led
-        found = postures(arm, self.point, self._rotation, np.random.default_rng(SEED), STARTS, near, led)
+        found = postures(arm, self.point, self.rotation, np.random.default_rng(SEED), STARTS, near, led)
         what = f"{self.point}" if self.quaternion is None else f"{self.point} turned by {self.quaternion}"
         if not len(found):
             raise InvalidProblem(field, f"no posture of {STARTS} searches for one has the tool at {what}")
@@ -192,7 +192,7 @@ class Pose(Place):
         starts = np.array(self.branch) + OFFSET * chosen
         ends = [as_array(end).ravel() for end in joint_bounds(_in_space(robot), KEPT, ca.DM(self.branch).T)]
         low, high = ends or (np.full(robot.dof, end) for end in (-np.inf, np.inf))
-        theta, missing = arm.led(starts, self.position(robot), self._rotation, (low, high), STEPS)
+        theta, missing = arm.led(starts, self.position(robot), self.rotation, (low, high), STEPS)
         return theta, missing <= self.tolerance(robot)
 
     def _by_function(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -203,8 +203,8 @@ class Pose(Place):
         return found, np.abs(missing).max(axis=1) <= self.tolerance(robot)
 
     @property
-    def _rotation(self) -> FloatArray | None:
-        """How the tool is turned, (3, 3)."""
+    def rotation(self) -> FloatArray | None:
+        """How the tool is turned, (3, 3); None where that does not matter."""
         return None if self.quaternion is None else as_array(rotation_rows(self.quaternion)).reshape(3, 3)
 
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:

@@ -210,7 +210,7 @@ CHANGES = {  # what an option adds to the name
 def run_folder(options: argparse.Namespace, scenario: Scenario) -> Path:
     """``runs/SCENARIO-SOLVER-SEED``, and what the command line changes; with a number where that is another plan's."""
     parts = [Path(options.scenario).stem]
-    parts += [_word(scenario.solver.name), str(scenario.solver.seed)] if scenario.task.is_searched else []
+    parts += [_word(scenario.solver.name), str(scenario.solver.seed)] if scenario.task.has_solver else []
     for option, form in CHANGES.items():
         value = getattr(options, option)
         if value is not None:

@@ -104,10 +104,15 @@ class Motion:
         return self.retimed or self.problem.free_timing
 
     @cached_property
+    def by_stage(self) -> tuple[tuple[Verdict, ...], ...]:
+        """The verdicts on each stage, where the motion is made of several."""
+        return self.criteria.by_stage(self.trajectory)
+
+    @cached_property
     def verdicts(self) -> tuple[Verdict, ...]:
         """Each constraint, judged for all t."""
         began = time.perf_counter()
-        verdicts = tuple(self.criteria.verify(self.trajectory))
+        verdicts = self.criteria.overall(self.by_stage)
         certified = sum(verdict.satisfied for verdict in verdicts)
         LOG.info(
             "certificate: %d of %d constraints proven for all t in %.3f s",
@@ -156,7 +161,13 @@ class Motion:
 
     def torques(self, times: FloatArray) -> FloatArray | None:
         """What the motors give at times (n,) in s: (n, dof), N m or N; None where masses are not known."""
-        return torques_of(self.problem.robot, self.trajectory, times)
+        found = np.zeros((times.size, self.problem.robot.dof))
+        for robot, rows in self.criteria.robots(times):
+            torques = torques_of(robot, self.trajectory, times[rows])
+            if torques is None:
+                return None
+            found[rows] = torques
+        return found
 
     @cached_property
     def closest_approach(self) -> ClosestApproach | None:

@@ -37,6 +37,7 @@ from tpbso_casadi.planning.finishing import (
 )
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
 from tpbso_casadi.planning.progress import Planning, Progress, log_search
+from tpbso_casadi.planning.sequence import planned_sequence
 from tpbso_casadi.planning.unsearched import without_search
 from tpbso_casadi.scenario import FIELDS, Scenario, ScenarioError
 
@@ -79,9 +80,8 @@ def plan(
     deadline = np.inf if within is None else time.perf_counter() + within
     with deferred_interrupt() as interruption:
         progress.phase("modelling")
-        if not scenario.task.is_searched:
+        if not scenario.task.has_solver:
             return _valued(_timed(scenario, progress, interruption))
-        problem = interruption.breakable(scenario.problem) if problem is None else problem
         planning = Planning(
             scenario=scenario,
             solver=scenario.solver.build(),
@@ -92,6 +92,9 @@ def plan(
             starts=starts,
             deadline=deadline,
         )
+        if not scenario.task.is_searched:
+            return interruption.breakable(partial(planned_sequence, scenario, planning))
+        problem = interruption.breakable(scenario.problem) if problem is None else problem
         planned = partial(_planned, warm_start=warm_start)
         found = without_search(problem, planning)
         if found is not None:

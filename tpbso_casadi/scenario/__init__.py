@@ -12,6 +12,7 @@ from tpbso_casadi.scenario.input_files import (
 )
 from tpbso_casadi.scenario.loading import load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
+from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import obstacle_table
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
@@ -26,8 +27,10 @@ from tpbso_casadi.scenario.robots import (
 )
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named, read_scenario
 from tpbso_casadi.scenario.scene_files import read_scene
+from tpbso_casadi.scenario.sequence import ENDS, Cell, SequenceTask, judged_by_stage, walked
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection, new_covers
-from tpbso_casadi.scenario.tasks import STATED, TASK_CATALOGUE, PointToPointTask, task_tables
+from tpbso_casadi.scenario.stages import MovingStage, StageSection
+from tpbso_casadi.scenario.tasks import STATED, TASK_CATALOGUE, task_tables
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
     LARGEST,
@@ -61,6 +64,7 @@ __all__ = [
     "ANGULAR",
     "BESIDE",
     "DEFAULT",
+    "ENDS",
     "FAMILIES",
     "FIELDS",
     "LARGEST",
@@ -83,9 +87,11 @@ __all__ = [
     "AnyPlace",
     "AnyPlaces",
     "ArmSection",
+    "Cell",
     "InputFolder",
     "Interpolation",
     "ModelSection",
+    "MovingStage",
     "NestedError",
     "ObjectiveChoice",
     "ObstacleSection",
@@ -99,10 +105,12 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "Section",
+    "SequenceTask",
     "SimulationSection",
     "SolverSection",
     "SpacePoint",
     "SpatialRobotSection",
+    "StageSection",
     "StrictModel",
     "TaskSection",
     "arm_table",
@@ -115,6 +123,7 @@ __all__ = [
     "hint",
     "in_words",
     "is_folder",
+    "judged_by_stage",
     "load",
     "load_all",
     "named",
@@ -137,4 +146,5 @@ __all__ = [
     "shown",
     "stated_place",
     "task_tables",
+    "walked",
 ]

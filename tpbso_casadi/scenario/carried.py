@@ -15,6 +15,7 @@ from problems.geometry import ball_corners
 from problems.robots import BoxShape, CapsuleShape, Carried, CylinderShape, HullShape, Shape, SphereShape, as_point
 from problems.scene import Solid
 from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import AnyObstacle
 from tpbso_casadi.scenario.validation import Positive, ScenarioError, Section, hint
 
@@ -36,6 +37,11 @@ class CarriedSection(Section):
             return handler(table)  # type: ignore[no-any-return]
         own = {key: table[key] for key in OWN if key in table}
         return handler({**own, "body": {key: value for key, value in table.items() if key not in OWN}})  # type: ignore[no-any-return]
+
+    @classmethod
+    def of(cls, body: ObstacleSection, mass: float | None) -> Self:
+        """What states a body with a mass in kg."""
+        return cls.model_construct({"mass", "body"}, mass=mass, body=body)
 
     @model_serializer(mode="plain")
     def _flat(self) -> dict[str, Any]:

@@ -57,6 +57,12 @@ class ConstraintSection(Section):
             raise ValueError(error.reason) from error
         return self
 
+    @classmethod
+    def of(cls, kind: StatedExpression) -> Self:
+        """The table that states a kind of limit."""
+        lower, upper = (None if bound is None else list(bound) for bound in (kind.lower, kind.upper))
+        return cls(name=kind.name, unit=kind.unit, lower=lower, upper=upper, expression=kind.function.text)
+
     def kind(self) -> StatedExpression:
         """The kind of limit."""
         lower, upper = _bound(self.lower), _bound(self.upper)

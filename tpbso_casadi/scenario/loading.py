@@ -54,7 +54,7 @@ def overridden(
         content["solver"]["settings"] = {}
     content["solver"] |= solver
     named = {*scenario.solver.model_fields_set, *solver}
-    if scenario.task.is_searched and "name" not in named:
+    if scenario.task.has_solver and "name" not in named:
         own = bool(content["model"].get("constraints") or content["task"].get("objectives"))
         table = scenario.robot_table
         content["solver"] = with_default(content["solver"], named, table.usual_solver, table.usual_descents or int(own))

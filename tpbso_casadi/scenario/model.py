@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -21,8 +21,9 @@ from pydantic import (
     model_serializer,
 )
 
-from problems import InvalidProblem, LimitKind, Objective, Obstacle, Problem, Robot
+from problems import InvalidProblem, LimitKind, Objective, Obstacle, Problem, Robot, Trajectory
 from problems.assembly import Criteria
+from problems.base import FloatArray
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import KnotRedundancy
 from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE, PluginError, find_objective
@@ -43,6 +44,9 @@ from tpbso_casadi.scenario.validation import (
     choice_of,
     in_words,
 )
+
+if TYPE_CHECKING:
+    from tpbso_casadi.scenario.scenario import Scenario
 
 OfCatalogue = choice_of(OBJECTIVE_CATALOGUE.registry, OBJECTIVE_CATALOGUE.find)
 
@@ -145,12 +149,14 @@ class TaskSection(Section):
     """[task]: the interface of every kind of task.
 
     Attributes:
-        is_searched: whether a motion has to be searched for; if not, there is nothing but a path to be timed.
+        is_searched: whether a motion is one of a problem that is searched; if not, it is timed, or made of several.
+        has_solver: whether anything is searched for.
         motions: families of motions that it can be planned with, the default first.
         keys_of: by family, keys that not all of them have.
     """
 
     is_searched: ClassVar[bool] = True
+    has_solver: ClassVar[bool] = True
     motions: ClassVar[tuple[str, ...]] = ("paper",)
     keys_of: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
 
@@ -211,6 +217,24 @@ class TaskSection(Section):
             InvalidProblem: the robot cannot do the task.
         """
         return self.build(robot, obstacles, model)
+
+    def judged(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
+        """What a finished motion is judged by, without what only a search needs.
+
+        Raises:
+            InvalidProblem: the robot cannot do the task.
+        """
+        return self.criteria(robot, obstacles, model).at_free_times()
+
+    def criteria_of(self, scenario: Scenario, trajectory: Trajectory, quantities: Mapping[str, FloatArray]) -> Criteria:
+        """What a motion of a scenario is judged by that is known already.
+
+        Args:
+            scenario: whose task this is.
+            trajectory: the motion.
+            quantities: that are stored with it.
+        """
+        return scenario.criteria()
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,7 @@ class GivenPathTask(TaskSection):
     """[task] of a path in joint space: speeds at its ends in rad/s, along it; times in s."""
 
     is_searched: ClassVar[bool] = False
+    has_solver: ClassVar[bool] = False
     motions: ClassVar[tuple[str, ...]] = ("spline",)
 
     start_speed: Annotated[NotNegative, ANGULAR] = 0.0

@@ -9,16 +9,16 @@ import logging
 import os
 import pathlib
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer, model_validator
 
-from problems import InvalidProblem, Obstacle, Problem, Robot
+from problems import InvalidProblem, Obstacle, Problem, Robot, Trajectory
 from problems.assembly import Criteria
-from problems.base import too_much
+from problems.base import FloatArray, too_much
 from solvers import AnySolver, Budget
 from tpbso_casadi.scenario.carried import (
     MOST_CARRIED,
@@ -166,7 +166,7 @@ class Scenario(FileSection):
         parts = [self.robot_table.title, self.task.kind, *filter(None, [objective])]
         parts += [f"{len(self.obstacles)} obstacle{'s' * (len(self.obstacles) > 1)}"] * bool(self.obstacles)
         polished = f"+polish{self.solver.polish_starts}" if self.solver.polish_starts else ""
-        searched = [f"{self.solver.name}{polished}", f"seed {self.solver.seed}"] if self.task.is_searched else []
+        searched = [f"{self.solver.name}{polished}", f"seed {self.solver.seed}"] if self.task.has_solver else []
         return f"<scenario: {', '.join([*parts, *searched])}>"
 
     __str__ = __repr__
@@ -208,7 +208,7 @@ class Scenario(FileSection):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        if not self.task.is_searched and self.solver != SolverSection():
+        if not self.task.has_solver and self.solver != SolverSection():
             raise ValueError(f"solver: {self.task.kind!r} is timed; there is nothing to search for, leave it out")
         table, model = self.robot_table, with_motion(self.model, self.task)
         usual = {"self_collision": table.avoids_itself, "samples": table.usual_samples}
@@ -241,6 +241,24 @@ class Scenario(FileSection):
         """
         with plugin_failures_named(self):
             return self._stated(self.task.criteria)
+
+    def judged(self) -> Criteria:
+        """What a finished motion is judged by, without what only a search needs.
+
+        Raises:
+            ScenarioError: as :meth:`problem`.
+        """
+        with plugin_failures_named(self):
+            return self._stated(self.task.judged)
+
+    def criteria_of(self, trajectory: Trajectory, quantities: Mapping[str, FloatArray]) -> Criteria:
+        """What a motion is judged by that is known already, with the quantities that are stored with it.
+
+        Raises:
+            ScenarioError: as :meth:`problem`.
+        """
+        with plugin_failures_named(self):
+            return self.task.criteria_of(self, trajectory, quantities)
 
     def _stated(self, build: Callable[[Robot, tuple[Obstacle, ...], ModelSection], C]) -> C:
         began = time.perf_counter()

@@ -1,0 +1,304 @@
+"""Ways of the tool, straight or along an arc: where it is, how it is turned, and joints that follow it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from problems.base import FloatArray, InvalidProblem, as_array
+from problems.limits import StatedExpression
+from problems.motions import JointPath, MotionView, traced
+from problems.robots import Robot, SpatialArm
+from problems.tasks.place import Place, Position
+from problems.tasks.pose import Pose
+
+STRAIGHT = 1e-9  # of the length: what is nearer to a line is on it
+FIRST_POINTS, MOST_POINTS = 9, 513  # of a way that is followed
+SHARE = 0.1  # of the accuracy: what a spline through followed points may use up
+FARTHEST = 0.3  # rad or m: joints that go farther from one point to the next have jumped
+ALIKE = 1e-9  # rad: rotations that differ by less are the same
+
+
+class ToolWay(ABC):
+    """A curve that the tool follows. A subclass is a frozen dataclass; lengths in m, s is the share of the length."""
+
+    @property
+    @abstractmethod
+    def length(self) -> float:
+        """Of the whole curve."""
+
+    @abstractmethod
+    def points(self, s: FloatArray) -> FloatArray:
+        """Where the tool is, (n, dim), at shares (n,) from 0 to 1."""
+
+    @abstractmethod
+    def away(self, tool: ca.SX) -> ca.SX:
+        """How far a point (dim, 1) is from the curve, prolonged beyond its ends."""
+
+    @abstractmethod
+    def along(self, tool: ca.SX) -> ca.SX:
+        """How far along the curve a point near it is, from 0 to the length."""
+
+
+@dataclass(frozen=True, eq=False)
+class StraightWay(ToolWay):
+    """From a point (dim,) to another.
+
+    Raises:
+        InvalidProblem: they are the same.
+    """
+
+    start: FloatArray
+    goal: FloatArray
+
+    def __post_init__(self) -> None:
+        if not self.length > 0.0:
+            raise InvalidProblem("goal", "the tool is there already")
+
+    @property
+    def length(self) -> float:
+        """Between the two."""
+        return float(np.linalg.norm(self.goal - self.start))
+
+    @property
+    def _direction(self) -> FloatArray:
+        return np.asarray((self.goal - self.start) / self.length)
+
+    def points(self, s: FloatArray) -> FloatArray:
+        """On the line."""
+        return np.asarray(self.start + s[:, None] * (self.goal - self.start))
+
+    def away(self, tool: ca.SX) -> ca.SX:
+        """The distance from the line."""
+        since = tool - ca.DM(self.start)
+        return ca.sqrt(ca.sumsqr(since - ca.DM(self._direction) * self.along(tool)))
+
+    def along(self, tool: ca.SX) -> ca.SX:
+        """The projection onto the line."""
+        return ca.dot(ca.DM(self._direction), tool - ca.DM(self.start))
+
+
+@dataclass(frozen=True, eq=False)
+class Arc(ToolWay):
+    """The arc of a circle from a point (dim,) through another to a third, less than a whole turn.
+
+    Raises:
+        InvalidProblem: no circle goes through the three.
+    """
+
+    start: FloatArray
+    through: FloatArray
+    goal: FloatArray
+
+    def __post_init__(self) -> None:
+        one, two = self.through - self.start, self.goal - self.start
+        across = two - one * (two @ one) / max(one @ one, np.finfo(float).tiny)
+        if not np.linalg.norm(across) > STRAIGHT * np.linalg.norm(one):
+            raise InvalidProblem("through", "the three points are on a line, or two are the same; leave it out")
+
+    @cached_property
+    def _circle(self) -> tuple[FloatArray, float, FloatArray, float]:
+        """Center (dim,), radius, directions (2, dim) to the middle of the arc and from there on, half of its angle."""
+        one, two = self.through - self.start, self.goal - self.start
+        normal = np.array([[one @ one, one @ two], [one @ two, two @ two]])
+        shares = np.linalg.solve(normal, np.diag(normal) / 2.0)
+        center = self.start + shares[0] * one + shares[1] * two
+        radius = float(np.linalg.norm(self.start - center))
+        first = (self.start - center) / radius
+        second = one - first * (one @ first)
+        second /= np.linalg.norm(second)
+        x, y = (self.goal - center) @ np.array([first, second]).T
+        passed = np.arctan2(*((self.through - center) @ np.array([second, first]).T)) % (2.0 * np.pi)
+        angle = float(np.arctan2(y, x) % (2.0 * np.pi))
+        if passed > angle:  # the other way round
+            second, angle = -second, 2.0 * np.pi - angle
+        half = angle / 2.0
+        middle = np.cos(half) * first + np.sin(half) * second
+        return center, radius, np.array([middle, np.cos(half) * second - np.sin(half) * first]), half
+
+    @property
+    def length(self) -> float:
+        """Radius times angle."""
+        _, radius, _, half = self._circle
+        return 2.0 * radius * half
+
+    def points(self, s: FloatArray) -> FloatArray:
+        """On the circle."""
+        center, radius, (middle, onward), half = self._circle
+        angle = (2.0 * s[:, None] - 1.0) * half
+        return np.asarray(center + radius * (np.cos(angle) * middle + np.sin(angle) * onward))
+
+    def _seen(self, tool: ca.SX) -> tuple[ca.SX, ca.SX]:
+        center, _, (middle, onward), _ = self._circle
+        since = tool - ca.DM(center)
+        return ca.dot(ca.DM(middle), since), ca.dot(ca.DM(onward), since)
+
+    def away(self, tool: ca.SX) -> ca.SX:
+        """The distance from the circle."""
+        center, radius, directions, _ = self._circle
+        x, y = self._seen(tool)
+        within = ca.sqrt(x**2 + y**2) - radius
+        if tool.numel() == 2:
+            return ca.fabs(within)
+        beside = ca.dot(ca.DM(np.cross(*directions)), tool - ca.DM(center))
+        return ca.sqrt(beside**2 + within**2)
+
+    def along(self, tool: ca.SX) -> ca.SX:
+        """By the angle about the center, seen from the middle of the arc."""
+        _, radius, _, half = self._circle
+        x, y = self._seen(tool)
+        return radius * (ca.atan2(y, x) + half)
+
+
+@dataclass(frozen=True, eq=False)
+class ToolPath:
+    """A curve of the tool, which turns evenly on the way.
+
+    Attributes:
+        way: of its point.
+        turned: rotations (3, 3) at start and goal; None where it may turn as it likes, and in the plane.
+    """
+
+    way: ToolWay
+    turned: tuple[FloatArray, FloatArray] | None = None
+
+    @cached_property
+    def _turn(self) -> FloatArray:
+        """From the rotation at the start to that at the goal, axis times angle in the tool's frame, (3,), rad."""
+        assert self.turned is not None
+        start, goal = self.turned
+        turn = Rotation.from_matrix(start.T @ goal).as_rotvec()
+        return turn if np.linalg.norm(turn) > ALIKE else np.zeros(3)
+
+    def places(self, s: FloatArray) -> list[Place]:
+        """Where the tool is to be, at shares (n,) of the length."""
+        points = self.way.points(s)
+        if points.shape[1] == 2:
+            return [Position(tuple(point)) for point in points.tolist()]
+        if self.turned is None:
+            return [Pose(tuple(point)) for point in points.tolist()]
+        turned = Rotation.from_matrix(self.turned[0]) * Rotation.from_rotvec(s[:, None] * self._turn)
+        pairs = zip(points.tolist(), turned.as_quat().tolist(), strict=True)
+        return [Pose(tuple(point), tuple(quaternion)) for point, quaternion in pairs]
+
+    def constraints(self, robot: Robot, accuracy: float, angular_accuracy: float) -> list[StatedExpression]:
+        """How near a motion stays to the curve, at every time: m, rad."""
+
+        def stated(name: str, unit: str, of: Callable[[MotionView], ca.SX], low: float | None, high: float) -> None:
+            lower = None if low is None else (low,)
+            found.append(StatedExpression(name, unit, traced(of, robot, name), lower, (high,)))
+
+        found: list[StatedExpression] = []
+        stated("path accuracy", "m", lambda m: self.way.away(m.tool), None, accuracy)
+        stated("path ends", "m", lambda m: self.way.along(m.tool), -accuracy, self.way.length + accuracy)
+        if self.turned is not None:
+            most = float(np.sin(min(angular_accuracy, np.pi / 2.0)))
+            stated("angular accuracy", "sin", lambda m: ca.norm_2(self._missing(m)[0]), None, most)
+            stated("tool faces along", "cos", lambda m: -self._missing(m)[1], None, 0.0)
+        return found
+
+    def speed_limit(self, robot: Robot, most: float) -> StatedExpression:
+        """That the tool is no faster than so many m/s."""
+        name = "tool speed on the way"
+        speed = traced(lambda m: ca.norm_2(m.tool_velocity), robot, name)
+        return StatedExpression(name, "m/s", speed, None, (most,))
+
+    def _missing(self, moment: MotionView) -> tuple[ca.SX, ca.SX]:
+        """Axis times sine of the angle that the tool is turned away by, (3, 1), and the cosine."""
+        assert self.turned is not None
+        wanted = ca.SX(ca.DM(self.turned[0]))
+        angle = float(np.linalg.norm(self._turn))
+        if angle:
+            turned = angle / self.way.length * self.way.along(moment.tool)
+            cross = ca.skew(ca.DM(self._turn / angle))
+            wanted = wanted @ (ca.DM.eye(3) + ca.sin(turned) * cross + (1.0 - ca.cos(turned)) * (cross @ cross))
+        away = wanted.T @ moment.rotation
+        sine = ca.vertcat(away[2, 1] - away[1, 2], away[0, 2] - away[2, 0], away[1, 0] - away[0, 1]) / 2.0
+        return sine, (ca.trace(away) - 1.0) / 2.0
+
+    def followed(
+        self, robot: Robot, start: FloatArray, accuracy: float, angular_accuracy: float, toward: FloatArray | None
+    ) -> JointPath:
+        """The path of joints that follows the curve, from a posture in which the tool is at its start.
+
+        Points on the curve are projected onto one after the other, each from the posture before, the shortest way; a
+        spline runs through all of them, of which there are as many as its nearness to the curve needs.
+
+        Args:
+            robot: that moves.
+            start: the posture (dof,), rad.
+            accuracy: of which the spline uses up a share, m.
+            angular_accuracy: likewise, rad.
+            toward: a posture (dof,) that joints tend to as far as the tool leaves them free; None for the shortest way.
+
+        Raises:
+            InvalidProblem: a point cannot be reached from the one before, or not so nearly.
+        """
+        count = FIRST_POINTS
+        while count <= MOST_POINTS:
+            path = JointPath.through(self._postures(robot, start, count, toward))
+            if self._is_near(robot, path, count, SHARE * accuracy, SHARE * angular_accuracy):
+                return path
+            count = 2 * count - 1
+        raise InvalidProblem("accuracy", f"{accuracy:g} m, or {angular_accuracy:g} rad, needs too many points")
+
+    def _postures(self, robot: Robot, start: FloatArray, count: int, toward: FloatArray | None) -> FloatArray:
+        """Postures (count, dof) with the tool at equal steps along the curve."""
+        shares = np.linspace(0.0, 1.0, count)
+        found = [start]
+        for number, place in enumerate(self.places(shares)[1:], start=1):
+            before = found[-1]
+            guess = before if toward is None else before + (toward - before) / (count - number + 1)
+            theta = place.on_branch(before).projected(robot, guess)
+            missed = float(np.abs(as_array(place.miss(robot, ca.DM(theta).T))).max()) / place.tolerance(robot)
+            jumped = float(np.abs(theta - before).max()) > FARTHEST * max(1.0, 64 / count)
+            if not missed <= 1.0 or jumped:
+                raise InvalidProblem("goal", self._why(robot, before, place, shares[number], jumped and missed <= 1.0))
+            found.append(theta)
+        return np.array(found)
+
+    def _why(self, robot: Robot, before: FloatArray, place: Place, share: float, jumped: bool) -> str:
+        """What keeps the tool from a point of the curve."""
+        at = ", ".join(f"{coordinate:.4g}" for coordinate in place.position(robot))
+        what = f"the tool cannot be led to ({at}), {share * self.way.length:.4g} m along the way"
+        if jumped:
+            return f"{what}: joints would have to jump there"
+        distance, farthest = float(np.linalg.norm(place.position(robot) - robot.base)), robot.reach()[1]
+        if distance > farthest:
+            return f"{what}: {distance:.4g} m from the base, of {farthest:.4g} m at the most"
+        ranges = robot.limits.position
+        names = [
+            name
+            for name, angle, (low, high) in zip(robot.joint_names, before, ranges or (), strict=ranges is not None)
+            if min(angle - low, high - angle) <= 0.02 * (high - low)
+        ]
+        return f"{what}: {', '.join(names)} at the end of the range" if names else f"{what} from the posture before"
+
+    def _is_near(self, robot: Robot, path: JointPath, count: int, distance: float, angle: float) -> bool:
+        """Whether the tool is near the curve between points too, in the middles of a path's pieces."""
+        if self.turned is None and robot.dim == 3 and not isinstance(robot, SpatialArm):
+            return True
+        middles = (path.breakpoints[1:] + path.breakpoints[:-1]) / 2.0
+        missed = self._missed(robot, path.at(middles))
+        return bool(missed[0] <= distance and missed[1] <= angle)
+
+    def _missed(self, robot: Robot, theta: FloatArray) -> tuple[float, float]:
+        """How far from the curve the tool is at most in postures (n, dof): m, and the sine of an angle."""
+        point = ca.SX.sym("tool", robot.dim)
+        away = ca.Function("away", [point], [self.way.away(point)])
+        found = float(as_array(away(robot.tool(ca.DM(theta)).T)).max())
+        if self.turned is None or not isinstance(robot, SpatialArm):
+            return found, 0.0
+        rotation, tool = (ca.SX.sym(name, size) for name, size in (("rotation", 9), ("tool", 3)))
+        known = {"rotation": rotation, "tool": tool}
+        sine = ca.Function(
+            "sine", [tool, rotation], [ca.norm_2(self._missing(MotionView(robot, known.__getitem__))[0])]
+        )
+        positions, rotations = robot.tool_pose(ca.DM(theta))
+        return found, float(as_array(sine(positions.T, rotations.T)).max())

@@ -1,0 +1,418 @@
+"""Sequences: which posture to stop in, and a certified motion for every stage.
+
+A stop leaves postures to choose. The stages are the edges of a graph whose nodes are postures; what an edge takes is
+known when it is planned, and at least what the slowest joint takes in free space. The shortest way through the graph is
+looked for again and again, and its first edge that is not planned yet is planned, until all of it is (Dellin and
+Srinivasa, "A unifying formalism for shortest path problems with expensive edge evaluations", 2016).
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from problems import InvalidProblem, Robot, Trajectory
+from problems.base import FloatArray
+from problems.motions import JointPath
+from problems.tasks import Joints, Place
+from problems.timing import least_durations, retime
+from tpbso_casadi.planning.finishing import PlannedMotion, slowed
+from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.planning.progress import Planning
+from tpbso_casadi.planning.unsearched import without_search
+from tpbso_casadi.scenario import (
+    ENDS,
+    Cell,
+    MovingStage,
+    Scenario,
+    ScenarioError,
+    SequenceTask,
+    StageSection,
+    built,
+    judged_by_stage,
+    walked,
+)
+
+LOG = logging.getLogger(__name__)
+BOUND = "least_time"  # the quantity of a plan that says what its stages take at least, s
+MOST_POSTURES = 12  # of a stop
+DRAWN = 64  # postures of a place that states none, of which the nearest are kept
+EDGES_EACH = 8  # motions that are planned for each stage before the search turns to what it has
+UNKNOWN = 3.0  # times their bound is what other edges are then taken to need
+
+
+@dataclass(eq=False)
+class Stop:
+    """Where the arm may stand before the first stage, or after one.
+
+    Attributes:
+        postures: (n, dof), rad.
+        parents: the posture of the stop before from which alone each is reached, (n,); -1 where from any.
+        paths: of the joints that lead there, where they are known; else None.
+    """
+
+    postures: FloatArray
+    parents: list[int]
+    paths: list[JointPath | None]
+
+    @classmethod
+    def free(cls, postures: FloatArray) -> Stop:
+        """Postures that may be reached from anywhere."""
+        return cls(postures, [-1] * len(postures), [None] * len(postures))
+
+
+@dataclass(eq=False)
+class Edges:
+    """The motions of one stage between the postures before it and those after.
+
+    Attributes:
+        bounds: what each takes at least, (before, after), s; infinite where there is none.
+        durations: of those that are planned, else the bounds; infinite where none was found.
+        motions: those that are planned.
+    """
+
+    bounds: FloatArray
+    durations: FloatArray
+    motions: dict[tuple[int, int], Trajectory | None] = field(default_factory=dict)
+
+    def known(self, unknown: float) -> FloatArray:
+        """The durations, with what is not planned yet taken to need so many times its bound; (before, after), s."""
+        found = self.durations * unknown
+        for pair in self.motions:
+            found[pair] = self.durations[pair]
+        return found
+
+
+def planned_sequence(scenario: Scenario, planning: Planning) -> PlannedMotion:
+    """The plan of a sequence.
+
+    Raises:
+        ScenarioError: a stage cannot be done, or no motion was found for one.
+    """
+    began = time.perf_counter()
+    work = SequencePlanner(scenario, planning)
+    chain = work.best_chain()
+    trajectory, ends = work.joined(chain)
+    criteria = judged_by_stage(scenario, trajectory, ends)
+    quantities = {ENDS: ends, BOUND: np.array([work.bound])}
+    motion = Motion(criteria, trajectory, quantities)
+    return PlannedMotion(scenario=scenario, motion=motion, seconds_timed=time.perf_counter() - began)
+
+
+class SequencePlanner:
+    """The graph of one sequence.
+
+    Args:
+        scenario: that states it.
+        planning: of the whole.
+    """
+
+    def __init__(self, scenario: Scenario, planning: Planning) -> None:
+        assert isinstance(scenario.task, SequenceTask)
+        self.scenario, self.planning, self.task = scenario, planning, scenario.task
+        self.stages: list[StageSection] = list(scenario.task.stages)
+        self.moving = [number for number, stage in enumerate(self.stages) if stage.moves]
+        if not self.moving:
+            raise ScenarioError("task.stages: none of them moves the arm")
+        self._motions: dict[tuple[str, bytes, bytes], Trajectory] = {}
+        planning.progress.phase("postures")
+        self.stops = self._stops()
+        self.edges = [self._edges(layer) for layer in range(len(self.moving))]
+        self.bound = self._total(self._shortest([edges.bounds for edges in self.edges]), bounds=True)
+
+    def label(self, layer: int) -> str:
+        """The key of a stage that moves."""
+        return f"task.stages.{self.moving[layer]}"
+
+    def stage(self, layer: int) -> MovingStage:
+        """A stage that moves."""
+        stage = self.stages[self.moving[layer]]
+        assert isinstance(stage, MovingStage)
+        return stage
+
+    def _cell(self, layer: int, chain: Sequence[FloatArray]) -> Cell:
+        """What is where before a stage that moves, after postures at the stops before."""
+        first = self.moving[layer]
+        postures = [chain[sum(m < number for m in self.moving)] for number in range(first + 1)]
+        rest = [postures[-1]] * (len(self.stages) - first - 1)
+        for number, (_, cell) in enumerate(walked(self.scenario, np.array([*postures, *rest]))):
+            if number == first:
+                return cell
+        raise AssertionError("there are as many cells as stages")
+
+    def _stops(self) -> list[Stop]:
+        """Postures to choose from, stop by stop."""
+        try:
+            cell = Cell.at_first(self.scenario)
+            robot = self.scenario.model.kept_by(cell.robot)
+            start = self._postures(robot, (), [built(self.task.start)], None, "start")
+        except InvalidProblem as error:
+            raise ScenarioError(f"task.{error.field}: {error.reason}") from error
+        stops = [Stop.free(start)]
+        for layer in range(len(self.moving)):
+            try:
+                stops.append(self._stop_after(layer, stops))
+            except InvalidProblem as error:
+                raise ScenarioError(f"{self.label(layer)}.{error.field}: {error.reason}") from error
+            except ScenarioError as error:
+                where = "" if str(error).startswith("task.stages") else f"{self.label(layer)}: "
+                raise ScenarioError(f"{where}{error}") from error
+        return stops
+
+    def _stop_after(self, layer: int, stops: Sequence[Stop]) -> Stop:
+        """Where a stage may end."""
+        stage, before = self.stage(layer), stops[-1]
+        cell = self._cell(layer, [stop.postures[0] for stop in stops])
+        if stage.tool_path(cell.robot, before.postures[0]) is not None:
+            return self._led(layer, cell, before)
+        if self.task.cyclic and layer == len(self.moving) - 1:
+            return Stop.free(stops[0].postures)
+        statement = cell.statement(stage, before.postures[0])
+        criteria = statement.judged()
+        goals = list(criteria.task.goals)  # type: ignore[attr-defined]
+        found = self._postures(criteria.robot, criteria.obstacles, goals, before.postures, "goal")
+        return Stop.free(found)
+
+    def _postures(
+        self, robot: Robot, obstacles: Sequence[Any], goals: Sequence[Place], near: FloatArray | None, key: str
+    ) -> FloatArray:
+        """Those of any of the goals, at most so many, the soonest reached first, (n, dof).
+
+        Raises:
+            InvalidProblem: there is none.
+        """
+        found: list[FloatArray] = []
+        failures: list[InvalidProblem] = []
+        for goal in goals:
+            try:
+                found.append(_postures_at(goal, robot, obstacles, key))
+            except InvalidProblem as error:
+                failures.append(error)
+        if not found:
+            raise failures[0]
+        postures = np.concatenate(found)
+        if near is None:
+            return postures[:MOST_POSTURES]
+        soonest = _bounds(robot, near, postures).min(axis=0)
+        return np.asarray(postures[np.argsort(soonest, kind="stable")[:MOST_POSTURES]])
+
+    def _led(self, layer: int, cell: Cell, before: Stop) -> Stop:
+        """Where the tool is led to, from each posture before.
+
+        Raises:
+            InvalidProblem: from none of them.
+        """
+        stage, robot, found = self.stage(layer), cell.robot, Stop(np.empty((0, cell.robot.dof)), [], [])
+        failure: InvalidProblem | None = None
+        for number, posture in enumerate(before.postures):
+            way = stage.tool_path(robot, posture)
+            assert way is not None
+            for toward in (None, _middle(robot)):
+                try:
+                    path = way.followed(robot, posture, stage.accuracy, stage.angular_accuracy, toward)  # type: ignore[attr-defined]
+                except InvalidProblem as error:
+                    failure = failure or error
+                    continue
+                end = path.at(path.breakpoints[-1:])
+                if not len(found.postures) or np.abs(found.postures - end).max(axis=1).min() > SAME_POSTURE:
+                    found.postures = np.concatenate([found.postures, end])
+                    found.parents.append(number)
+                    found.paths.append(path)
+        if not found.parents:
+            assert failure is not None
+            raise failure
+        return found
+
+    def _edges(self, layer: int) -> Edges:
+        """Bounds of all motions of a stage."""
+        before, after = self.stops[layer], self.stops[layer + 1]
+        bounds = _bounds(self._robot(layer), before.postures, after.postures)
+        for number, parent in enumerate(after.parents):
+            if parent >= 0:
+                others = np.arange(len(before.postures)) != parent
+                bounds[others, number] = np.inf
+        return Edges(bounds, bounds.copy())
+
+    def _robot(self, layer: int) -> Robot:
+        """That of a stage, with the limits that the stage has."""
+        table = self.scenario.robot_table
+        return table.model_copy(update=self.stage(layer).of_the_robot).build()
+
+    def _shortest(self, costs: Sequence[FloatArray]) -> list[int] | None:
+        """The postures of the shortest way, one for each stop; None where there is none."""
+        starts = range(len(self.stops[0].postures)) if self.task.cyclic else (None,)
+        found = [way for start in starts if (way := self._shortest_from(costs, start)) is not None]
+        return min(found, key=lambda way: way[0])[1] if found else None
+
+    def _shortest_from(self, costs: Sequence[FloatArray], start: int | None) -> tuple[float, list[int]] | None:
+        least, origins = np.zeros(len(self.stops[0].postures)), []
+        if start is not None:
+            least = np.where(np.arange(least.size) == start, 0.0, np.inf)
+        for cost in costs:
+            sums = least[:, None] + cost
+            origins.append(sums.argmin(axis=0))
+            least = sums.min(axis=0)
+        last = int(least.argmin()) if start is None else start
+        if not np.isfinite(least[last]):
+            return None
+        chain = [last]
+        for origin in reversed(origins):
+            chain.append(int(origin[chain[-1]]))
+        return float(least[last]), chain[::-1]
+
+    def _total(self, chain: list[int] | None, bounds: bool = False) -> float:
+        """What a chain of postures takes, with all waits, s."""
+        if chain is None:
+            return np.inf
+        waits = sum(stage.pause for stage in self.stages)
+        tables = [edges.bounds if bounds else edges.durations for edges in self.edges]
+        return waits + float(sum(table[pair] for table, pair in zip(tables, _pairs(chain), strict=True)))
+
+    def best_chain(self) -> list[int]:
+        """The postures of the fastest sequence that was found, one for each stop.
+
+        Raises:
+            ScenarioError: no motion was found for a stage.
+            """
+        budget, unknown, thorough = EDGES_EACH * len(self.moving), 1.0, False
+        while True:
+            chain = self._shortest([edges.known(unknown) for edges in self.edges])
+            if chain is None and not thorough:
+                thorough = True
+                self._forget_failures()
+                continue
+            if chain is None:
+                layer = next(
+                    n for n, edges in enumerate(self.edges) if not np.isfinite(edges.durations).any()
+                ) if any(not np.isfinite(edges.durations).any() for edges in self.edges) else 0
+                raise ScenarioError(f"{self.label(layer)}: no motion was found for {self.task.labels[self.moving[layer]]}")
+            pairs = _pairs(chain)
+            layer = next((n for n, pair in enumerate(pairs) if pair not in self.edges[n].motions), -1)
+            if layer < 0:
+                return chain
+            self._evaluate(layer, chain, thorough)
+            budget -= 1
+            if budget <= 0 or self.planning.running_out():
+                unknown = UNKNOWN
+
+    def _forget_failures(self) -> None:
+        """So that they are tried again."""
+        for edges in self.edges:
+            for pair in [pair for pair, motion in edges.motions.items() if motion is None]:
+                del edges.motions[pair]
+                edges.durations[pair] = edges.bounds[pair]
+
+    def _evaluate(self, layer: int, chain: Sequence[int], thorough: bool) -> None:
+        """Plan a stage between two postures."""
+        number = self.moving[layer]
+        self.planning.progress.phase(self.task.labels[number])
+        postures = [stop.postures[index] for stop, index in zip(self.stops, chain, strict=True)]
+        pair, edges = _pairs(chain)[layer], self.edges[layer]
+        cell, path = self._cell(layer, postures), self.stops[layer + 1].paths[pair[1]]
+        stage, start, goal = self.stage(layer), postures[layer], postures[layer + 1]
+        try:
+            if path is not None:
+                motion = _timed(cell.statement(stage, start), path)
+            else:
+                motion = self._moved(cell.statement(stage, start, goal), start, goal, thorough)
+        except InvalidProblem as error:
+            raise ScenarioError(f"{self.label(layer)}.{error.field}: {error.reason}") from error
+        edges.motions[pair] = motion
+        edges.durations[pair] = np.inf if motion is None else motion.duration
+        LOG.info("%s: %s", self.task.labels[number], "none" if motion is None else f"{motion.duration:.4f} s")
+
+    def _moved(self, statement: Scenario, start: FloatArray, goal: FloatArray, thorough: bool) -> Trajectory | None:
+        """A certified move between two postures; one that is known, the other way round, where that keeps all limits."""
+        content = statement.model_dump_json(exclude={"task": {"start", "goal"}})
+        known = self._motions.get((content, goal.tobytes(), start.tobytes()))
+        if known is not None:
+            motion = Motion(statement.judged(), known.reversed(), {}, retimed=True)
+            if motion.feasible:
+                return motion.trajectory
+        found = self._planned(statement, thorough)
+        if found is not None:
+            self._motions[content, start.tobytes(), goal.tobytes()] = found
+        return found
+
+    def _planned(self, statement: Scenario, thorough: bool) -> Trajectory | None:
+        from tpbso_casadi.planning.plan import plan  # noqa: PLC0415 (which plans sequences too)
+
+        solver = statement.solver.build()
+        if solver.bound_first and not thorough:
+            problem = statement.problem()
+            planning = replace(self.planning, scenario=statement, solver=solver, settings=statement.solver)
+            found = without_search(problem, planning)
+            return None if found is None else found.trajectory
+        planned = plan(statement)
+        return planned.trajectory if planned.feasible else None
+
+    def joined(self, chain: Sequence[int]) -> tuple[Trajectory, FloatArray]:
+        """The motion of all stages, and when each of them ends, (n,), s."""
+        parts: list[Trajectory] = []
+        ends: list[float] = []
+        layer, posture = 0, self.stops[0].postures[chain[0]]
+        for stage in self.stages:
+            part = None
+            if stage.moves:
+                part = self.edges[layer].motions[_pairs(chain)[layer]]
+                layer += 1
+                posture = self.stops[layer].postures[chain[layer]]
+            elif stage.pause:
+                part = Trajectory.standing(posture, stage.pause)
+            if part is not None:
+                parts.append(part)
+            ends.append(sum(each.duration for each in parts))
+        whole = parts[0]
+        for part in parts[1:]:
+            whole = whole.followed_by(part)
+        return whole, np.array(ends)
+
+
+SAME_POSTURE = 1e-3  # rad or m
+
+
+def _pairs(chain: Sequence[int]) -> list[tuple[int, int]]:
+    return list(zip(chain[:-1], chain[1:], strict=True))
+
+
+def _bounds(robot: Robot, before: FloatArray, after: FloatArray) -> FloatArray:
+    """What the slowest joint takes at least from each posture (n, dof) to each of others (m, dof): (n, m), s."""
+    ways = (after[None] - before[:, None]).reshape(-1, robot.dof)
+    return least_durations(ways, robot.limits).max(axis=1).reshape(len(before), len(after))
+
+
+def _middle(robot: Robot) -> FloatArray | None:
+    ranges = robot.limits.position
+    return None if ranges is None else np.array(ranges).mean(axis=1)
+
+
+def _postures_at(goal: Place, robot: Robot, obstacles: Sequence[Any], key: str) -> FloatArray:
+    """Clear postures at a place, (n, dof).
+
+    Raises:
+        InvalidProblem: there is none.
+    """
+    if isinstance(goal, Joints):
+        return np.array([goal.values])
+    branches = [place.branch_angles for place in goal.branches(robot, obstacles, None, key)]
+    if all(branches):
+        return np.array(branches)
+    choices = goal.choices(robot)
+    low, high = (np.array([getattr(choice, end) for choice in choices]) for end in ("lower", "upper"))
+    drawn = np.random.default_rng(1).uniform(low, high, (DRAWN, len(choices)))
+    postures, there = goal.postures(robot, drawn)
+    return np.asarray(postures[there])
+
+
+def _timed(statement: Scenario, path: JointPath) -> Trajectory | None:
+    """The least-time motion along a path that a stage's tool follows; None where it is not certified."""
+    criteria = statement.judged()
+    trajectory = retime(path, criteria.robot.limits, chain=criteria.robot.rigid_chain)
+    motion = slowed(Motion(criteria, trajectory, {}, retimed=True))
+    return motion.trajectory if motion.feasible else None

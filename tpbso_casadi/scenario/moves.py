@@ -1,0 +1,126 @@
+"""Moves from a place to another as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field
+
+from problems import InvalidProblem, Move, Obstacle, PointToPoint, Problem, Robot, move, point_to_point, time_move
+from problems.assembly import Criteria, objective_named
+from problems.limits import limits_of
+from problems.tasks import Elbow
+from tpbso_casadi.scenario.catalogues import find_objective
+from tpbso_casadi.scenario.model import ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
+from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, built
+from tpbso_casadi.scenario.validation import ANGULAR, MOST_LINKS, NotNegative, Number, Positive, ScenarioError
+
+Velocities = Annotated[list[Number], Field(min_length=1, max_length=MOST_LINKS)]
+
+
+class PointToPointTask(TaskSection):
+    """[task] from a start to a goal: points in m, angles in rad, times in s."""
+
+    motions: ClassVar[tuple[str, ...]] = ("spline", "paper", "time-spline")
+    keys_of: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType(
+        {
+            "paper": ("segment_time",),
+            "spline": ("via", "start_velocity", "goal_velocity", "total_time", "stay"),
+            "time-spline": ("start_velocity", "start_acceleration", "total_time"),
+        }
+    )
+
+    kind: Literal["point-to-point"]
+    start: AnyPlace
+    goal: AnyGoals
+    via: AnyPlaces | None = None
+    start_velocity: Annotated[Velocities | None, ANGULAR] = None
+    goal_velocity: Annotated[Velocities | None, ANGULAR] = None
+    start_acceleration: Annotated[Velocities | None, ANGULAR] = None
+    objectives: OwnObjectives = Field(default_factory=list)
+    objective: ObjectiveChoice = "time"
+    elbow: Elbow = "free"
+    segment_time: tuple[Positive, Positive] | None = None
+    total_time: tuple[Positive, Positive] | None = None
+    stay: NotNegative | None = None
+
+    def foreign_keys(self, motion: str) -> Iterator[str]:
+        """Also ends that are no points, which the paper's motion has not."""
+        yield from super().foreign_keys(motion)
+        if motion not in POSTURES_ALLOWED:
+            yield from (key for key in ("start", "goal") if not isinstance(getattr(self, key), tuple))
+
+    def rest_places(self) -> tuple[Any, Any]:
+        """Start and goal; a goal may be a list."""
+        for key in ("via", "start_velocity", "goal_velocity", "start_acceleration"):
+            if getattr(self, key):
+                raise ScenarioError(f"task.{key}: is for a move from rest to rest that passes nothing; leave it out")
+        return self.start, self.goal
+
+    def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
+        """The problem itself."""
+        return BUILDERS[model.motion](self, robot, obstacles, model)
+
+    def judged(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
+        """Places, limits and objective, without the postures that a search begins with."""
+        if model.motion != "spline":
+            return super().judged(robot, obstacles, model)
+        objective = objective_named(find_objective(self.objective, self.own_objectives), robot)
+        limits = limits_of(robot, obstacles, model.further_limits)
+        return Criteria(task=_move(self, robot, obstacles), objective=objective, limits=limits).at_free_times()
+
+
+def _paper(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
+    """The paper's statement: from rest at a point to rest at another."""
+    if robot.dim != 2:
+        raise InvalidProblem("motion", "'paper' is for robots in the plane; leave it out, or say 'spline'")
+    assert isinstance(table.start, tuple)
+    assert isinstance(table.goal, tuple)
+    task = PointToPoint(robot, table.start, table.goal, table.elbow, obstacles, table.segment_time)
+    objective = find_objective(table.objective, table.own_objectives)
+    return point_to_point(task, objective, model.formulation, model.samples, model.further_limits)
+
+
+def _move(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...]) -> Move:
+    """Ours: places, any of several goals, vias, velocities at the ends."""
+    goals = table.goal if isinstance(table.goal, list) else [table.goal]
+    return Move(
+        robot,
+        built(table.start),
+        tuple(map(built, goals)),
+        tuple(map(built, table.via or ())),
+        table.elbow,
+        obstacles,
+        tuple(table.start_velocity or ()),
+        tuple(table.goal_velocity or ()),
+        table.total_time,
+        tuple(table.start_acceleration or ()),
+        table.stay or 0.0,
+    )
+
+
+def _spline(
+    table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection
+) -> Problem[Any]:
+    """A path that is timed."""
+    task, objective = _move(table, robot, obstacles), find_objective(table.objective, table.own_objectives)
+    return move(task, objective, model.samples, model.pieces, model.further_limits)
+
+
+def _time_spline(
+    table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection
+) -> Problem[Any]:
+    """A motion over time that leaves from any state."""
+    task, objective = _move(table, robot, obstacles), find_objective(table.objective, table.own_objectives)
+    pieces = {} if model.pieces is None else {"pieces": model.pieces}
+    return time_move(task, objective, model.samples, limits=model.further_limits, **pieces)
+
+
+BUILDERS: dict[str, Callable[[PointToPointTask, Robot, tuple[Obstacle, ...], ModelSection], Problem[Any]]] = {
+    "paper": _paper,
+    "spline": _spline,
+    "time-spline": _time_spline,
+}
+POSTURES_ALLOWED = ("spline", "time-spline")  # motions whose ends may be postures, or one of several goals

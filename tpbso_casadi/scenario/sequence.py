@@ -1,0 +1,278 @@
+"""Sequences as tables, and what is where while one goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NoReturn, Self
+
+import casadi as ca
+import numpy as np
+from pydantic import Field
+from scipy.spatial.transform import Rotation
+
+from problems import InvalidProblem, Obstacle, Robot, Trajectory
+from problems.assembly import Criteria, SequenceCriteria, Stage
+from problems.base import FloatArray, as_array
+from problems.objectives import OBJECTIVES
+from problems.robots import SpatialArm
+from problems.tasks import Sequence as StagedTask
+from tpbso_casadi.scenario.carried import CarriedSection
+from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.model import ModelSection, TaskSection
+from tpbso_casadi.scenario.moves import PointToPointTask
+from tpbso_casadi.scenario.obstacle_section import ObstacleSection
+from tpbso_casadi.scenario.obstacles import build_obstacles
+from tpbso_casadi.scenario.places import AnyPlace, JointsTable
+from tpbso_casadi.scenario.stages import AnyStage, MovingStage, OutputStage, StageSection
+from tpbso_casadi.scenario.validation import ScenarioError, hint
+
+if TYPE_CHECKING:
+    from tpbso_casadi.scenario.scenario import Scenario
+
+MOST_STAGES = 200
+ENDS = "stage_ends"  # the quantity of a plan that says when its stages end, s
+PICTURES = 400  # times at which what is carried is placed for a picture
+
+
+class SequenceTask(TaskSection):
+    """[task] of stages one after the other, from a start on; the arm stands between them."""
+
+    is_searched: ClassVar[bool] = False
+    motions: ClassVar[tuple[str, ...]] = ("spline",)
+
+    kind: Literal["sequence"]
+    start: AnyPlace
+    stages: Annotated[list[AnyStage], Field(min_length=1, max_length=MOST_STAGES)]
+    cyclic: bool = False
+
+    @property
+    def stated_objective(self) -> str:
+        """The time of all stages together."""
+        return "time"
+
+    @property
+    def labels(self) -> list[str]:
+        """What the stages are called."""
+        return [f"stage {number} ({stage.kind})" for number, stage in enumerate(self.stages, start=1)]
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same with the shapes that are in files."""
+        stages = []
+        for number, stage in enumerate(self.stages):
+            try:
+                stages.append(stage.with_files(folder))
+            except (ScenarioError, InvalidProblem) as error:
+                raise ScenarioError(f"task.stages.{number}.{error}") from error
+        return self.model_copy(update={"stages": stages})
+
+    def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> NoReturn:
+        """Nothing: each stage has a problem of its own.
+
+        Raises:
+            ScenarioError: always.
+        """
+        raise ScenarioError(f"task.kind: {self.kind!r} is of several motions; there is no one problem to state")
+
+    def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
+        """Those of a sequence of which nothing is planned yet."""
+        return SequenceCriteria(task=StagedTask(robot, obstacles), objective=OBJECTIVES["time"], limits=())
+
+    def criteria_of(self, scenario: Scenario, trajectory: Trajectory, quantities: Mapping[str, FloatArray]) -> Criteria:
+        """Those of a planned sequence, whose stages end when the quantities say.
+
+        Raises:
+            ScenarioError: they say nothing of it, or what is impossible.
+        """
+        ends = np.asarray(quantities.get(ENDS, ()))
+        times = np.append(0.0, ends)
+        if ends.shape != (len(self.stages),) or (np.diff(times) < 0.0).any() or times[-1] > trajectory.duration + 1e-9:
+            raise ScenarioError(f"task.stages: {len(self.stages)} increasing times are needed, {ENDS}")
+        return judged_by_stage(scenario, trajectory, np.minimum(ends, trajectory.duration))
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What is where at one moment of a sequence.
+
+    Attributes:
+        scenario: of the sequence.
+        obstacles: that stand around.
+        carried: by the tool.
+    """
+
+    scenario: Scenario
+    obstacles: tuple[ObstacleSection, ...]
+    carried: tuple[CarriedSection, ...]
+
+    @classmethod
+    def at_first(cls, scenario: Scenario) -> Self:
+        """As the scenario says.
+
+        Raises:
+            ScenarioError: something moves by itself.
+        """
+        for number, obstacle in enumerate(scenario.obstacles):
+            if obstacle.moves:
+                raise ScenarioError(f"obstacles.{number}: moves; in a sequence obstacles stand still")
+        return cls(scenario, tuple(scenario.obstacles), tuple(scenario.carried))
+
+    def attached(self, name: str, mass: float | None, body: ObstacleSection | None, posture: FloatArray) -> Cell:
+        """With a body in the hand: an obstacle as it lies, or one that is stated in the tool's frame.
+
+        Raises:
+            ScenarioError: there is no such obstacle, or one is carried by that name already.
+        """
+        if name in [held.name for held in self.carried]:
+            raise ScenarioError(f"name: {name!r} is carried already")
+        if body is not None:
+            return replace(self, carried=(*self.carried, CarriedSection.of(body, mass)))
+        index = self._index(name, [obstacle.name for obstacle in self.obstacles], "obstacle")
+        body = _posed(self.obstacles[index], lambda pose: np.linalg.solve(self._tool(posture), pose))
+        others = (*self.obstacles[:index], *self.obstacles[index + 1 :])
+        return replace(self, obstacles=others, carried=(*self.carried, CarriedSection.of(body, mass)))
+
+    def detached(self, name: str, posture: FloatArray) -> Cell:
+        """With a body that was carried standing where it is now.
+
+        Raises:
+            ScenarioError: nothing of that name is carried.
+        """
+        index = self._index(name, [held.name for held in self.carried], "carried body")
+        body = _posed(self.carried[index].body, lambda pose: self._tool(posture) @ pose)
+        others = (*self.carried[:index], *self.carried[index + 1 :])
+        return replace(self, obstacles=(*self.obstacles, body), carried=others)
+
+    @staticmethod
+    def _index(name: str, names: Sequence[str], what: str) -> int:
+        if name not in names:
+            known = ", ".join(filter(None, names)) or "none with a name"
+            raise ScenarioError(f"name: no {what} is called {name!r}{hint(name, names)}; there is {known}")
+        return names.index(name)
+
+    @property
+    def robot(self) -> Robot:
+        """The robot with an empty hand."""
+        return self.scenario.robot_table.build()
+
+    def _tool(self, posture: FloatArray) -> FloatArray:
+        """The frame of the tool in a posture (dof,), (4, 4)."""
+        return tool_frames(self.robot, posture[None])[0]
+
+    def statement(self, stage: MovingStage, posture: FloatArray, goal: Any = None) -> Scenario:
+        """The stage as a scenario of its own, a move from a posture (dof,).
+
+        Args:
+            stage: that is stated.
+            posture: in which it begins.
+            goal: in which posture it ends, (dof,); as the stage says where None.
+
+        Raises:
+            InvalidProblem: the stage cannot begin there.
+        """
+        scenario, robot = self.scenario, self.robot
+        goals = stage.goals_from(robot, posture) if goal is None else JointsTable(joints=list(map(float, goal)))
+        start = JointsTable(joints=list(map(float, posture)))
+        task = PointToPointTask(kind="point-to-point", start=start, goal=goals, via=stage.vias)
+        further = [*scenario.model.constraints, *stage.constraints, *stage.further_constraints(robot, posture)]
+        margin = scenario.model.margin if stage.margin is None else stage.margin
+        key = "arm" if scenario.arm is not None else "robot"
+        pairs = [pair for pair in (*scenario.may_touch, *stage.may_touch) if self._concerns(pair)]
+        solver = scenario.solver
+        if "name" not in solver.model_fields_set:
+            solver = solver.model_copy(update={"name": scenario.robot_table.usual_solver})
+        return scenario.model_copy(
+            update={
+                key: scenario.robot_table.model_copy(update=stage.of_the_robot),
+                "task": task,
+                "obstacles": list(self.obstacles),
+                "carried": list(self.carried),
+                "may_touch": list(dict.fromkeys(map(tuple, pairs))),
+                "model": scenario.model.model_copy(update={"constraints": further, "margin": margin}),
+                "solver": solver,
+            }
+        )
+
+    def _concerns(self, pair: Sequence[str]) -> bool:
+        """Whether a contact is one of the robot, as long as what it names stands around or is carried."""
+        return sum(name in [obstacle.name for obstacle in self.obstacles] for name in pair) < 2
+
+
+def tool_frames(robot: Robot, theta: FloatArray) -> FloatArray:
+    """Frames of the tool in postures (n, dof): (n, 4, 4).
+
+    Raises:
+        InvalidProblem: a robot in the plane, which carries nothing.
+    """
+    if not isinstance(robot, SpatialArm):
+        raise InvalidProblem("name", "in the plane nothing is carried")
+    positions, rotations = robot.tool_pose(ca.DM(theta))
+    frames = np.tile(np.eye(4), (len(theta), 1, 1))
+    frames[:, :3, :3] = as_array(rotations).reshape(-1, 3, 3)
+    frames[:, :3, 3] = as_array(positions)
+    return frames
+
+
+def _posed(body: ObstacleSection, moved: Any) -> ObstacleSection:
+    """A body elsewhere.
+
+    Args:
+        body: with center and, unless it is a ball, a quaternion.
+        moved: gives its new frame (4, 4) of the old one.
+
+    Raises:
+        ScenarioError: it has no pose.
+    """
+    if "center" not in type(body).model_fields or len(body.center) != 3:  # type: ignore[attr-defined]
+        raise ScenarioError(f"name: {body.name!r} is no solid in space")
+    quaternion = getattr(body, "quaternion", None)
+    pose = np.eye(4)
+    pose[:3, 3] = body.center  # type: ignore[attr-defined]
+    if quaternion is not None:
+        pose[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    pose = moved(pose)
+    update: dict[str, Any] = {"center": tuple(map(float, pose[:3, 3]))}
+    if "quaternion" in type(body).model_fields:
+        update["quaternion"] = tuple(map(float, Rotation.from_matrix(pose[:3, :3]).as_quat()))
+    if getattr(body, "normal", None) is not None:
+        update["normal"] = None
+    return body.model_copy(update=update)
+
+
+def walked(scenario: Scenario, postures: FloatArray) -> Iterator[tuple[StageSection, Cell]]:
+    """The stages of a sequence, each with what is where when it begins.
+
+    Args:
+        scenario: of the sequence.
+        postures: with which the stages begin, (n, dof).
+
+    Raises:
+        ScenarioError: something is taken up that is not there, or put down that is not held.
+    """
+    task = scenario.task
+    assert isinstance(task, SequenceTask)
+    cell = Cell.at_first(scenario)
+    for number, (stage, posture) in enumerate(zip(task.stages, postures, strict=True)):
+        yield stage, cell
+        try:
+            cell = stage.changed(cell, posture)
+        except (ScenarioError, InvalidProblem) as error:
+            raise ScenarioError(f"task.stages.{number}.{error}") from error
+
+
+def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray) -> SequenceCriteria:
+    """What a motion is judged by whose stages end at times (n,), s."""
+    times = np.append(0.0, ends)
+    postures = trajectory.at(times)
+    stages, labels = [], scenario.task.labels  # type: ignore[attr-defined]
+    for number, (stage, cell) in enumerate(walked(scenario, postures[:-1])):
+        signal = (stage.signal, stage.value) if isinstance(stage, OutputStage) else None
+        criteria = cell.statement(stage, postures[number]).judged() if isinstance(stage, MovingStage) else None
+        stages.append(Stage(labels[number], stage.kind, times[number], times[number + 1], criteria, signal))
+    robot = scenario.model.kept_by(Cell.at_first(scenario).robot)
+    tools = as_array(robot.tool(ca.DM(postures)))
+    moved = [0, *(number + 1 for number, stage in enumerate(stages) if stage.criteria is not None)]
+    stops = tuple(tuple(tools[number].tolist()) for number in moved)
+    obstacles = build_obstacles(list(scenario.obstacles), robot.dof)
+    task = StagedTask(robot, obstacles, stops)
+    return SequenceCriteria(task=task, objective=OBJECTIVES["time"], limits=(), stages=tuple(stages))

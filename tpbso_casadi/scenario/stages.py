@@ -1,0 +1,327 @@
+"""The stages of a sequence as tables: what moves, what is taken up and put down, what waits and what is told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeAlias
+
+import casadi as ca
+import numpy as np
+from pydantic import (
+    Field,
+    PlainValidator,
+    SerializeAsAny,
+    ValidatorFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from problems import InvalidProblem, Place, Robot
+from problems.base import FloatArray, as_array
+from problems.robots import SpatialArm
+from problems.tasks import Arc, Pose, Position, StraightWay, ToolPath
+from tpbso_casadi.scenario.expressions import ConstraintSection
+from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.model import OwnConstraints
+from tpbso_casadi.scenario.obstacles import AnyObstacle
+from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, PlaceValue, PoseTable, built
+from tpbso_casadi.scenario.spatial_robots import PayloadTable, PerJoint
+from tpbso_casadi.scenario.validation import (
+    ANGULAR,
+    NotNegative,
+    Number,
+    Positive,
+    Section,
+    Word,
+    hint,
+    in_words,
+    read_section,
+)
+
+if TYPE_CHECKING:
+    from tpbso_casadi.scenario.sequence import Cell
+
+MOST_CONTACTS = 1_000  # pairs of a stage
+ACCURACY, ANGULAR_ACCURACY = 1e-3, 0.01  # of lines, m and rad
+LONGEST_WAIT = 3_600.0  # s
+OF_THE_ROBOT = ("max_speed", "max_acceleration", "max_jerk", "payload")  # keys that a stage may state anew
+
+Coordinates: TypeAlias = Annotated[list[Number], Field(min_length=2, max_length=3)]
+Name: TypeAlias = Annotated[Word, Field(min_length=1)]
+Contacts: TypeAlias = Annotated[list[tuple[Word, Word]], Field(max_length=MOST_CONTACTS)]
+
+
+class StageSection(Section):
+    """One of [[task.stages]]: the interface of every kind.
+
+    Attributes:
+        moves: whether the arm moves, which is then planned.
+    """
+
+    moves: ClassVar[bool] = False
+
+    kind: Word
+
+    @property
+    def pause(self) -> float:
+        """How long the arm stands, s."""
+        return 0.0
+
+    def changed(self, cell: Cell, posture: FloatArray) -> Cell:
+        """What is where afterwards, if the arm is then in a posture (dof,)."""
+        return cell
+
+    @model_serializer(mode="plain")
+    def _as_stated(self) -> dict[str, Any]:
+        """Without what is left out."""
+        return {key: value for key, value in self._content().items() if value not in (None, [], "")}
+
+    def _content(self) -> dict[str, Any]:
+        return {key: _written(getattr(self, key)) for key in type(self).model_fields}
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same with what is in the files that it names."""
+        return self
+
+
+def _written(value: Any) -> Any:
+    if isinstance(value, Section):
+        return value.model_dump()
+    return [_written(entry) for entry in value] if isinstance(value, (list, tuple)) else value
+
+
+class MovingStage(StageSection):
+    """A stage in which the arm moves; what it states of contacts, margin, limits and payload holds in it alone."""
+
+    moves: ClassVar[bool] = True
+
+    may_touch: Contacts = Field(default_factory=list)
+    margin: NotNegative | None = None
+    constraints: OwnConstraints = Field(default_factory=list)
+    max_speed: Annotated[PerJoint | None, ANGULAR] = None
+    max_acceleration: Annotated[PerJoint | None, ANGULAR] = None
+    max_jerk: Annotated[PerJoint | None, ANGULAR] = None
+    payload: PayloadTable | None = None
+
+    @property
+    def of_the_robot(self) -> dict[str, Any]:
+        """Keys of the robot's table that it states anew."""
+        stated = {key: getattr(self, key) for key in OF_THE_ROBOT}
+        return {key: value for key, value in stated.items() if value is not None}
+
+    @property
+    def vias(self) -> list[PlaceValue] | None:
+        """Places that are passed; none by default."""
+        return None
+
+    def goals_from(self, robot: Robot, posture: FloatArray) -> PlaceValue | list[PlaceValue]:
+        """Where it ends, if it begins in a posture (dof,)."""
+        raise NotImplementedError
+
+    def tool_path(self, robot: Robot, posture: FloatArray) -> ToolPath | None:
+        """The way of the tool from a posture (dof,) on; None where that is free."""
+        return None
+
+    def further_constraints(self, robot: Robot, posture: FloatArray) -> list[ConstraintSection]:
+        """What is kept besides what is stated; nothing by default."""
+        return []
+
+
+class MoveStage(MovingStage):
+    """To a place in the least time, among obstacles."""
+
+    kind: Literal["move"]
+    goal: AnyGoals
+    via: AnyPlaces | None = None
+
+    @property
+    def vias(self) -> list[PlaceValue] | None:
+        """As stated."""
+        return self.via
+
+    def goals_from(self, robot: Robot, posture: FloatArray) -> PlaceValue | list[PlaceValue]:
+        """As stated."""
+        return self.goal  # type: ignore[no-any-return]
+
+
+class LineStage(MovingStage):
+    """The tool goes straight, or along an arc ``through`` a point; accuracies in m and rad, speed in m/s.
+
+    Where ``goal`` states no orientation, or ``by`` says how far to go in the world's directions, the tool stays turned
+    as it is.
+    """
+
+    kind: Literal["line"]
+    goal: AnyPlace | None = None
+    by: Coordinates | None = None
+    through: Coordinates | None = None
+    accuracy: Positive = ACCURACY
+    angular_accuracy: Annotated[Positive, ANGULAR] = ANGULAR_ACCURACY
+    max_tool_speed: Positive | None = None
+
+    @model_validator(mode="after")
+    def _one_goal(self) -> Self:
+        if (self.goal is None) == (self.by is None):
+            raise ValueError("goal: one of goal and by is needed, not both")
+        if self.goal is not None and not isinstance(built(self.goal), (Pose, Position)):
+            raise ValueError("goal: a line ends at a position or pose; joints are reached by kind = 'move'")
+        return self
+
+    def goals_from(self, robot: Robot, posture: FloatArray) -> PlaceValue | list[PlaceValue]:
+        """The end of the line, with the tool's orientation in space."""
+        place = self._goal(robot, posture)
+        if isinstance(place, Pose):
+            assert place.quaternion is not None
+            return PoseTable(position=_three(place.point), quaternion=_four(place.quaternion))
+        return (float(place.point[0]), float(place.point[1]))
+
+    def _goal(self, robot: Robot, posture: FloatArray) -> Pose | Position:
+        """Where it ends."""
+        start, turned = _tool(robot, posture)
+        end = start + self._numbers(robot, self.by, "by") if self.by is not None else self._stated.position(robot)
+        if turned is None:
+            return Position(tuple(end.tolist()))
+        goal = self._stated if self.goal is not None else None
+        if isinstance(goal, Pose) and goal.quaternion is not None:
+            return goal
+        homogeneous = np.eye(4)
+        homogeneous[:3, :3], homogeneous[:3, 3] = turned, end
+        return Pose.from_matrix(homogeneous)
+
+    @cached_property
+    def _stated(self) -> Place:
+        return built(self.goal)
+
+    @staticmethod
+    def _numbers(robot: Robot, numbers: Sequence[float] | None, key: str) -> FloatArray:
+        if numbers is None or len(numbers) != robot.dim:
+            raise InvalidProblem(key, f"{robot.dim} coordinates are needed")
+        return np.array(numbers)
+
+    def tool_path(self, robot: Robot, posture: FloatArray) -> ToolPath | None:
+        """The line or the arc, along which the tool turns evenly."""
+        (start, turned), goal = _tool(robot, posture), self._goal(robot, posture)
+        end = goal.position(robot)
+        way: StraightWay | Arc = (
+            StraightWay(start, end)
+            if self.through is None
+            else Arc(start, self._numbers(robot, self.through, "through"), end)
+        )
+        if turned is None or not isinstance(goal, Pose):
+            return ToolPath(way)
+        assert goal.rotation is not None
+        return ToolPath(way, (turned, goal.rotation))
+
+    def further_constraints(self, robot: Robot, posture: FloatArray) -> list[ConstraintSection]:
+        """Nearness to the way, and the speed of the tool."""
+        path = self.tool_path(robot, posture)
+        assert path is not None
+        kinds = path.constraints(robot, self.accuracy, self.angular_accuracy)
+        kinds += [] if self.max_tool_speed is None else [path.speed_limit(robot, self.max_tool_speed)]
+        return [ConstraintSection.of(kind) for kind in kinds]
+
+
+class AttachStage(StageSection):
+    """The hand takes up an obstacle by its name, as it lies; or a body with a shape, posed in the tool's frame."""
+
+    kind: Literal["attach"]
+    name: Name
+    mass: Positive | None = None
+    body: AnyObstacle | None = Field(default=None, repr=False)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _from_flat(cls, table: Any, handler: ValidatorFunctionWrapHandler) -> Self:
+        if not isinstance(table, dict) or "shape" not in table:
+            return handler(table)  # type: ignore[no-any-return]
+        own = {key: table[key] for key in ("kind", "name", "mass") if key in table}
+        rest = {key: value for key, value in table.items() if key not in ("kind", "mass")}
+        return handler({**own, "body": rest})  # type: ignore[no-any-return]
+
+    def _content(self) -> dict[str, Any]:
+        own = {"kind": self.kind, "name": self.name, "mass": self.mass}
+        return own if self.body is None else own | self.body.model_dump()
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same with the shape that is in a file."""
+        return self if self.body is None else self.model_copy(update={"body": self.body.with_files(folder)})
+
+    def changed(self, cell: Cell, posture: FloatArray) -> Cell:
+        """The body is carried."""
+        return cell.attached(self.name, self.mass, self.body, posture)
+
+
+class DetachStage(StageSection):
+    """The hand leaves what it carries where it is: an obstacle from then on."""
+
+    kind: Literal["detach"]
+    name: Name
+
+    def changed(self, cell: Cell, posture: FloatArray) -> Cell:
+        """The body is an obstacle."""
+        return cell.detached(self.name, posture)
+
+
+class WaitStage(StageSection):
+    """The arm stands for so many s."""
+
+    kind: Literal["wait"]
+    seconds: Annotated[Positive, Field(le=LONGEST_WAIT)]
+
+    @property
+    def pause(self) -> float:
+        """As stated."""
+        return self.seconds
+
+
+class OutputStage(StageSection):
+    """A signal, such as that of a gripper, that is told to whoever runs the motion."""
+
+    kind: Literal["output"]
+    signal: Name
+    value: bool | int | float | Word = True
+
+
+STAGES: dict[str, type[StageSection]] = {
+    "move": MoveStage,
+    "line": LineStage,
+    "attach": AttachStage,
+    "detach": DetachStage,
+    "wait": WaitStage,
+    "output": OutputStage,
+}
+
+
+def read_stage(table: Any) -> StageSection:
+    """The section of one of [[task.stages]], whose kind says which of ``STAGES`` it is."""
+    if isinstance(table, StageSection):
+        return table
+    kind = table.get("kind") if isinstance(table, dict) else None
+    if kind not in STAGES:
+        options = in_words([f"kind = {name!r}" for name in STAGES])
+        raise PydanticCustomError("unknown_task", f"needs {options}{hint(kind, STAGES)}")
+    return read_section(STAGES[kind], table, "kind", kind)
+
+
+AnyStage = Annotated[SerializeAsAny[StageSection], PlainValidator(read_stage)]
+
+
+def _tool(robot: Robot, posture: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+    """Where the tool is in a posture (dof,), (dim,), m, and how it is turned, (3, 3); None in the plane."""
+    theta = ca.DM(posture).T
+    if not isinstance(robot, SpatialArm):
+        return as_array(robot.tool(theta))[0], None
+    position, rotation = robot.tool_pose(theta)
+    return as_array(position)[0], as_array(rotation).reshape(3, 3)
+
+
+def _three(numbers: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = map(float, numbers)
+    return x, y, z
+
+
+def _four(numbers: Sequence[float]) -> tuple[float, float, float, float]:
+    x, y, z, w = map(float, numbers)
+    return x, y, z, w
