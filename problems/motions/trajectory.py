@@ -22,6 +22,7 @@ SAMPLED_ORDERS = 4  # angles, speeds, accelerations, jerks
 SMOOTH_ORDERS = 3  # of which all but the jerks are continuous where nothing else is said
 CONTINUOUS_ORDERS = 2  # of which at least angles and speeds have to be
 ROUNDING = 1e-12  # relative to a derivative's largest value: smaller jumps are none
+NO_SIGN = 1e-9  # of the largest: coefficients nearer to zero have no sign
 JUMP = 1e-6  # of the scale of jumps: an acceleration that jumps by less is continuous; timed pieces can be short
 ROUNDED_TIME = 1e-9  # s, and relative to T: a time that is outside the motion by less is at its end
 SLIVER = 1e-12  # s: shorter ends of pieces are left out where a motion is cut
@@ -179,12 +180,26 @@ class Trajectory:
         These are the breakpoints and the roots of the next derivative; the extremes over all t are at some of them.
         Where a derivative jumps it is evaluated just before the breakpoint too.
         """
+        if derivative not in self._extreme_times:
+            self._extreme_times[derivative] = self._found_extreme_times(derivative)
+        return self._extreme_times[derivative]
+
+    @cached_property
+    def _extreme_times(self) -> dict[int, FloatArray]:
+        """Those that were asked for already, by derivative."""
+        return {}
+
+    def _found_extreme_times(self, derivative: int) -> FloatArray:
         curve = self._derivatives[derivative + 1]
+        form = bernstein(np.asarray(curve.c), np.diff(self.breakpoints))
+        largest = np.abs(form).max(axis=0)
+        may_turn = (form.min(axis=0) <= NO_SIGN * largest) & (form.max(axis=0) >= -NO_SIGN * largest)
         times = [self.breakpoints]
         if derivative >= CONTINUOUS_ORDERS:
             times.append(np.nextafter(self.breakpoints[1:-1][self._is_jump(derivative)], 0.0))
-        for joint in range(self.coefficients.shape[2]):
-            roots = PPoly(curve.c[:, :, joint], curve.x).roots(discontinuity=False, extrapolate=False)
+        for piece, joint in np.argwhere(may_turn & (largest > 0.0)):
+            inner = PPoly(curve.c[:, piece : piece + 1, joint], curve.x[piece : piece + 2])
+            roots = inner.roots(discontinuity=False, extrapolate=False)
             times.append(roots[np.isfinite(roots)])
         return np.unique(np.concatenate(times))
 

@@ -211,6 +211,12 @@ class Place(Parametric, ABC):
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
         """The posture (dof,) there that is nearest to another one (dof,), rad."""
 
+    def near(self, robot: Robot, theta: FloatArray) -> tuple[FloatArray, bool]:
+        """A posture there near another one (dof,), and whether it is there."""
+        found = self.projected(robot, theta)
+        missed = float(np.abs(as_array(self.miss(robot, ca.DM(found).T))).max())
+        return found, missed <= self.tolerance(robot)
+
     @abstractmethod
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
         """By how much postures (n, dof) miss it, (n, m), in ``unit``; zero where they are there."""

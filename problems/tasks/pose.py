@@ -207,6 +207,11 @@ class Pose(Place):
         """How the tool is turned, (3, 3); None where that does not matter."""
         return None if self.quaternion is None else as_array(rotation_rows(self.quaternion)).reshape(3, 3)
 
+    def near(self, robot: Robot, theta: FloatArray) -> tuple[FloatArray, bool]:
+        """As :meth:`postures` finds it."""
+        found, reached = self.on_branch(theta).postures(robot, np.zeros((1, robot.dof)))
+        return found[0], bool(reached[0])
+
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
         """Where damped Newton steps from a posture lead."""
         return as_array(self._onto(robot, ca.DM(theta).T)).ravel()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from problems.base import FloatArray, InvalidProblem, as_array
 from problems.limits import StatedExpression
 from problems.motions import JointPath, MotionView, traced
-from problems.robots import Robot, SpatialArm
+from problems.robots import Robot, SpatialArm, geometry_of
 from problems.tasks.place import Place, Position
 from problems.tasks.pose import Pose
 
@@ -23,6 +23,7 @@ FIRST_POINTS, MOST_POINTS = 9, 513  # of a way that is followed
 SHARE = 0.1  # of the accuracy: what a spline through followed points may use up
 FARTHEST = 0.3  # rad or m: joints that go farther from one point to the next have jumped
 ALIKE = 1e-9  # rad: rotations that differ by less are the same
+LEAST = 2.0  # no sine or cosine is below its negative
 
 
 class ToolWay(ABC):
@@ -188,19 +189,21 @@ class ToolPath:
         return [Pose(tuple(point), tuple(quaternion)) for point, quaternion in pairs]
 
     def constraints(self, robot: Robot, accuracy: float, angular_accuracy: float) -> list[StatedExpression]:
-        """How near a motion stays to the curve, at every time: m, rad."""
+        """How near a motion stays to the curve, at every time: m, and the sine of an angle."""
 
-        def stated(name: str, unit: str, of: Callable[[MotionView], ca.SX], low: float | None, high: float) -> None:
-            lower = None if low is None else (low,)
-            found.append(StatedExpression(name, unit, traced(of, robot, name), lower, (high,)))
+        def near(m: MotionView) -> ca.SX:
+            return ca.vertcat(self.way.away(m.tool), self.way.along(m.tool))
 
-        found: list[StatedExpression] = []
-        stated("path accuracy", "m", lambda m: self.way.away(m.tool), None, accuracy)
-        stated("path ends", "m", lambda m: self.way.along(m.tool), -accuracy, self.way.length + accuracy)
+        def facing(m: MotionView) -> ca.SX:
+            sine, cosine = self._missing(m)
+            return ca.vertcat(ca.norm_2(sine), -cosine)
+
+        name = "path accuracy"
+        low, high = (-accuracy, -accuracy), (accuracy, self.way.length + accuracy)
+        found = [StatedExpression(name, "m", traced(near, robot, name), low, high)]
         if self.turned is not None:
-            most = float(np.sin(min(angular_accuracy, np.pi / 2.0)))
-            stated("angular accuracy", "sin", lambda m: ca.norm_2(self._missing(m)[0]), None, most)
-            stated("tool faces along", "cos", lambda m: -self._missing(m)[1], None, 0.0)
+            name, most = "angular accuracy", float(np.sin(min(angular_accuracy, np.pi / 2.0)))
+            found.append(StatedExpression(name, "rad", traced(facing, robot, name), (-LEAST, -LEAST), (most, 0.0)))
         return found
 
     def speed_limit(self, robot: Robot, most: float) -> StatedExpression:
@@ -255,11 +258,10 @@ class ToolPath:
         for number, place in enumerate(self.places(shares)[1:], start=1):
             before = found[-1]
             guess = before if toward is None else before + (toward - before) / (count - number + 1)
-            theta = place.on_branch(before).projected(robot, guess)
-            missed = float(np.abs(as_array(place.miss(robot, ca.DM(theta).T))).max()) / place.tolerance(robot)
+            theta, reached = place.near(robot, guess)
             jumped = float(np.abs(theta - before).max()) > FARTHEST * max(1.0, 64 / count)
-            if not missed <= 1.0 or jumped:
-                raise InvalidProblem("goal", self._why(robot, before, place, shares[number], jumped and missed <= 1.0))
+            if not reached or jumped:
+                raise InvalidProblem("goal", self._why(robot, before, place, shares[number], reached))
             found.append(theta)
         return np.array(found)
 
@@ -282,8 +284,6 @@ class ToolPath:
 
     def _is_near(self, robot: Robot, path: JointPath, count: int, distance: float, angle: float) -> bool:
         """Whether the tool is near the curve between points too, in the middles of a path's pieces."""
-        if self.turned is None and robot.dim == 3 and not isinstance(robot, SpatialArm):
-            return True
         middles = (path.breakpoints[1:] + path.breakpoints[:-1]) / 2.0
         missed = self._missed(robot, path.at(middles))
         return bool(missed[0] <= distance and missed[1] <= angle)
@@ -292,13 +292,23 @@ class ToolPath:
         """How far from the curve the tool is at most in postures (n, dof): m, and the sine of an angle."""
         point = ca.SX.sym("tool", robot.dim)
         away = ca.Function("away", [point], [self.way.away(point)])
-        found = float(as_array(away(robot.tool(ca.DM(theta)).T)).max())
-        if self.turned is None or not isinstance(robot, SpatialArm):
+        if not isinstance(robot, SpatialArm):
+            return float(as_array(away(robot.tool(ca.DM(theta)).T)).max()), 0.0
+        positions, rotations = _tool_of(geometry_of(robot))(theta.T)
+        found = float(as_array(away(positions)).max())
+        if self.turned is None:
             return found, 0.0
         rotation, tool = (ca.SX.sym(name, size) for name, size in (("rotation", 9), ("tool", 3)))
         known = {"rotation": rotation, "tool": tool}
         sine = ca.Function(
             "sine", [tool, rotation], [ca.norm_2(self._missing(MotionView(robot, known.__getitem__))[0])]
         )
-        positions, rotations = robot.tool_pose(ca.DM(theta))
-        return found, float(as_array(sine(positions.T, rotations.T)).max())
+        return found, float(as_array(sine(positions, rotations)).max())
+
+
+@lru_cache(maxsize=16)
+def _tool_of(robot: SpatialArm) -> ca.Function:
+    """From a posture (dof, 1) to the tool's position (3, 1) and its rotation row by row (9, 1)."""
+    theta = ca.SX.sym("theta", 1, robot.dof)
+    position, rotation = robot.tool_pose(theta)
+    return ca.Function("tool", [theta.T], [position.T, rotation.T])
