@@ -189,6 +189,7 @@ def audit_run(run: StoredRun) -> dict[str, Any]:
     return {
         "kind": "run",
         "searched": run.problem is not None,
+        "stages": [stage.model_dump(mode="json") for stage in run.result.stages],
         "objective": run.result.objective.model_dump(),
         "certificate": {
             **CertificateResult.of(motion).model_dump(mode="json"),

@@ -1,11 +1,11 @@
 """Everything put together: a statement, a motion, an encoding, limits and an objective make a problem."""
 
-from problems.assembly.criteria import Criteria, joint_following
+from problems.assembly.criteria import Criteria, Stage, joint_following
 from problems.assembly.encoding import Decoded, Encoding, FeasibilityFirst, PaperCost, SearchedTimeScale, Variable
 from problems.assembly.path_timing import GRID_ALLOWANCE, LocalTimeScale, PathTiming, step_limits
 from problems.assembly.problem import Model, Problem, objective_named
 from problems.assembly.sample_loop import PLACES, CostSteps, peak_loop, statements_of
-from problems.assembly.sequence import SequenceCriteria, Stage
+from problems.assembly.sequence import SequenceCriteria
 
 __all__ = [
     "GRID_ALLOWANCE",

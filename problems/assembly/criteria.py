@@ -34,6 +34,35 @@ from problems.tasks import BoundedCurve, JointFollowing, Marker, Milestone, Prog
 from problems.timing import retime
 
 
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A stage of a finished motion.
+
+    Attributes:
+        label: what it is called.
+        kind: of stage.
+        start: when it begins, s.
+        end: when it ends; the same where nothing moves and nothing waits.
+        criteria: by which its motion is judged; None where the arm stands.
+        signal: what is told at its beginning, name and value; None where nothing is.
+    """
+
+    label: str
+    kind: str
+    start: float
+    end: float
+    criteria: Criteria | None = None
+    signal: tuple[str, bool | float | str] | None = None
+
+    def motion(self, trajectory: Trajectory) -> Trajectory:
+        """Its part of the whole motion, from t = 0."""
+        return trajectory.part(self.start, min(self.end, trajectory.duration))
+
+    def verify(self, trajectory: Trajectory) -> tuple[Verdict, ...]:
+        """The verdicts on its part of the whole motion; none where the arm stands, as it does where it came from."""
+        return () if self.criteria is None else tuple(self.criteria.verify(self.motion(trajectory)))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Criteria:
     """What a motion has to do, to keep, and to minimise.
@@ -51,6 +80,11 @@ class Criteria:
     task: Task
     objective: Objective
     limits: tuple[Limit, ...]
+
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """Of what a motion is made; none where it is one."""
+        return ()
 
     @property
     def robot(self) -> Robot:
@@ -155,9 +189,19 @@ class Criteria:
         """The objective of a finished motion, exact where it can be; else over samples at times (n,) in s."""
         return self.objective.of_motion(trajectory, self.robot, times)
 
-    def robots(self, times: FloatArray) -> Iterator[tuple[Robot, NDArray[np.intp]]]:
-        """The robot, with what it carries, and the indices of the times (n,) in s at which it is that one."""
-        yield self.robot, np.arange(times.size)
+    def at_times(self, times: FloatArray) -> Iterator[tuple[Criteria, NDArray[np.intp]]]:
+        """What holds at times (n,) in s, and the indices of those at which it does: itself by default."""
+        yield self, np.arange(times.size)
+
+    @property
+    def scenery(self) -> tuple[Obstacle, ...]:
+        """What is drawn around the robot: the obstacles by default."""
+        return self.obstacles
+
+    @property
+    def not_judged(self) -> tuple[str, ...]:
+        """What no verdict speaks of, although it is or may be there, a line each."""
+        return self.robot.unjudged
 
     def markers(self) -> tuple[Marker, ...]:
         """Positions that the tool has to reach, for drawing."""

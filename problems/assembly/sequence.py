@@ -9,43 +9,14 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.assembly.criteria import Criteria
+from problems.assembly.criteria import Criteria, Stage
 from problems.base import FloatArray
 from problems.certify import AtGoal, CertificateStatus, ClosestApproach, Verdict
 from problems.motions import Trajectory
-from problems.robots import Robot
+from problems.scene import Obstacle
 from problems.tasks import Sequence
 
 ORDER = (CertificateStatus.VIOLATED, CertificateStatus.UNDECIDED, CertificateStatus.CERTIFIED)  # the worst first
-
-
-@dataclass(frozen=True, eq=False)
-class Stage:
-    """A stage of a finished motion.
-
-    Attributes:
-        label: what it is called.
-        kind: of stage.
-        start: when it begins, s.
-        end: when it ends; the same where nothing moves and nothing waits.
-        criteria: by which its motion is judged; None where the arm stands.
-        signal: what is told at its beginning, name and value; None where nothing is.
-    """
-
-    label: str
-    kind: str
-    start: float
-    end: float
-    criteria: Criteria | None = None
-    signal: tuple[str, bool | float | str] | None = None
-
-    def motion(self, trajectory: Trajectory) -> Trajectory:
-        """Its part of the whole motion, from t = 0."""
-        return trajectory.part(self.start, min(self.end, trajectory.duration))
-
-    def verify(self, trajectory: Trajectory) -> tuple[Verdict, ...]:
-        """The verdicts on its part of the whole motion; none where the arm stands, as it does where it came from."""
-        return () if self.criteria is None else tuple(self.criteria.verify(self.motion(trajectory)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,11 +24,18 @@ class SequenceCriteria(Criteria):
     """Stages one after the other, at rest between them.
 
     Attributes:
-        stages: in their order, from 0 to T without a gap.
+        parts: in their order, from 0 to T without a gap.
+        shown: obstacles for pictures; those that are carried for a while move.
     """
 
     task: Sequence
-    stages: tuple[Stage, ...] = ()
+    parts: tuple[Stage, ...] = ()
+    shown: tuple[Obstacle, ...] = ()
+
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """The same."""
+        return self.parts
 
     free_timing: ClassVar[bool] = True
 
@@ -104,15 +82,34 @@ class SequenceCriteria(Criteria):
         scales = (stage.criteria.safe_time_scale(stage.motion(trajectory)) for stage in self._moving)  # type: ignore[union-attr]
         return max(scales, default=0.0)
 
-    def robots(self, times: FloatArray) -> Iterator[tuple[Robot, NDArray[np.intp]]]:
-        """The robots, with what they carry, and the indices of the times at which each of them is the one."""
-        robot = self.robot
-        last = len(self.stages) - 1
-        for number, stage in enumerate(self.stages):
-            robot = self.robot if stage.criteria is None else stage.criteria.robot
+    def at_times(self, times: FloatArray) -> Iterator[tuple[Criteria, NDArray[np.intp]]]:
+        """The criteria of the stages; where the arm stands, those of the stage that it came from, or of the first."""
+        now = self._moving[0].criteria
+        last = len(self.parts) - 1
+        for number, stage in enumerate(self.parts):
+            now = stage.criteria or now
             within = (times >= stage.start) & ((times < stage.end) | (number == last))
             if within.any():
-                yield robot, within.nonzero()[0]
+                assert now is not None
+                yield now, within.nonzero()[0]
+
+    @property
+    def scenery(self) -> tuple[Obstacle, ...]:
+        """With what is carried for a while on its way."""
+        return self.shown
+
+    @property
+    def not_judged(self) -> tuple[str, ...]:
+        """Of all stages; with the stage where it is not the same in all of them."""
+        lines: dict[str, list[str]] = {}
+        for stage in self._moving:
+            assert stage.criteria is not None
+            for line in stage.criteria.not_judged:
+                lines.setdefault(line, []).append(stage.label)
+        every = len(self._moving)
+        return tuple(
+            line if len(labels) == every else f"{line}, in {', '.join(labels)}" for line, labels in lines.items()
+        )
 
     @property
     def _moving(self) -> list[Stage]:
@@ -124,4 +121,3 @@ def _severity(verdict: Verdict) -> tuple[int, float]:
     size = max(abs(verdict.bound), 1e-9)
     distance = abs(verdict.worst - verdict.bound) / size
     return ORDER.index(verdict.status), -distance if verdict.excess else distance
-

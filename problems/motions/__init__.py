@@ -3,7 +3,7 @@
 from problems.motions.expression_text import InvalidText, SampleFunction, Stated, random_states, read, traced
 from problems.motions.path_scan import LEAST_ROOM, Bounds, TorqueSlopes, advance, before, gap, interval_time, limited
 from problems.motions.path_spline import ALONG, SUPPORT, JointPath, PathSpline, Rates, TimedPath, in_time
-from problems.motions.samples import MotionView, Samples, increasing_choice
+from problems.motions.samples import SAMPLED_ORDERS, MotionView, Samples, increasing_choice
 from problems.motions.splines import (
     DEGREE,
     ClampedSpline,
@@ -14,7 +14,6 @@ from problems.motions.splines import (
 )
 from problems.motions.trajectory import (
     CONTINUOUS_ORDERS,
-    SAMPLED_ORDERS,
     SLIVER,
     SMOOTH_ORDERS,
     Motion,

@@ -26,8 +26,7 @@ import numpy as np
 
 from problems.base import FloatArray, InvalidProblem, Matrix
 from problems.evaluation import BINARY, UNARY, Symbolic, UnsupportedOperation, interpret, rebuilt
-from problems.motions.samples import MISSING, MotionView, Samples, quantity_named
-from problems.motions.trajectory import SAMPLED_ORDERS
+from problems.motions.samples import MISSING, SAMPLED_ORDERS, MotionView, Samples, quantity_named
 from problems.robots import Robot
 
 MOST_OPERATIONS = 20_000
@@ -250,6 +249,10 @@ class SampleFunction:
             samples: of a motion.
             smooth: with gradients that are finite where a length is zero; other values by 1e-10 at most.
         """
+        if samples.is_finished and not smooth:
+            assert samples.times is not None
+            states = ca.horzcat(*map(samples.derivative, range(SAMPLED_ORDERS)), samples.times)
+            return self.of_state(samples.moving)(states.T, samples.duration).T
         function, count = self._smooth if smooth else self._read[1], samples.count
         if not self.entries:
             return ca.repmat(function(ca.DM(0, 1)).T, count, 1)
@@ -258,17 +261,27 @@ class SampleFunction:
         columns = ca.horzcat(*(part if part.shape[0] == count else ca.repmat(part, count, 1) for part in numbers))
         return function(columns.T).T
 
-    def of_state(self, robot: Robot, duration: float) -> ca.Function:
-        """Its values (width,) as a function of angles and three derivatives (4 dof,) and, last, the time in s."""
-        state = ca.SX.sym("state", SAMPLED_ORDERS * robot.dof + 1)
+    def of_state(self, robot: Robot) -> ca.Function:
+        """Its values (width,) as a function of angles, three derivatives and the time in s, (4 dof + 1,), and of T."""
+        known = self._of_states.get(id(robot))
+        if known is not None:
+            return known[1]
+        state, duration = ca.SX.sym("state", SAMPLED_ORDERS * robot.dof + 1), ca.SX.sym("duration")
         *derivatives, time = ca.vertsplit(state, [*range(0, SAMPLED_ORDERS * robot.dof + 1, robot.dof), state.numel()])
         rows = tuple(part.T for part in derivatives)
-        now = Samples(robot=robot, derivatives=rows, duration=ca.SX(duration), times=time)
-        return ca.Function("value", [state], [ca.densify(self.at(now).T)], {"cse": True})
+        now = Samples(robot=robot, derivatives=rows, duration=duration, times=time)
+        found = ca.Function("value", [state, duration], [ca.densify(self.at(now).T)], {"cse": True})
+        self._of_states[id(robot)] = robot, found
+        return found
+
+    @cached_property
+    def _of_states(self) -> dict[int, tuple[Robot, ca.Function]]:
+        """Those functions, by the robot's identity, with the robot itself, so that it stays the one."""
+        return {}
 
     def probed(self, robot: Robot, states: FloatArray, duration: float = 1.0) -> FloatArray:
         """Its values (n, width) in states (n, 4 dof + 1): angles, three derivatives, time in s."""
-        return np.asarray(self.of_state(robot, duration)(states.T)).T
+        return np.asarray(self.of_state(robot)(states.T, duration)).T
 
 
 class _SmoothRoots(Symbolic):

@@ -13,6 +13,8 @@ import numpy as np
 from problems.base import FloatArray, InvalidProblem, Matrix
 from problems.robots import Robot, SpatialArm
 
+SAMPLED_ORDERS = 4  # angles, speeds, accelerations, jerks
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Samples:
@@ -129,6 +131,12 @@ class Samples:
             weights=None if self.weights is None else self.weights[chosen, :],
             known_positions=None if self.robot is None else tuple(matrix[chosen, :] for matrix in self.positions),
         )
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether these are numbers of a motion of which everything is known."""
+        known = (*self.derivatives, self.duration, self.times)
+        return len(self.derivatives) == SAMPLED_ORDERS and all(isinstance(part, ca.DM) for part in known)
 
     @property
     def both_sides(self) -> Samples:

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
 from problems.base import FloatArray, Matrix, Parametric, bernstein, within
-from problems.motions.samples import Samples
+from problems.motions.samples import SAMPLED_ORDERS, Samples
 from problems.robots import Robot
 
-SAMPLED_ORDERS = 4  # angles, speeds, accelerations, jerks
 SMOOTH_ORDERS = 3  # of which all but the jerks are continuous where nothing else is said
 CONTINUOUS_ORDERS = 2  # of which at least angles and speeds have to be
 ROUNDING = 1e-12  # relative to a derivative's largest value: smaller jumps are none

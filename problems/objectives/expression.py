@@ -103,11 +103,11 @@ class ExpressionObjective(Parametric, Objective):
         ends = float(self.terminal(ca.DM(trajectory.duration)))
         if self.rate is None:
             return ends
-        rate = self.rate.of_state(robot, trajectory.duration)
+        rate = self.rate.of_state(robot)
 
         def at(moments: FloatArray) -> FloatArray:
             state = [trajectory.at(moments, order).T for order in range(SAMPLED_ORDERS)]
-            return as_array(rate(np.vstack([*state, moments]))).ravel()
+            return as_array(rate(np.vstack([*state, moments]), trajectory.duration)).ravel()
 
         return ends + integral(at, trajectory.extreme_times(0), FLOOR)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -99,7 +98,7 @@ class Arc(ToolWay):
 
     def __post_init__(self) -> None:
         one, two = self.through - self.start, self.goal - self.start
-        across = two - one * (two @ one) / max(one @ one, np.finfo(float).tiny)
+        across = two - one * (float(two @ one) / max(float(one @ one), np.finfo(float).tiny))
         if not np.linalg.norm(across) > STRAIGHT * np.linalg.norm(one):
             raise InvalidProblem("through", "the three points are on a line, or two are the same; leave it out")
 
@@ -192,15 +191,16 @@ class ToolPath:
         """How near a motion stays to the curve, at every time: m, and the sine of an angle."""
 
         def near(m: MotionView) -> ca.SX:
-            return ca.vertcat(self.way.away(m.tool), self.way.along(m.tool))
+            along = self.way.along(m.tool)
+            beyond = ca.fmax(0.0, ca.fmax(-along, along - self.way.length))
+            return ca.sqrt(self.way.away(m.tool) ** 2 + beyond**2)
 
         def facing(m: MotionView) -> ca.SX:
             sine, cosine = self._missing(m)
             return ca.vertcat(ca.norm_2(sine), -cosine)
 
         name = "path accuracy"
-        low, high = (-accuracy, -accuracy), (accuracy, self.way.length + accuracy)
-        found = [StatedExpression(name, "m", traced(near, robot, name), low, high)]
+        found = [StatedExpression(name, "m", traced(near, robot, name), None, (accuracy,))]
         if self.turned is not None:
             name, most = "angular accuracy", float(np.sin(min(angular_accuracy, np.pi / 2.0)))
             found.append(StatedExpression(name, "rad", traced(facing, robot, name), (-LEAST, -LEAST), (most, 0.0)))

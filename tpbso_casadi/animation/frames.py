@@ -53,7 +53,7 @@ class Frames:
     @cached_property
     def courses(self) -> tuple[Course, ...]:
         """Where the obstacles that move are at these times."""
-        return courses_of(self.problem.obstacles, self.times)
+        return courses_of(self.problem.scenery, self.times)
 
     @cached_property
     def theta(self) -> FloatArray:
@@ -63,7 +63,7 @@ class Frames:
     @cached_property
     def scene(self) -> Scene:
         """Robot and surroundings in space."""
-        return Scene(self.problem.robot, self.problem.obstacles, self.problem.markers(), self.courses)
+        return Scene(self.problem.robot, self.problem.scenery, self.problem.markers(), self.courses)
 
     @property
     def extent(self) -> tuple[float, float, float, float]:

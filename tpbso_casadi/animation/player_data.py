@@ -86,7 +86,25 @@ class Closest:
 
 
 def closest_of(criteria: Criteria, theta: FloatArray, times: FloatArray) -> Closest | None:
-    """The closest two in n postures (n, dof), rad, at times (n,) in s.
+    """The closest two in n postures (n, dof), rad, at times (n,) in s; None where nothing ever has to keep apart."""
+    found = [
+        (rows, closest)
+        for part, rows in criteria.at_times(times)
+        if (closest := _closest_in(part, theta[rows], times[rows])) is not None
+    ]
+    if sum(len(rows) for rows, _ in found) < times.size:
+        return None
+    every = list(dict.fromkeys(pair for _, closest in found for pair in closest.pairs))
+    numbers, distances = np.empty(times.size, dtype=int), np.empty(times.size)
+    points = np.empty((times.size, 2, criteria.robot.dim))
+    for rows, closest in found:
+        numbers[rows] = np.array([every.index(pair) for pair in closest.pairs])[closest.numbers]
+        distances[rows], points[rows] = closest.distances, closest.points
+    return Closest(tuple(every), numbers, distances, points)  # type: ignore[arg-type]
+
+
+def _closest_in(criteria: Criteria, theta: FloatArray, times: FloatArray) -> Closest | None:
+    """The same of criteria that hold at all these times.
 
     How far they are apart is what the limits say of balls, and of lines that meet; lines that do not are measured as
     they are drawn, because some limits know only a lower bound. Of a robot with a cover they are those of the verdict
@@ -227,7 +245,7 @@ def _curves(frames: Frames) -> list[dict[str, Any]]:
     robot, trajectory, times = frames.problem.robot, frames.trajectory, frames.times
     curves = [_curve(f"joint position [{alternatives(robot.joint_units)}]", frames.theta, robot.joint_units)]
     curves[0]["bounds"] = robot.limits.position
-    for name, shares in shares_of_limits(robot, trajectory, times):
+    for name, shares in shares_of_limits(frames.problem, trajectory, times):
         units = [unit + PER_TIME[name] for unit in robot.joint_units] if name in PER_TIME else robot.torque_units
         curves.append(_curve(f"joint {name} / limit", shares, units) | {"limits": list(getattr(robot.limits, name))})
     torques = torques_of(robot, trajectory, times) if robot.limits.torque is None else None
@@ -255,7 +273,7 @@ def plane_data(frames: Frames) -> dict[str, Any]:
     return {
         "extent": rounded(np.array(frames.extent)),
         "bodies": [[body.start, body.end, float(body.radius)] for body in problem.robot.bodies if body.radius],
-        "obstacles": [rounded(obstacle.outline()) for obstacle in standing(problem.obstacles)],
+        "obstacles": [rounded(obstacle.outline()) for obstacle in standing(problem.scenery)],
         "moving": [_moving_in_plane(course) for course in frames.courses],
     }
 

@@ -12,7 +12,7 @@ from problems import CertificateStatus, Verdict
 from problems.certify import AtGoal, WorstIs
 from solvers import StopReason
 from tpbso_casadi.display.console import OutputConsole, number, prose, said_number, table_of, word
-from tpbso_casadi.planning import Motion, PlannedMotion, Polish, Retiming, SearchedMotion
+from tpbso_casadi.planning import BOUND, Motion, PlannedMotion, Polish, Retiming, SearchedMotion
 from tpbso_casadi.scenario import DEFAULT, TITLES, best_known
 
 MARKS = {
@@ -42,6 +42,8 @@ def print_plan(plan: PlannedMotion, console: OutputConsole) -> None:
     table = table_of(word("constraint"), said_number("worst"), word("limit"), word(""), prose("where"))
     for verdict in plan.verdicts:
         table.add_row(*_row(verdict))
+    if plan.motion.stages:
+        print_stages(plan.motion, console)
     console.print_table(summary_of(plan), table)
     for line in plan.motion.not_judged:
         console.say(f"not judged: {line}")
@@ -54,6 +56,17 @@ def print_plan(plan: PlannedMotion, console: OutputConsole) -> None:
     console.say(effort_of(plan))
     for remark in remarks(plan):
         console.say(remark)
+
+
+def print_stages(motion: Motion, console: OutputConsole) -> None:
+    """When each stage begins and ends, whether its limits hold, and what is told."""
+    table = table_of(word("stage"), number("start, s"), number("end, s"), word(""), prose("signal"))
+    for stage, verdicts in zip(motion.stages, motion.by_stage, strict=True):
+        told = "" if stage.signal is None else f"{stage.signal[0]} = {stage.signal[1]}"
+        worst = next((verdict.status for verdict in verdicts if not verdict.satisfied), None)
+        mark = MARKS[worst or CertificateStatus.CERTIFIED] if verdicts else Text("")
+        table.add_row(Text(stage.label), f"{stage.start:.4f}", f"{stage.end:.4f}", mark, Text(told))
+    console.print_table("stages", table)
 
 
 def nearness_of(motion: Motion) -> Iterator[str]:
@@ -78,6 +91,11 @@ def _how_long(after: AtGoal, arrival: float) -> str:
 def effort_of(plan: PlannedMotion) -> str:
     """How the plan was found, in a line."""
     found, solver = plan.searched, plan.scenario.solver
+    if plan.motion.stages:
+        bound = float(plan.motion.quantities[BOUND][0])
+        above = plan.motion.trajectory.duration / bound - 1.0
+        what = f"{len(plan.motion.stages)} stages, planned in {plan.seconds_timed:.2f} s"
+        return f"{what}; {above:.1%} above what they take at least where nothing is in the way, {bound:.4g} s"
     if found is None:
         return f"a given path, timed in {plan.seconds_timed:.2f} s"
     rounds = f", best of {found.rounds} rounds" if found.rounds > 1 else ""

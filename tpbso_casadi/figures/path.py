@@ -114,14 +114,16 @@ def nearest_of(motion: Motion) -> Nearest | None:
     approach = motion.closest_approach
     if approach is None:
         return None
-    robot, time = motion.criteria.robot, approach.time
-    covers = [limit for limit in motion.criteria.judged_limits if isinstance(limit, CoverClearance)]
+    time = approach.time
+    criteria, _ = next(motion.criteria.at_times(np.array([time])))
+    robot = criteria.robot
+    covers = [limit for limit in criteria.judged_limits if isinstance(limit, CoverClearance)]
     if covers:
         at = np.array([time])
         _, points = covers[0].without_growth().closest(motion.trajectory.at(at), at)
         return Nearest(time, approach.distance, points[0])
     frames = robot.positions(ca.DM(motion.trajectory.at(np.array([time]))))
-    named = [pair for pair in pairs_of(robot, motion.criteria.obstacles) if str(pair) == approach.pair]
+    named = [pair for pair in pairs_of(robot, criteria.obstacles) if str(pair) == approach.pair]
     pair = min(named, key=lambda pair: pair.distance(frames, ca.DM(time)))  # balls of a link share its name
     middle, point = NEAREST[robot.dim](pair, [np.asarray(ca.DM(frame)).ravel() for frame in frames], time)
     way = point - middle
@@ -183,7 +185,7 @@ def path_in_plane(plan: PlannedMotion) -> Figure:
     """The tool's path, a fan of postures, obstacles, what the task states, and the closest approach."""
     problem, motion = plan.criteria, plan.motion
     shown, joints = snapshots(motion), motion.joint_positions(plan.times)
-    courses = courses_of(problem.obstacles, plan.times)
+    courses = courses_of(problem.scenery, plan.times)
     points = np.vstack([np.empty((0, 2)), *(marker.points for marker in problem.markers())])
     left, right, bottom, top = extent_of(problem, joints, points, courses)
     figure = Figure(figsize=size_of(right - left, top - bottom), layout="constrained")
@@ -195,7 +197,7 @@ def path_in_plane(plan: PlannedMotion) -> Figure:
     axes.plot(*joints[:, -1].T, color=PATH, linewidth=1.8, label="path of the tool", zorder=5)
     draw_fan(axes, plan, shown)
     seen = [snapshot for snapshot in shown if snapshot.opacity]
-    still = courses_of(problem.obstacles, times_of(seen))
+    still = courses_of(problem.scenery, times_of(seen))
     if courses:
         draw_moving(axes, still, [snapshot.opacity for snapshot in seen])
         draw_ways(axes, [course.middles for course in courses])
@@ -206,7 +208,7 @@ def path_in_plane(plan: PlannedMotion) -> Figure:
     figure.suptitle(headline(plan))
     figure.legend(loc="outside lower center", ncols=2 if right - left > 0.7 * (top - bottom) else 1)
     figure.draw_without_rendering()  # so that places are final
-    outlines = [obstacle.outline() for obstacle in problem.obstacles if not obstacle.moves]
+    outlines = [obstacle.outline() for obstacle in problem.scenery if not obstacle.moves]
     ways = [joints[:, -1], *motion.joint_positions(times_of(shown)), *outlines, *(c.middles for c in courses)]
     label_places(axes, labels_of(plan, nearest, still), ways)
     return figure
@@ -246,8 +248,8 @@ def labels_of(plan: PlannedMotion, nearest: Nearest | None, courses: Sequence[Co
     ends = motion.joint_positions(np.array([0.0, plan.trajectory.duration]))[:, -1]
     labels += [PlaceLabel("start", ends[0]), PlaceLabel("goal", ends[1])]
     labels += [PlaceLabel(points.label, points.places[0]) for points in passed_by(motion)]
-    standing = [(n, obstacle) for n, obstacle in enumerate(problem.obstacles, start=1) if not obstacle.moves]
-    if len(problem.obstacles) > 1:
+    standing = [(n, obstacle) for n, obstacle in enumerate(problem.scenery, start=1) if not obstacle.moves]
+    if len(problem.scenery) > 1:
         labels += [PlaceLabel(f"{number}", obstacle.outline().mean(axis=0)) for number, obstacle in standing]
     return labels + time_labels(courses)
 
@@ -268,7 +270,7 @@ def path_in_space(plan: PlannedMotion) -> Figure:
         named=(Points("start", tool[:1]), Points("goal", tool[-1:]), *passed_by(motion)),
         nearest=None if nearest is None else Points(nearest.label, nearest.points),
     )
-    scene = Scene(problem.robot, problem.obstacles, problem.markers(), courses_of(problem.obstacles, plan.times))
+    scene = Scene(problem.robot, problem.scenery, problem.markers(), courses_of(problem.scenery, plan.times))
     figure = space_figure(scene, postures, way, motion.trajectory.at(plan.times))
     figure.suptitle(headline(plan).replace("\n", ", ", 1))
     return figure

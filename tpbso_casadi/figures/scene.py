@@ -97,7 +97,7 @@ def extent_of(
         courses: of the obstacles that move.
     """
     robot = problem.robot
-    boxes = [obstacle.bounding_box() for obstacle in standing(problem.obstacles)]
+    boxes = [obstacle.bounding_box() for obstacle in standing(problem.scenery)]
     thickest = max((float(body.radius) for body in robot.bodies), default=0.0)
     base, reach = np.array(robot.base), robot.reach()[1] + thickest
     boxes += [course.within(base - reach, base + reach) for course in courses]
@@ -118,7 +118,7 @@ MARKER_STYLES: dict[MarkerKind, dict[str, Any]] = {
 def draw_scene(axes: Axes, problem: Criteria) -> None:
     """Draw the base of the arm, the obstacles that stand and the markers of the task."""
     axes.plot(*problem.robot.base, "s", color="black", markersize=6, label="base", zorder=5)
-    for number, obstacle in enumerate(standing(problem.obstacles)):
+    for number, obstacle in enumerate(standing(problem.scenery)):
         draw_obstacle(axes, obstacle.outline()).set_label("_" if number else "obstacle")
     for marker in problem.markers():
         x, y = marker.points.T

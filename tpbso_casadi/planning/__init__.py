@@ -13,9 +13,11 @@ from tpbso_casadi.planning.finishing import (
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, alternatives, motion_of, shares_of_limits, torques_of
 from tpbso_casadi.planning.plan import RESTARTS, SILENT, convergence, first_feasible, may_start_again, plan, step_name
 from tpbso_casadi.planning.progress import Progress
+from tpbso_casadi.planning.sequence import BOUND
 
 __all__ = [
     "AS_FAST",
+    "BOUND",
     "CANDIDATES",
     "INFEASIBLE_MERIT",
     "POLISHED",

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from problems import CertificateStatus, Objective, Problem, Robot, Trajectory, Verdict
-from problems.assembly import Criteria
+from problems.assembly import Criteria, Stage
 from problems.base import FloatArray, as_array
 from problems.certify import AtGoal, ClosestApproach, WorstIs
 from problems.limits import Clearance
@@ -47,13 +47,17 @@ QUANTITIES: dict[str, Callable[[Robot, Trajectory, FloatArray], FloatArray | Non
 }  # by the names that :class:`JointLimits` has for their limits; at times (n,): (n, dof)
 
 
-def shares_of_limits(robot: Robot, trajectory: Trajectory, times: FloatArray) -> Iterator[tuple[str, FloatArray]]:
+def shares_of_limits(criteria: Criteria, trajectory: Trajectory, times: FloatArray) -> Iterator[tuple[str, FloatArray]]:
     """The quantities that the robot limits, at times (n,) in s, over their limits: names, and (n, dof), signed."""
     for name, quantity in QUANTITIES.items():
-        limit = getattr(robot.limits, name)
-        values = None if limit is None else quantity(robot, trajectory, times)
-        if values is not None:
-            yield name, values / np.array(limit)
+        shares = np.full((times.size, criteria.robot.dof), np.nan)
+        for part, rows in criteria.at_times(times):
+            limit = getattr(part.robot.limits, name)
+            values = None if limit is None else quantity(part.robot, trajectory, times[rows])
+            if values is not None:
+                shares[rows] = values / np.array(limit)
+        if not np.isnan(shares).any():
+            yield name, shares
 
 
 def alternatives(units: Sequence[str]) -> str:
@@ -103,6 +107,11 @@ class Motion:
         """Whether the number of its pieces is free, and its accelerations may jump where nothing limits the jerk."""
         return self.retimed or self.problem.free_timing
 
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """Of what it is made; none where it is one."""
+        return self.criteria.stages
+
     @cached_property
     def by_stage(self) -> tuple[tuple[Verdict, ...], ...]:
         """The verdicts on each stage, where the motion is made of several."""
@@ -137,7 +146,7 @@ class Motion:
     @property
     def not_judged(self) -> tuple[str, ...]:
         """What no verdict speaks of, although it is or may be there, a line each."""
-        return self.problem.robot.unjudged
+        return self.criteria.not_judged
 
     @property
     def feasible(self) -> bool:
@@ -162,8 +171,8 @@ class Motion:
     def torques(self, times: FloatArray) -> FloatArray | None:
         """What the motors give at times (n,) in s: (n, dof), N m or N; None where masses are not known."""
         found = np.zeros((times.size, self.problem.robot.dof))
-        for robot, rows in self.criteria.robots(times):
-            torques = torques_of(robot, self.trajectory, times[rows])
+        for part, rows in self.criteria.at_times(times):
+            torques = torques_of(part.robot, self.trajectory, times[rows])
             if torques is None:
                 return None
             found[rows] = torques

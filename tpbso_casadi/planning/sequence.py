@@ -12,7 +12,7 @@ import logging
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ import numpy as np
 from problems import InvalidProblem, Robot, Trajectory
 from problems.base import FloatArray
 from problems.motions import JointPath
-from problems.tasks import Joints, Place
+from problems.tasks import Joints, Place, ToolPath
 from problems.timing import least_durations, retime
 from tpbso_casadi.planning.finishing import PlannedMotion, slowed
 from tpbso_casadi.planning.motion import Motion
@@ -213,17 +213,14 @@ class SequencePlanner:
         for number, posture in enumerate(before.postures):
             way = stage.tool_path(robot, posture)
             assert way is not None
-            for toward in (None, _middle(robot)):
-                try:
-                    path = way.followed(robot, posture, stage.accuracy, stage.angular_accuracy, toward)  # type: ignore[attr-defined]
-                except InvalidProblem as error:
-                    failure = failure or error
-                    continue
-                end = path.at(path.breakpoints[-1:])
-                if not len(found.postures) or np.abs(found.postures - end).max(axis=1).min() > SAME_POSTURE:
-                    found.postures = np.concatenate([found.postures, end])
-                    found.parents.append(number)
-                    found.paths.append(path)
+            try:
+                path = _led_along(way, robot, posture, stage)
+            except InvalidProblem as error:
+                failure = failure or error
+                continue
+            found.postures = np.concatenate([found.postures, path.at(path.breakpoints[-1:])])
+            found.parents.append(number)
+            found.paths.append(path)
         if not found.parents:
             assert failure is not None
             raise failure
@@ -279,7 +276,7 @@ class SequencePlanner:
 
         Raises:
             ScenarioError: no motion was found for a stage.
-            """
+        """
         budget, unknown, thorough = EDGES_EACH * len(self.moving), 1.0, False
         while True:
             chain = self._shortest([edges.known(unknown) for edges in self.edges])
@@ -288,10 +285,9 @@ class SequencePlanner:
                 self._forget_failures()
                 continue
             if chain is None:
-                layer = next(
-                    n for n, edges in enumerate(self.edges) if not np.isfinite(edges.durations).any()
-                ) if any(not np.isfinite(edges.durations).any() for edges in self.edges) else 0
-                raise ScenarioError(f"{self.label(layer)}: no motion was found for {self.task.labels[self.moving[layer]]}")
+                layer = next((n for n, edges in enumerate(self.edges) if not np.isfinite(edges.durations).any()), 0)
+                what = self.task.labels[self.moving[layer]]
+                raise ScenarioError(f"{self.label(layer)}: no motion was found for {what}")
             pairs = _pairs(chain)
             layer = next((n for n, pair in enumerate(pairs) if pair not in self.edges[n].motions), -1)
             if layer < 0:
@@ -328,7 +324,7 @@ class SequencePlanner:
         LOG.info("%s: %s", self.task.labels[number], "none" if motion is None else f"{motion.duration:.4f} s")
 
     def _moved(self, statement: Scenario, start: FloatArray, goal: FloatArray, thorough: bool) -> Trajectory | None:
-        """A certified move between two postures; one that is known, the other way round, where that keeps all limits."""
+        """A certified move between two postures: a known one the other way round, where that keeps all limits."""
         content = statement.model_dump_json(exclude={"task": {"start", "goal"}})
         known = self._motions.get((content, goal.tobytes(), start.tobytes()))
         if known is not None:
@@ -374,22 +370,14 @@ class SequencePlanner:
         return whole, np.array(ends)
 
 
-SAME_POSTURE = 1e-3  # rad or m
-
-
 def _pairs(chain: Sequence[int]) -> list[tuple[int, int]]:
-    return list(zip(chain[:-1], chain[1:], strict=True))
+    return list(pairwise(chain))
 
 
 def _bounds(robot: Robot, before: FloatArray, after: FloatArray) -> FloatArray:
     """What the slowest joint takes at least from each posture (n, dof) to each of others (m, dof): (n, m), s."""
     ways = (after[None] - before[:, None]).reshape(-1, robot.dof)
-    return least_durations(ways, robot.limits).max(axis=1).reshape(len(before), len(after))
-
-
-def _middle(robot: Robot) -> FloatArray | None:
-    ranges = robot.limits.position
-    return None if ranges is None else np.array(ranges).mean(axis=1)
+    return np.asarray(least_durations(ways, robot.limits).max(axis=1).reshape(len(before), len(after)))
 
 
 def _postures_at(goal: Place, robot: Robot, obstacles: Sequence[Any], key: str) -> FloatArray:
@@ -408,6 +396,21 @@ def _postures_at(goal: Place, robot: Robot, obstacles: Sequence[Any], key: str) 
     drawn = np.random.default_rng(1).uniform(low, high, (DRAWN, len(choices)))
     postures, there = goal.postures(robot, drawn)
     return np.asarray(postures[there])
+
+
+def _led_along(way: ToolPath, robot: Robot, posture: FloatArray, stage: Any) -> JointPath:
+    """The joints along a way of the tool, the shortest way; where a joint stops that, nearer to the ranges' middles.
+
+    Raises:
+        InvalidProblem: the tool cannot be led along.
+    """
+    try:
+        return way.followed(robot, posture, stage.accuracy, stage.angular_accuracy, None)
+    except InvalidProblem:
+        if robot.limits.position is None:
+            raise
+        middle = np.array(robot.limits.position).mean(axis=1)
+        return way.followed(robot, posture, stage.accuracy, stage.angular_accuracy, middle)
 
 
 def _timed(statement: Scenario, path: JointPath) -> Trajectory | None:

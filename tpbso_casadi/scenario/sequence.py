@@ -11,11 +11,11 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial.transform import Rotation
 
-from problems import InvalidProblem, Obstacle, Robot, Trajectory
+from problems import InvalidProblem, MovingObstacle, Obstacle, Robot, Tabulated, Trajectory
 from problems.assembly import Criteria, SequenceCriteria, Stage
 from problems.base import FloatArray, as_array
 from problems.objectives import OBJECTIVES
-from problems.robots import SpatialArm
+from problems.robots import SpatialArm, quaternions_of
 from problems.tasks import Sequence as StagedTask
 from tpbso_casadi.scenario.carried import CarriedSection
 from tpbso_casadi.scenario.input_files import InputFolder
@@ -157,7 +157,7 @@ class Cell:
 
     def _tool(self, posture: FloatArray) -> FloatArray:
         """The frame of the tool in a posture (dof,), (4, 4)."""
-        return tool_frames(self.robot, posture[None])[0]
+        return np.asarray(tool_frames(self.robot, posture[None])[0])
 
     def statement(self, stage: MovingStage, posture: FloatArray, goal: Any = None) -> Scenario:
         """The stage as a scenario of its own, a move from a posture (dof,).
@@ -225,18 +225,23 @@ def _posed(body: ObstacleSection, moved: Any) -> ObstacleSection:
     """
     if "center" not in type(body).model_fields or len(body.center) != 3:  # type: ignore[attr-defined]
         raise ScenarioError(f"name: {body.name!r} is no solid in space")
-    quaternion = getattr(body, "quaternion", None)
-    pose = np.eye(4)
-    pose[:3, 3] = body.center  # type: ignore[attr-defined]
-    if quaternion is not None:
-        pose[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
-    pose = moved(pose)
+    pose = moved(_pose_of(body))
     update: dict[str, Any] = {"center": tuple(map(float, pose[:3, 3]))}
     if "quaternion" in type(body).model_fields:
         update["quaternion"] = tuple(map(float, Rotation.from_matrix(pose[:3, :3]).as_quat()))
     if getattr(body, "normal", None) is not None:
         update["normal"] = None
     return body.model_copy(update=update)
+
+
+def _pose_of(body: ObstacleSection) -> FloatArray:
+    """The frame of a solid in space, (4, 4)."""
+    quaternion = getattr(body, "quaternion", None)
+    pose = np.eye(4)
+    pose[:3, 3] = body.center  # type: ignore[attr-defined]
+    if quaternion is not None:
+        pose[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    return pose
 
 
 def walked(scenario: Scenario, postures: FloatArray) -> Iterator[tuple[StageSection, Cell]]:
@@ -265,7 +270,9 @@ def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray
     times = np.append(0.0, ends)
     postures = trajectory.at(times)
     stages, labels = [], scenario.task.labels  # type: ignore[attr-defined]
+    cells = []
     for number, (stage, cell) in enumerate(walked(scenario, postures[:-1])):
+        cells.append(cell)
         signal = (stage.signal, stage.value) if isinstance(stage, OutputStage) else None
         criteria = cell.statement(stage, postures[number]).judged() if isinstance(stage, MovingStage) else None
         stages.append(Stage(labels[number], stage.kind, times[number], times[number + 1], criteria, signal))
@@ -275,4 +282,43 @@ def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray
     stops = tuple(tuple(tools[number].tolist()) for number in moved)
     obstacles = build_obstacles(list(scenario.obstacles), robot.dof)
     task = StagedTask(robot, obstacles, stops)
-    return SequenceCriteria(task=task, objective=OBJECTIVES["time"], limits=(), stages=tuple(stages))
+    shown = shown_around(cells, trajectory, times)
+    return SequenceCriteria(task=task, objective=OBJECTIVES["time"], limits=(), parts=tuple(stages), shown=shown)
+
+
+def shown_around(cells: Sequence[Cell], trajectory: Trajectory, times: FloatArray) -> tuple[Obstacle, ...]:
+    """Everything around an arm in a picture; what is carried for a while moves.
+
+    Args:
+        cells: what is where during each stage, (n,).
+        trajectory: of all stages.
+        times: when they begin, and when the last ends, (n + 1,), s.
+    """
+    held = {body.name: body.body for cell in cells for body in cell.carried}
+    standing = [obstacle for obstacle in cells[0].obstacles if obstacle.name not in held]
+    dof = trajectory.coefficients.shape[2]
+    shown = build_obstacles(standing, dof)
+    if not held:
+        return shown
+    rows = np.unique(np.concatenate([times, np.linspace(0.0, times[-1], PICTURES)]))
+    tools = tool_frames(cells[0].robot, trajectory.at(rows))
+    at = np.clip(np.searchsorted(times, rows, side="right") - 1, 0, len(cells) - 1)
+    for number, name in enumerate(held, start=len(standing) + 1):
+        frames = _frames_of(name, [cells[index] for index in at], tools)
+        moved = frames @ np.linalg.inv(frames[0])
+        quaternions = quaternions_of(moved[:, :3, :3].reshape(-1, 9))
+        motion = Tabulated.through(rows.tolist(), moved[:, :3, 3], quaternions)
+        still = _posed(held[name], lambda pose, first=frames[0]: first)
+        shown += tuple(MovingObstacle(part, motion) for part in still.built(number))
+    return shown
+
+
+def _frames_of(name: str, cells: Sequence[Cell], tools: FloatArray) -> FloatArray:
+    """Where a body is, with the hand or by itself, in each of n moments, (n, 4, 4); before it is there, as at first."""
+    found: list[FloatArray | None] = []
+    for cell, tool in zip(cells, tools, strict=True):
+        body = next((obstacle for obstacle in cell.obstacles if obstacle.name == name), None)
+        carried = next((held.body for held in cell.carried if held.name == name), None)
+        found.append(tool @ _pose_of(carried) if carried is not None else None if body is None else _pose_of(body))
+    first = next(frame for frame in found if frame is not None)
+    return np.array([first if frame is None else frame for frame in found])

@@ -26,7 +26,7 @@ from tpbso_casadi.scenario.expressions import ConstraintSection
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.model import OwnConstraints
 from tpbso_casadi.scenario.obstacles import AnyObstacle
-from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, PlaceValue, PoseTable, built
+from tpbso_casadi.scenario.places import AnyGoals, AnyPlaces, PlaceValue, PoseTable, built, read_place
 from tpbso_casadi.scenario.spatial_robots import PayloadTable, PerJoint
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
@@ -154,7 +154,7 @@ class LineStage(MovingStage):
     """
 
     kind: Literal["line"]
-    goal: AnyPlace | None = None
+    goal: Annotated[Any, PlainValidator(read_place)] = None
     by: Coordinates | None = None
     through: Coordinates | None = None
     accuracy: Positive = ACCURACY

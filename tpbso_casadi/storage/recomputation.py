@@ -69,6 +69,10 @@ TOLERANCES = {
     "objective.parts.*.value": Tolerance(),
     "constraints.*.worst": Tolerance(least=ROUNDING, beside="bound"),
     "constraints.*.bound": Tolerance(),
+    "stages.*.start": Tolerance(),
+    "stages.*.end": Tolerance(),
+    "stages.*.constraints.*.worst": Tolerance(least=ROUNDING, beside="bound"),
+    "stages.*.constraints.*.bound": Tolerance(),
     "closest_approach.distance": Tolerance(1e-6, 1.0),  # a smallest distance is searched for
     "closest_approach.time": Tolerance(1e-3, 1.0),
     "at_goal.clear_until": Tolerance(1e-3, 1.0),
@@ -188,7 +192,9 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
     names = (name for name in ("python", *versions()) if name != CORE or name in result.versions)
     keys["versions"] = {name: result.versions.get(name, "") for name in names}
     if problem is None:
-        nothing: dict[str, Any] = {"variables": None, "quantities": {}, "branches": None, "time_scale": 1.0}
+        nothing: dict[str, Any] = {"variables": None, "branches": None, "time_scale": 1.0}
+        if not result.scenario.task.has_solver:
+            nothing["quantities"] = {}
         solution = result.solution.model_copy(update=nothing)
         keys |= of_timing(result.seconds) | {"retiming": None, "solution": solution}
     else:

@@ -163,6 +163,39 @@ class ClosestApproachResult(StoredTable):
     pair: str
 
 
+class StageResult(StoredTable):
+    """A stage of a sequence, judged for all t; its constraints' times count from its start.
+
+    ``signal`` and ``value`` are told when it begins, where it tells any.
+    """
+
+    OPTIONAL = ("constraints", "signal", "value")
+
+    name: str
+    kind: str
+    start: Seconds
+    end: Seconds
+    constraints: list[ConstraintResult] = Field(default_factory=list)
+    signal: str | None = None
+    value: bool | int | float | str | None = None
+
+    @classmethod
+    def all_of(cls, motion: Motion) -> list[Self]:
+        """Those of a motion; none where it is one."""
+        return [
+            cls(
+                name=stage.label,
+                kind=stage.kind,
+                start=stage.start,
+                end=stage.end,
+                constraints=[ConstraintResult.model_validate(verdict) for verdict in verdicts],
+                signal=None if stage.signal is None else stage.signal[0],
+                value=None if stage.signal is None else stage.signal[1],
+            )
+            for stage, verdicts in zip(motion.stages, motion.by_stage, strict=False)
+        ]
+
+
 class AtGoalResult(StoredTable):
     """What comes after arrival.
 
@@ -419,6 +452,7 @@ class RunResult(StoredTable):
         certificate: all together.
         closest_approach: to an obstacle; None, and no key, where none is within reach.
         at_goal: what comes after arrival; likewise where nothing moves.
+        stages: of a sequence; none otherwise.
         solution: the motion.
         polish: None, and no key, where there was none.
         retiming: the last stage; likewise.
@@ -433,7 +467,7 @@ class RunResult(StoredTable):
         files: by name, the SHA-256 digests of the other files of the run; none where it was not written to a folder.
     """
 
-    OPTIONAL = ("polish", "retiming", "closest_approach", "at_goal")
+    OPTIONAL = ("polish", "retiming", "closest_approach", "at_goal", "stages")
 
     def __repr__(self) -> str:
         value = f"{self.objective.name} {self.objective.value:.6g} {self.objective.unit}"
@@ -451,6 +485,7 @@ class RunResult(StoredTable):
     certificate: CertificateResult
     closest_approach: ClosestApproachResult | None = None
     at_goal: AtGoalResult | None = None
+    stages: list[StageResult] = Field(default_factory=list)
     solution: SolutionResult
     polish: PolishResult | None = None
     retiming: RetimingResult | None = None
@@ -519,6 +554,7 @@ def of_motion(motion: Motion) -> dict[str, Any]:
         "certificate": CertificateResult.of(motion),
         "closest_approach": None if closest is None else ClosestApproachResult.model_validate(closest),
         "at_goal": None if at_goal is None else AtGoalResult.model_validate(at_goal),
+        "stages": StageResult.all_of(motion),
     }
 
 

@@ -164,7 +164,7 @@ def checked(result: RunResult) -> StoredRun:
     scenario, solution = result.scenario, result.solution
     problem = _searched(scenario, solution) if scenario.task.is_searched else None
     quantities = {name: np.array(values) for name, values in solution.quantities.items()}
-    criteria = scenario.criteria() if problem is None else problem
+    criteria = scenario.criteria_of(solution.trajectory, quantities) if problem is None else problem
     motion = Motion(criteria, solution.trajectory, quantities, solution.time_scale)
     found = motion
     if result.retiming is not None and result.retiming.motion is not None:
