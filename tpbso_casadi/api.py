@@ -72,6 +72,7 @@ from tpbso_casadi.facade.planner import Planner
 from tpbso_casadi.facade.planning import audit, plan, read_run, replan
 from tpbso_casadi.facade.retiming import retime
 from tpbso_casadi.facade.robots import StatedRobot, robot
+from tpbso_casadi.facade.sequences import Along, Attach, Detach, Line, MoveTo, Output, Wait, sequence
 from tpbso_casadi.facade.simulating import SimulationRun, simulate
 from tpbso_casadi.facade.statement import scenario_of
 from tpbso_casadi.facade.trading_off import Front, pareto
@@ -93,7 +94,9 @@ __all__ = [
     "PSO",
     "SOLVERS",
     "AdaptiveBeetleSwarm",
+    "Along",
     "AskTell",
+    "Attach",
     "Audit",
     "BenchmarkFunction",
     "Box",
@@ -105,6 +108,7 @@ __all__ = [
     "Constraint",
     "Cost",
     "Cylinder",
+    "Detach",
     "Ellipse",
     "Ellipsoid",
     "EvaluationOptions",
@@ -116,11 +120,14 @@ __all__ = [
     "JointPath",
     "Joints",
     "Limit",
+    "Line",
     "MotionView",
     "Move",
+    "MoveTo",
     "MovingObstacle",
     "Objective",
     "Obstacle",
+    "Output",
     "OutputError",
     "Path",
     "PathFollowing",
@@ -157,6 +164,7 @@ __all__ = [
     "Tabulated",
     "Trajectory",
     "Verdict",
+    "Wait",
     "audit",
     "benchmark_function",
     "builtin",
@@ -175,6 +183,7 @@ __all__ = [
     "retime",
     "robot",
     "scenario_of",
+    "sequence",
     "simulate",
     "write_run",
 ]

@@ -24,13 +24,14 @@ from problems.tasks.point_to_point import PointToPoint
 from problems.tasks.pose import Pose
 from problems.tasks.sequence import Sequence
 from problems.tasks.task import BoundedCurve, Marker, MarkerKind, Milestone, ProgressMeasure, Task
-from problems.tasks.tool_path import Arc, StraightWay, ToolPath
+from problems.tasks.tool_path import Arc, Corners, StraightWay, ToolPath, ToolWay
 
 __all__ = [
     "ANGLE_TOLERANCE",
     "Arc",
     "BoundedCurve",
     "Choice",
+    "Corners",
     "Elbow",
     "JointFollowing",
     "Joints",
@@ -55,6 +56,7 @@ __all__ = [
     "Task",
     "ToolPath",
     "ToolTracing",
+    "ToolWay",
     "check_at_least",
     "check_choice",
     "check_obstacles",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -22,6 +23,8 @@ FIRST_POINTS, MOST_POINTS = 9, 513  # of a way that is followed
 SHARE = 0.1  # of the accuracy: what a spline through followed points may use up
 FARTHEST = 0.3  # rad or m: joints that go farther from one point to the next have jumped
 ALIKE = 1e-9  # rad: rotations that differ by less are the same
+TURNED_BACK = -0.99  # cosine of an angle between two lines, beyond which a corner is not rounded
+PARABOLA = 17  # points of one
 LEAST = 2.0  # no sine or cosine is below its negative
 
 
@@ -32,6 +35,11 @@ class ToolWay(ABC):
     @abstractmethod
     def length(self) -> float:
         """Of the whole curve."""
+
+    @property
+    def slack(self) -> float:
+        """How far its own points are from what is asked for, m; on it by default."""
+        return 0.0
 
     @abstractmethod
     def points(self, s: FloatArray) -> FloatArray:
@@ -157,6 +165,79 @@ class Arc(ToolWay):
 
 
 @dataclass(frozen=True, eq=False)
+class Corners(ToolWay):
+    """Straight lines from point to point (n, dim), with corners rounded by parabolas.
+
+    Attributes:
+        stops: the points, m.
+        rounding: how far the curve is from a corner, m; less where a line is too short for that.
+
+    Raises:
+        InvalidProblem: two points in a row are the same, or the way turns back on itself.
+    """
+
+    stops: FloatArray
+    rounding: float
+
+    def __post_init__(self) -> None:
+        legs = np.diff(self.stops, axis=0)
+        lengths = np.linalg.norm(legs, axis=1)
+        if not len(legs) or not (lengths > 0.0).all():
+            raise InvalidProblem("points", "two of them in a row are the same, or there is none")
+        units = legs / lengths[:, None]
+        back = np.flatnonzero((units[1:] * units[:-1]).sum(axis=1) < TURNED_BACK)
+        if back.size:
+            raise InvalidProblem("points", f"the way turns back at {tuple(self.stops[back[0] + 1].tolist())}")
+
+    @cached_property
+    def _curve(self) -> tuple[FloatArray, FloatArray]:
+        """Many points of it (m, dim), and how far along each is, (m,), m."""
+        legs = np.diff(self.stops, axis=0)
+        lengths = np.linalg.norm(legs, axis=1)
+        units, found = legs / lengths[:, None], [self.stops[:1]]
+        share = np.linspace(0.0, 1.0, PARABOLA)[:, None]
+        for number, corner in enumerate(self.stops[1:-1]):
+            turn = float(np.linalg.norm(units[number + 1] - units[number]))
+            room = min(lengths[number], lengths[number + 1]) / 2.0
+            back = room if turn * room <= 4.0 * self.rounding else 4.0 * self.rounding / turn
+            first, last = corner - back * units[number], corner + back * units[number + 1]
+            found.append((1.0 - share) ** 2 * first + 2.0 * share * (1.0 - share) * corner + share**2 * last)
+        points = np.concatenate([*found, self.stops[-1:]])
+        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        kept = np.append(True, steps > 0.0)
+        return points[kept], np.append(0.0, np.cumsum(steps[steps > 0.0]))
+
+    @property
+    def length(self) -> float:
+        """Of all lines, corners rounded."""
+        return float(self._curve[1][-1])
+
+    def points(self, s: FloatArray) -> FloatArray:
+        """On lines and parabolas."""
+        points, along = self._curve
+        return np.column_stack([np.interp(s * along[-1], along, column) for column in points.T])
+
+    def away(self, tool: ca.SX) -> ca.SX:
+        """The distance from the nearest of the lines."""
+        squared = []
+        for first, last in pairwise(self.stops):
+            leg = last - first
+            share = ca.dot(ca.DM(leg), tool - ca.DM(first)) / float(leg @ leg)
+            foot = ca.DM(first) + ca.DM(leg) * ca.fmax(0.0, ca.fmin(1.0, share))
+            squared.append(ca.sumsqr(tool - foot))
+        return ca.sqrt(reduce(ca.fmin, squared))
+
+    @property
+    def slack(self) -> float:
+        """At corners."""
+        return self.rounding
+
+    def along(self, tool: ca.SX) -> ca.SX:
+        """Not known: the ends are those of the lines anyway."""
+        return ca.SX(0.0)
+
+
+@dataclass(frozen=True, eq=False)
 class ToolPath:
     """A curve of the tool, which turns evenly on the way.
 
@@ -246,7 +327,7 @@ class ToolPath:
         count = FIRST_POINTS
         while count <= MOST_POINTS:
             path = JointPath.through(self._postures(robot, start, count, toward))
-            if self._is_near(robot, path, count, SHARE * accuracy, SHARE * angular_accuracy):
+            if self._is_near(robot, path, SHARE * accuracy + self.way.slack, SHARE * angular_accuracy):
                 return path
             count = 2 * count - 1
         raise InvalidProblem("accuracy", f"{accuracy:g} m, or {angular_accuracy:g} rad, needs too many points")
@@ -282,7 +363,7 @@ class ToolPath:
         ]
         return f"{what}: {', '.join(names)} at the end of the range" if names else f"{what} from the posture before"
 
-    def _is_near(self, robot: Robot, path: JointPath, count: int, distance: float, angle: float) -> bool:
+    def _is_near(self, robot: Robot, path: JointPath, distance: float, angle: float) -> bool:
         """Whether the tool is near the curve between points too, in the middles of a path's pieces."""
         middles = (path.breakpoints[1:] + path.breakpoints[:-1]) / 2.0
         missed = self._missed(robot, path.at(middles))

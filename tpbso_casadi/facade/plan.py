@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from problems import CertificateStatus, Trajectory, Verdict
+from problems.assembly import Stage
 from problems.base import FloatArray
 from solvers import Result
 from tpbso_casadi.audit_report import audit_run
@@ -21,7 +22,7 @@ from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import Motion, PlannedMotion
 from tpbso_casadi.scenario import Scenario
-from tpbso_casadi.storage import DEFAULT_RATE, RunResult, StoredRun, replace_folder, result_of, table_of, write_motion
+from tpbso_casadi.storage import DEFAULT_RATE, RunResult, StoredRun, replace_folder, result_of, table_of, tables_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,6 +57,43 @@ class Player:
     def _repr_html_(self) -> str:
         page, style = escape(self.page), f"width: 100%; height: {self.height}px; border: 0"
         return f'<iframe title="{escape(self.title)}" srcdoc="{page}" style="{style}"></iframe>'
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlannedStage:
+    """A stage of a sequence.
+
+    Attributes:
+        name: such as ``stage 3 (line)``.
+        kind: of stage.
+        start: when it begins, s.
+        end: when it ends, s.
+        trajectory: of the joints from its start on; None where nothing moves.
+        verdicts: each constraint of its motion, judged for all t; none where nothing moves.
+        signal: name and value of what is told when it begins; None where nothing is.
+    """
+
+    name: str
+    kind: str
+    start: float
+    end: float
+    trajectory: Trajectory | None
+    verdicts: tuple[Verdict, ...]
+    signal: tuple[str, bool | float | str] | None
+
+    @classmethod
+    def of(cls, stage: Stage, verdicts: tuple[Verdict, ...], whole: Trajectory) -> Self:
+        """A stage with its part of the whole motion."""
+        own = None if stage.criteria is None else stage.motion(whole)
+        return cls(stage.label, stage.kind, stage.start, stage.end, own, verdicts, stage.signal)
+
+    @property
+    def duration(self) -> float:
+        """How long it takes, s."""
+        return self.end - self.start
+
+    def __repr__(self) -> str:
+        return f"<{self.name}, {self.start:.4g} to {self.end:.4g} s>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,6 +145,12 @@ class Plan:
     def status(self) -> CertificateStatus:
         """Of all constraints together, for all t."""
         return self.motion.status
+
+    @property
+    def stages(self) -> tuple[PlannedStage, ...]:
+        """Those of a sequence, in their order; none of a plan that is one motion."""
+        judged = zip(self.motion.stages, self.motion.by_stage, strict=False)
+        return tuple(PlannedStage.of(stage, verdicts, self.trajectory) for stage, verdicts in judged)
 
     @property
     def not_judged(self) -> tuple[str, ...]:
@@ -291,7 +335,7 @@ class StoredPlan(Plan):
         formats, exports = chosen("figures", figures, FORMATS), exports_of(self.motion, export, rate)
         replace_folder(
             place,
-            needed=[lambda staged: write_motion(staged / "trajectory.csv", self.motion, self.times)],
+            needed=tables_of(self.motion, self.times),
             further=[*figure_writers(self.planned, formats), *exports],
             result=self.result,
         )

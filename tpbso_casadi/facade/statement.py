@@ -202,13 +202,13 @@ def obstacle_tables(obstacles: Any) -> list[dict[str, Any]] | None:
         return [table.model_dump() for table in read_scene(str(obstacles), InputFolder(Path(), outside_allowed=True))]
     if isinstance(obstacles, str | Mapping) or not isinstance(obstacles, Iterable):
         raise ScenarioError("obstacles: a list is needed, [tp.Box(...)]")
-    return [_obstacle_table(each) for each in obstacles]
+    return [obstacle_table_of(each) for each in obstacles]
 
 
 def _carried_tables(carried: Any) -> list[dict[str, Any]]:
     if isinstance(carried, str | Mapping) or not isinstance(carried, Iterable):
         raise ScenarioError("carried: a list is needed, [tp.Box(...)] or tables with a shape and a mass")
-    return [_obstacle_table(each) for each in carried]
+    return [obstacle_table_of(each) for each in carried]
 
 
 AROUND: dict[str, Callable[[Any], Any]] = {  # keys beside the tables
@@ -216,12 +216,17 @@ AROUND: dict[str, Callable[[Any], Any]] = {  # keys beside the tables
 }  # fmt: skip
 
 
-def _obstacle_table(obstacle: Obstacle | Mapping[str, Any]) -> dict[str, Any]:
+def obstacle_table_of(obstacle: Obstacle | Mapping[str, Any], name: str = "obstacles") -> dict[str, Any]:
+    """The table of an obstacle, which may be one already.
+
+    Raises:
+        ScenarioError: it is none; the message begins with the name of the argument.
+    """
     if isinstance(obstacle, Obstacle):
         return obstacle_table(obstacle)
     if isinstance(obstacle, dict):
         return dict(plain(obstacle))
-    raise ScenarioError(f"obstacles: {shown(obstacle)} is none; say tp.Box(...) and the like, or a dict")
+    raise ScenarioError(f"{name}: {shown(obstacle)} is no obstacle; say tp.Box(...) and the like, or a dict")
 
 
 def place_table(place: Any, dof: int, dim: int, name: str) -> Any:

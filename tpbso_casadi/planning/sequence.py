@@ -26,6 +26,7 @@ from tpbso_casadi.planning.finishing import PlannedMotion, slowed
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.progress import Planning
 from tpbso_casadi.planning.unsearched import without_search
+from tpbso_casadi.planning.visits import Visits
 from tpbso_casadi.scenario import (
     ENDS,
     Cell,
@@ -96,11 +97,15 @@ def planned_sequence(scenario: Scenario, planning: Planning) -> PlannedMotion:
         ScenarioError: a stage cannot be done, or no motion was found for one.
     """
     began = time.perf_counter()
-    work = SequencePlanner(scenario, planning)
+    work, bound = SequencePlanner(scenario, planning), 0.0
+    if work.task.order == "free":
+        order, bound = work.best_order()
+        scenario = scenario.model_copy(update={"task": work.task.in_order(order)})
+        work = SequencePlanner(scenario, planning)
     chain = work.best_chain()
     trajectory, ends = work.joined(chain)
     criteria = judged_by_stage(scenario, trajectory, ends)
-    quantities = {ENDS: ends, BOUND: np.array([work.bound])}
+    quantities = {ENDS: ends, BOUND: np.array([bound or work.bound])}
     motion = Motion(criteria, trajectory, quantities)
     return PlannedMotion(scenario=scenario, motion=motion, seconds_timed=time.perf_counter() - began)
 
@@ -270,6 +275,17 @@ class SequencePlanner:
         waits = sum(stage.pause for stage in self.stages)
         tables = [edges.bounds if bounds else edges.durations for edges in self.edges]
         return waits + float(sum(table[pair] for table, pair in zip(tables, _pairs(chain), strict=True)))
+
+    def best_order(self) -> tuple[list[int], float]:
+        """In which order to make the visits, from 0 on, and what any order takes at least, with all waits, s."""
+        cyclic = self.task.cyclic
+        stops = self.stops[:-1] if cyclic else self.stops
+        postures = np.concatenate([stop.postures for stop in stops])
+        costs = [_bounds(self._robot(layer), postures, stop.postures) for layer, stop in enumerate(stops[1:])]
+        back = _bounds(self._robot(len(self.moving) - 1), postures, stops[0].postures)
+        visits = Visits(tuple(len(stop.postures) for stop in stops), np.hstack([back, *costs]), cyclic)
+        order, bound = visits.best_order()
+        return [stop - 1 for stop in order], bound + sum(stage.pause for stage in self.stages)
 
     def best_chain(self) -> list[int]:
         """The postures of the fastest sequence that was found, one for each stop.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NoReturn, S
 
 import casadi as ca
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 from scipy.spatial.transform import Rotation
 
 from problems import InvalidProblem, MovingObstacle, Obstacle, Robot, Tabulated, Trajectory
@@ -25,12 +25,13 @@ from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import build_obstacles
 from tpbso_casadi.scenario.places import AnyPlace, JointsTable
 from tpbso_casadi.scenario.stages import AnyStage, MovingStage, OutputStage, StageSection
-from tpbso_casadi.scenario.validation import ScenarioError, hint
+from tpbso_casadi.scenario.validation import NestedError, ScenarioError, hint, in_words
 
 if TYPE_CHECKING:
     from tpbso_casadi.scenario.scenario import Scenario
 
-MOST_STAGES = 200
+MOST_STAGES, MOST_VISITS = 200, 30
+VISITS = ("move", "wait", "output")  # kinds of stages whose order may be free
 ENDS = "stage_ends"  # the quantity of a plan that says when its stages end, s
 PICTURES = 400  # times at which what is carried is placed for a picture
 
@@ -45,6 +46,32 @@ class SequenceTask(TaskSection):
     start: AnyPlace
     stages: Annotated[list[AnyStage], Field(min_length=1, max_length=MOST_STAGES)]
     cyclic: bool = False
+    order: Literal["given", "free"] = "given"
+
+    @model_validator(mode="after")
+    def _may_be_free(self) -> Self:
+        if self.order == "free":
+            for number, stage in enumerate(self.stages):
+                if stage.kind not in VISITS:
+                    raise NestedError(f"stages.{number}.kind: in a free order stages are {in_words(VISITS)}")
+            if not 1 <= len(self.visits) <= MOST_VISITS:
+                raise NestedError(f"order: {len(self.visits)} moves; from 1 to {MOST_VISITS} are put in order")
+        return self
+
+    @property
+    def visits(self) -> list[list[StageSection]]:
+        """The moves, each with what is done before the next; a last one that ends a cycle is none of them."""
+        starts = [number for number, stage in enumerate(self.stages) if stage.moves]
+        ends = [*starts[1:], len(self.stages)]
+        found = [self.stages[start:end] for start, end in zip(starts, ends, strict=True)]
+        return found[:-1] if self.cyclic else found
+
+    def in_order(self, order: Sequence[int]) -> SequenceTask:
+        """The same with its visits in another order, which is given from then on."""
+        moves = [number for number, stage in enumerate(self.stages) if stage.moves]
+        before, after = self.stages[: moves[0]], self.stages[moves[-1] :] if self.cyclic else []
+        stages = [*before, *(stage for visit in order for stage in self.visits[visit]), *after]
+        return self.model_copy(update={"stages": stages, "order": "given"})
 
     @property
     def stated_objective(self) -> str:

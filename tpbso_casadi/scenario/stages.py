@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 import casadi as ca
@@ -18,12 +17,12 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from problems import InvalidProblem, Place, Robot
+from problems import InvalidProblem, Robot
 from problems.base import FloatArray, as_array
 from problems.robots import SpatialArm
-from problems.tasks import Arc, Pose, Position, StraightWay, ToolPath
+from problems.tasks import Arc, Corners, Pose, Position, StraightWay, ToolPath, ToolWay
 from tpbso_casadi.scenario.expressions import ConstraintSection
-from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_points
 from tpbso_casadi.scenario.model import OwnConstraints
 from tpbso_casadi.scenario.obstacles import AnyObstacle
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlaces, PlaceValue, PoseTable, built, read_place
@@ -33,6 +32,7 @@ from tpbso_casadi.scenario.validation import (
     NotNegative,
     Number,
     Positive,
+    ScenarioError,
     Section,
     Word,
     hint,
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
 MOST_CONTACTS = 1_000  # pairs of a stage
 ACCURACY, ANGULAR_ACCURACY = 1e-3, 0.01  # of lines, m and rad
+ROUNDING = 0.7  # of the accuracy: what corners use up
 LONGEST_WAIT = 3_600.0  # s
 OF_THE_ROBOT = ("max_speed", "max_acceleration", "max_jerk", "payload")  # keys that a stage may state anew
 
@@ -146,8 +147,49 @@ class MoveStage(MovingStage):
         return self.goal  # type: ignore[no-any-return]
 
 
-class LineStage(MovingStage):
-    """The tool goes straight, or along an arc ``through`` a point; accuracies in m and rad, speed in m/s.
+class LedStage(MovingStage):
+    """A stage whose tool is led along a way; accuracies in m and rad, speed in m/s."""
+
+    accuracy: Positive = ACCURACY
+    angular_accuracy: Annotated[Positive, ANGULAR] = ANGULAR_ACCURACY
+    max_tool_speed: Positive | None = None
+
+    def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
+        """Where the way ends that begins in a posture (dof,)."""
+        raise NotImplementedError
+
+    def way(self, robot: Robot, start: FloatArray, end: FloatArray) -> ToolWay:
+        """The way from a point (dim,), m, to another."""
+        raise NotImplementedError
+
+    def goals_from(self, robot: Robot, posture: FloatArray) -> PlaceValue | list[PlaceValue]:
+        """The end of the way, with the tool's orientation in space."""
+        place = self.end(robot, posture)
+        if isinstance(place, Pose):
+            assert place.quaternion is not None
+            return PoseTable(position=_three(place.point), quaternion=_four(place.quaternion))
+        return (float(place.point[0]), float(place.point[1]))
+
+    def tool_path(self, robot: Robot, posture: FloatArray) -> ToolPath | None:
+        """The way, along which the tool turns evenly."""
+        (start, turned), end = _tool(robot, posture), self.end(robot, posture)
+        way = self.way(robot, start, end.position(robot))
+        if turned is None or not isinstance(end, Pose):
+            return ToolPath(way)
+        assert end.rotation is not None
+        return ToolPath(way, (turned, end.rotation))
+
+    def further_constraints(self, robot: Robot, posture: FloatArray) -> list[ConstraintSection]:
+        """Nearness to the way, and the speed of the tool."""
+        path = self.tool_path(robot, posture)
+        assert path is not None
+        kinds = path.constraints(robot, self.accuracy, self.angular_accuracy)
+        kinds += [] if self.max_tool_speed is None else [path.speed_limit(robot, self.max_tool_speed)]
+        return [ConstraintSection.of(kind) for kind in kinds]
+
+
+class LineStage(LedStage):
+    """The tool goes straight, or along an arc ``through`` a point.
 
     Where ``goal`` states no orientation, or ``by`` says how far to go in the world's directions, the tool stays turned
     as it is.
@@ -157,9 +199,6 @@ class LineStage(MovingStage):
     goal: Annotated[Any, PlainValidator(read_place)] = None
     by: Coordinates | None = None
     through: Coordinates | None = None
-    accuracy: Positive = ACCURACY
-    angular_accuracy: Annotated[Positive, ANGULAR] = ANGULAR_ACCURACY
-    max_tool_speed: Positive | None = None
 
     @model_validator(mode="after")
     def _one_goal(self) -> Self:
@@ -169,58 +208,57 @@ class LineStage(MovingStage):
             raise ValueError("goal: a line ends at a position or pose; joints are reached by kind = 'move'")
         return self
 
-    def goals_from(self, robot: Robot, posture: FloatArray) -> PlaceValue | list[PlaceValue]:
-        """The end of the line, with the tool's orientation in space."""
-        place = self._goal(robot, posture)
-        if isinstance(place, Pose):
-            assert place.quaternion is not None
-            return PoseTable(position=_three(place.point), quaternion=_four(place.quaternion))
-        return (float(place.point[0]), float(place.point[1]))
-
-    def _goal(self, robot: Robot, posture: FloatArray) -> Pose | Position:
-        """Where it ends."""
+    def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
+        """As stated, or so far from here."""
         start, turned = _tool(robot, posture)
-        end = start + self._numbers(robot, self.by, "by") if self.by is not None else self._stated.position(robot)
-        if turned is None:
-            return Position(tuple(end.tolist()))
-        goal = self._stated if self.goal is not None else None
+        if self.by is not None:
+            return _standing(start + _numbers(robot, self.by, "by"), turned)
+        goal = built(self.goal)
         if isinstance(goal, Pose) and goal.quaternion is not None:
             return goal
-        homogeneous = np.eye(4)
-        homogeneous[:3, :3], homogeneous[:3, 3] = turned, end
-        return Pose.from_matrix(homogeneous)
+        return _standing(_numbers(robot, goal.position(robot), "goal"), turned)
 
-    @cached_property
-    def _stated(self) -> Place:
-        return built(self.goal)
+    def way(self, robot: Robot, start: FloatArray, end: FloatArray) -> ToolWay:
+        """The line or the arc."""
+        if self.through is None:
+            return StraightWay(start, end)
+        return Arc(start, _numbers(robot, self.through, "through"), end)
 
-    @staticmethod
-    def _numbers(robot: Robot, numbers: Sequence[float] | None, key: str) -> FloatArray:
-        if numbers is None or len(numbers) != robot.dim:
-            raise InvalidProblem(key, f"{robot.dim} coordinates are needed")
-        return np.array(numbers)
 
-    def tool_path(self, robot: Robot, posture: FloatArray) -> ToolPath | None:
-        """The line or the arc, along which the tool turns evenly."""
-        (start, turned), goal = _tool(robot, posture), self._goal(robot, posture)
-        end = goal.position(robot)
-        way: StraightWay | Arc = (
-            StraightWay(start, end)
-            if self.through is None
-            else Arc(start, self._numbers(robot, self.through, "through"), end)
-        )
-        if turned is None or not isinstance(goal, Pose):
-            return ToolPath(way)
-        assert goal.rotation is not None
-        return ToolPath(way, (turned, goal.rotation))
+class PathStage(LedStage):
+    """The tool goes straight from where it is to points, one after the other, turned as it is; corners are rounded."""
 
-    def further_constraints(self, robot: Robot, posture: FloatArray) -> list[ConstraintSection]:
-        """Nearness to the way, and the speed of the tool."""
-        path = self.tool_path(robot, posture)
-        assert path is not None
-        kinds = path.constraints(robot, self.accuracy, self.angular_accuracy)
-        kinds += [] if self.max_tool_speed is None else [path.speed_limit(robot, self.max_tool_speed)]
-        return [ConstraintSection.of(kind) for kind in kinds]
+    kind: Literal["path"]
+    points: str | PathPoints
+    accuracy: Positive
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same with the points of its CSV file, if it names one."""
+        if not isinstance(self.points, str):
+            return self
+        try:
+            return self.model_copy(update={"points": read_points(folder, self.points)})
+        except ScenarioError as error:
+            raise ScenarioError(f"points: {error}") from error
+
+    def _given(self, robot: Robot) -> FloatArray:
+        if isinstance(self.points, str):
+            raise InvalidProblem("points", f"{self.points!r} has not been read; only a scenario file can name a CSV")
+        if {len(point) for point in self.points} != {robot.dim}:
+            raise InvalidProblem(
+                "points", f"points of {robot.dim} coordinates are needed; the tool stays turned as it is"
+            )
+        return np.array(self.points, dtype=np.float64)
+
+    def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
+        """The last point."""
+        return _standing(self._given(robot)[-1], _tool(robot, posture)[1])
+
+    def way(self, robot: Robot, start: FloatArray, end: FloatArray) -> ToolWay:
+        """Lines with rounded corners."""
+        points = self._given(robot)
+        onward = points[1:] if np.linalg.norm(points[0] - start) <= self.accuracy else points
+        return Corners(np.vstack([start, onward]), ROUNDING * self.accuracy)
 
 
 class AttachStage(StageSection):
@@ -287,6 +325,7 @@ class OutputStage(StageSection):
 STAGES: dict[str, type[StageSection]] = {
     "move": MoveStage,
     "line": LineStage,
+    "path": PathStage,
     "attach": AttachStage,
     "detach": DetachStage,
     "wait": WaitStage,
@@ -315,6 +354,21 @@ def _tool(robot: Robot, posture: FloatArray) -> tuple[FloatArray, FloatArray | N
         return as_array(robot.tool(theta))[0], None
     position, rotation = robot.tool_pose(theta)
     return as_array(position)[0], as_array(rotation).reshape(3, 3)
+
+
+def _standing(point: FloatArray, turned: FloatArray | None) -> Pose | Position:
+    """The tool at a point (dim,), m, turned as it is."""
+    if turned is None:
+        return Position(tuple(point.tolist()))
+    homogeneous = np.eye(4)
+    homogeneous[:3, :3], homogeneous[:3, 3] = turned, point
+    return Pose.from_matrix(homogeneous)
+
+
+def _numbers(robot: Robot, numbers: Sequence[float] | FloatArray, key: str) -> FloatArray:
+    if len(numbers) != robot.dim:
+        raise InvalidProblem(key, f"{robot.dim} coordinates are needed")
+    return np.array(numbers)
 
 
 def _three(numbers: Sequence[float]) -> tuple[float, float, float]:

@@ -41,6 +41,7 @@ from tpbso_casadi.storage.run_folder import (
     check_run_folder,
     replace_folder,
     stored_content,
+    tables_of,
     write_plan,
 )
 from tpbso_casadi.storage.stored_run import InvalidRun, StoredRun, checked, path_table, read_run
@@ -82,6 +83,7 @@ __all__ = [
     "sealed",
     "stored_content",
     "table_of",
+    "tables_of",
     "write_csv",
     "write_motion",
     "write_plan",

@@ -26,6 +26,19 @@ def write_motion(path: Path, motion: Motion, times: FloatArray) -> Path:
     return write_csv(path, header, table.tolist())
 
 
+def write_stages(path: Path, motion: Motion) -> Path:
+    """Write when each stage begins and ends, s, and what is told at its beginning.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    rows = [
+        [stage.label, stage.kind, stage.start, stage.end, *(("", "") if stage.signal is None else stage.signal)]
+        for stage in motion.stages
+    ]
+    return write_csv(path, ["stage", "kind", "start", "end", "signal", "value"], rows)
+
+
 def table_of(motion: Motion, times: FloatArray) -> tuple[list[str], FloatArray]:
     """``t, q1..qk, qd1..qdk, qdd1..qddk`` and the tool's pose at times (n,) in s: the header and a row for each.
 

@@ -10,11 +10,12 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import Any, NoReturn, Protocol, Self, TypeAlias
 
+from problems.base import FloatArray
 from solvers import Interruption
 from tpbso_casadi.plain import BrokenSeal, NotJSON, check_seal, parsed_json
-from tpbso_casadi.planning import PlannedMotion
+from tpbso_casadi.planning import Motion, PlannedMotion
 from tpbso_casadi.scenario import ScenarioError, read_text
-from tpbso_casadi.storage.exporting import write_motion
+from tpbso_casadi.storage.exporting import write_motion, write_stages
 from tpbso_casadi.storage.files import TEMPORARY, OutputError, check_writable, replacing, write_text, writing
 from tpbso_casadi.storage.result import result_of
 
@@ -124,12 +125,18 @@ def write_plan(
 
     return replace_folder(
         folder,
-        needed=[lambda staged: write_motion(staged / "trajectory.csv", plan.motion, plan.times)],
+        needed=tables_of(plan.motion, plan.times),
         further=further,
         result=result_of(plan),
         interruption=interruption,
         check=check,
     )
+
+
+def tables_of(motion: Motion, times: FloatArray) -> list[Writer]:
+    """What writes ``trajectory.csv``, with rows at times (n,) in s, and ``stages.csv`` where there are stages."""
+    found: list[Writer] = [lambda staged: write_motion(staged / "trajectory.csv", motion, times)]
+    return [*found, lambda staged: write_stages(staged / "stages.csv", motion)] if motion.stages else found
 
 
 def add_to_plan(

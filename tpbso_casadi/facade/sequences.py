@@ -1,0 +1,287 @@
+"""``tp.sequence`` and the stages that it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, ClassVar
+
+from problems import Obstacle
+from tpbso_casadi.facade.arguments import AnySolverChoice, in_words_of_python, several
+from tpbso_casadi.facade.own import AnyConstraint, constraints_table
+from tpbso_casadi.facade.plan import Plan
+from tpbso_casadi.facade.planning import plan
+from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
+from tpbso_casadi.facade.statement import AROUND, goals_table, obstacle_table_of, place_table, places_table
+from tpbso_casadi.planning import SILENT, Progress
+from tpbso_casadi.scenario import InputFolder, ScenarioError, parse_scenario, plain, shown
+
+
+@dataclass(frozen=True, eq=False)
+class StatedStage:
+    """One stage of a sequence; its fields are the keys of [[task.stages]]."""
+
+    kind: ClassVar[str] = ""
+
+    def table(self, arm: StatedRobot, name: str) -> dict[str, Any]:
+        """The table that states it for a robot.
+
+        Args:
+            arm: the robot.
+            name: of the argument, for messages.
+
+        Raises:
+            ScenarioError: a field is none of what it may be.
+        """
+        stated = {each.name: getattr(self, each.name) for each in fields(self)}
+        given = {key: value for key, value in stated.items() if value is not None}
+        if "constraints" in given:
+            given["constraints"] = _own_constraints(given["constraints"], arm, name)
+        readers = {"goal": goals_table, "via": places_table}
+        for key, read in readers.items():
+            if key in given:
+                given[key] = read(given[key], arm.dof, arm.model.dim, f"{name}.{key}")
+        return {"kind": self.kind, **plain(given)}
+
+
+def _own_constraints(constraints: Any, arm: StatedRobot, name: str) -> list[dict[str, Any]]:
+    stated = constraints_table(constraints, arm.model)
+    if stated["limits"]:
+        raise ScenarioError(f"{name}.constraints: classes of limits hold for a whole sequence, constraints=...")
+    return list(stated["constraints"])
+
+
+@dataclass(frozen=True, eq=False)
+class MoveTo(StatedStage):
+    """Move to a place in the least time.
+
+    Args:
+        goal: joint values, a point, a pose, a frame (4, 4), as of :func:`plan`; or a list of which any will do.
+        via: places that are passed, in this order.
+        may_touch: pairs of names of links, obstacles and what is carried whose contact is allowed in this stage.
+        margin: kept from everything in this stage, m.
+        constraints: of your own that hold in this stage, such as :class:`Constraint`.
+        max_speed: of the joints in this stage, rad/s, one number or (dof,).
+        max_acceleration: likewise, rad/s^2.
+        max_jerk: likewise, rad/s^3.
+        payload: at the tool in this stage, a table with ``mass`` in kg and ``center`` in m.
+    """
+
+    kind: ClassVar[str] = "move"
+
+    goal: Any
+    via: Any = None
+    may_touch: Sequence[tuple[str, str]] | None = None
+    margin: float | None = None
+    constraints: AnyConstraint | Iterable[AnyConstraint] | None = None
+    max_speed: Any = None
+    max_acceleration: Any = None
+    max_jerk: Any = None
+    payload: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Line(StatedStage):
+    """The tool goes straight, or along an arc; where no orientation is stated it stays turned as it is.
+
+    Args:
+        goal: where it ends, a point or a pose; or ``by``.
+        by: how far it goes along the axes of the world, (dim,), m.
+        through: a point of an arc to the goal, (dim,), m.
+        accuracy: how far the tool may be from the line, m.
+        angular_accuracy: how far it may be turned from what it should be, rad.
+        max_tool_speed: m/s.
+        may_touch: as of :class:`MoveTo`, and so are all others.
+        margin: m.
+        constraints: of your own.
+        max_speed: rad/s.
+        max_acceleration: rad/s^2.
+        max_jerk: rad/s^3.
+        payload: a table.
+    """
+
+    kind: ClassVar[str] = "line"
+
+    goal: Any = None
+    by: Any = None
+    through: Any = None
+    accuracy: float | None = None
+    angular_accuracy: float | None = None
+    max_tool_speed: float | None = None
+    may_touch: Sequence[tuple[str, str]] | None = None
+    margin: float | None = None
+    constraints: AnyConstraint | Iterable[AnyConstraint] | None = None
+    max_speed: Any = None
+    max_acceleration: Any = None
+    max_jerk: Any = None
+    payload: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Along(StatedStage):
+    """The tool goes from where it is straight to points, one after the other, and rounds its corners.
+
+    Args:
+        points: (n, dim), m; or a CSV file of them.
+        accuracy: how far the tool may be from the straight lines, corners included, m.
+        angular_accuracy: how far it may be turned from how it is at first, rad.
+        max_tool_speed: m/s.
+        may_touch: as of :class:`MoveTo`, and so are all others.
+        margin: m.
+        constraints: of your own.
+        max_speed: rad/s.
+        max_acceleration: rad/s^2.
+        max_jerk: rad/s^3.
+        payload: a table.
+    """
+
+    kind: ClassVar[str] = "path"
+
+    points: Any
+    accuracy: float
+    angular_accuracy: float | None = None
+    max_tool_speed: float | None = None
+    may_touch: Sequence[tuple[str, str]] | None = None
+    margin: float | None = None
+    constraints: AnyConstraint | Iterable[AnyConstraint] | None = None
+    max_speed: Any = None
+    max_acceleration: Any = None
+    max_jerk: Any = None
+    payload: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Attach(StatedStage):
+    """Take up an obstacle by its name, as it lies; or a body of its own.
+
+    Args:
+        name: of the obstacle, or of the body.
+        body: a shape in the tool's frame, such as :class:`Box`, or its table; an obstacle where None.
+        mass: kg; what is carried has no weight where None, which is said beside the certificate.
+    """
+
+    kind: ClassVar[str] = "attach"
+
+    name: str
+    body: Obstacle | Mapping[str, Any] | None = None
+    mass: float | None = None
+
+    def table(self, arm: StatedRobot, name: str) -> dict[str, Any]:
+        """With the keys of the body."""
+        own = {"kind": self.kind, "name": self.name}
+        own |= {} if self.mass is None else {"mass": plain(self.mass)}
+        return own if self.body is None else obstacle_table_of(self.body, f"{name}.body") | own
+
+
+@dataclass(frozen=True, eq=False)
+class Detach(StatedStage):
+    """Leave what is carried where it is; it is an obstacle from then on.
+
+    Args:
+        name: of what is carried.
+    """
+
+    kind: ClassVar[str] = "detach"
+
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
+class Wait(StatedStage):
+    """Stand still.
+
+    Args:
+        seconds: for how long.
+    """
+
+    kind: ClassVar[str] = "wait"
+
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Output(StatedStage):
+    """Tell a signal, such as a gripper's, at this moment; exports say when.
+
+    Args:
+        signal: its name.
+        value: that it has from now on.
+    """
+
+    kind: ClassVar[str] = "output"
+
+    signal: str
+    value: bool | float | str = True
+
+
+def sequence(
+    arm: AnyRobot,
+    *,
+    start: Any,
+    stages: Iterable[Any],
+    cyclic: bool = False,
+    order: str = "given",
+    obstacles: Iterable[Obstacle | dict[str, Any]] | str | Path | None = None,
+    carried: Iterable[Obstacle | dict[str, Any]] | None = None,
+    may_touch: Iterable[tuple[str, str]] | None = None,
+    solver: AnySolverChoice | None = None,
+    seed: int | None = None,
+    within: float | None = None,
+    progress: Progress = SILENT,
+    **keys: Any,
+) -> Plan:
+    """Plan stages one after the other, in the postures with which all of them together take least.
+
+    Args:
+        arm: the robot, as of :func:`robot`.
+        start: where it is at first, as of :func:`plan`.
+        stages: :class:`MoveTo`, :class:`Line`, :class:`Along`, :class:`Attach`, :class:`Detach`, :class:`Wait`,
+            :class:`Output`, or their tables; a place by itself is moved to.
+        cyclic: whether the last stage, a move, ends in the posture in which the first begins.
+        order: ``given``, or ``free`` where the moves, each with the waits and signals behind it, may come in any order;
+            a last one that is cyclic stays the last.
+        obstacles: to keep clear of, as of :func:`plan`; they stand still unless they are taken up.
+        carried: what the tool holds from the start, likewise.
+        may_touch: pairs of names whose contact is always allowed.
+        solver: of the moves, as of :func:`plan`.
+        seed: same seed, same result.
+        within: the best plan in so many seconds, s.
+        progress: is told what begins.
+        keys: further keys of the scenario's tables [model] and [solver], such as ``margin`` or ``constraints``.
+
+    Returns:
+        The plan of all stages; ``plan.stages`` are those, each with its verdicts.
+
+    Raises:
+        ScenarioError: naming the first wrong argument or stage; or a stage for which no motion was found.
+        TypeError: a keyword that no table has.
+    """
+    with in_words_of_python():
+        stated = robot(arm)
+        listed = several("stages", stages, "stages")
+        tables = [_stage_table(stage, stated, f"stages[{number}]") for number, stage in enumerate(listed)]
+        task = {
+            "kind": "sequence",
+            "start": place_table(start, stated.dof, stated.model.dim, "start"),
+            "stages": tables,
+            "cyclic": cyclic,
+            "order": order,
+        }
+        around = {"obstacles": obstacles, "carried": carried, "may_touch": may_touch}
+        content = stated.content | {"task": task}
+        content |= {key: AROUND[key](value) for key, value in around.items() if value is not None}
+        scenario = parse_scenario(content, InputFolder(Path(), outside_allowed=True))
+    return plan(scenario, solver=solver, seed=seed, within=within, progress=progress, **keys)
+
+
+def _stage_table(stage: Any, arm: StatedRobot, name: str) -> dict[str, Any]:
+    if isinstance(stage, StatedStage):
+        return stage.table(arm, name)
+    if isinstance(stage, Mapping) and "kind" in stage:
+        return dict(plain(stage))
+    try:
+        return MoveTo(stage).table(arm, name)
+    except ScenarioError as error:
+        reason = f"a stage such as tp.Line(...), or a place, is needed, not {shown(stage)}"
+        raise ScenarioError(f"{name}: {reason}") from error
