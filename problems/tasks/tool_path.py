@@ -18,7 +18,7 @@ from problems.robots import Robot, SpatialArm, geometry_of
 from problems.tasks.place import Place, Position
 from problems.tasks.pose import Pose
 
-STRAIGHT = 1e-9  # of the length: what is nearer to a line is on it
+STRAIGHT = 1e-7  # sine of an angle between lines, below which they are one
 FIRST_POINTS, MOST_POINTS = 9, 513  # of a way that is followed
 SHARE = 0.1  # of the accuracy: what a spline through followed points may use up
 FARTHEST = 0.3  # rad or m: joints that go farther from one point to the next have jumped
@@ -106,8 +106,9 @@ class Arc(ToolWay):
 
     def __post_init__(self) -> None:
         one, two = self.through - self.start, self.goal - self.start
-        across = two - one * (float(two @ one) / max(float(one @ one), np.finfo(float).tiny))
-        if not np.linalg.norm(across) > STRAIGHT * np.linalg.norm(one):
+        lengths = float(np.linalg.norm(one)) * float(np.linalg.norm(two))
+        cosine = float(one @ two) / lengths if lengths else 1.0
+        if not 1.0 - cosine**2 > STRAIGHT**2:
             raise InvalidProblem("through", "the three points are on a line, or two are the same; leave it out")
 
     @cached_property
@@ -342,12 +343,12 @@ class ToolPath:
             theta, reached = place.near(robot, guess)
             jumped = float(np.abs(theta - before).max()) > FARTHEST * max(1.0, 64 / count)
             if not reached or jumped:
-                raise InvalidProblem("goal", self._why(robot, before, place, shares[number], reached))
+                raise InvalidProblem("goal", self._why(robot, theta, place, shares[number], reached))
             found.append(theta)
         return np.array(found)
 
-    def _why(self, robot: Robot, before: FloatArray, place: Place, share: float, jumped: bool) -> str:
-        """What keeps the tool from a point of the curve."""
+    def _why(self, robot: Robot, theta: FloatArray, place: Place, share: float, jumped: bool) -> str:
+        """What keeps the tool from a point of the curve, if it gets as far as a posture (dof,)."""
         at = ", ".join(f"{coordinate:.4g}" for coordinate in place.position(robot))
         what = f"the tool cannot be led to ({at}), {share * self.way.length:.4g} m along the way"
         if jumped:
@@ -358,10 +359,10 @@ class ToolPath:
         ranges = robot.limits.position
         names = [
             name
-            for name, angle, (low, high) in zip(robot.joint_names, before, ranges or (), strict=ranges is not None)
+            for name, angle, (low, high) in zip(robot.joint_names, theta, ranges or (), strict=ranges is not None)
             if min(angle - low, high - angle) <= 0.02 * (high - low)
         ]
-        return f"{what}: {', '.join(names)} at the end of the range" if names else f"{what} from the posture before"
+        return f"{what}: " + (f"{', '.join(names)} at the end of the range" if names else "no posture next to the last")
 
     def _is_near(self, robot: Robot, path: JointPath, distance: float, angle: float) -> bool:
         """Whether the tool is near the curve between points too, in the middles of a path's pieces."""

@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 
 from problems.evaluation import InvalidEvaluation
 from tpbso_casadi.plain import one_line, versions
+from tpbso_casadi.planning import NoMotion
 from tpbso_casadi.scenario import ScenarioError
 from tpbso_casadi.storage import InvalidRun, OutputError
 
@@ -199,6 +200,9 @@ def exit_code_of(work: Callable[[], int], failures: tuple[type[Exception], ...],
     """The exit status of a command; an error is reported in one line."""
     try:
         return work()
+    except NoMotion as error:
+        print_error(str(error))
+        return Exit.INFEASIBLE
     except failures as error:
         print_error(str(error))
         return Exit.BAD_INPUT

@@ -15,10 +15,11 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from problems import InvalidProblem, Robot, Trajectory
-from problems.base import FloatArray
+from problems.base import FloatArray, as_array
 from problems.motions import JointPath
 from problems.tasks import Joints, Place, ToolPath
 from problems.timing import least_durations, retime
@@ -110,6 +111,10 @@ def planned_sequence(scenario: Scenario, planning: Planning) -> PlannedMotion:
     return PlannedMotion(scenario=scenario, motion=motion, seconds_timed=time.perf_counter() - began)
 
 
+class NoMotion(ScenarioError):
+    """No certified motion was found for a stage, though nothing of it is known to be impossible."""
+
+
 class SequencePlanner:
     """The graph of one sequence.
 
@@ -123,9 +128,8 @@ class SequencePlanner:
         self.scenario, self.planning, self.task = scenario, planning, scenario.task
         self.stages: list[StageSection] = list(scenario.task.stages)
         self.moving = [number for number, stage in enumerate(self.stages) if stage.moves]
-        if not self.moving:
-            raise ScenarioError("task.stages: none of them moves the arm")
         self._motions: dict[tuple[str, bytes, bytes], Trajectory] = {}
+        self._broken: dict[int, str] = {}  # by layer, what the last motion along a way broke
         planning.progress.phase("postures")
         self.stops = self._stops()
         self.edges = [self._edges(layer) for layer in range(len(self.moving))]
@@ -166,8 +170,8 @@ class SequencePlanner:
             except InvalidProblem as error:
                 raise ScenarioError(f"{self.label(layer)}.{error.field}: {error.reason}") from error
             except ScenarioError as error:
-                where = "" if str(error).startswith("task.stages") else f"{self.label(layer)}: "
-                raise ScenarioError(f"{where}{error}") from error
+                known = str(error).startswith("task.stages")
+                raise ScenarioError(str(error) if known else f"{self.label(layer)}.{error}") from error
         return stops
 
     def _stop_after(self, layer: int, stops: Sequence[Stop]) -> Stop:
@@ -176,11 +180,13 @@ class SequencePlanner:
         cell = self._cell(layer, [stop.postures[0] for stop in stops])
         if stage.tool_path(cell.robot, before.postures[0]) is not None:
             return self._led(layer, cell, before)
-        if self.task.cyclic and layer == len(self.moving) - 1:
-            return Stop.free(stops[0].postures)
         statement = cell.statement(stage, before.postures[0])
         criteria = statement.judged()
         goals = list(criteria.task.goals)  # type: ignore[attr-defined]
+        if self.task.cyclic and layer == len(self.moving) - 1:
+            if not all(_is_at(theta, goals, criteria.robot) for theta in stops[0].postures):
+                raise InvalidProblem("goal", "is not where the sequence begins, as that of a cycle has to be")
+            return Stop.free(stops[0].postures)
         found = self._postures(criteria.robot, criteria.obstacles, goals, before.postures, "goal")
         return Stop.free(found)
 
@@ -303,7 +309,8 @@ class SequencePlanner:
             if chain is None:
                 layer = next((n for n, edges in enumerate(self.edges) if not np.isfinite(edges.durations).any()), 0)
                 what = self.task.labels[self.moving[layer]]
-                raise ScenarioError(f"{self.label(layer)}: no motion was found for {what}")
+                why = f"; {self._broken[layer]}" if layer in self._broken else ""
+                raise NoMotion(f"{self.label(layer)}: no certified motion was found for {what}{why}")
             pairs = _pairs(chain)
             layer = next((n for n, pair in enumerate(pairs) if pair not in self.edges[n].motions), -1)
             if layer < 0:
@@ -330,11 +337,13 @@ class SequencePlanner:
         stage, start, goal = self.stage(layer), postures[layer], postures[layer + 1]
         try:
             if path is not None:
-                motion = _timed(cell.statement(stage, start), path)
+                motion = self._timed(layer, cell.statement(stage, start), path)
             else:
                 motion = self._moved(cell.statement(stage, start, goal), start, goal, thorough)
         except InvalidProblem as error:
             raise ScenarioError(f"{self.label(layer)}.{error.field}: {error.reason}") from error
+        except ScenarioError as error:
+            raise ScenarioError(f"{self.label(layer)}.{error}") from error
         edges.motions[pair] = motion
         edges.durations[pair] = np.inf if motion is None else motion.duration
         LOG.info("%s: %s", self.task.labels[number], "none" if motion is None else f"{motion.duration:.4f} s")
@@ -364,6 +373,18 @@ class SequencePlanner:
         planned = plan(statement)
         return planned.trajectory if planned.feasible else None
 
+    def _timed(self, layer: int, statement: Scenario, path: JointPath) -> Trajectory | None:
+        """The least-time motion along a path that a stage's tool follows; None where it is not certified."""
+        criteria = statement.judged()
+        trajectory = retime(path, criteria.robot.limits, chain=criteria.robot.rigid_chain)
+        motion = slowed(Motion(criteria, trajectory, {}, retimed=True))
+        if motion.feasible:
+            return motion.trajectory
+        broken = next(verdict for verdict in motion.verdicts if not verdict.satisfied)
+        limit = f"{broken.bound:.4g} {broken.unit}"
+        self._broken[layer] = f"{broken.name} {broken.worst:.4g} where {limit} is the limit, {broken.where}"
+        return None
+
     def joined(self, chain: Sequence[int]) -> tuple[Trajectory, FloatArray]:
         """The motion of all stages, and when each of them ends, (n,), s."""
         parts: list[Trajectory] = []
@@ -388,6 +409,12 @@ class SequencePlanner:
 
 def _pairs(chain: Sequence[int]) -> list[tuple[int, int]]:
     return list(pairwise(chain))
+
+
+def _is_at(theta: FloatArray, goals: Sequence[Place], robot: Robot) -> bool:
+    """Whether a posture (dof,) is at one of some places."""
+    missed = (np.abs(as_array(goal.miss(robot, ca.DM(theta).T))).max() / goal.tolerance(robot) for goal in goals)
+    return bool(min(missed) <= 1.0)
 
 
 def _bounds(robot: Robot, before: FloatArray, after: FloatArray) -> FloatArray:
@@ -427,11 +454,3 @@ def _led_along(way: ToolPath, robot: Robot, posture: FloatArray, stage: Any) -> 
             raise
         middle = np.array(robot.limits.position).mean(axis=1)
         return way.followed(robot, posture, stage.accuracy, stage.angular_accuracy, middle)
-
-
-def _timed(statement: Scenario, path: JointPath) -> Trajectory | None:
-    """The least-time motion along a path that a stage's tool follows; None where it is not certified."""
-    criteria = statement.judged()
-    trajectory = retime(path, criteria.robot.limits, chain=criteria.robot.rigid_chain)
-    motion = slowed(Motion(criteria, trajectory, {}, retimed=True))
-    return motion.trajectory if motion.feasible else None

@@ -49,6 +49,16 @@ class SequenceTask(TaskSection):
     order: Literal["given", "free"] = "given"
 
     @model_validator(mode="after")
+    def _moves(self) -> Self:
+        moving = [number for number, stage in enumerate(self.stages) if stage.moves]
+        if not moving:
+            raise NestedError("stages: none of them moves the arm")
+        if self.cyclic and self.stages[moving[-1]].kind != "move":
+            reason = "the last that moves ends a cycle, and so is to be kind = 'move'"
+            raise NestedError(f"stages.{moving[-1]}.kind: {reason}")
+        return self
+
+    @model_validator(mode="after")
     def _may_be_free(self) -> Self:
         if self.order == "free":
             for number, stage in enumerate(self.stages):

@@ -266,7 +266,7 @@ def named(what: object) -> Iterator[None]:
     try:
         yield
     except ScenarioError as error:
-        raise ScenarioError(f"{what}: {error}") from error
+        raise type(error)(f"{what}: {error}") from error
 
 
 class Section(StrictModel):

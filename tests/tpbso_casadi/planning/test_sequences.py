@@ -1,0 +1,279 @@
+"""Sequences in space and in the plane: what is where, which postures, what is proven, what is refused."""
+
+from __future__ import annotations
+
+import copy
+import csv
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from helpers.running import refusal, status
+
+import tpbso_casadi as tp
+from problems.base import FloatArray, as_array
+from problems.certify import CertificateStatus
+from tpbso_casadi.cli.commands.solve import main
+from tpbso_casadi.planning import BOUND
+from tpbso_casadi.scenario import Cell
+
+HOME = [0.0, -0.6, 0.0, -2.2, 0.0, 1.6, 0.785]
+DOWN = (1.0, 0.0, 0.0, 0.0)
+ABOVE, OVER_THERE = tp.Pose((0.5, -0.3, 0.2), DOWN), tp.Pose((0.45, 0.35, 0.22), DOWN)
+PANDA = tp.robot("panda", tip_link="panda_hand_tcp")
+TABLE = {"shape": "box", "name": "table", "center": [0.6, 0.0, -0.05], "size": [0.8, 1.4, 0.1]}
+PART = {"shape": "box", "name": "part", "center": [0.5, -0.3, 0.05], "size": [0.04, 0.04, 0.1]}
+HAND_AND_PART, PART_AND_TABLE = [("panda_hand", "part")], [("part", "table")]
+STAGES = [
+    tp.MoveTo(ABOVE),
+    tp.Line(by=[0.0, 0.0, -0.13], may_touch=HAND_AND_PART),
+    tp.Output("gripper", "close"),
+    tp.Wait(0.2),
+    tp.Attach("part", mass=0.4),
+    tp.Line(by=[0.0, 0.0, 0.13], may_touch=PART_AND_TABLE),
+    tp.MoveTo(OVER_THERE),
+    tp.Detach("part"),
+    tp.MoveTo(HOME, may_touch=HAND_AND_PART),
+]
+
+
+@pytest.fixture(scope="module")
+def picked() -> tp.Plan:
+    return tp.sequence(PANDA, start=HOME, stages=STAGES, obstacles=[TABLE, PART], cyclic=True)
+
+
+def tool_of(robot: Any, theta: FloatArray) -> FloatArray:
+    position, rotation = robot.tool_pose(ca.DM(theta).T)
+    frame = np.eye(4)
+    frame[:3, :3], frame[:3, 3] = as_array(rotation).reshape(3, 3), as_array(position)[0]
+    return frame
+
+
+def test_every_stage_is_proven_and_the_arm_stands_between_them(picked: tp.Plan) -> None:
+    assert picked.certified
+    assert [stage.kind for stage in picked.stages] == [
+        "move", "line", "output", "wait", "attach", "line", "move", "detach", "move"
+    ]  # fmt: skip
+    assert picked.stages[0].start == 0.0
+    assert picked.stages[-1].end == pytest.approx(picked.duration)
+    for before, after in zip(picked.stages[:-1], picked.stages[1:], strict=True):
+        assert before.end == after.start
+        assert np.abs(picked.trajectory(before.end, 1)).max() < 1e-9
+    for stage in picked.stages:
+        assert all(verdict.status is CertificateStatus.CERTIFIED for verdict in stage.verdicts)
+        assert bool(stage.verdicts) == (stage.kind in ("move", "line"))
+    assert picked.stages[3].duration == pytest.approx(0.2)
+    assert picked.stages[2].signal == ("gripper", "close")
+
+
+def test_no_more_than_a_few_per_cent_above_the_bound(picked: tp.Plan) -> None:
+    (bound,) = picked.motion.quantities[BOUND]
+    assert bound <= picked.duration <= 1.05 * bound
+
+
+def test_a_cycle_ends_where_it_began(picked: tp.Plan) -> None:
+    assert np.allclose(picked.trajectory(0.0), picked.trajectory(picked.duration), atol=1e-12)
+
+
+def test_the_tool_is_where_the_stages_say(picked: tp.Plan) -> None:
+    robot, ends = picked.planned.criteria.robot, [stage.end for stage in picked.stages]
+    grasp = tool_of(robot, picked.trajectory(ends[1]))
+    assert np.allclose(grasp[:3, 3], [0.5, -0.3, 0.07], atol=1e-8)
+    assert np.allclose(grasp[:3, :3], np.diag([1.0, -1.0, -1.0]), atol=1e-7)
+    for time in np.linspace(ends[4], ends[5], 50):
+        frame = tool_of(robot, picked.trajectory(time))
+        assert np.allclose(frame[:2, 3], [0.5, -0.3], atol=1e-3)
+        assert np.allclose(frame[:3, :3], grasp[:3, :3], atol=0.01)
+
+
+def test_the_part_moves_with_the_hand_and_stays_where_it_is_left(picked: tp.Plan) -> None:
+    (part,) = [obstacle for obstacle in picked.planned.criteria.scenery if obstacle.moves]
+    robot = picked.planned.criteria.robot
+    grasped, left = picked.stages[4].start, picked.stages[7].start
+    center = np.array([PART["center"]])
+    held = np.linalg.solve(tool_of(robot, picked.trajectory(grasped)), np.append(center[0], 1.0))
+    for time in (grasped, 0.5 * (grasped + left), left, picked.duration):
+        expected = (tool_of(robot, picked.trajectory(min(time, left))) @ held)[:3]
+        assert np.allclose(part.motion.placed(center, time)[0], expected, atol=2e-4)
+    assert np.allclose(part.motion.placed(center, 0.0)[0], center[0], atol=1e-9)
+
+
+def test_masses_count_only_while_they_are_carried(picked: tp.Plan) -> None:
+    free = tp.robot("panda", tip_link="panda_hand_tcp").model
+    times = np.array([picked.stages[0].end / 2.0, (picked.stages[5].start + picked.stages[5].end) / 2.0])
+    given = picked.motion.torques(times)
+    assert given is not None
+    states = [ca.DM(picked.trajectory.at(times, order)) for order in range(3)]
+    empty = as_array(free.inverse_dynamics(*states))
+    assert np.allclose(given[0], empty[0])
+    assert np.abs(given[1] - empty[1]).max() > 0.5
+
+
+def test_contacts_that_are_allowed_are_said_with_their_stage(picked: tp.Plan) -> None:
+    lines = picked.not_judged
+    assert any("panda_hand and part" in line and "stage 2 (line)" in line for line in lines)
+    assert any("part and table" in line and "stage 6 (line)" in line for line in lines)
+
+
+def test_a_run_folder_is_read_back_and_says_the_same(picked: tp.Plan, tmp_path: Path) -> None:
+    folder = picked.save(tmp_path / "run", figures=(), export=("ros-json",))
+    again = tp.read_run(folder)
+    assert again.certified
+    assert again.duration == picked.duration
+    assert [(stage.name, stage.end) for stage in again.stages] == [(s.name, s.end) for s in picked.stages]
+    with (folder / "stages.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["signal"] for row in rows if row["signal"]] == ["gripper"]
+    assert again.result.stages[1].constraints[0].name == "speed"
+
+
+def test_a_stage_that_breaks_a_limit_is_found_by_the_audit(picked: tp.Plan) -> None:
+    faster = copy.copy(picked.motion)
+    criteria = picked.planned.criteria
+    early = picked.trajectory.time_scaled(0.9)
+    parts = tuple(
+        type(part)(part.label, part.kind, 0.9 * part.start, 0.9 * part.end, part.criteria, part.signal)
+        for part in criteria.stages
+    )
+    faster = type(picked.motion)(type(criteria)(**{**vars_of(criteria), "parts": parts}), early, {})
+    broken = {verdict.name for verdict in faster.verdicts if verdict.status is CertificateStatus.VIOLATED}
+    assert {"speed", "acceleration"} <= broken
+
+
+def vars_of(criteria: Any) -> dict[str, Any]:
+    return {name: getattr(criteria, name) for name in ("task", "objective", "limits", "shown")}
+
+
+def test_a_move_that_is_known_the_other_way_round_is_turned_round() -> None:
+    there = [0.5, 0.1, 0.0, -1.5, 0.0, 1.6, 0.785]
+    plan = tp.sequence(PANDA, start=HOME, stages=[there, HOME])
+    first, second = (stage.trajectory for stage in plan.stages)
+    assert first is not None
+    assert second is not None
+    times = np.linspace(0.0, first.duration, 30)
+    assert np.allclose(first.at(times), second.at(second.duration - times), atol=1e-9)
+
+
+def test_a_free_order_is_the_quickest() -> None:
+    def reached(turn: float) -> list[float]:
+        return [turn, *HOME[1:]]
+
+    stops = [tp.MoveTo(reached(turn)) for turn in (1.2, 0.4, 1.6, 0.8)]
+    stages = [stage for stop in stops for stage in (stop, tp.Wait(0.05))]
+    given, free = (tp.sequence(PANDA, start=HOME, stages=stages, order=order) for order in ("given", "free"))
+    assert free.certified
+    assert free.duration < given.duration
+    assert [round(float(free.trajectory(s.end)[0]), 3) for s in free.stages if s.kind == "move"] == [0.4, 0.8, 1.2, 1.6]
+    assert free.motion.quantities[BOUND][0] <= free.duration
+
+
+def test_in_the_plane_too() -> None:
+    arm = tp.robot([0.5, 0.4, 0.3], max_speed=2.0, max_acceleration=10.0)
+    start = {"joints": [0.3, 0.9, -0.4]}
+    plan = tp.sequence(arm, start=start, stages=[tp.Line(by=[-0.1, 0.15]), tp.Wait(0.1), [0.6, 0.5, 0.2]])
+    assert plan.certified
+    assert plan.stages[0].trajectory is not None
+
+
+SEQUENCE = """
+[robot]
+model = "panda"
+[task]
+kind = "sequence"
+start = {{ joints = [0.0, -0.6, 0.0, -2.2, 0.0, 1.6, 0.785] }}
+{task}
+{stages}
+[[obstacles]]
+shape = "box"
+name = "box"
+center = [0.5, 0.5, 0.1]
+size = [0.1, 0.1, 0.1]
+{obstacle}
+"""
+THERE = '[[task.stages]]\nkind = "move"\ngoal = { joints = [0.4, -0.6, 0.0, -2.2, 0.0, 1.6, 0.785] }\n'
+
+
+@pytest.mark.usefixtures("in_an_empty_folder")
+@pytest.mark.parametrize(
+    ("stages", "task", "obstacle", "line"),
+    [
+        ('[[task.stages]]\nkind = "jump"', "", "", "task.stages.0: needs kind = 'move'"),
+        ('[[task.stages]]\nkind = "move"', "", "", "task.stages.0.goal: missing key"),
+        ('[[task.stages]]\nkind = "line"', "", "", "task.stages.0.goal: one of goal and by is needed"),
+        (
+            '[[task.stages]]\nkind = "line"\ngoal = { joints = [0, 0, 0, -1, 0, 1, 0] }', "", "",
+            "task.stages.0.goal: a line ends at a position or pose",
+        ),
+        ('[[task.stages]]\nkind = "line"\nby = [0.0, 0.1]', "", "", "task.stages.0.by: 3 coordinates are needed"),
+        ('[[task.stages]]\nkind = "line"\nby = [0.0, 0.0, 0.0]', "", "", "task.stages.0.goal: the tool is there"),
+        ('[[task.stages]]\nkind = "line"\nby = [2.0, 0.0, 0.0]', "", "", "task.stages.0.goal: the tool cannot be led"),
+        ('[[task.stages]]\nkind = "line"\nby = [0, 0, 0.1]\nspeed = 1', "", "", "task.stages.0.speed: unknown key"),
+        ('[[task.stages]]\nkind = "wait"\nseconds = 1.0', "", "", "task.stages: none of them moves the arm"),
+        ('[[task.stages]]\nkind = "wait"\nseconds = -1.0', "", "", "task.stages.0.seconds: "),
+        (
+            '[[task.stages]]\nkind = "path"\naccuracy = 0.01\npoints = [[0.5, 0.0]]', "", "",
+            "task.stages.0.points: points of 3 coordinates",
+        ),
+        (
+            '[[task.stages]]\nkind = "attach"\nname = "bax"\n' + THERE, "", "",
+            "task.stages.0.name: no obstacle is called 'bax'; did you mean box?",
+        ),
+        (
+            '[[task.stages]]\nkind = "detach"\nname = "box"\n' + THERE, "", "",
+            "task.stages.0.name: no carried body is called 'box'",
+        ),
+        (THERE, "cyclic = true", "", "task.stages.0.goal: is not where the sequence begins"),
+        (
+            THERE + '[[task.stages]]\nkind = "line"\nby = [0, 0, 0.1]', "cyclic = true", "",
+            "task.stages.1.kind: the last that moves ends a cycle",
+        ),
+        (
+            THERE + '[[task.stages]]\nkind = "line"\nby = [0, 0, 0.1]', 'order = "free"', "",
+            "task.stages.1.kind: in a free order stages are move, wait or output",
+        ),
+        (THERE, "", "velocity = [0.1, 0.0, 0.0]", "obstacles.0: moves; in a sequence obstacles stand still"),
+        (THERE + 'may_touch = [["panda_hand", "bax"]]', "", "", "task.stages.0.may_touch.0: nothing is called 'bax'"),
+    ],
+)  # fmt: skip
+def test_what_is_refused(stages: str, task: str, obstacle: str, line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("cell.toml").write_text(SEQUENCE.format(stages=stages, task=task, obstacle=obstacle))
+    assert f"cell.toml: {line}" in refusal(capsys, main, "cell.toml", "--no-plots")
+
+
+@pytest.mark.usefixtures("in_an_empty_folder")
+def test_a_stage_without_a_motion_ends_with_one_and_leaves_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    down = '[[task.stages]]\nkind = "line"\nby = [0.0, 0.0, -0.25]'
+    floor = '[[obstacles]]\nshape = "box"\ncenter = [0.4, 0.0, 0.40]\nsize = [0.3, 0.3, 0.05]'
+    Path("cell.toml").write_text(SEQUENCE.format(stages=down, task="", obstacle="") + floor)
+    assert status(main, "cell.toml", "--no-plots") == 1
+    said = capsys.readouterr().err
+    assert "task.stages.0: no certified motion was found for stage 1 (line); clearance " in said
+    assert not Path("runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("stage", "line"),
+    [
+        (3, r"stages\[0\]: a stage such as tp.Line"),
+        (tp.MoveTo([1.0]), r"stages\[0\].goal: 1 numbers"),
+        (tp.Attach("box", body=3), r"stages\[0\].body: 3 is no obstacle"),  # type: ignore[arg-type]
+    ],
+)
+def test_wrong_stages_in_python(stage: Any, line: str) -> None:
+    with pytest.raises(tp.ScenarioError, match=line):
+        tp.sequence(PANDA, start=HOME, stages=[stage])
+
+
+def test_a_body_that_is_put_down_is_where_it_was_held() -> None:
+    scenario = tp.scenario_of("examples/pick-and-place.toml")
+    cell, posture = Cell.at_first(scenario), np.array(HOME)
+    held = cell.attached("part", 0.4, None, posture)
+    assert [body.name for body in held.carried] == ["part"]
+    assert "part" not in [obstacle.name for obstacle in held.obstacles]
+    back = held.detached("part", posture)
+    (part,) = [obstacle for obstacle in back.obstacles if obstacle.name == "part"]
+    assert np.allclose(part.center, PART["center"], atol=1e-12)  # type: ignore[attr-defined]
+    with pytest.raises(tp.ScenarioError, match="carried already"):
+        held.attached("part", None, None, posture)
