@@ -226,7 +226,7 @@ def obstacle_table_of(obstacle: Obstacle | Mapping[str, Any], name: str = "obsta
         return obstacle_table(obstacle)
     if isinstance(obstacle, dict):
         return dict(plain(obstacle))
-    raise ScenarioError(f"{name}: {shown(obstacle)} is no obstacle; say tp.Box(...) and the like, or a dict")
+    raise ScenarioError(f"{name}: {shown(obstacle)} is none; say tp.Box(...) and the like, or a dict")
 
 
 def place_table(place: Any, dof: int, dim: int, name: str) -> Any:

@@ -12,6 +12,9 @@ from helpers.space_plans import space_plan
 from matplotlib.figure import Figure
 
 from problems import PlanarArm, Trajectory
+from problems.assembly import Criteria, joint_following
+from problems.motions import JointPath
+from problems.tasks import JointFollowing
 from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.figures.curves import Row, convergence_figure, draw_limits, joints_figure, limit_labels, ranges_of
 from tpbso_casadi.figures.limits import STYLES, limits_figure, runs, spans, structure_figure
@@ -116,10 +119,14 @@ def bang_bang() -> Trajectory:
     return Trajectory(np.array([0.0, 1.0, 2.0]), np.repeat(coefficients, 2, axis=2))
 
 
+def run_by(robot: PlanarArm) -> Criteria:
+    return joint_following(JointFollowing(robot, JointPath.of(bang_bang())))
+
+
 def test_shares_of_a_bang_bang_move() -> None:
     robot = PlanarArm(link_lengths=(1.0, 1.0), max_speed=(4.0, 8.0), max_acceleration=(2.0, 4.0))
     times = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
-    shares = dict(shares_of_limits(robot, bang_bang(), times))
+    shares = dict(shares_of_limits(run_by(robot), bang_bang(), times))
     assert list(shares) == ["speed", "acceleration"]
     sizes = np.outer([1.0, 1.0, -1.0, -1.0, -1.0], [1.0, 0.5])
     np.testing.assert_allclose(shares["acceleration"], sizes)
@@ -132,7 +139,7 @@ def test_shares_of_torques_held_upright() -> None:
         link_lengths=(1.0, 1.0), max_speed=(4.0, 4.0), max_acceleration=(9.0, 9.0), gravity=(0.0, 0.0),
         link_masses=(1.0, 1.0), link_centers=(1.0, 1.0), link_inertias=(0.0, 0.0), max_torque=(32.0, 12.0),
     )  # fmt: skip
-    shares = dict(shares_of_limits(robot, bang_bang(), np.array([0.0])))
+    shares = dict(shares_of_limits(run_by(robot), bang_bang(), np.array([0.0])))
     # M = [[1 + 4, 2], [2, 1]] stretched, a = (2, 2), at rest: tau = (14, 6)
     np.testing.assert_allclose(shares["torque"], [[14.0 / 32.0, 6.0 / 12.0]])
 

@@ -258,7 +258,7 @@ def test_a_stage_without_a_motion_ends_with_one_and_leaves_nothing(capsys: pytes
     [
         (3, r"stages\[0\]: a stage such as tp.Line"),
         (tp.MoveTo([1.0]), r"stages\[0\].goal: 1 numbers"),
-        (tp.Attach("box", body=3), r"stages\[0\].body: 3 is no obstacle"),  # type: ignore[arg-type]
+        (tp.Attach("box", body=3), r"stages\[0\].body: 3 is none"),  # type: ignore[arg-type]
     ],
 )
 def test_wrong_stages_in_python(stage: Any, line: str) -> None:
