@@ -11,6 +11,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -46,6 +47,8 @@ BOUND = "least_time"  # the quantity of a plan that says what its stages take at
 MOST_POSTURES = 12  # of a stop
 DRAWN = 64  # postures of a place that states none, of which the nearest are kept
 EDGES_EACH = 8  # motions that are planned for each stage before the search turns to what it has
+MOST_ENDS = 6  # of a way of the tool, toward which the joints are led
+FREEDOMS = {2: 2, 3: 6}  # of joints, by the robot's dimensions, with which a way of the tool leaves no choice
 UNKNOWN = 3.0  # times their bound is what other edges are then taken to need
 
 
@@ -442,15 +445,29 @@ def _postures_at(goal: Place, robot: Robot, obstacles: Sequence[Any], key: str) 
 
 
 def _led_along(way: ToolPath, robot: Robot, posture: FloatArray, stage: Any) -> JointPath:
-    """The joints along a way of the tool, the shortest way; where a joint stops that, nearer to the ranges' middles.
+    """The joints along a way of the tool, the shortest way; where that ends, toward postures at the way's end.
 
     Raises:
         InvalidProblem: the tool cannot be led along.
     """
+    accuracies = stage.accuracy, stage.angular_accuracy
     try:
-        return way.followed(robot, posture, stage.accuracy, stage.angular_accuracy, None)
+        return way.followed(robot, posture, *accuracies, None)
+    except InvalidProblem as error:
+        for toward in _ends_of(way, robot, posture):
+            with suppress(InvalidProblem):
+                return way.followed(robot, posture, *accuracies, toward)
+        raise error
+
+
+def _ends_of(way: ToolPath, robot: Robot, posture: FloatArray) -> FloatArray:
+    """Postures with the tool at the end of a way, the nearest first, (n, dof); where that leaves a choice at all."""
+    (end,) = way.places(np.ones(1))
+    if robot.dof <= FREEDOMS[robot.dim]:
+        return np.empty((0, robot.dof))
+    try:
+        found = _postures_at(end, robot, (), "goal")
     except InvalidProblem:
-        if robot.limits.position is None:
-            raise
-        middle = np.array(robot.limits.position).mean(axis=1)
-        return way.followed(robot, posture, stage.accuracy, stage.angular_accuracy, middle)
+        return np.empty((0, robot.dof))
+    nearest = np.argsort(np.abs(found - posture).max(axis=1), kind="stable")
+    return np.asarray(found[nearest[:MOST_ENDS]])
