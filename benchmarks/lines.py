@@ -26,6 +26,7 @@ from problems.robots import SpatialArm
 from problems.tasks import Arc, StraightWay, ToolPath
 from problems.timing import retime
 from tpbso_casadi.planning import NoMotion
+from tpbso_casadi.planning.sequence import led_along
 from tpbso_casadi.scenario import Cell
 
 ARMS = ("panda", "ur5e", "iiwa14")
@@ -172,7 +173,7 @@ def measured(name: str, seed: int, found: Found) -> None:
     found.turned.append(angle)
     stage = plan.scenario.task.stages[0]
     way = stage.tool_path(Cell.at_first(plan.scenario).robot, start)
-    path = way.followed(robot, start, stage.accuracy, stage.angular_accuracy, None)
+    path = led_along(way, robot, start, stage)
     free = replace(robot.limits, jerk=None, torque=None)
     found.ratios.append(retime(path, free).duration / by_toppra(path, robot))
 

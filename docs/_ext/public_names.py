@@ -26,6 +26,7 @@ GROUPS = {
     "robots": ("problems.robots", "tpbso_casadi.facade.robots"),
     "obstacles": ("problems.scene",),
     "tasks": ("problems.tasks",),
+    "sequences": ("tpbso_casadi.facade.sequences",),
     "scenarios": ("tpbso_casadi.scenario",),
     "replanning": ("tpbso_casadi.replanning", "tpbso_casadi.simulation", "tpbso_casadi.facade.simulating"),
     "stored": ("tpbso_casadi.storage",),

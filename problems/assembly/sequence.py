@@ -62,7 +62,7 @@ class SequenceCriteria(Criteria):
     def closest_approach(self, trajectory: Trajectory) -> ClosestApproach | None:
         """That of the stage that comes nearest to an obstacle."""
         near = [
-            replace(found, time=found.time + stage.start)
+            replace(found, time=min(found.time + stage.start, stage.end))
             for stage in self._moving
             if (found := stage.criteria.closest_approach(stage.motion(trajectory))) is not None  # type: ignore[union-attr]
         ]
@@ -88,7 +88,7 @@ class SequenceCriteria(Criteria):
         last = len(self.parts) - 1
         for number, stage in enumerate(self.parts):
             now = stage.criteria or now
-            within = (times >= stage.start) & ((times < stage.end) | (number == last))
+            within = ((times > stage.start) | (number == 0)) & ((times <= stage.end) | (number == last))
             if within.any():
                 assert now is not None
                 yield now, within.nonzero()[0]

@@ -58,9 +58,9 @@ def followed(name: str, folder: Path) -> str:
     return done.stdout
 
 
-def test_there_are_four() -> None:
+def test_there_are_six() -> None:
     index = (TUTORIALS / "index.md").read_text()
-    assert len(PAGES) == 4 and all(f"\n{name}\n" in index for name in PAGES)
+    assert len(PAGES) == 6 and all(f"\n{name}\n" in index for name in PAGES)
 
 
 def test_every_block_is_a_cell_or_a_command() -> None:
@@ -80,6 +80,22 @@ def result_in(folder: Path) -> dict[str, Any]:
     result: dict[str, Any] = json.loads((folder / "result.json").read_text())
     assert result["feasible"] and result["certificate"]["verdict"] == "certified"
     return result
+
+
+@pytest.mark.process
+def test_a_cell_is_certified_stage_by_stage(tmp_path: Path) -> None:
+    printed = followed("pick-and-place", tmp_path)
+    assert len(re.findall(r"^stage \d+ \((?:move|line)\) .* certified$", printed, flags=re.M)) == 7
+    assert "gripper,close" in printed
+    assert result_in(tmp_path / "cell")["stages"][4]["kind"] == "attach"
+
+
+@pytest.mark.process
+@pytest.mark.slow
+def test_glue_flows_along_the_edge(tmp_path: Path) -> None:
+    printed = followed("glue", tmp_path)
+    assert len(re.findall(r"^(?:path accuracy|angular accuracy|tool speed).*certified", printed, flags=re.M)) == 3
+    assert re.search(r"^stages\[1\] goal: the tool cannot be led to", printed, flags=re.M)
 
 
 @pytest.mark.process

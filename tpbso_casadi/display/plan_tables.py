@@ -95,7 +95,7 @@ def effort_of(plan: PlannedMotion) -> str:
         bound = float(plan.motion.quantities[BOUND][0])
         above = plan.motion.trajectory.duration / bound - 1.0
         what = f"{len(plan.motion.stages)} stages, planned in {plan.seconds_timed:.2f} s"
-        return f"{what}; {above:.1%} above what they take at least where nothing is in the way, {bound:.4g} s"
+        return f"{what}; {above:.1%} above {bound:.4g} s, their bound in free space between the postures looked at"
     if found is None:
         return f"a given path, timed in {plan.seconds_timed:.2f} s"
     rounds = f", best of {found.rounds} rounds" if found.rounds > 1 else ""

@@ -272,7 +272,7 @@ def sequence(
         content = stated.content | {"task": task}
         content |= {key: AROUND[key](value) for key, value in around.items() if value is not None}
         scenario = parse_scenario(content, InputFolder(Path(), outside_allowed=True))
-    return plan(scenario, solver=solver, seed=seed, within=within, progress=progress, **keys)
+        return plan(scenario, solver=solver, seed=seed, within=within, progress=progress, **keys)
 
 
 def _stage_table(stage: Any, arm: StatedRobot, name: str) -> dict[str, Any]:

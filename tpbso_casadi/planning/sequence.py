@@ -228,7 +228,7 @@ class SequencePlanner:
             way = stage.tool_path(robot, posture)
             assert way is not None
             try:
-                path = _led_along(way, robot, posture, stage)
+                path = led_along(way, robot, posture, stage)
             except InvalidProblem as error:
                 failure = failure or error
                 continue
@@ -444,7 +444,7 @@ def _postures_at(goal: Place, robot: Robot, obstacles: Sequence[Any], key: str) 
     return np.asarray(postures[there])
 
 
-def _led_along(way: ToolPath, robot: Robot, posture: FloatArray, stage: Any) -> JointPath:
+def led_along(way: ToolPath, robot: Robot, posture: FloatArray, stage: Any) -> JointPath:
     """The joints along a way of the tool, the shortest way; where that ends, toward postures at the way's end.
 
     Raises:
