@@ -24,10 +24,10 @@ from problems.base import FloatArray, as_array
 from problems.motions import JointPath
 from problems.tasks import Joints, Place, ToolPath
 from problems.timing import least_durations, retime
-from tpbso_casadi.planning.finishing import PlannedMotion, slowed
+from tpbso_casadi.planning.finishing import PlannedMotion
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.progress import Planning
-from tpbso_casadi.planning.unsearched import without_search
+from tpbso_casadi.planning.unsearched import judged, without_search
 from tpbso_casadi.planning.visits import Visits
 from tpbso_casadi.scenario import (
     ENDS,
@@ -380,7 +380,7 @@ class SequencePlanner:
         """The least-time motion along a path that a stage's tool follows; None where it is not certified."""
         criteria = statement.judged()
         trajectory = retime(path, criteria.robot.limits, chain=criteria.robot.rigid_chain)
-        motion = slowed(Motion(criteria, trajectory, {}, retimed=True))
+        motion = judged(criteria, trajectory)
         if motion.feasible:
             return motion.trajectory
         broken = next(verdict for verdict in motion.verdicts if not verdict.satisfied)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from problems import Problem, Trajectory
+from problems.assembly import Criteria
 from problems.certify import ROUNDING_ALLOWANCE
 from solvers import StopReason, unsearched
 from tpbso_casadi.planning.finishing import AS_FAST, SearchedMotion, is_better, slowed
@@ -52,7 +53,7 @@ def at_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | 
         for trajectory in islice(branch.at_the_bound(rng), MOST_PROOFS):
             if planning.running_out():
                 return None
-            motion = _judged(branch, trajectory)
+            motion = judged(branch, trajectory)
             if motion.trajectory.duration <= AS_FAST * trajectory.duration and motion.feasible:
                 LOG.info("bound: a motion that nothing can beat, in %.3f s", time.perf_counter() - began)
                 return _plan(planning, branch, motion, began, StopReason.TARGET, rounds)
@@ -68,7 +69,7 @@ def climbed(problem: Problem[Any], planning: Planning, known: SearchedMotion | N
     for branch in branches:
         to_beat, used = np.inf if best is None else best[0].trajectory.duration, 0
         for trajectory in branch.climbed(planning.settings.seed, to_beat, planning.satisfied):
-            used, motion = 1, _judged(branch, trajectory)
+            used, motion = 1, judged(branch, trajectory)
             if motion.feasible and (best is None or is_better(motion, best[0])):
                 best = motion, branch
         tried += used
@@ -80,7 +81,7 @@ def climbed(problem: Problem[Any], planning: Planning, known: SearchedMotion | N
     return _plan(planning, best[1], best[0], began, StopReason.CONVERGED, tried)
 
 
-def _judged(problem: Problem[Any], trajectory: Trajectory) -> Motion:
+def judged(problem: Criteria, trajectory: Trajectory) -> Motion:
     """A motion that is to keep its limits, judged; slower, where it does not."""
     motion = Motion(problem, trajectory.time_scaled(1.0 + ROUNDING_ALLOWANCE), {}, retimed=True)
     return motion if motion.feasible else slowed(replace(motion, trajectory=trajectory))
