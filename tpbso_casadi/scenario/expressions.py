@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Protocol, Self, TypeVar
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -39,7 +39,7 @@ Bound = Annotated[list[Number], Field(min_length=1, max_length=MOST_VALUES)]
 
 
 class ConstraintSection(Section):
-    """One of [[model.constraints]]: bounds, in ``unit``, of an expression in what is known of one instant."""
+    """One of [[constraints]] without a ``kind``: bounds, in ``unit``, of an expression in one instant of the motion."""
 
     name: OwnName
     unit: Word = "1"
@@ -52,7 +52,7 @@ class ConstraintSection(Section):
         if len(self.expression.split("\n= ")) > MOST_VALUES:
             raise ValueError(f"expression: more than {MOST_VALUES} values")
         try:
-            self.kind()
+            self.limit_kind()
         except InvalidProblem as error:
             raise ValueError(error.reason) from error
         return self
@@ -63,7 +63,7 @@ class ConstraintSection(Section):
         lower, upper = (None if bound is None else list(bound) for bound in (kind.lower, kind.upper))
         return cls(name=kind.name, unit=kind.unit, lower=lower, upper=upper, expression=kind.function.text)
 
-    def kind(self) -> StatedExpression:
+    def limit_kind(self) -> StatedExpression:
         """The kind of limit."""
         lower, upper = _bound(self.lower), _bound(self.upper)
         return StatedExpression(self.name, self.unit, SampleFunction(self.expression), lower, upper)
@@ -91,7 +91,13 @@ class ObjectiveSection(Section):
         return ExpressionObjective(self.name, self.unit, rate, terminal)
 
 
-S = TypeVar("S", ConstraintSection, ObjectiveSection)
+class Named(Protocol):
+    """A section with a name."""
+
+    name: str
+
+
+S = TypeVar("S", bound=Named)
 
 
 def check_names(sections: list[S]) -> list[S]:
