@@ -207,10 +207,10 @@ class ToolRegion(HandConstraint):
         if self.normal is not None:
             _unit("normal", self.normal)
         stated = {key: len(value) for key in ("center", "size", "point", "normal") if (value := getattr(self, key))}
-        (first, coordinates), *others = stated.items()
-        for key, other in others:
-            if other != coordinates:
-                raise InvalidProblem(key, f"{other} numbers, {first} has {coordinates}")
+        first, coordinates = next(iter(stated.items()))
+        for field, count in stated.items():
+            if count != coordinates:
+                raise InvalidProblem(field, f"{count} numbers, {first} has {coordinates}")
         if coordinates == 2 and self.quaternion is not None:
             raise InvalidProblem("quaternion", "of a box in space; say angle in the plane")
         if coordinates == 3 and self.angle:

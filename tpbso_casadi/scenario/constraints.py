@@ -9,11 +9,10 @@ from pydantic import AfterValidator, Field, PlainValidator, SerializeAsAny, crea
 
 from problems.base import InvalidProblem
 from problems.limits import HAND_CONSTRAINTS, HandConstraint, LimitKind
-from tpbso_casadi.scenario.expressions import ConstraintSection, OwnName, check_names
+from tpbso_casadi.scenario.expressions import ConstraintSection, NamedSection, OwnName, check_names
 from tpbso_casadi.scenario.validation import (
     MOST_EXPRESSIONS,
     NestedError,
-    Section,
     hint,
     in_tuples,
     in_words,
@@ -24,12 +23,10 @@ from tpbso_casadi.scenario.validation import (
 )
 
 
-class HandSection(Section):
+class HandSection(NamedSection):
     """One of [[constraints]] with a ``kind``, whose keys are the fields of its class."""
 
     of_kind: ClassVar[type[HandConstraint]]
-
-    name: OwnName
 
     @model_serializer(mode="plain")
     def _as_stated(self) -> dict[str, Any]:
@@ -69,7 +66,7 @@ def hand_table(constraint: HandConstraint) -> dict[str, Any]:
     return {"kind": constraint.kind, **stated_values(constraint)}
 
 
-def read_constraint(table: Any) -> Section:
+def read_constraint(table: Any) -> NamedSection:
     """The section of one of [[constraints]]: of its ``kind``, of an expression where it has none."""
     if isinstance(table, HandSection | ConstraintSection):
         return table
@@ -85,7 +82,7 @@ def read_constraint(table: Any) -> Section:
     return read_section(SECTIONS[kind], table, "kind", kind)
 
 
-AnyConstraint = Annotated[SerializeAsAny[Section], PlainValidator(read_constraint)]
+AnyConstraint = Annotated[SerializeAsAny[NamedSection], PlainValidator(read_constraint)]
 OwnConstraints = Annotated[list[AnyConstraint], Field(max_length=MOST_EXPRESSIONS), AfterValidator(check_names)]
 
 

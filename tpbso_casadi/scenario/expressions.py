@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Protocol, Self, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -38,10 +38,15 @@ OwnName = Annotated[Word, AfterValidator(_free)]
 Bound = Annotated[list[Number], Field(min_length=1, max_length=MOST_VALUES)]
 
 
-class ConstraintSection(Section):
-    """One of [[constraints]] without a ``kind``: bounds, in ``unit``, of an expression in one instant of the motion."""
+class NamedSection(Section):
+    """A table with a name of its own."""
 
     name: OwnName
+
+
+class ConstraintSection(NamedSection):
+    """One of [[constraints]] without a ``kind``: bounds, in ``unit``, of an expression in one instant of the motion."""
+
     unit: Word = "1"
     lower: Number | Bound | None = None
     upper: Number | Bound | None = None
@@ -69,10 +74,9 @@ class ConstraintSection(Section):
         return StatedExpression(self.name, self.unit, SampleFunction(self.expression), lower, upper)
 
 
-class ObjectiveSection(Section):
+class ObjectiveSection(NamedSection):
     """One of [[task.objectives]]: the integral over time of ``expression``, and ``terminal`` of the duration."""
 
-    name: OwnName
     unit: Word = "1"
     expression: Expression | None = None
     terminal: Expression | None = None
@@ -91,13 +95,7 @@ class ObjectiveSection(Section):
         return ExpressionObjective(self.name, self.unit, rate, terminal)
 
 
-class Named(Protocol):
-    """A section with a name."""
-
-    name: str
-
-
-S = TypeVar("S", bound=Named)
+S = TypeVar("S", bound=NamedSection)
 
 
 def check_names(sections: list[S]) -> list[S]:
