@@ -97,23 +97,15 @@ class Climb:
 
     def _ways(self, seed: int) -> Iterator[FloatArray]:
         """Control points to begin with: of the straight way, then of ways that were found."""
-        straight = np.zeros((self.motions.free, self.motions.dof))
-        yield self._kept(straight)
+        yield np.zeros((self.motions.free, self.motions.dof))
         failed = 0
         for number in range(MOST_WAYS):
             path = self.world.connect(self.motions.start, self.motions.goal, self.box, MOST_WAYS * seed + number)
             failed += path is None
             if path is not None:
-                yield self._kept(self.motions.fitted(path))
+                yield self.motions.fitted(path)
             elif failed >= MOST_FAILED:
                 return
-
-    def _kept(self, x: FloatArray) -> FloatArray:
-        """Control points near some whose postures keep what own limits say of postures."""
-        if self.own is None:
-            return x
-        theta = self.motions.postures(self.motions.parameters()).values(self.motions.padded(x))
-        return self.motions.through(self.own.projected(theta))
 
     def __call__(self, seed: int, to_beat: float = np.inf) -> Trajectory | None:
         """The fastest motion that was proven to be clear; None where there is none that beats a duration in s.
@@ -150,6 +142,7 @@ class Climb:
         polish = DeviationPolish(
             self.motions, self.world, self._spare, self.motions.parameters(), self.torques, self.own, running_out
         )
+        x = polish.kept(x)
         for number in range(MENDED + 1):
             reached = polish(x, to_beat, MORE_PROGRAMS if number else FIRST_PROGRAMS)
             if reached.duration > SAME * to_beat or not reached.is_clear:

@@ -129,7 +129,7 @@ class DeviationPolish:
         return tuple(self.motions.postures(self.u, order) for order in range(3))
 
     @cached_property
-    def _own_spare(self) -> FloatArray:
+    def own_spare(self) -> FloatArray:
         """What is kept of each own limit where postures are looked at, of its scale, (m,)."""
         return np.empty(0) if self.own is None else self.own.spare(self.motions.start, self.motions.goal)
 
@@ -147,7 +147,7 @@ class DeviationPolish:
                     break
                 continue
             change, saved = step[0], -step[1]
-            other = self.reached(best.x + change, min(GROWS * trust, LARGEST_TRUST))
+            other = self._stepped(best.x + change, min(GROWS * trust, LARGEST_TRUST))
             gain, promised = best.cost - other.cost, self._promised(best, change, saved, own)
             if gain > 0.0:
                 share = gain / max(promised, gain, 1e-12)
@@ -159,6 +159,21 @@ class DeviationPolish:
             if idle == PATIENCE or trust < LEAST_TRUST or promised < LEAST_GAIN * best.duration * 0.1:
                 break
         return best
+
+    def _stepped(self, x: FloatArray, trust: float) -> Reached:
+        """The motion of control points, or of those near by that keep own limits, which bend away from a long step."""
+        found = self.reached(x, trust)
+        if self.own is None or not found.own.size or found.own.max() <= 0.0:
+            return found
+        other = self.reached(self.kept(x), trust)
+        return other if other.cost < found.cost else found
+
+    def kept(self, x: FloatArray) -> FloatArray:
+        """Control points near some whose postures keep what own limits say of angles."""
+        if self.own is None:
+            return x
+        theta = self.motions.postures(self.motions.parameters()).values(self.motions.padded(x))
+        return x + self.motions.fit @ (self.own.projected(theta, self.own_spare) - theta)
 
     def _done(self, best: Reached, number: int, to_beat: float) -> bool:
         if best.is_clear and best.duration <= AT_BOUND * self.motions.bound:
@@ -175,7 +190,7 @@ class DeviationPolish:
             found.append(_dips(np.minimum(theta - low, high - theta).min(axis=1), -ROUNDING))
         if self.own is not None:
             state = _state_of([self.motions.postures(u, order) for order in range(3)], self.motions.padded(x), duration)
-            kept = OWN_NEEDED * self._own_spare
+            kept = OWN_NEEDED * self.own_spare
             found.append(_dips(-(self.own.values(state) + kept).max(axis=1), -OWN_ROUNDING))
         return np.unique(u[np.concatenate(found)])
 
@@ -194,11 +209,11 @@ class DeviationPolish:
         own = np.empty((0, 0))
         if self.own is not None:
             duration *= max(1.0, self.own.time_scale(_state_of(self._own_moving, padded, duration)))
-            own = self.own.values(_state_of(self._own_moving, padded, duration)) + self._own_spare
+            own = self.own.values(_state_of(self._own_moving, padded, duration)) + self.own_spare
         near = self.world.nearby(self._postures.values(padded), self.spare.max() + CLOSER * trust)
         lacking, outside = self.spare[near.own.astype(int)] - near.rooms, self._outside(padded)
         is_clear = outside == 0.0 and bool((lacking <= (1.0 - ENOUGH) * self.spare[near.own.astype(int)]).all())
-        is_clear = is_clear and bool((own <= (1.0 - ENOUGH) * self._own_spare + OWN_ROUNDING).all())
+        is_clear = is_clear and bool((own <= (1.0 - ENOUGH) * self.own_spare + OWN_ROUNDING).all())
         dear = RANGE_PRICE * outside + OWN_PRICE * float(np.maximum(own, 0.0).sum())
         missing = float(np.maximum(lacking, 0.0).sum()) + dear / CLEARANCE_PRICE
         return Reached(x, duration, near, own, missing, is_clear)

@@ -234,11 +234,13 @@ class Deviations:
         at, path = at[kept] / at[-1], path[kept]
         u = self.parameters()
         share = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
-        return self.through(np.column_stack([np.interp(share, at, column) for column in path.T]))
+        wanted = np.column_stack([np.interp(share, at, column) for column in path.T])
+        return np.asarray(self.fit @ (wanted - self._base(u, 0)))
 
-    def through(self, theta: FloatArray) -> FloatArray:
-        """Free control points (free, k) of a motion near postures (n, k) at the usual parameters."""
-        return np.asarray(_fit() @ (theta - self._base(self.parameters(), 0)))
+    @property
+    def fit(self) -> FloatArray:
+        """From changes of postures at the usual parameters to those of free control points: (free, n)."""
+        return _fit()
 
     def trajectory(self, x: FloatArray, duration: float) -> Trajectory:
         """The motion of free control points (free, k) in a time in s."""

@@ -24,7 +24,7 @@ UNKNOWN = ("jerk", "time", "duration")  # quantities that are no function of the
 SPARE = 0.01  # of the scale, kept at samples
 AT_ENDS = 0.8  # of what the ends leave of that
 ROUNDING = 1e-10  # of the scale
-STEPS, ENOUGH = 30, 1e-3  # of a projection; of the scale, by which it goes farther than it must
+STEPS, ENOUGH = 30, 1e-3  # of a projection; of the scale: what is missing of less is enough
 LONGEST = 0.2  # rad or m: no joint goes farther in a step of it
 DAMPED = 1e-6  # relative: keeps a step finite where joints do not matter
 
@@ -131,13 +131,13 @@ class OwnLimits:
         left = -self.at_rest(np.stack(ends)).max(axis=0)
         return np.asarray(np.clip(AT_ENDS * left, 0.0, SPARE))
 
-    def projected(self, theta: FloatArray) -> FloatArray:
-        """Postures near some (n, k) that keep what depends on angles alone, as far as steps lead there."""
+    def projected(self, theta: FloatArray, spare: FloatArray) -> FloatArray:
+        """Postures near some (n, k) that keep what depends on angles alone by some room (m,), as far as steps lead."""
         theta = theta.copy()
         for _ in range(STEPS):
             state = np.pad(theta, ((0, 0), (0, (STATE - 1) * theta.shape[1])))
             values, slopes = self.linear(state)
-            missing = np.where(self.is_static, np.maximum(values + ENOUGH, 0.0), 0.0)
+            missing = np.where(self.is_static, np.maximum(values + spare, 0.0), 0.0)
             broken = np.flatnonzero((missing > ENOUGH).any(axis=1))
             if not broken.size:
                 break
