@@ -1,8 +1,8 @@
 """Limits that a hand has: how the tool is turned, where it may be, how fast it may go.
 
 Each is bounds on an expression of one instant, so that search, program and proof are those of any such limit. Angles
-are taken from the chord between what is and what should be, 2 asin(chord / 2): as exact near zero as near half a turn,
-where a cosine has lost half of its digits, or a sine all of them.
+are taken from the chord between what is and what should be, 2 asin(chord / 2): exact near zero, where a cosine has lost
+half of its digits, and it tells a direction from its opposite, as no sine does.
 """
 
 from __future__ import annotations
@@ -83,12 +83,12 @@ class HandConstraint:
 
     def _dimensions(self, robot: Robot, field: str, coordinates: int) -> None:
         if coordinates != robot.dim:
-            reason = f"{self.name!r}: {coordinates} coordinates for a robot in {robot.dim} dimensions"
-            raise InvalidProblem(field, reason)
+            reason = f"{self.name!r}: {field} has {coordinates} coordinates, for a robot in {robot.dim} dimensions"
+            raise InvalidProblem("constraints", reason)
 
-    def _in_space(self, robot: Robot, field: str) -> None:
+    def _in_space(self, robot: Robot) -> None:
         if robot.dim != 3:
-            raise InvalidProblem(field, f"{self.name!r}: of robots in space alone")
+            raise InvalidProblem("constraints", f"{self.name!r}: of robots in space alone")
 
     def _bounded(
         self,
@@ -160,7 +160,7 @@ class ToolOrientation(HandConstraint):
 
     def stated(self, robot: Robot) -> StatedExpression:
         """The angle of the turn, rad: of two rotations its chord is their difference over the root of two."""
-        self._in_space(robot, "quaternion")
+        self._in_space(robot)
         wanted = np.array(rotation_of(self.quaternion))
 
         def angle(m: MotionView) -> ca.SX:

@@ -220,7 +220,9 @@ class Scenario(FileSection):
         filled = {**dict(model), **left_out, "constraints": own}
         stated = model.model_fields_set | ({"constraints"} if self.constraints else set())
         object.__setattr__(self, "model", ModelSection.model_construct(stated, **filled))  # frozen from now on
-        object.__setattr__(self, "constraints", [])
+        if self.constraints:
+            self.__pydantic_fields_set__.add("model")  # of which they are from now on
+            object.__setattr__(self, "constraints", [])
         return self
 
     @property
