@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, Field, PlainValidator, SerializeAsAny, create_model, model_serializer
+from pydantic import (
+    AfterValidator,
+    Discriminator,
+    Field,
+    PlainValidator,
+    SerializeAsAny,
+    Tag,
+    create_model,
+    model_serializer,
+)
 
 from problems.base import InvalidProblem
 from problems.limits import HAND_CONSTRAINTS, HandConstraint, LimitKind
@@ -66,23 +75,25 @@ def hand_table(constraint: HandConstraint) -> dict[str, Any]:
     return {"kind": constraint.kind, **stated_values(constraint)}
 
 
-def read_constraint(table: Any) -> NamedSection:
-    """The section of one of [[constraints]]: of its ``kind``, of an expression where it has none."""
-    if isinstance(table, HandSection | ConstraintSection):
+def read_hand(table: Any) -> HandSection:
+    """The section of one of [[constraints]] that has a ``kind``."""
+    if isinstance(table, HandSection):
         return table
-    if not isinstance(table, Mapping):
-        raise ValueError(f"a table is needed, not {shown(table)}")
-    if "kind" not in table:
-        return read_section(ConstraintSection, table, "expression", "")
     kind = table["kind"]
     if not isinstance(kind, str) or kind not in SECTIONS:
         options = in_words([repr(name) for name in SECTIONS])
-        near = hint(kind, SECTIONS)
-        raise NestedError(f"kind: input should be {options}, not {shown(kind)}{near}")
+        raise NestedError(f"kind: input should be {options}, not {shown(kind)}{hint(kind, SECTIONS)}")
     return read_section(SECTIONS[kind], table, "kind", kind)
 
 
-AnyConstraint = Annotated[SerializeAsAny[NamedSection], PlainValidator(read_constraint)]
+def _form(table: object) -> str:
+    return "hand" if isinstance(table, HandSection) or (isinstance(table, Mapping) and "kind" in table) else "own"
+
+
+OfHand = Annotated[SerializeAsAny[HandSection], PlainValidator(read_hand)]
+AnyConstraint = Annotated[
+    Annotated[ConstraintSection, Tag("own")] | Annotated[OfHand, Tag("hand")], Discriminator(_form)
+]
 OwnConstraints = Annotated[list[AnyConstraint], Field(max_length=MOST_EXPRESSIONS), AfterValidator(check_names)]
 
 
