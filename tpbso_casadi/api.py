@@ -37,6 +37,7 @@ from problems import (
     pentagram,
 )
 from problems.evaluation import EvaluationOptions, PopulationFunction
+from problems.limits import ToolOrientation, ToolRegion, ToolSpeed, Upright
 from problems.motions import JointPath, MotionView
 from problems.tasks import PathTracing, Pose, SpaceTracing
 from solvers import (
@@ -162,7 +163,11 @@ __all__ = [
     "StopReason",
     "StoredPlan",
     "Tabulated",
+    "ToolOrientation",
+    "ToolRegion",
+    "ToolSpeed",
     "Trajectory",
+    "Upright",
     "Verdict",
     "Wait",
     "audit",

@@ -4,6 +4,17 @@ from problems.ladder.climb import Climb, gentler, joint_box
 from problems.ladder.descent import DeviationPolish
 from problems.ladder.deviation import Deviations
 from problems.ladder.goals import postures_around
-from problems.ladder.rephasing import at_the_bound
+from problems.ladder.own_limits import OwnLimits
+from problems.ladder.rephasing import at_the_bound, everywhere
 
-__all__ = ["Climb", "DeviationPolish", "Deviations", "at_the_bound", "gentler", "joint_box", "postures_around"]
+__all__ = [
+    "Climb",
+    "DeviationPolish",
+    "Deviations",
+    "OwnLimits",
+    "at_the_bound",
+    "everywhere",
+    "gentler",
+    "joint_box",
+    "postures_around",
+]

@@ -13,6 +13,7 @@ from problems.base import FloatArray
 from problems.core import World
 from problems.ladder.descent import DeviationPolish, Reached
 from problems.ladder.deviation import Deviations
+from problems.ladder.own_limits import OwnLimits
 from problems.motions import Trajectory
 from problems.robots import JointLimits, Robot
 from problems.sequential import JointTorques
@@ -76,6 +77,7 @@ class Climb:
         motions: between the two.
         box: lower and upper bounds of what is tried, (2, dof), rad.
         torques: of the robot; None where they are not limited.
+        own: limits that are expressions; None where there are none.
         running_out: whether there is no time left for something better.
     """
 
@@ -83,6 +85,7 @@ class Climb:
     motions: Deviations
     box: FloatArray
     torques: JointTorques | None = None
+    own: OwnLimits | None = None
     running_out: Callable[[], bool] = never
 
     @cached_property
@@ -137,13 +140,14 @@ class Climb:
     def _proven(self, x: FloatArray, to_beat: float, running_out: Callable[[], bool] = never) -> Reached | None:
         """What a polish makes of control points, mended where it comes too near between the postures looked at."""
         polish = DeviationPolish(
-            self.motions, self.world, self._spare, self.motions.parameters(), self.torques, running_out
+            self.motions, self.world, self._spare, self.motions.parameters(), self.torques, self.own, running_out
         )
+        x = polish.kept(x)
         for number in range(MENDED + 1):
             reached = polish(x, to_beat, MORE_PROGRAMS if number else FIRST_PROGRAMS)
             if reached.duration > SAME * to_beat or not reached.is_clear:
                 return None
-            between = polish.between(reached.x)
+            between = polish.between(reached.x, reached.duration)
             if not between.size and self.world.prove(self.motions.trajectory(reached.x, reached.duration)).status:
                 return reached
             if not between.size:

@@ -7,7 +7,7 @@ clearance that is missing, so that a motion through an obstacle is a beginning a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from problems.base import FloatArray
 from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, World, joined
 from problems.ladder.deviation import AT_REST, Deviations, JointRows, PostureRows
+from problems.ladder.own_limits import OwnLimits
 from problems.sequential import JointTorques
 
 CLEARANCE_PRICE = 30.0  # s/m: what a program pays for clearance that is missing
@@ -44,6 +45,10 @@ TIGHTER = 3e-5  # rad, of ranges where one was broken between postures that were
 OUT_OF_RANGE = 1e-5  # rad, of a range that is a little smaller than the joint's
 MENDING = 0.5  # of what a step can reach: so much of what a joint is out of its range has to be mended
 RANGE_PRICE = 3.0  # s/rad: what a motion pays that leaves the range
+OWN_PRICE = 3.0  # s: what a program pays for an own limit that is broken, of its scale
+OWN_NEAR = 0.5  # of the scale: what depends on how fast a motion is matters from there on
+OWN_ROUNDING = 1e-10  # of the scale
+OWN_NEEDED = 0.25  # of what is kept of own limits: less than that between two postures is mended
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,13 +59,16 @@ class Reached:
         x: free control points, (free, k), rad.
         duration: the least that its joints' limits allow, s.
         near: what comes near in its postures.
-        missing: the sum of the clearances that are missing, m, and of what joints are out of their ranges, as dear.
+        own: own limits in its postures, and by how much of what is kept there they miss it, (n, m), of the scale.
+        missing: the sum of the clearances that are missing, m, and, as dear, of what joints are out of their ranges and
+            of own limits that are broken.
         is_clear: whether no posture that is looked at lacks more than a share of what is spare.
     """
 
     x: FloatArray
     duration: float
     near: Nearby
+    own: FloatArray
     missing: float
     is_clear: bool
 
@@ -84,6 +92,7 @@ class DeviationPolish:
         spare: kept of obstacles and of each other on top of what must be, where postures are looked at, m, (2,).
         u: parameters of these postures, (n,).
         torques: of the robot; None where they are not limited.
+        own: limits that are expressions; None where there are none.
         running_out: whether there is no time left.
     """
 
@@ -92,6 +101,7 @@ class DeviationPolish:
     spare: FloatArray
     u: FloatArray
     torques: JointTorques | None = None
+    own: OwnLimits | None = None
     running_out: Callable[[], bool] = lambda: False
 
     @cached_property
@@ -113,21 +123,32 @@ class DeviationPolish:
         u = np.union1d(self.motions.parameters(TORQUE_SAMPLES), self.motions.switches)
         return tuple(self.motions.postures(u, order) for order in range(3))
 
+    @cached_property
+    def _own_moving(self) -> tuple[PostureRows, ...]:
+        """The postures that are looked at, and their derivatives, for own limits."""
+        return tuple(self.motions.postures(self.u, order) for order in range(3))
+
+    @cached_property
+    def own_spare(self) -> FloatArray:
+        """What is kept of each own limit where postures are looked at, of its scale, (m,)."""
+        return np.empty(0) if self.own is None else self.own.spare(self.motions.start, self.motions.goal)
+
     def __call__(self, x: FloatArray, to_beat: float = np.inf, programs: int = PROGRAMS) -> Reached:
         """The best that steps from a motion with some free control points (free, k) lead to."""
         best, trust, idle = self.reached(x, FIRST_TRUST), FIRST_TRUST, 0
         for number in range(programs):
             if self._done(best, number, to_beat) or self.running_out():
                 break
-            step = self._program(best, trust).solved()
+            own = self._own_rows(best, trust)
+            step = self._program(best, trust, own).solved()
             if step is None:
                 trust *= SHRINKS
                 if trust < LEAST_TRUST:
                     break
                 continue
             change, saved = step[0], -step[1]
-            other = self.reached(best.x + change, min(GROWS * trust, LARGEST_TRUST))
-            gain, promised = best.cost - other.cost, self._promised(best, change, saved)
+            other = self._stepped(best.x + change, min(GROWS * trust, LARGEST_TRUST))
+            gain, promised = best.cost - other.cost, self._promised(best, change, saved, own)
             if gain > 0.0:
                 share = gain / max(promised, gain, 1e-12)
                 idle = idle + 1 if gain < LEAST_GAIN * best.duration else 0
@@ -139,12 +160,27 @@ class DeviationPolish:
                 break
         return best
 
+    def _stepped(self, x: FloatArray, trust: float) -> Reached:
+        """The motion of control points, or of those near by that keep own limits, which bend away from a long step."""
+        found = self.reached(x, trust)
+        if self.own is None or not found.own.size or found.own.max() <= 0.0:
+            return found
+        other = self.reached(self.kept(x), trust)
+        return other if other.cost < found.cost else found
+
+    def kept(self, x: FloatArray) -> FloatArray:
+        """Control points near some whose postures keep what own limits say of angles."""
+        if self.own is None:
+            return x
+        theta = self.motions.postures(self.motions.parameters()).values(self.motions.padded(x))
+        return x + self.motions.fit @ (self.own.projected(theta, self.own_spare) - theta)
+
     def _done(self, best: Reached, number: int, to_beat: float) -> bool:
         if best.is_clear and best.duration <= AT_BOUND * self.motions.bound:
             return True
         return number >= HOPELESS_AFTER and best.cost > HOPELESS * to_beat
 
-    def between(self, x: FloatArray) -> FloatArray:
+    def between(self, x: FloatArray, duration: float) -> FloatArray:
         """Where a motion breaks something between the postures that are looked at: parameters (m,), the worst ones."""
         u, least = self.motions.parameters(FINE), NEEDED * self.spare.min()
         theta = self.motions.postures(u).values(self.motions.padded(x))
@@ -152,6 +188,10 @@ class DeviationPolish:
         if self._ranges is not None:
             low, high = np.array(self.motions.limits.position).T
             found.append(_dips(np.minimum(theta - low, high - theta).min(axis=1), -ROUNDING))
+        if self.own is not None:
+            state = _state_of([self.motions.postures(u, order) for order in range(3)], self.motions.padded(x), duration)
+            kept = OWN_NEEDED * self.own_spare
+            found.append(_dips(-(self.own.values(state) + kept).max(axis=1), -OWN_ROUNDING))
         return np.unique(u[np.concatenate(found)])
 
     def looking_at(self, more: FloatArray) -> DeviationPolish:
@@ -166,11 +206,17 @@ class DeviationPolish:
             state = self._state(padded, duration)
             if np.abs(self.torques.shares(state)).max() > 1.0:
                 duration *= max(1.0, self.torques.time_scale(state))
+        own = np.empty((0, 0))
+        if self.own is not None:
+            duration *= max(1.0, self.own.time_scale(_state_of(self._own_moving, padded, duration)))
+            own = self.own.values(_state_of(self._own_moving, padded, duration)) + self.own_spare
         near = self.world.nearby(self._postures.values(padded), self.spare.max() + CLOSER * trust)
         lacking, outside = self.spare[near.own.astype(int)] - near.rooms, self._outside(padded)
         is_clear = outside == 0.0 and bool((lacking <= (1.0 - ENOUGH) * self.spare[near.own.astype(int)]).all())
-        missing = float(np.maximum(lacking, 0.0).sum()) + RANGE_PRICE / CLEARANCE_PRICE * outside
-        return Reached(x, duration, near, missing, is_clear)
+        is_clear = is_clear and bool((own <= (1.0 - ENOUGH) * self.own_spare + OWN_ROUNDING).all())
+        dear = RANGE_PRICE * outside + OWN_PRICE * float(np.maximum(own, 0.0).sum())
+        missing = float(np.maximum(lacking, 0.0).sum()) + dear / CLEARANCE_PRICE
+        return Reached(x, duration, near, own, missing, is_clear)
 
     def _outside(self, padded: FloatArray) -> float:
         """By how much angles are out of the joints' ranges, together, rad."""
@@ -182,13 +228,11 @@ class DeviationPolish:
         return float(beyond[beyond > OUT_OF_RANGE].sum())
 
     def _state(self, padded: FloatArray, duration: float) -> FloatArray:
-        """Angles, velocities and accelerations in the postures that are looked at, (n, 3 k)."""
-        return np.concatenate(
-            [part.values(padded) / duration**order for order, part in enumerate(self._moving)], axis=1
-        )
+        """Angles, velocities and accelerations where torques are looked at, (n, 3 k)."""
+        return _state_of(self._moving, padded, duration)
 
-    def _promised(self, around: Reached, change: FloatArray, saved: float) -> float:
-        """What a program promises to save, s, with the clearance that it leaves missing itself."""
+    def _promised(self, around: Reached, change: FloatArray, saved: float, own: WholeRows | None) -> float:
+        """What a program promises to save, s, with the clearance that it leaves missing itself, and own limits."""
         near = around.near
         moved = self._postures
         by_joints = np.einsum(
@@ -196,9 +240,14 @@ class DeviationPolish:
             self.motions.padded(change)[moved.first[near.samples][:, None] + np.arange(4)],
         )  # fmt: skip
         left = self.spare[near.own.astype(int)] - near.rooms - np.einsum("mk,mk->m", near.gradients, by_joints)
-        return saved + CLEARANCE_PRICE * (around.missing - float(np.maximum(left, 0.0).sum()))
+        lacking = CLEARANCE_PRICE * float(np.maximum(left, 0.0).sum())
+        if own is not None:
+            padded = self.motions.padded(change)[own.first[:, None] + AT_REST + np.arange(4)]
+            moved = np.einsum("mak,mak->m", own.weights, padded) - own.by_time * saved
+            lacking += OWN_PRICE * float(np.maximum(moved - own.bound, 0.0).sum())
+        return saved + CLEARANCE_PRICE * around.missing - lacking
 
-    def _program(self, around: Reached, trust: float) -> LinearProgram:
+    def _program(self, around: Reached, trust: float, own: WholeRows | None) -> LinearProgram:
         motions, faster, slower = self.motions, FASTER * around.duration, SLOWER * around.duration
         padded = motions.padded(around.x)
         parts = [
@@ -209,6 +258,7 @@ class DeviationPolish:
         box = np.full(around.x.shape, trust)
         least = max(-faster, motions.bound - around.duration - 1e-12)
         whole = [self._clearances(around, trust), *self._torques(padded, around.duration)]
+        whole += [] if own is None else [own]
         return LinearProgram(joined(parts), joined(whole), -box, box, (least, slower))
 
     def _limit(
@@ -275,15 +325,48 @@ class DeviationPolish:
         sample, joint = np.nonzero(np.abs(shares) > LARGE)
         used, place = np.unique(sample, return_inverse=True)
         slopes = self.torques.slopes(state[used])[place, joint] * np.sign(shares[sample, joint])[:, None, None]
-        rows, k = self._moving, self.motions.dof
-        own, by_time = np.zeros((len(sample), 4, k)), np.zeros(len(sample))
-        for order, part in enumerate(rows):
-            own += part.weights[sample][:, :, None] * (slopes[:, order] / duration**order)[:, None, :]
-            change = -order / duration * state[sample, order * k : (order + 1) * k]
-            by_time += np.einsum("mk,mk->m", slopes[:, order], change)
+        own, by_time = _slopes_of(self._moving, sample, slopes, state, duration)
         left = 1.0 - np.abs(shares[sample, joint])
-        first = rows[0].first[sample] - AT_REST
+        first = self._moving[0].first[sample] - AT_REST
         return [WholeRows(first, own, by_time, left, np.full(len(sample), TORQUE_PRICE))]
+
+    def _own_rows(self, around: Reached, trust: float) -> WholeRows | None:
+        """Own limits to first order, where they may matter."""
+        if self.own is None:
+            return None
+        state = _state_of(self._own_moving, self.motions.padded(around.x), around.duration)
+        _, slopes = self.own.linear(state)
+        reach = np.where(self.own.is_static, np.abs(slopes[:, :, 0]).sum(axis=2) * trust, OWN_NEAR)
+        sample, row = np.nonzero(-around.own < reach)
+        own, by_time = _slopes_of(self._own_moving, sample, slopes[sample, row], state, around.duration)
+        first, price = self._own_moving[0].first[sample] - AT_REST, np.full(sample.size, OWN_PRICE)
+        return WholeRows(first, own, by_time, -around.own[sample, row], price)
+
+
+def _state_of(moving: Sequence[PostureRows], padded: FloatArray, duration: float) -> FloatArray:
+    """Angles, velocities and accelerations in some postures, (n, 3 k)."""
+    return np.concatenate([part.values(padded) / duration**order for order, part in enumerate(moving)], axis=1)
+
+
+def _slopes_of(
+    moving: Sequence[PostureRows], sample: NDArray[np.intp], slopes: FloatArray, state: FloatArray, duration: float
+) -> tuple[FloatArray, FloatArray]:
+    """By control points, (m, 4, k), and by the duration, (m,), of what changes with the state by slopes (m, 3, k).
+
+    Args:
+        moving: postures and their derivatives.
+        sample: in which of the postures, (m,).
+        slopes: by angles, velocities and accelerations.
+        state: of all postures, (n, 3 k).
+        duration: of the motion, s.
+    """
+    k = slopes.shape[2]
+    by_points, by_time = np.zeros((len(sample), 4, k)), np.zeros(len(sample))
+    for order, part in enumerate(moving):
+        by_points += part.weights[sample][:, :, None] * (slopes[:, order] / duration**order)[:, None, :]
+        change = -order / duration * state[sample, order * k : (order + 1) * k]
+        by_time += np.einsum("mk,mk->m", slopes[:, order], change)
+    return by_points, by_time
 
 
 def _dips(values: FloatArray, least: float) -> NDArray[np.intp]:

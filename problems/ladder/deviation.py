@@ -235,7 +235,12 @@ class Deviations:
         u = self.parameters()
         share = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
         wanted = np.column_stack([np.interp(share, at, column) for column in path.T])
-        return np.asarray(_fit() @ (wanted - self._base(u, 0)))
+        return np.asarray(self.fit @ (wanted - self._base(u, 0)))
+
+    @property
+    def fit(self) -> FloatArray:
+        """From changes of postures at the usual parameters to those of free control points: (free, n)."""
+        return _fit()
 
     def trajectory(self, x: FloatArray, duration: float) -> Trajectory:
         """The motion of free control points (free, k) in a time in s."""

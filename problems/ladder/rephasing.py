@@ -7,9 +7,10 @@ in one of these; they are drawn at random, and looked at in a few postures befor
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +81,14 @@ class Rephased:
         return rest_to_rest(self.start, self.goal, self.limits, Phasing(stretches, waits))
 
 
+Allowed: TypeAlias = Callable[[FloatArray], NDArray[np.bool_]]
+
+
+def everywhere(theta: FloatArray) -> NDArray[np.bool_]:
+    """All postures (n, dof)."""
+    return np.ones(len(theta), dtype=bool)
+
+
 def drawn(count: int, dof: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
     """Stretches and waits of so many motions, both (count, dof)."""
     stretches = np.where(rng.random((count, dof)) < OWN, 0.0, rng.random((count, dof)))
@@ -89,7 +98,7 @@ def drawn(count: int, dof: int, rng: np.random.Generator) -> tuple[FloatArray, F
 
 
 def at_the_bound(
-    around: Surroundings, start: FloatArray, goals: FloatArray, rng: np.random.Generator
+    around: Surroundings, start: FloatArray, goals: FloatArray, rng: np.random.Generator, allowed: Allowed = everywhere
 ) -> Iterator[Trajectory]:
     """The direct motions and others as fast as they that are clear: proven, where the core can, else looked at.
 
@@ -98,6 +107,7 @@ def at_the_bound(
         start: at rest, (dof,), rad.
         goals: of which any will do, the soonest reached first, (n, dof), rad.
         rng: of the draws.
+        allowed: which postures (n, dof) may be passed, (n,).
     """
     limits, world = around.robot.limits, around.world
 
@@ -106,22 +116,26 @@ def at_the_bound(
 
     motions = [Rephased(start, goal, limits) for goal in goals[:GOALS]]
     for motion in motions:
-        if _clear(around, motion, np.zeros((1, start.size)), np.zeros((1, start.size))).size and proven(motion.direct):
+        none = np.zeros((1, start.size))
+        if _clear(around, motion, none, none, allowed).size and proven(motion.direct):
             yield motion.direct
     for motion in motions:
         stretches, waits = drawn(DRAWS // len(motions), start.size, rng)
-        for number in _clear(around, motion, stretches, waits):
+        for number in _clear(around, motion, stretches, waits, allowed):
             trajectory = motion.made(stretches[number], waits[number])
             if proven(trajectory):
                 yield trajectory
 
 
-def _clear(around: Surroundings, motion: Rephased, stretches: FloatArray, waits: FloatArray) -> NDArray[np.intp]:
+def _clear(
+    around: Surroundings, motion: Rephased, stretches: FloatArray, waits: FloatArray, allowed: Allowed
+) -> NDArray[np.intp]:
     """Numbers of the motions that are clear at all looks."""
     left = np.arange(len(stretches))
     for share in looks():
         if not left.size:
             break
         theta = motion.postures(stretches[left], waits[left], float(share))
+        left, theta = left[may := allowed(theta)], theta[may]
         left = left[around.clear(theta, np.full(left.size, share * motion.direct.duration))]
     return left

@@ -23,6 +23,7 @@ from problems.limits.covers import (
     touching_links,
 )
 from problems.limits.expression import ExpressionLimit, StatedExpression
+from problems.limits.hand import HAND_CONSTRAINTS, HandConstraint, ToolOrientation, ToolRegion, ToolSpeed, Upright
 from problems.limits.joint_limits import (
     AccelerationLimit,
     DurationBounds,
@@ -99,6 +100,7 @@ def complete_limits(limits: Sequence[Limit], robot: Robot, obstacles: Sequence[O
 
 __all__ = [
     "AT_GOAL",
+    "HAND_CONSTRAINTS",
     "KINDS",
     "LARGEST_SLOWDOWN",
     "LIMITS",
@@ -115,6 +117,7 @@ __all__ = [
     "CoverSelfClearance",
     "DurationBounds",
     "ExpressionLimit",
+    "HandConstraint",
     "Items",
     "Limit",
     "LimitKind",
@@ -128,7 +131,11 @@ __all__ = [
     "StatedExpression",
     "StepLimit",
     "TaperedMargin",
+    "ToolOrientation",
+    "ToolRegion",
+    "ToolSpeed",
     "TorqueLimit",
+    "Upright",
     "can_hold",
     "clearances",
     "complete_limits",

@@ -8,9 +8,11 @@ from math import inf
 from typing import Any, TypeAlias
 
 from problems import OBJECTIVES, InvalidProblem, Limit, Objective, Robot
+from problems.limits import HandConstraint
 from problems.motions import Stated, traced
 from tpbso_casadi.scenario import (
     ScenarioError,
+    hand_table,
     path_of,
     plain,
 )
@@ -88,7 +90,7 @@ class StatedCost:
         return table
 
 
-AnyConstraint: TypeAlias = StatedConstraint | Limit | type[Limit]
+AnyConstraint: TypeAlias = StatedConstraint | HandConstraint | Limit | type[Limit]
 AnyTerm: TypeAlias = str | StatedCost | Objective | type[Objective]
 AnyObjective: TypeAlias = AnyTerm | Mapping[Any, float] | Sequence[tuple[float, AnyTerm]]
 
@@ -101,21 +103,31 @@ def _bound(value: Any, none: float) -> Any:
 
 
 def constraints_table(constraints: AnyConstraint | Iterable[AnyConstraint], robot: Robot) -> Table:
-    """Keys of [model]: constraints of a user's own, and classes of limits by their paths.
+    """Keys of [model]: constraints of a hand and of a user's own, and classes of limits by their paths.
 
     Raises:
         ScenarioError: one is neither.
     """
     each = list(constraints) if isinstance(constraints, Iterable) else [constraints]
-    own = [one.table(robot) for one in each if isinstance(one, StatedConstraint)]
-    return {"constraints": own, "limits": [_limit(one, robot) for one in each if not isinstance(one, StatedConstraint)]}
+    own = [_table(one, robot) for one in each if isinstance(one, WITH_TABLES)]
+    return {"constraints": own, "limits": [_limit(one, robot) for one in each if not isinstance(one, WITH_TABLES)]}
+
+
+WITH_TABLES = (StatedConstraint, HandConstraint)
+
+
+def _table(one: StatedConstraint | HandConstraint, robot: Robot) -> Table:
+    return hand_table(one) if isinstance(one, HandConstraint) else one.table(robot)
 
 
 def _limit(limit: Any, robot: Robot) -> str:
     """The path of a class of limits."""
     kind = limit if isinstance(limit, type) else type(limit)
     if not issubclass(kind, Limit):
-        raise ScenarioError(f"constraints: {limit!r:.60} is no tp.Constraint, and no class derived from problems.Limit")
+        raise ScenarioError(
+            f"constraints: {limit!r:.60} is no tp.Constraint, none such as tp.Upright, and no class derived "
+            "from problems.Limit"
+        )
     if kind is not limit and kind.for_robot(robot, ()) != limit:
         raise ScenarioError(f"constraints: say the class {kind.__name__}: what its holding makes is stored, no object")
     return path_of(kind)

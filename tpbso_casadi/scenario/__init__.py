@@ -2,6 +2,7 @@
 
 from tpbso_casadi.scenario.cases import DEFAULT, TITLES, best_known, builtin
 from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE, PluginError, find_objective, find_solver
+from tpbso_casadi.scenario.constraints import hand_table
 from tpbso_casadi.scenario.input_files import (
     LARGEST_ANGLE,
     InputFolder,
@@ -120,6 +121,7 @@ __all__ = [
     "describe",
     "find_objective",
     "find_solver",
+    "hand_table",
     "hint",
     "in_words",
     "is_folder",

@@ -38,10 +38,15 @@ OwnName = Annotated[Word, AfterValidator(_free)]
 Bound = Annotated[list[Number], Field(min_length=1, max_length=MOST_VALUES)]
 
 
-class ConstraintSection(Section):
-    """One of [[model.constraints]]: bounds, in ``unit``, of an expression in what is known of one instant."""
+class NamedSection(Section):
+    """A table with a name of its own."""
 
     name: OwnName
+
+
+class ConstraintSection(NamedSection):
+    """One of [[constraints]] without a ``kind``: bounds, in ``unit``, of an expression in one instant of the motion."""
+
     unit: Word = "1"
     lower: Number | Bound | None = None
     upper: Number | Bound | None = None
@@ -52,7 +57,7 @@ class ConstraintSection(Section):
         if len(self.expression.split("\n= ")) > MOST_VALUES:
             raise ValueError(f"expression: more than {MOST_VALUES} values")
         try:
-            self.kind()
+            self.limit_kind()
         except InvalidProblem as error:
             raise ValueError(error.reason) from error
         return self
@@ -63,16 +68,15 @@ class ConstraintSection(Section):
         lower, upper = (None if bound is None else list(bound) for bound in (kind.lower, kind.upper))
         return cls(name=kind.name, unit=kind.unit, lower=lower, upper=upper, expression=kind.function.text)
 
-    def kind(self) -> StatedExpression:
+    def limit_kind(self) -> StatedExpression:
         """The kind of limit."""
         lower, upper = _bound(self.lower), _bound(self.upper)
         return StatedExpression(self.name, self.unit, SampleFunction(self.expression), lower, upper)
 
 
-class ObjectiveSection(Section):
+class ObjectiveSection(NamedSection):
     """One of [[task.objectives]]: the integral over time of ``expression``, and ``terminal`` of the duration."""
 
-    name: OwnName
     unit: Word = "1"
     expression: Expression | None = None
     terminal: Expression | None = None
@@ -91,7 +95,7 @@ class ObjectiveSection(Section):
         return ExpressionObjective(self.name, self.unit, rate, terminal)
 
 
-S = TypeVar("S", ConstraintSection, ObjectiveSection)
+S = TypeVar("S", bound=NamedSection)
 
 
 def check_names(sections: list[S]) -> list[S]:

@@ -27,7 +27,8 @@ from problems.base import FloatArray
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import KnotRedundancy
 from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE, PluginError, find_objective
-from tpbso_casadi.scenario.expressions import ConstraintSection, ObjectiveSection, check_names
+from tpbso_casadi.scenario.constraints import OwnConstraints, limit_kinds
+from tpbso_casadi.scenario.expressions import ObjectiveSection, check_names
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.validation import (
     MOST_EXPRESSIONS,
@@ -59,7 +60,6 @@ def _known_objective(name: str, info: ValidationInfo) -> str:
 
 ObjectiveName = Annotated[Word, AfterValidator(_known_objective)]
 OwnObjectives = Annotated[list[ObjectiveSection], Field(max_length=MOST_EXPRESSIONS), AfterValidator(check_names)]
-OwnConstraints = Annotated[list[ConstraintSection], Field(max_length=MOST_EXPRESSIONS), AfterValidator(check_names)]
 LimitName = Annotated[Word, choice_of(LIMIT_CATALOGUE.registry, LIMIT_CATALOGUE.find)]
 Formulation = Annotated[Word, choice_of(FORMULATIONS)]
 
@@ -110,7 +110,7 @@ class ModelSection(Section):
     @property
     def further_limits(self) -> list[LimitKind]:
         """Kinds of limits that hold besides those of the robot and of the obstacles."""
-        return [*(LIMIT_CATALOGUE.find(name) for name in self.limits), *(own.kind() for own in self.constraints)]
+        return [*(LIMIT_CATALOGUE.find(name) for name in self.limits), *limit_kinds(self.constraints)]
 
     @model_serializer(mode="wrap")
     def _without_empty_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:

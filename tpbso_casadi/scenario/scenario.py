@@ -36,6 +36,8 @@ from tpbso_casadi.scenario.catalogues import (
     find_solver,
     is_raised_in,
 )
+from tpbso_casadi.scenario.constraints import OwnConstraints
+from tpbso_casadi.scenario.expressions import check_names
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml
 from tpbso_casadi.scenario.model import ModelSection, with_motion
 from tpbso_casadi.scenario.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles, with_files
@@ -157,6 +159,7 @@ class Scenario(FileSection):
     carried: list[CarriedSection] = Field(default_factory=list, max_length=MOST_CARRIED)
     may_touch: Annotated[list[tuple[Word, Word]], Field(max_length=MOST_CONTACTS)] = Field(default_factory=list)
     model: ModelSection = ModelSection()
+    constraints: OwnConstraints = Field(default_factory=list)
     solver: SolverSection = SolverSection()
     simulation: SimulationSection | None = None
 
@@ -174,7 +177,7 @@ class Scenario(FileSection):
     @model_serializer(mode="wrap")
     def _without_missing_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         content: dict[str, Any] = serialize(self)
-        for key in ("simulation", "scene", "carried", "may_touch"):
+        for key in ("simulation", "scene", "carried", "may_touch", "constraints"):
             if not getattr(self, key):
                 content.pop(key, None)  # which is not there where tables are chosen
         return content
@@ -213,8 +216,13 @@ class Scenario(FileSection):
         table, model = self.robot_table, with_motion(self.model, self.task)
         usual = {"self_collision": table.avoids_itself, "samples": table.usual_samples}
         left_out = {key: value for key, value in usual.items() if key not in model.model_fields_set}
-        model = ModelSection.model_construct(model.model_fields_set, **{**dict(model), **left_out})
-        object.__setattr__(self, "model", model)  # frozen from now on
+        own = check_names([*model.constraints, *self.constraints])
+        filled = {**dict(model), **left_out, "constraints": own}
+        stated = model.model_fields_set | ({"constraints"} if self.constraints else set())
+        object.__setattr__(self, "model", ModelSection.model_construct(stated, **filled))  # frozen from now on
+        if self.constraints:
+            self.__pydantic_fields_set__.add("model")  # of which they are from now on
+            object.__setattr__(self, "constraints", [])
         return self
 
     @property
@@ -274,7 +282,8 @@ class Scenario(FileSection):
             LOG.info("model: %d joints, %d obstacles in %.3f s", robot.dof, len(obstacles), time.perf_counter() - began)
             return stated
         except InvalidProblem as error:
-            raise ScenarioError(f"{tables.get(error.field, 'task.')}{error.field}: {error.reason}") from error
+            table = tables.get(error.field.partition(".")[0], "task.")
+            raise ScenarioError(f"{table}{error.field}: {error.reason}") from error
 
     def _with_contacts(self, robot: Robot, obstacles: Sequence[Obstacle]) -> Robot:
         """The robot that may touch what ``may_touch`` says, of itself and of obstacles."""

@@ -21,9 +21,9 @@ from problems import InvalidProblem, Robot
 from problems.base import FloatArray, as_array
 from problems.robots import SpatialArm
 from problems.tasks import Arc, Corners, Pose, Position, StraightWay, ToolPath, ToolWay
+from tpbso_casadi.scenario.constraints import OwnConstraints
 from tpbso_casadi.scenario.expressions import ConstraintSection
 from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_points
-from tpbso_casadi.scenario.model import OwnConstraints
 from tpbso_casadi.scenario.obstacles import AnyObstacle
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlaces, PlaceValue, PoseTable, built, read_place
 from tpbso_casadi.scenario.spatial_robots import PayloadTable, PerJoint

@@ -341,7 +341,8 @@ def _of_polish(result: RunResult, problem: Problem[Any]) -> Iterator[str]:
     if solver.within is None:
         if polish is not None and not solver.polish_starts:
             yield "polish: the scenario asks for none"
-        if polish is None and solver.polish_starts and problem.is_descended and not result.interrupted:
+        expected = solver.polish_starts and problem.is_descended and result.evaluations
+        if polish is None and expected and not result.interrupted:
             yield "polish: missing key"
         if polish is not None and polish.starts > solver.polish_starts:
             yield f"polish.starts: {polish.starts} where the scenario asks for {solver.polish_starts}"

@@ -22,7 +22,7 @@ from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.families.splines.encoding import ControlPoints, nominal, stops
 from problems.families.splines.path_problem import MoveSteps, SplineProblem, end_rates
 from problems.families.splines.program import MoveNlp, usual_pieces
-from problems.ladder import Climb, Deviations, at_the_bound, gentler, joint_box, postures_around
+from problems.ladder import Climb, Deviations, OwnLimits, at_the_bound, everywhere, gentler, joint_box, postures_around
 from problems.limits import (
     MAX_STEP_SHARE,
     SAMPLING_MARGIN,
@@ -335,8 +335,19 @@ class MoveProblem(SplineProblem):
     @cached_property
     def _has_polish(self) -> bool:
         """Whether sequential linear programs know all that is asked for."""
-        least_time = self.objective.is_time_dependent and self.objective.sooner_is_better
-        return least_time and can_be_polished(self.task, self.limits)
+        return self._is_least_time and can_be_polished(self.task, self.limits)
+
+    @property
+    def _is_least_time(self) -> bool:
+        return self.objective.is_time_dependent and self.objective.sooner_is_better
+
+    @cached_property
+    def _has_ladder(self) -> bool:
+        """Whether motions are tried before a search: in space, where own limits are of postures and their speeds."""
+        if self.robot.dim != 3 or self.branches:
+            return False
+        known = [limit for limit in self.limits if not OwnLimits.know(limit)]
+        return self._is_least_time and can_be_polished(self.task, known)
 
     @property
     def is_polished(self) -> bool:
@@ -360,15 +371,19 @@ class MoveProblem(SplineProblem):
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """Where nothing but time counts; of a pose the postures around the branch's, the soonest first."""
-        if self.is_polished and not self.branches:
+        if self._has_ladder:
             goals, _ = self._goals
             around, start = Surroundings(self.robot, self.obstacles), branch_posture(self.robot, self.task.start)
-            yield from filter(self._held, at_the_bound(around, start, goals, rng))
+            allowed = everywhere if self._own is None else self._own.allow
+            if allowed(start[None]).all():
+                yield from filter(self._held, at_the_bound(around, start, goals, rng, allowed))
 
     def _held(self, trajectory: Trajectory) -> bool:
-        """Whether motors give what a motion needs, at times at which it is extreme."""
-        torques = self._torques
-        return torques is None or torques.time_scale_of(trajectory, trajectory.times(TORQUE_LOOKS)) <= 1.0
+        """Whether motors give what a motion needs, and it keeps own limits, at times at which it is extreme."""
+        torques, times = self._torques, trajectory.times(TORQUE_LOOKS)
+        if self._own is not None and not self._own.hold(trajectory, times):
+            return False
+        return torques is None or torques.time_scale_of(trajectory, times) <= 1.0
 
     def climbed(self, seed: int, to_beat: float, running_out: Callable[[], bool]) -> Iterator[Trajectory]:
         """Fast motions to the postures at the goal that can be reached soonest, each faster than those before.
@@ -378,16 +393,19 @@ class MoveProblem(SplineProblem):
             to_beat: duration of a motion that is known, s.
             running_out: whether there is no time left.
         """
-        world = World.of(self.robot, self.obstacles) if self.is_polished and not self.branches else None
+        world = World.of(self.robot, self.obstacles) if self._has_ladder else None
         if world is None:
             return
         start, limits, (goals, bounds) = branch_posture(self.robot, self.task.start), self.robot.limits, self._goals
-        clear = np.flatnonzero(world.clear(goals))[:MOST_CLIMBS]
+        allowed = everywhere if self._own is None else self._own.allow
+        if not allowed(start[None]).all():
+            return
+        clear = np.flatnonzero(world.clear(goals) & allowed(goals))[:MOST_CLIMBS]
         for goal, bound in zip(goals[clear], bounds[clear], strict=True):
             if bound >= to_beat or (to_beat < np.inf and running_out()):
                 break
             motions = Deviations(start, goal, limits, gentler=gentler(start, goal, limits, self._torques))
-            climb = Climb(world, motions, joint_box(self.robot, start, goal), self._torques, running_out)
+            climb = Climb(world, motions, joint_box(self.robot, start, goal), self._torques, self._own, running_out)
             found = climb(seed, to_beat)
             if found is not None:
                 yield found
@@ -409,6 +427,10 @@ class MoveProblem(SplineProblem):
     @property
     def _torques(self) -> JointTorques | None:
         return JointTorques.among(self.limits)
+
+    @property
+    def _own(self) -> OwnLimits | None:
+        return OwnLimits.among(self.limits)
 
     @cached_property
     def _polish(self) -> Polish:

@@ -1,0 +1,73 @@
+"""Expressions as rows of linear programs: values, slopes, room, time, and the nearest postures that keep them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers.space import small_arm
+
+from problems.ladder import OwnLimits
+from problems.ladder.own_limits import SPARE
+from problems.limits import StatedExpression, ToolRegion, ToolSpeed, Upright
+from problems.motions import traced
+
+ARM = small_arm()
+RNG = np.random.default_rng(3)
+UPRIGHT = Upright(toward=(0.0, 0.0, 1.0), tolerance=0.2).for_robot(ARM, ())
+ABOVE = ToolRegion(point=(0.0, 0.0, 0.3), normal=(0.0, 0.0, 1.0)).for_robot(ARM, ())
+SPEED = ToolSpeed(max=0.5).for_robot(ARM, ())
+OWN = OwnLimits.of((UPRIGHT, ABOVE, SPEED))
+
+
+def states(count: int) -> np.ndarray:
+    return RNG.uniform(-1.0, 1.0, (count, 3 * ARM.dof))
+
+
+def test_values_are_shares_of_the_scale_beyond_a_bound() -> None:
+    state = states(5)
+    full = np.pad(state, ((0, 0), (0, ARM.dof + 1)))
+    tilt, height, speed = (limit.function.probed(ARM, full)[:, 0] for limit in (UPRIGHT, ABOVE, SPEED))
+    expected = np.column_stack([(tilt - 0.2) / 0.2, -height, (speed - 0.5) / 0.5])
+    np.testing.assert_allclose(OWN.values(state), expected, atol=1e-9)
+
+
+def test_slopes_are_those_of_differences() -> None:
+    state, step = states(3), 1e-6
+    _, slopes = OWN.linear(state)
+    for column in range(state.shape[1]):
+        other = state.copy()
+        other[:, column] += step
+        change = (OWN.values(other) - OWN.values(state)) / step
+        np.testing.assert_allclose(slopes.reshape(3, 3, -1)[:, :, column], change, atol=1e-4)
+
+
+def test_what_is_of_postures_alone_is_known_and_time_restores_the_rest() -> None:
+    assert OWN.is_static.tolist() == [True, True, False]
+    state = states(4)
+    scale = OWN.time_scale(state)
+    slower = state.copy()
+    slower[:, ARM.dof :] /= scale
+    assert OWN.values(slower)[:, 2].max() == pytest.approx(-SPARE, abs=1e-9)
+    assert OwnLimits.of((UPRIGHT,)).time_scale(state) == 0.0
+
+
+def test_projected_postures_keep_what_they_must() -> None:
+    theta = RNG.uniform(-0.4, 0.4, (20, ARM.dof))
+    spare = np.full(3, SPARE)
+    found = OWN.projected(theta, spare)
+    broken = (OWN.at_rest(theta)[:, :2] > 0.0).any(axis=1)
+    assert broken.any() and OWN.allow(found).all()
+    kept = (OWN.at_rest(theta)[:, :2] <= -SPARE).all(axis=1)
+    np.testing.assert_array_equal(found[kept], theta[kept])
+
+
+def test_no_more_is_kept_than_the_ends_leave() -> None:
+    theta = OWN.projected(RNG.uniform(-0.2, 0.2, (1, ARM.dof)), np.zeros(3))[0]
+    spare = OWN.spare(theta, theta)
+    assert (spare <= SPARE).all() and (OWN.at_rest(theta[None])[0] + spare <= 1e-12).all()
+
+
+def test_what_depends_on_the_time_is_left_to_a_search() -> None:
+    late = StatedExpression("late", "1", traced(lambda m: m.q[0] * m.time, ARM, "late"), None, (1.0,))
+    assert OwnLimits.know(UPRIGHT) and not OwnLimits.know(late.for_robot(ARM, ()))
+    assert OwnLimits.among(()) is None and OwnLimits.among((SPEED,)) is OwnLimits.among((SPEED,))

@@ -1,0 +1,110 @@
+"""[[constraints]]: kinds of a hand beside expressions; degrees, both tables, what is stored, what is refused."""
+
+from __future__ import annotations
+
+import pickle
+from math import radians
+from typing import Any
+
+import pytest
+
+import tpbso_casadi as tp
+from problems.limits import ExpressionLimit
+from tpbso_casadi.scenario import Scenario, ScenarioError, parse_scenario
+
+ARM = {"link_lengths": [0.6, 0.5, 0.4], "max_speed": [4.0] * 3, "max_acceleration": [20.0] * 3}
+TASK = {"kind": "point-to-point", "start": [0.9, 0.1], "goal": [0.4, 0.8]}
+SPEED = {"kind": "tool speed", "max": 0.8}
+UPRIGHT = {"kind": "upright", "axis": [1, 0], "toward": [0, 1], "tolerance": 30.0}
+OWN = {"name": "floor", "lower": 0.0, "expression": "= tool[1]"}
+
+
+def scenario(**keys: Any) -> Scenario:
+    return parse_scenario({"arm": ARM, "task": TASK, **keys})
+
+
+def test_both_tables_are_one_and_are_stored_as_one() -> None:
+    found = scenario(model={"constraints": [OWN]}, constraints=[SPEED])
+    assert [limit.name for limit in found.problem().limits[-2:]] == ["floor", "tool speed"]
+    stored = found.model_dump()
+    assert "constraints" not in stored
+    assert stored["model"]["constraints"] == [
+        {"name": "floor", "unit": "1", "lower": 0.0, "upper": None, "expression": "= tool[1]"},
+        {"kind": "tool speed", "max": 0.8, "name": "tool speed"},
+    ]
+    again = parse_scenario(stored)
+    assert again == found == pickle.loads(pickle.dumps(found))
+
+
+def test_angles_may_be_in_degrees() -> None:
+    found = scenario(constraints=[UPRIGHT], unit="deg")
+    [limit] = [limit for limit in found.problem().limits if limit.name == "upright"]
+    assert isinstance(limit, ExpressionLimit) and limit.upper == pytest.approx((radians(30.0),))
+
+
+def test_python_states_the_same() -> None:
+    arm = tp.robot([0.6, 0.5, 0.4], max_speed=4.0, max_acceleration=20.0)
+    own = tp.Constraint(lambda m: m.tool[1], lower=0.0, name="floor")
+    region = tp.ToolRegion(center=(0.5, 0.5), size=(2.0, 1.0), angle=0.1, name="room")
+    made = tp.scenario_of(arm, start=[0.9, 0.1], goal=[0.4, 0.8], constraints=[own, region, tp.ToolSpeed(max=0.8)])
+    room, speed = made.model_dump()["model"]["constraints"][1:]
+    assert room == {"kind": "tool region", "center": [0.5, 0.5], "size": [2.0, 1.0], "angle": 0.1, "name": "room"}
+    assert speed == {"kind": "tool speed", "max": 0.8, "name": "tool speed"}
+    assert parse_scenario(made.model_dump()) == made
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"kind": "uprigt"}, "constraints.0.kind: .*'upright', .*, not 'uprigt'; did you mean upright[?]"),
+        ({"kind": 3}, "constraints.0.kind: .* not 3"),
+        ({"kind": "upright"}, "constraints.0.tolerance: missing key"),
+        ({"kind": "upright", "tolerance": "1"}, "constraints.0.tolerance: a number is needed, not '1'"),
+        ({"kind": "upright", "tolerance": 0}, "constraints.0.tolerance: .* greater than 0, not 0"),
+        (
+            {"kind": "upright", "tolerance": 0.1, "axes": [1, 0]},
+            "constraints.0.axes: unknown key; did you mean axis[?]",
+        ),
+        ({"kind": "upright", "tolerance": 0.1, "axis": [1]}, "constraints.0.axis: .* at least 2 items.*"),
+        ({"kind": "tool orientation", "tolerance": 0.1}, "constraints.0.quaternion: missing key"),
+        ({"kind": "tool region", "size": [1, 0]}, "constraints.0.size.1: .* greater than 0, not 0"),
+        ({"kind": "tool speed"}, "constraints.0.max: missing key"),
+        ({"kind": "tool speed", "max": -1.0}, "constraints.0.max: .* greater than 0, not -1.0"),
+        ({"kind": "tool speed", "max": 1.0, "name": "a:b"}, "constraints.0.name: a name in printable characters.*"),
+        ({"name": "own"}, "constraints.0.expression: missing key"),
+        (3, "constraints.0: a table is needed, not 3"),
+    ],
+)
+def test_what_is_no_constraint_is_refused(table: Any, said: str) -> None:
+    with pytest.raises(ScenarioError, match=f"^{said}$"):
+        scenario(constraints=[table])
+    with pytest.raises(ScenarioError, match=f"^model.{said}$"):
+        scenario(model={"constraints": [table]})
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({**UPRIGHT}, "tolerance: 30 is not within"),  # rad
+        ({"kind": "tool speed", "max": 1e7}, "max: 1e.07 is not within"),
+        ({"kind": "tool region"}, "center: say a box"),
+        ({"kind": "tool region", "center": [0, 0]}, "size: missing beside center"),
+    ],
+)
+def test_what_no_robot_can_keep_names_its_key(table: dict[str, Any], said: str) -> None:
+    with pytest.raises(ScenarioError, match=rf"^model.constraints.0.{said}"):
+        scenario(constraints=[table]).problem()
+
+
+def test_what_this_robot_has_not_names_the_constraint() -> None:
+    said = "model.constraints: 'upright': axis has 3 coordinates, for a robot in 2 dimensions"
+    with pytest.raises(ScenarioError, match=f"^{said}$"):
+        scenario(constraints=[{"kind": "upright", "tolerance": 0.1}]).problem()
+
+
+def test_names_are_there_once() -> None:
+    with pytest.raises(ScenarioError, match="'tool speed' is there twice; give each a name of its own"):
+        scenario(constraints=[SPEED, {**SPEED, "max": 0.5}])
+    with pytest.raises(ScenarioError, match="'tool speed' is there twice"):
+        scenario(model={"constraints": [SPEED]}, constraints=[SPEED])
+    assert len(scenario(constraints=[SPEED, {**SPEED, "name": "slow"}]).model.constraints) == 2
