@@ -51,7 +51,10 @@ def test_lines_are_divided_ever_more_and_doubled_waypoints_left_out() -> None:
 
 @pytest.mark.process
 @pytest.mark.slow
-@pytest.mark.parametrize(("planner", "package"), [("ompl", "ompl"), ("drake", "pydrake")])
+@pytest.mark.parametrize(
+    ("planner", "package"),
+    [("ompl", "ompl"), ("roboplan", "roboplan"), ("drake", "pydrake"), ("ladder", "tpbso_casadi")],
+)
 def test_a_planner_answers_with_a_motion_that_is_judged(
     planner: str, package: str, setting: Setting, folder: Path
 ) -> None:
@@ -71,11 +74,21 @@ def test_a_planner_answers_with_a_motion_that_is_judged(
 
 @pytest.mark.process
 @pytest.mark.slow
-def test_a_start_outside_the_ranges_of_the_joints_has_no_path(setting: Setting, folder: Path) -> None:
+@pytest.mark.parametrize(
+    ("planner", "package", "error"),
+    [
+        ("ompl", "ompl", "no path in time"),
+        ("roboplan", "roboplan", "roboplan: Invalid start configuration requested, cannot plan!"),
+        ("ladder", "tpbso_casadi", "task.start: joint 3: 5 is not within -2 and 2 rad"),
+    ],
+)
+def test_a_start_outside_the_ranges_of_the_joints_has_no_path(
+    planner: str, package: str, error: str, setting: Setting, folder: Path
+) -> None:
     pytest.importorskip("ruckig")
-    pytest.importorskip("ompl")
+    pytest.importorskip(package)
     from benchmarks.peers.space.planners import record  # noqa: PLC0415 (extras)
 
     (problem,) = read_problems(folder / "small.jsonl")
     beyond = replace(problem, start=(0.0, 0.0, 5.0))
-    assert within(120.0, record, "ompl", setting, beyond, 1, 0.5).error == "no path in time"
+    assert within(120.0, record, planner, setting, beyond, 1, 0.5).error == error

@@ -1,1 +1,1 @@
-"""What others plan for robots among obstacles: OMPL with TOPP-RA, and Drake."""
+"""What others plan for robots among obstacles, and we: OMPL with TOPP-RA, roboplan, Drake, and the ladder."""

@@ -1,4 +1,4 @@
-"""``python -m benchmarks.peers --space FILE.jsonl ...``: the others on problems of MotionBenchMaker."""
+"""``python -m benchmarks.peers --space FILE.jsonl ...``: the others, and ours, on problems of MotionBenchMaker."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from benchmarks.motion_bench_maker.runs import Run, run_all
 from benchmarks.motion_bench_maker.table import printed, rows
 from benchmarks.peers.space.planners import PLANNERS, record
 
-SEEDS = {"ompl": 3, "drake": 1}
-SECONDS = {"ompl": 10.0, "drake": 30.0}
+SEEDS = {"ompl": 3, "roboplan": 3, "drake": 1, "ladder": 3}
+SECONDS = {"ompl": 10.0, "roboplan": 10.0, "drake": 30.0, "ladder": 30.0}
 
 
 def add_space_options(parser: argparse.ArgumentParser) -> None:
@@ -24,7 +24,7 @@ def add_space_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--space", type=Path, metavar="FILE", help="compare on these problems of MotionBenchMaker")
     words = "instead compare what torque limits cost with these payloads, kg, with commas, on five of the problems"
     group.add_argument("--payloads", metavar="KG,KG", help=words)
-    group.add_argument("--planners", default=",".join(PLANNERS), help="of the others; all by default")
+    group.add_argument("--planners", default=",".join(PLANNERS), help="all by default")
     add_problem_options(parser, Path("peers-space"))
 
 

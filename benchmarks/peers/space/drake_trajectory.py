@@ -22,6 +22,7 @@ from scipy.interpolate import BSpline
 from benchmarks.motion_bench_maker.collision import Checker
 from benchmarks.motion_bench_maker.problem_file import MotionProblem
 from benchmarks.motion_bench_maker.setting import Setting
+from benchmarks.peers.space.urdf import links_of_bodies, locked
 from problems import Trajectory
 from problems.base import FloatArray
 
@@ -111,12 +112,12 @@ def _scene(setting: Setting, problem: MotionProblem, checker: Checker) -> tuple[
     """The robot's spheres and the obstacles; of the robot's own pairs only those that the checker has."""
     builder = DiagramBuilder()
     plant, graph = AddMultibodyPlantSceneGraph(builder, 0.0)
-    Parser(plant).AddModelsFromString(_locked(setting), "urdf")
+    Parser(plant).AddModelsFromString(ElementTree.tostring(locked(setting), encoding="unicode"), "urdf")
     root = next(link for link, (body, _) in setting.kinematics.bodies.items() if body == 0)
     if root != "world":
         plant.WeldFrames(plant.world_frame(), plant.GetBodyByName(root).body_frame())
     spheres = []
-    links = {body: link for link, (body, place) in setting.kinematics.bodies.items() if np.allclose(place, np.eye(4))}
+    links = links_of_bodies(setting.kinematics)
     for number, (body, center, radius) in enumerate(
         zip(setting.spheres.bodies, setting.spheres.centers, setting.spheres.radii, strict=True)
     ):
@@ -135,15 +136,3 @@ def _scene(setting: Setting, problem: MotionProblem, checker: Checker) -> tuple[
         pair = GeometrySet(spheres[one]), GeometrySet(spheres[two])
         filters.Apply(CollisionFilterDeclaration().AllowBetween(*pair))
     return builder.Build(), plant
-
-
-def _locked(setting: Setting) -> str:
-    """The URDF with all joints fixed that are not planned."""
-    tree = ElementTree.parse(setting.urdf)
-    for joint in tree.getroot().iter("joint"):
-        if joint.get("type") not in (None, "fixed") and joint.get("name") not in setting.kinematics.names:
-            joint.set("type", "fixed")
-            for tag in ("limit", "mimic", "axis"):
-                for element in joint.findall(tag):
-                    joint.remove(element)
-    return ElementTree.tostring(tree.getroot(), encoding="unicode")

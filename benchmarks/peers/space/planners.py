@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from benchmarks.motion_bench_maker.collision import Checker
 from benchmarks.motion_bench_maker.ours import Question
 from benchmarks.motion_bench_maker.planner_collision import PlannerCollision
 from benchmarks.motion_bench_maker.problem_file import MotionProblem
@@ -16,6 +18,7 @@ from benchmarks.motion_bench_maker.records import Record
 from benchmarks.motion_bench_maker.setting import Setting
 from problems import Trajectory
 from problems.assembly import Criteria
+from tpbso_casadi import Joints, Planner, ScenarioError
 
 UNPROVEN = {"speed", "acceleration", "jerk", "torque"}  # of these the excess is recorded: TOPP-RA's accelerations jump
 PADDING = 0.002  # m that paths leave around obstacles, so that splines along them have room
@@ -56,8 +59,13 @@ def by_ompl(setting: Setting, problem: MotionProblem, seed: int, seconds: float)
 def collisions(setting: Setting, problem: MotionProblem) -> tuple[PlannerCollision, PlannerCollision]:
     """What is free, and what is with room for a spline."""
     checker = setting.checker(problem)
+    return PlannerCollision(checker), PlannerCollision(checker, padding(checker, problem))
+
+
+def padding(checker: Checker, problem: MotionProblem) -> float:
+    """What paths leave around obstacles, m: less where an end has less than twice that."""
     ends = float(checker.clearance(np.array([problem.start, problem.goal])).min())
-    return PlannerCollision(checker), PlannerCollision(checker, max(0.0, min(PADDING, ends / 2.0)))
+    return max(0.0, min(PADDING, ends / 2.0))
 
 
 def by_drake(setting: Setting, problem: MotionProblem, seed: int, seconds: float) -> Answer:
@@ -71,7 +79,47 @@ def by_drake(setting: Setting, problem: MotionProblem, seed: int, seconds: float
     return Answer(optimized.trajectory, optimized.seconds, "", details)
 
 
-PLANNERS: dict[str, Callable[[Setting, MotionProblem, int, float], Answer]] = {"ompl": by_ompl, "drake": by_drake}
+def by_roboplan(setting: Setting, problem: MotionProblem, seed: int, seconds: float) -> Answer:
+    """RRT-Connect, shortcuts and TOPP-RA, all of roboplan."""
+    from benchmarks.peers.space.roboplan_trajectory import find_motion  # noqa: PLC0415 (an extra)
+
+    checker = setting.checker(problem)
+    found = find_motion(setting, problem, checker, padding(checker, problem), seed, seconds)
+    if found.motion is None:
+        return Answer(None, found.seconds, found.error, {})
+    stated = (found.motion.speeds, setting.limits.speed), (found.motion.accelerations, setting.limits.acceleration)
+    excess = [max(float((np.abs(values) / limits).max()) - 1.0, 0.0) for values, limits in stated]
+    details = {"waypoints": found.waypoints.tolist(), "mode": found.motion.mode, "excess at its samples": excess}
+    return Answer(found.motion.trajectory, found.seconds, "", details)
+
+
+def by_ladder(setting: Setting, problem: MotionProblem, seed: int, seconds: float) -> Answer:
+    """Our own, as ``Planner.plan`` plans by default, certificates included; without a limit of time.
+
+    The way back is planned before, so that code is loaded and robot and scene are there, as those of the others are.
+    """
+    scenario = Question(setting, to_pose=False).scenario(problem)
+    planner, start, goal = Planner(scenario, solver="ladder", seed=seed), Joints(problem.start), Joints(problem.goal)
+    began = time.process_time()
+    with suppress(ScenarioError):
+        planner.plan(goal, start)
+    first, began = time.process_time() - began, time.process_time()
+    try:
+        plan = planner.plan(start, goal)
+    except ScenarioError as error:
+        return Answer(None, time.process_time() - began, str(error), {})
+    spent = time.process_time() - began
+    if not plan.certified:
+        return Answer(None, spent, str(plan.status), {})
+    return Answer(plan.trajectory, spent, "", {"way back, s": first})
+
+
+PLANNERS: dict[str, Callable[[Setting, MotionProblem, int, float], Answer]] = {
+    "ompl": by_ompl,
+    "roboplan": by_roboplan,
+    "drake": by_drake,
+    "ladder": by_ladder,
+}
 
 
 def record(planner: str, setting: Setting, problem: MotionProblem, seed: int, seconds: float) -> Record:
