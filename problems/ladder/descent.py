@@ -163,7 +163,7 @@ class DeviationPolish:
     def _stepped(self, x: FloatArray, trust: float) -> Reached:
         """The motion of control points, or of those near by that keep own limits, which bend away from a long step."""
         found = self.reached(x, trust)
-        if self.own is None or not found.own.size or found.own.max() <= 0.0:
+        if self.own is None or (found.own[:, self.own.is_static] <= 0.0).all():
             return found
         other = self.reached(self.kept(x), trust)
         return other if other.cost < found.cost else found

@@ -119,6 +119,8 @@ class OwnLimits:
 
     def allow(self, theta: FloatArray) -> NDArray[np.bool_]:
         """Which postures (n, k) keep what depends on angles alone, (n,)."""
+        if not self.is_static.any():
+            return np.ones(len(theta), dtype=bool)
         return np.asarray((self.at_rest(theta)[:, self.is_static] <= ROUNDING).all(axis=1))
 
     def hold(self, trajectory: Trajectory, times: FloatArray) -> bool:

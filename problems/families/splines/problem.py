@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import islice, pairwise
 from math import ceil
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from problems.assembly import LocalTimeScale, SearchedTimeScale, objective_named
 from problems.base import FloatArray, InvalidProblem, as_array
@@ -44,6 +45,7 @@ from problems.timing import least_durations
 
 MOST_BRANCHES = 16
 TORQUE_LOOKS = 100  # times of a motion, at least
+MOST_TOO_FAST = 20  # motions at the bound that are tried where own limits may ask for more time
 MOST_CLIMBS = 2  # postures of a branch that are tried
 
 
@@ -358,7 +360,7 @@ class MoveProblem(SplineProblem):
     def ends_may_move(self) -> bool:
         """Where an end is a pose, which leaves postures to choose."""
         ends = (self.task.start, *self.task.goals)
-        return self.is_polished and not all(place.always_reached for place in ends)
+        return (self.is_polished or self._has_ladder) and not all(place.always_reached for place in ends)
 
     def polished(self, start: Trajectory) -> Iterator[Trajectory]:
         """What sequential linear programs over path and speed make of a motion.
@@ -374,9 +376,10 @@ class MoveProblem(SplineProblem):
         if self._has_ladder:
             goals, _ = self._goals
             around, start = Surroundings(self.robot, self.obstacles), branch_posture(self.robot, self.task.start)
-            allowed = everywhere if self._own is None else self._own.allow
-            if allowed(start[None]).all():
-                yield from filter(self._held, at_the_bound(around, start, goals, rng, allowed))
+            if self._allowed(start[None]).all():
+                motions = at_the_bound(around, start, goals, rng, self._allowed)
+                too_fast = self._own is not None and not self._own.is_static.all()
+                yield from filter(self._held, islice(motions, MOST_TOO_FAST) if too_fast else motions)
 
     def _held(self, trajectory: Trajectory) -> bool:
         """Whether motors give what a motion needs, and it keeps own limits, at times at which it is extreme."""
@@ -397,10 +400,9 @@ class MoveProblem(SplineProblem):
         if world is None:
             return
         start, limits, (goals, bounds) = branch_posture(self.robot, self.task.start), self.robot.limits, self._goals
-        allowed = everywhere if self._own is None else self._own.allow
-        if not allowed(start[None]).all():
+        if not self._allowed(start[None]).all():
             return
-        clear = np.flatnonzero(world.clear(goals) & allowed(goals))[:MOST_CLIMBS]
+        clear = np.flatnonzero(world.clear(goals) & self._allowed(goals))[:MOST_CLIMBS]
         for goal, bound in zip(goals[clear], bounds[clear], strict=True):
             if bound >= to_beat or (to_beat < np.inf and running_out()):
                 break
@@ -428,9 +430,14 @@ class MoveProblem(SplineProblem):
     def _torques(self) -> JointTorques | None:
         return JointTorques.among(self.limits)
 
-    @property
+    @cached_property
     def _own(self) -> OwnLimits | None:
         return OwnLimits.among(self.limits)
+
+    @property
+    def _allowed(self) -> Callable[[FloatArray], NDArray[np.bool_]]:
+        """Which postures (n, dof) keep own limits, (n,)."""
+        return everywhere if self._own is None else self._own.allow
 
     @cached_property
     def _polish(self) -> Polish:
