@@ -214,8 +214,8 @@ class DeviationPolish:
         lacking, outside = self.spare[near.own.astype(int)] - near.rooms, self._outside(padded)
         is_clear = outside == 0.0 and bool((lacking <= (1.0 - ENOUGH) * self.spare[near.own.astype(int)]).all())
         is_clear = is_clear and bool((own <= (1.0 - ENOUGH) * self.own_spare + OWN_ROUNDING).all())
-        dear = RANGE_PRICE * outside + OWN_PRICE * float(np.maximum(own, 0.0).sum())
-        missing = float(np.maximum(lacking, 0.0).sum()) + dear / CLEARANCE_PRICE
+        missing = float(np.maximum(lacking, 0.0).sum()) + RANGE_PRICE / CLEARANCE_PRICE * outside
+        missing += OWN_PRICE / CLEARANCE_PRICE * float(np.maximum(own, 0.0).sum())
         return Reached(x, duration, near, own, missing, is_clear)
 
     def _outside(self, padded: FloatArray) -> float:
@@ -240,12 +240,12 @@ class DeviationPolish:
             self.motions.padded(change)[moved.first[near.samples][:, None] + np.arange(4)],
         )  # fmt: skip
         left = self.spare[near.own.astype(int)] - near.rooms - np.einsum("mk,mk->m", near.gradients, by_joints)
-        lacking = CLEARANCE_PRICE * float(np.maximum(left, 0.0).sum())
+        gained = saved + CLEARANCE_PRICE * (around.missing - float(np.maximum(left, 0.0).sum()))
         if own is not None:
             padded = self.motions.padded(change)[own.first[:, None] + AT_REST + np.arange(4)]
             moved = np.einsum("mak,mak->m", own.weights, padded) - own.by_time * saved
-            lacking += OWN_PRICE * float(np.maximum(moved - own.bound, 0.0).sum())
-        return saved + CLEARANCE_PRICE * around.missing - lacking
+            gained -= OWN_PRICE * float(np.maximum(moved - own.bound, 0.0).sum())
+        return gained
 
     def _program(self, around: Reached, trust: float, own: WholeRows | None) -> LinearProgram:
         motions, faster, slower = self.motions, FASTER * around.duration, SLOWER * around.duration
