@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 MOST_STAGES, MOST_VISITS = 200, 30
 VISITS = ("move", "wait", "output")  # kinds of stages whose order may be free
 ENDS = "stage_ends"  # the quantity of a plan that says when its stages end, s
+SAME_TIME = 1e-9  # s, or rad/s of what stands: rounding
 PICTURES = 400  # times at which what is carried is placed for a picture
 
 
@@ -123,9 +124,26 @@ class SequenceTask(TaskSection):
         """
         ends = np.asarray(quantities.get(ENDS, ()))
         times = np.append(0.0, ends)
-        if ends.shape != (len(self.stages),) or (np.diff(times) < 0.0).any() or times[-1] > trajectory.duration + 1e-9:
+        if (
+            ends.shape != (len(self.stages),)
+            or (np.diff(times) < 0.0).any()
+            or abs(times[-1] - trajectory.duration) > SAME_TIME
+        ):
             raise ScenarioError(f"task.stages: {len(self.stages)} increasing times are needed, {ENDS}")
+        for number, stage in enumerate(self.stages):
+            if not stage.moves and not _stands(trajectory, times[number], times[number + 1], stage.pause):
+                raise ScenarioError(f"task.stages.{number}: the arm does not stand for {stage.pause:g} s, {ENDS}")
         return judged_by_stage(scenario, trajectory, np.minimum(ends, trajectory.duration))
+
+
+def _stands(trajectory: Trajectory, start: float, end: float, seconds: float) -> bool:
+    """Whether the joints stand from one time to another, s, and for so long."""
+    if not abs(end - start - seconds) <= SAME_TIME:
+        return False
+    if not seconds:
+        return True
+    standing = trajectory.part(start, min(end, trajectory.duration))
+    return bool(np.abs(standing.at(standing.extreme_times(1), 1)).max() <= SAME_TIME)
 
 
 @dataclass(frozen=True)
@@ -166,8 +184,9 @@ class Cell:
             return replace(self, carried=(*self.carried, CarriedSection.of(body, mass)))
         index = self._index(name, [obstacle.name for obstacle in self.obstacles], "obstacle")
         body = _posed(self.obstacles[index], lambda pose: np.linalg.solve(self._tool(posture), pose))
-        others = (*self.obstacles[:index], *self.obstacles[index + 1 :])
-        return replace(self, obstacles=others, carried=(*self.carried, CarriedSection.of(body, mass)))
+        others, held = (*self.obstacles[:index], *self.obstacles[index + 1 :]), CarriedSection.of(body, mass)
+        held.build()  # which raises where it cannot be carried
+        return replace(self, obstacles=others, carried=(*self.carried, held))
 
     def detached(self, name: str, posture: FloatArray) -> Cell:
         """With a body that was carried standing where it is now.
@@ -185,6 +204,8 @@ class Cell:
         if name not in names:
             known = ", ".join(filter(None, names)) or "none with a name"
             raise ScenarioError(f"name: no {what} is called {name!r}{hint(name, names)}; there is {known}")
+        if list(names).count(name) > 1:
+            raise ScenarioError(f"name: {names.count(name)} are called {name!r}; each needs a name of its own")
         return names.index(name)
 
     @property

@@ -18,6 +18,7 @@ from problems.certify import CertificateStatus
 from tpbso_casadi.cli.commands.solve import main
 from tpbso_casadi.planning import BOUND
 from tpbso_casadi.scenario import Cell
+from tpbso_casadi.storage import checked
 
 HOME = [0.0, -0.6, 0.0, -2.2, 0.0, 1.6, 0.785]
 DOWN = (1.0, 0.0, 0.0, 0.0)
@@ -129,6 +130,23 @@ def test_a_run_folder_is_read_back_and_says_the_same(picked: tp.Plan, tmp_path: 
     assert again.result.stages[1].constraints[0].name == "speed"
 
 
+@pytest.mark.parametrize(
+    ("stage", "by", "line"),
+    [
+        (1, -0.05, "task.stages.2: the arm does not stand for 0 s"),
+        (3, -0.1, "task.stages.3: the arm does not stand for 0.2 s"),
+        (8, 0.01, "9 increasing times are needed"),
+    ],
+)
+def test_stages_that_end_at_other_times_are_refused(picked: tp.Plan, stage: int, by: float, line: str) -> None:
+    result = picked.result
+    quantities = dict(result.solution.quantities)
+    quantities["stage_ends"] = [end + by * (number == stage) for number, end in enumerate(quantities["stage_ends"])]
+    other = result.model_copy(update={"solution": result.solution.model_copy(update={"quantities": quantities})})
+    with pytest.raises((ValueError, tp.ScenarioError), match=line):
+        checked(other)
+
+
 def test_a_stage_that_breaks_a_limit_is_found_by_the_audit(picked: tp.Plan) -> None:
     faster = copy.copy(picked.motion)
     criteria = picked.planned.criteria
@@ -223,6 +241,16 @@ THERE = '[[task.stages]]\nkind = "move"\ngoal = { joints = [0.4, -0.6, 0.0, -2.2
         (
             '[[task.stages]]\nkind = "detach"\nname = "box"\n' + THERE, "", "",
             "task.stages.0.name: no carried body is called 'box'",
+        ),
+        (
+            '[[task.stages]]\nkind = "attach"\nname = "box"\n' + THERE, "",
+            '[[obstacles]]\nshape = "box"\nname = "box"\ncenter = [0.5, -0.5, 0.1]\nsize = [0.1, 0.1, 0.1]',
+            "task.stages.0.name: 2 are called 'box'",
+        ),
+        (
+            '[[task.stages]]\nkind = "attach"\nname = "floor"\n' + THERE, "",
+            '[[obstacles]]\nshape = "half-space"\nname = "floor"\ncenter = [0.0, 0.0, -0.2]\nnormal = [0.0, 0.0, 1.0]',
+            "task.stages.0.shape: HalfSpace cannot be carried",
         ),
         (THERE, "cyclic = true", "", "task.stages.0.goal: is not where the sequence begins"),
         (
