@@ -120,7 +120,8 @@ class Arc(ToolWay):
         center = self.start + shares[0] * one + shares[1] * two
         radius = float(np.linalg.norm(self.start - center))
         first = (self.start - center) / radius
-        second = one - first * (one @ first)
+        across = [leg - first * (leg @ first) for leg in (one, two)]  # one of which may be a diameter
+        second = max(across, key=np.linalg.norm)
         second /= np.linalg.norm(second)
         x, y = (self.goal - center) @ np.array([first, second]).T
         passed = np.arctan2(*((self.through - center) @ np.array([second, first]).T)) % (2.0 * np.pi)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -52,6 +52,7 @@ def test_an_arc_by_hand() -> None:
 
 
 @given(st.tuples(*[st.floats(-1.0, 1.0)] * 9))
+@example((0.0, 1.0, 0.0, 0.5, 0.0, 1.0, 0.0, 0.0, 0.0))  # through the end of a diameter
 def test_an_arc_passes_its_three_points_in_their_order(numbers: tuple[float, ...]) -> None:
     start, through, goal = np.array(numbers).reshape(3, 3)
     legs = through - start, goal - through
