@@ -16,6 +16,7 @@ from problems.motions import Trajectory
 from problems.scene import Obstacle
 from problems.tasks import Sequence
 
+SAME_TIME = 1e-9  # of T: times that are one
 ORDER = (CertificateStatus.VIOLATED, CertificateStatus.UNDECIDED, CertificateStatus.CERTIFIED)  # the worst first
 
 
@@ -81,6 +82,13 @@ class SequenceCriteria(Criteria):
         """Likewise."""
         scales = (stage.criteria.safe_time_scale(stage.motion(trajectory)) for stage in self._moving)  # type: ignore[union-attr]
         return max(scales, default=0.0)
+
+    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
+        """Equally spaced times, and all breakpoints: some stages have a hundred times as many pieces as others."""
+        even, edges = np.linspace(0.0, trajectory.duration, at_least), trajectory.breakpoints
+        following = np.clip(np.searchsorted(edges, even), 1, edges.size - 1)
+        nearest = np.minimum(np.abs(edges[following] - even), np.abs(even - edges[following - 1]))
+        return np.union1d(edges, even[nearest > SAME_TIME * trajectory.duration])
 
     def at_times(self, times: FloatArray) -> Iterator[tuple[Criteria, NDArray[np.intp]]]:
         """The criteria of the stages; where the arm stands, those of the stage that it came from, or of the first."""

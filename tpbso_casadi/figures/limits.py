@@ -38,7 +38,7 @@ BINDING = 0.995  # of a limit
 @in_print
 def limits_figure(plan: PlannedMotion) -> Figure:
     """Above, of each kind of limit, the largest share that any joint uses; below, where each joint is at one."""
-    trajectory, times = plan.trajectory, plan.trajectory.times(LIMIT_TIMES)
+    trajectory, times = plan.trajectory, plan.motion.spread_times(LIMIT_TIMES)
     limited = shares_of_limits(plan.criteria, trajectory, times)
     shares = {name: np.abs(shares) for name, shares in limited}
     joints = plan.criteria.robot.dof

@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from math import isfinite
 from typing import Any
 
@@ -161,8 +161,13 @@ class Motion:
     @cached_property
     def times(self) -> FloatArray:
         """The times in s of the rows of ``trajectory.csv``."""
-        times = self.trajectory.times if self.free_timing else partial(self.problem.row_times, self.trajectory)
-        return times(MINIMUM_ROWS)
+        return self.spread_times(MINIMUM_ROWS)
+
+    def spread_times(self, at_least: int) -> FloatArray:
+        """At least so many times in s, every breakpoint among them."""
+        if self.free_timing and not self.stages:
+            return self.trajectory.times(at_least)
+        return self.criteria.row_times(self.trajectory, at_least)
 
     def joint_positions(self, times: FloatArray) -> FloatArray:
         """Where base, joints and tip are at times (n,) in s: (n, frames, dim), m."""

@@ -101,6 +101,11 @@ def test_the_part_moves_with_the_hand_and_stays_where_it_is_left(picked: tp.Plan
     assert np.allclose(part.motion.placed(center, 0.0)[0], center[0], atol=1e-9)
 
 
+def test_rows_are_no_farther_apart_than_if_they_were_even(picked: tp.Plan) -> None:
+    assert np.diff(picked.times).max() <= picked.duration / 200.0 * (1.0 + 1e-6)
+    assert np.isin(picked.trajectory.breakpoints, picked.times).all()
+
+
 def test_masses_count_only_while_they_are_carried(picked: tp.Plan) -> None:
     free = tp.robot("panda", tip_link="panda_hand_tcp").model
     times = np.array([picked.stages[0].end / 2.0, (picked.stages[5].start + picked.stages[5].end) / 2.0])
