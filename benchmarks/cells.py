@@ -25,6 +25,7 @@ from benchmarks.off_the_shelf import Arm
 from problems.base import FloatArray
 from solvers import Interruption
 from tpbso_casadi.planning import BOUND, SILENT, NoMotion
+from tpbso_casadi.planning import plan as plan_of
 from tpbso_casadi.planning.progress import Planning
 from tpbso_casadi.planning.sequence import SequencePlanner
 
@@ -249,7 +250,7 @@ def row(name: str, seed: int) -> tuple[list[str], float]:
     except (NoMotion, tp.ScenarioError) as error:
         return [name, str(seed), f"none: {str(error)[:60]}", *[""] * 5], np.nan
     seconds = time.perf_counter() - began
-    greedy = StageByStage(scenario, planning_of(scenario)).duration()
+    greedy = StageByStage(scenario, planning_of(scenario), plan_of).duration()
     (bound,) = plan.motion.quantities[BOUND]
     wrong = Meshes(picker, plan).unexpected(picker, plan)
     figures = f"{plan.duration:.3f}", f"{plan.duration / bound:.3f}", f"{greedy:.3f}", f"{greedy / plan.duration:.3f}"

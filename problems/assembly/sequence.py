@@ -25,20 +25,15 @@ class SequenceCriteria(Criteria):
     """Stages one after the other, at rest between them.
 
     Attributes:
-        parts: in their order, from 0 to T without a gap.
-        shown: obstacles for pictures; those that are carried for a while move.
+        stages: in their order, from 0 to T without a gap.
+        scenery: obstacles for pictures; those that are carried for a while move.
     """
 
-    task: Sequence
-    parts: tuple[Stage, ...] = ()
-    shown: tuple[Obstacle, ...] = ()
-
-    @property
-    def stages(self) -> tuple[Stage, ...]:
-        """The same."""
-        return self.parts
-
     free_timing: ClassVar[bool] = True
+
+    task: Sequence
+    stages: tuple[Stage, ...] = ()
+    scenery: tuple[Obstacle, ...] = ()
 
     def at_free_times(self) -> Criteria:
         """Itself."""
@@ -73,16 +68,6 @@ class SequenceCriteria(Criteria):
         """Nothing that is not carried moves."""
         return None
 
-    def exact_time_scale(self, trajectory: Trajectory) -> float:
-        """The largest of all stages."""
-        scales = (stage.criteria.exact_time_scale(stage.motion(trajectory)) for stage in self._moving)  # type: ignore[union-attr]
-        return max(scales, default=0.0)
-
-    def safe_time_scale(self, trajectory: Trajectory) -> float:
-        """Likewise."""
-        scales = (stage.criteria.safe_time_scale(stage.motion(trajectory)) for stage in self._moving)  # type: ignore[union-attr]
-        return max(scales, default=0.0)
-
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
         """Equally spaced times, and all breakpoints: some stages have a hundred times as many pieces as others."""
         even, edges = np.linspace(0.0, trajectory.duration, at_least), trajectory.breakpoints
@@ -93,18 +78,13 @@ class SequenceCriteria(Criteria):
     def at_times(self, times: FloatArray) -> Iterator[tuple[Criteria, NDArray[np.intp]]]:
         """The criteria of the stages; where the arm stands, those of the stage that it came from, or of the first."""
         now = self._moving[0].criteria
-        last = len(self.parts) - 1
-        for number, stage in enumerate(self.parts):
+        last = len(self.stages) - 1
+        for number, stage in enumerate(self.stages):
             now = stage.criteria or now
             within = ((times > stage.start) | (number == 0)) & ((times <= stage.end) | (number == last))
             if within.any():
                 assert now is not None
                 yield now, within.nonzero()[0]
-
-    @property
-    def scenery(self) -> tuple[Obstacle, ...]:
-        """With what is carried for a while on its way."""
-        return self.shown
 
     @property
     def not_judged(self) -> tuple[str, ...]:

@@ -214,8 +214,11 @@ class Place(Parametric, ABC):
     def near(self, robot: Robot, theta: FloatArray) -> tuple[FloatArray, bool]:
         """A posture there near another one (dof,), and whether it is there."""
         found = self.projected(robot, theta)
-        missed = float(np.abs(as_array(self.miss(robot, ca.DM(found).T))).max())
-        return found, missed <= self.tolerance(robot)
+        return found, self.is_at(robot, found)
+
+    def is_at(self, robot: Robot, theta: FloatArray) -> bool:
+        """Whether a posture (dof,) is there, to its tolerance."""
+        return bool(np.abs(as_array(self.miss(robot, ca.DM(theta).T))).max() <= self.tolerance(robot))
 
     @abstractmethod
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:

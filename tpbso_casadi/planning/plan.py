@@ -93,7 +93,7 @@ def plan(
             deadline=deadline,
         )
         if not scenario.task.is_searched:
-            return interruption.breakable(partial(planned_sequence, scenario, planning))
+            return interruption.breakable(partial(planned_sequence, scenario, planning, plan))
         problem = interruption.breakable(scenario.problem) if problem is None else problem
         planned = partial(_planned, warm_start=warm_start)
         found = without_search(problem, planning)

@@ -10,17 +10,16 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from problems import InvalidProblem, Robot, Trajectory
-from problems.base import FloatArray, as_array
+from problems.base import FloatArray
 from problems.motions import JointPath
 from problems.tasks import Joints, Place, ToolPath
 from problems.timing import least_durations, retime
@@ -28,7 +27,7 @@ from tpbso_casadi.planning.finishing import PlannedMotion
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.progress import Planning
 from tpbso_casadi.planning.unsearched import judged, without_search
-from tpbso_casadi.planning.visits import Visits
+from tpbso_casadi.planning.visits import Visits, shortest_way
 from tpbso_casadi.scenario import (
     ENDS,
     Cell,
@@ -94,18 +93,25 @@ class Edges:
         return found
 
 
-def planned_sequence(scenario: Scenario, planning: Planning) -> PlannedMotion:
+def planned_sequence(
+    scenario: Scenario, planning: Planning, plan: Callable[[Scenario], PlannedMotion]
+) -> PlannedMotion:
     """The plan of a sequence.
+
+    Args:
+        scenario: that states it.
+        planning: of the whole.
+        plan: of one move, whatever it takes.
 
     Raises:
         ScenarioError: a stage cannot be done, or no motion was found for one.
     """
     began = time.perf_counter()
-    work, bound = SequencePlanner(scenario, planning), 0.0
+    work, bound = SequencePlanner(scenario, planning, plan), 0.0
     if work.task.order == "free":
         order, bound = work.best_order()
         scenario = scenario.model_copy(update={"task": work.task.in_order(order)})
-        work = SequencePlanner(scenario, planning)
+        work = SequencePlanner(scenario, planning, plan)
     chain = work.best_chain()
     trajectory, ends = work.joined(chain)
     criteria = judged_by_stage(scenario, trajectory, ends)
@@ -124,11 +130,12 @@ class SequencePlanner:
     Args:
         scenario: that states it.
         planning: of the whole.
+        plan: of one move, where nothing is found without a search.
     """
 
-    def __init__(self, scenario: Scenario, planning: Planning) -> None:
+    def __init__(self, scenario: Scenario, planning: Planning, plan: Callable[[Scenario], PlannedMotion]) -> None:
         assert isinstance(scenario.task, SequenceTask)
-        self.scenario, self.planning, self.task = scenario, planning, scenario.task
+        self.scenario, self.planning, self.task, self._plan = scenario, planning, scenario.task, plan
         self.stages: list[StageSection] = list(scenario.task.stages)
         self.moving = [number for number, stage in enumerate(self.stages) if stage.moves]
         self._motions: dict[tuple[str, bytes, bytes], Trajectory] = {}
@@ -152,11 +159,8 @@ class SequencePlanner:
         """What is where before a stage that moves, after postures at the stops before."""
         first = self.moving[layer]
         postures = [chain[sum(m < number for m in self.moving)] for number in range(first + 1)]
-        rest = [postures[-1]] * (len(self.stages) - first - 1)
-        for number, (_, cell) in enumerate(walked(self.scenario, np.array([*postures, *rest]))):
-            if number == first:
-                return cell
-        raise AssertionError("there are as many cells as stages")
+        *_, (_, cell) = walked(self.scenario, np.array(postures))
+        return cell
 
     def _stops(self) -> list[Stop]:
         """Postures to choose from, stop by stop."""
@@ -187,7 +191,7 @@ class SequencePlanner:
         criteria = statement.judged()
         goals = list(criteria.task.goals)  # type: ignore[attr-defined]
         if self.task.cyclic and layer == len(self.moving) - 1:
-            if not all(_is_at(theta, goals, criteria.robot) for theta in stops[0].postures):
+            if not all(any(goal.is_at(criteria.robot, theta) for goal in goals) for theta in stops[0].postures):
                 raise InvalidProblem("goal", "is not where the sequence begins, as that of a cycle has to be")
             return Stop.free(stops[0].postures)
         found = self._postures(criteria.robot, criteria.obstacles, goals, before.postures, "goal")
@@ -257,25 +261,8 @@ class SequencePlanner:
 
     def _shortest(self, costs: Sequence[FloatArray]) -> list[int] | None:
         """The postures of the shortest way, one for each stop; None where there is none."""
-        starts = range(len(self.stops[0].postures)) if self.task.cyclic else (None,)
-        found = [way for start in starts if (way := self._shortest_from(costs, start)) is not None]
-        return min(found, key=lambda way: way[0])[1] if found else None
-
-    def _shortest_from(self, costs: Sequence[FloatArray], start: int | None) -> tuple[float, list[int]] | None:
-        least, origins = np.zeros(len(self.stops[0].postures)), []
-        if start is not None:
-            least = np.where(np.arange(least.size) == start, 0.0, np.inf)
-        for cost in costs:
-            sums = least[:, None] + cost
-            origins.append(sums.argmin(axis=0))
-            least = sums.min(axis=0)
-        last = int(least.argmin()) if start is None else start
-        if not np.isfinite(least[last]):
-            return None
-        chain = [last]
-        for origin in reversed(origins):
-            chain.append(int(origin[chain[-1]]))
-        return float(least[last]), chain[::-1]
+        found = shortest_way(costs, self.task.cyclic)
+        return None if found is None else found[1]
 
     def _total(self, chain: list[int] | None, bounds: bool = False) -> float:
         """What a chain of postures takes, with all waits, s."""
@@ -365,15 +352,13 @@ class SequencePlanner:
         return found
 
     def _planned(self, statement: Scenario, thorough: bool) -> Trajectory | None:
-        from tpbso_casadi.planning.plan import plan  # noqa: PLC0415 (which plans sequences too)
-
         solver = statement.solver.build()
         if solver.bound_first and not thorough:
             problem = statement.problem()
             planning = replace(self.planning, scenario=statement, solver=solver, settings=statement.solver)
             found = without_search(problem, planning)
             return None if found is None else found.trajectory
-        planned = plan(statement)
+        planned = self._plan(statement)
         return planned.trajectory if planned.feasible else None
 
     def _timed(self, layer: int, statement: Scenario, path: JointPath) -> Trajectory | None:
@@ -412,12 +397,6 @@ class SequencePlanner:
 
 def _pairs(chain: Sequence[int]) -> list[tuple[int, int]]:
     return list(pairwise(chain))
-
-
-def _is_at(theta: FloatArray, goals: Sequence[Place], robot: Robot) -> bool:
-    """Whether a posture (dof,) is at one of some places."""
-    missed = (np.abs(as_array(goal.miss(robot, ca.DM(theta).T))).max() / goal.tolerance(robot) for goal in goals)
-    return bool(min(missed) <= 1.0)
 
 
 def _bounds(robot: Robot, before: FloatArray, after: FloatArray) -> FloatArray:

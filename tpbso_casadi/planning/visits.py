@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,6 +19,39 @@ from problems.base import FloatArray
 EXACT = 12  # stops
 LONGEST_PART = 3  # stops that are moved elsewhere together
 ROUNDS = 200  # of improvements
+
+
+def shortest_way(costs: Sequence[FloatArray], cyclic: bool) -> tuple[float, list[int]] | None:
+    """The cheapest way from layer to layer: what it costs, and the number of its node in each layer.
+
+    Args:
+        costs: from each node of a layer to each of the next, (n, m); infinite where there is no way.
+        cyclic: whether it ends in the node of that number in which it began.
+
+    Returns:
+        None where there is none.
+    """
+    starts = range(len(costs[0])) if cyclic else [None]
+    found = [way for start in starts if (way := _shortest_from(costs, start)) is not None]
+    return min(found, key=lambda way: way[0], default=None)
+
+
+def _shortest_from(costs: Sequence[FloatArray], start: int | None) -> tuple[float, list[int]] | None:
+    """That from one node back to it; from any to any where None."""
+    least, origins = np.zeros(len(costs[0])), []
+    if start is not None:
+        least = np.where(np.arange(least.size) == start, 0.0, np.inf)
+    for cost in costs:
+        sums = least[:, None] + cost
+        origins.append(sums.argmin(axis=0))
+        least = sums.min(axis=0)
+    last = int(least.argmin()) if start is None else start
+    if not np.isfinite(least[last]):
+        return None
+    chain = [last]
+    for origin in reversed(origins):
+        chain.append(int(origin[chain[-1]]))
+    return float(least[last]), chain[::-1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,18 +87,9 @@ class Visits:
 
     def cost(self, order: Sequence[int]) -> float:
         """The least cost of an order over all postures, s."""
-        starts = range(self.sizes[0]) if self.cyclic else [None]
-        return min(self._cost_from(order, start) for start in starts)
-
-    def _cost_from(self, order: Sequence[int], start: int | None) -> float:
-        before, least = self.rows(0), np.zeros(self.sizes[0])
-        if start is not None:
-            least = np.where(np.arange(self.sizes[0]) == start, 0.0, np.inf)
-        for stop in order:
-            rows = self.rows(stop)
-            least = (least[:, None] + self.costs[before, rows]).min(axis=0)
-            before = rows
-        return float(least.min() if start is None else (least + self.costs[before, start]).min())
+        stops = [self.rows(stop) for stop in (0, *order, *([0] if self.cyclic else []))]
+        found = shortest_way([self.costs[before, after] for before, after in pairwise(stops)], self.cyclic)
+        return np.inf if found is None else found[0]
 
     def _exact(self) -> tuple[list[int], float]:
         found = [self._exact_from(start) for start in (range(self.sizes[0]) if self.cyclic else [None])]

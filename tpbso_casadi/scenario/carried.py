@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Self
+from typing import Annotated, Any, Self, TypeAlias
 
 import numpy as np
 from pydantic import Field, ValidatorFunctionWrapHandler, model_serializer, model_validator
@@ -17,9 +17,11 @@ from problems.scene import Solid
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import AnyObstacle
-from tpbso_casadi.scenario.validation import Positive, ScenarioError, Section, hint
+from tpbso_casadi.scenario.validation import Positive, ScenarioError, Section, Word, hint
 
 MOST_CARRIED = 20
+MOST_CONTACTS = 1_000
+Contacts: TypeAlias = Annotated[list[tuple[Word, Word]], Field(max_length=MOST_CONTACTS)]  # pairs of names
 DEFAULT_NAME = "carried"
 OWN = ("mass",)  # keys that an obstacle has not
 

@@ -186,7 +186,7 @@ AnyPlaces = Annotated[Any, PlainValidator(read_places)]
 
 MOST_TICKS = 100_000
 WHOLE = 1e-9  # so much short of a whole number of periods is rounding
-Corner = Annotated[list[Number], Field(min_length=2, max_length=3)]
+Coordinates = Annotated[list[Number], Field(min_length=2, max_length=3)]
 
 
 class SimulationSection(Section):
@@ -209,7 +209,7 @@ class SimulationSection(Section):
     goals: AnyPlaces | None = None
     changes_every: Positive | None = None
     course_rate: NotNegative = 0.0
-    region: Annotated[list[Corner], Field(min_length=2, max_length=2)] | None = None
+    region: Annotated[list[Coordinates], Field(min_length=2, max_length=2)] | None = None
     evaluations: int | None = Field(default=None, gt=0, le=MOST_EVALUATIONS)
     within: Positive | None = None
 

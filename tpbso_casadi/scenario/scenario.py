@@ -23,6 +23,7 @@ from solvers import AnySolver, Budget
 from tpbso_casadi.scenario.carried import (
     MOST_CARRIED,
     CarriedSection,
+    Contacts,
     carried_bodies,
     own_contacts,
     with_contacts,
@@ -67,7 +68,6 @@ from tpbso_casadi.scenario.validation import (
 
 LOG = logging.getLogger(__name__)
 C = TypeVar("C", bound=Criteria)
-MOST_CONTACTS = 1_000
 KEYS_OF_BODIES = {"carried": "carried"}  # by fields of the robot, where they are not in its table
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
 
@@ -157,7 +157,7 @@ class Scenario(FileSection):
     obstacles: list[AnyObstacle] = Field(default_factory=list, max_length=MOST_OBSTACLES)
     scene: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
     carried: list[CarriedSection] = Field(default_factory=list, max_length=MOST_CARRIED)
-    may_touch: Annotated[list[tuple[Word, Word]], Field(max_length=MOST_CONTACTS)] = Field(default_factory=list)
+    may_touch: Contacts = Field(default_factory=list)
     model: ModelSection = ModelSection()
     constraints: OwnConstraints = Field(default_factory=list)
     solver: SolverSection = SolverSection()

@@ -22,9 +22,9 @@ from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.model import ModelSection, TaskSection
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
-from tpbso_casadi.scenario.obstacles import build_obstacles
+from tpbso_casadi.scenario.obstacles import build_obstacles, with_files
 from tpbso_casadi.scenario.places import AnyPlace, JointsTable
-from tpbso_casadi.scenario.stages import AnyStage, MovingStage, OutputStage, StageSection
+from tpbso_casadi.scenario.stages import AnyStage, MovingStage, OutputStage, StageSection, tool_frames
 from tpbso_casadi.scenario.validation import NestedError, ScenarioError, hint, in_words
 
 if TYPE_CHECKING:
@@ -96,13 +96,7 @@ class SequenceTask(TaskSection):
 
     def with_files(self, folder: InputFolder) -> Self:
         """The same with the shapes that are in files."""
-        stages = []
-        for number, stage in enumerate(self.stages):
-            try:
-                stages.append(stage.with_files(folder))
-            except (ScenarioError, InvalidProblem) as error:
-                raise ScenarioError(f"task.stages.{number}.{error}") from error
-        return self.model_copy(update={"stages": stages})
+        return self.model_copy(update={"stages": with_files(self.stages, folder, "task.stages")})
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> NoReturn:
         """Nothing: each stage has a problem of its own.
@@ -152,11 +146,13 @@ class Cell:
 
     Attributes:
         scenario: of the sequence.
+        robot: with an empty hand.
         obstacles: that stand around.
         carried: by the tool.
     """
 
     scenario: Scenario
+    robot: Robot
     obstacles: tuple[ObstacleSection, ...]
     carried: tuple[CarriedSection, ...]
 
@@ -170,7 +166,7 @@ class Cell:
         for number, obstacle in enumerate(scenario.obstacles):
             if obstacle.moves:
                 raise ScenarioError(f"obstacles.{number}: moves; in a sequence obstacles stand still")
-        return cls(scenario, tuple(scenario.obstacles), tuple(scenario.carried))
+        return cls(scenario, scenario.robot_table.build(), tuple(scenario.obstacles), tuple(scenario.carried))
 
     def attached(self, name: str, mass: float | None, body: ObstacleSection | None, posture: FloatArray) -> Cell:
         """With a body in the hand: an obstacle as it lies, or one that is stated in the tool's frame.
@@ -208,14 +204,16 @@ class Cell:
             raise ScenarioError(f"name: {names.count(name)} are called {name!r}; each needs a name of its own")
         return names.index(name)
 
-    @property
-    def robot(self) -> Robot:
-        """The robot with an empty hand."""
-        return self.scenario.robot_table.build()
-
     def _tool(self, posture: FloatArray) -> FloatArray:
-        """The frame of the tool in a posture (dof,), (4, 4)."""
-        return np.asarray(tool_frames(self.robot, posture[None])[0])
+        """The frame of the tool in a posture (dof,), (4, 4).
+
+        Raises:
+            InvalidProblem: a robot in the plane, which carries nothing.
+        """
+        if not isinstance(self.robot, SpatialArm):
+            raise InvalidProblem("name", "in the plane nothing is carried")
+        (frame,) = tool_frames(self.robot, posture[None])
+        return np.asarray(frame)
 
     def statement(self, stage: MovingStage, posture: FloatArray, goal: Any = None) -> Scenario:
         """The stage as a scenario of its own, a move from a posture (dof,).
@@ -256,21 +254,6 @@ class Cell:
         return sum(name in [obstacle.name for obstacle in self.obstacles] for name in pair) < 2
 
 
-def tool_frames(robot: Robot, theta: FloatArray) -> FloatArray:
-    """Frames of the tool in postures (n, dof): (n, 4, 4).
-
-    Raises:
-        InvalidProblem: a robot in the plane, which carries nothing.
-    """
-    if not isinstance(robot, SpatialArm):
-        raise InvalidProblem("name", "in the plane nothing is carried")
-    positions, rotations = robot.tool_pose(ca.DM(theta))
-    frames = np.tile(np.eye(4), (len(theta), 1, 1))
-    frames[:, :3, :3] = as_array(rotations).reshape(-1, 3, 3)
-    frames[:, :3, 3] = as_array(positions)
-    return frames
-
-
 def _posed(body: ObstacleSection, moved: Any) -> ObstacleSection:
     """A body elsewhere.
 
@@ -307,7 +290,7 @@ def walked(scenario: Scenario, postures: FloatArray) -> Iterator[tuple[StageSect
 
     Args:
         scenario: of the sequence.
-        postures: with which the stages begin, (n, dof).
+        postures: with which the first stages begin, (n, dof): as many as are asked for.
 
     Raises:
         ScenarioError: something is taken up that is not there, or put down that is not held.
@@ -315,7 +298,7 @@ def walked(scenario: Scenario, postures: FloatArray) -> Iterator[tuple[StageSect
     task = scenario.task
     assert isinstance(task, SequenceTask)
     cell = Cell.at_first(scenario)
-    for number, (stage, posture) in enumerate(zip(task.stages, postures, strict=True)):
+    for number, (stage, posture) in enumerate(zip(task.stages, postures, strict=False)):
         yield stage, cell
         try:
             cell = stage.changed(cell, posture)
@@ -334,14 +317,14 @@ def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray
         signal = (stage.signal, stage.value) if isinstance(stage, OutputStage) else None
         criteria = cell.statement(stage, postures[number]).judged() if isinstance(stage, MovingStage) else None
         stages.append(Stage(labels[number], stage.kind, times[number], times[number + 1], criteria, signal))
-    robot = scenario.model.kept_by(Cell.at_first(scenario).robot)
+    robot = scenario.model.kept_by(cells[0].robot)
     tools = as_array(robot.tool(ca.DM(postures)))
     moved = [0, *(number + 1 for number, stage in enumerate(stages) if stage.criteria is not None)]
     stops = tuple(tuple(tools[number].tolist()) for number in moved)
     obstacles = build_obstacles(list(scenario.obstacles), robot.dof)
     task = StagedTask(robot, obstacles, stops)
-    shown = shown_around(cells, trajectory, times)
-    return SequenceCriteria(task=task, objective=OBJECTIVES["time"], limits=(), parts=tuple(stages), shown=shown)
+    scenery = shown_around(cells, trajectory, times)
+    return SequenceCriteria(task=task, objective=OBJECTIVES["time"], limits=(), stages=tuple(stages), scenery=scenery)
 
 
 def shown_around(cells: Sequence[Cell], trajectory: Trajectory, times: FloatArray) -> tuple[Obstacle, ...]:
@@ -358,8 +341,9 @@ def shown_around(cells: Sequence[Cell], trajectory: Trajectory, times: FloatArra
     shown = build_obstacles(standing, dof)
     if not held:
         return shown
-    rows = np.unique(np.concatenate([times, np.linspace(0.0, times[-1], PICTURES)]))
-    tools = tool_frames(cells[0].robot, trajectory.at(rows))
+    rows, robot = np.unique(np.concatenate([times, np.linspace(0.0, times[-1], PICTURES)])), cells[0].robot
+    assert isinstance(robot, SpatialArm)  # what carries
+    tools = tool_frames(robot, trajectory.at(rows))
     at = np.clip(np.searchsorted(times, rows, side="right") - 1, 0, len(cells) - 1)
     for number, name in enumerate(held, start=len(standing) + 1):
         frames = _frames_of(name, [cells[index] for index in at], tools)

@@ -21,16 +21,16 @@ from problems import InvalidProblem, Robot
 from problems.base import FloatArray, as_array
 from problems.robots import SpatialArm
 from problems.tasks import Arc, Corners, Pose, Position, StraightWay, ToolPath, ToolWay
+from tpbso_casadi.scenario.carried import Contacts
 from tpbso_casadi.scenario.constraints import OwnConstraints
 from tpbso_casadi.scenario.expressions import ConstraintSection
 from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_points
 from tpbso_casadi.scenario.obstacles import AnyObstacle
-from tpbso_casadi.scenario.places import AnyGoals, AnyPlaces, PlaceValue, PoseTable, built, read_place
+from tpbso_casadi.scenario.places import AnyGoals, AnyPlaces, Coordinates, PlaceValue, built, read_place, stated_place
 from tpbso_casadi.scenario.spatial_robots import PayloadTable, PerJoint
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
     NotNegative,
-    Number,
     Positive,
     ScenarioError,
     Section,
@@ -43,15 +43,12 @@ from tpbso_casadi.scenario.validation import (
 if TYPE_CHECKING:
     from tpbso_casadi.scenario.sequence import Cell
 
-MOST_CONTACTS = 1_000  # pairs of a stage
 ACCURACY, ANGULAR_ACCURACY = 1e-3, 0.01  # of lines, m and rad
 ROUNDING = 0.7  # of the accuracy: what corners use up
 LONGEST_WAIT = 3_600.0  # s
 OF_THE_ROBOT = ("max_speed", "max_acceleration", "max_jerk", "payload")  # keys that a stage may state anew
 
-Coordinates: TypeAlias = Annotated[list[Number], Field(min_length=2, max_length=3)]
 Name: TypeAlias = Annotated[Word, Field(min_length=1)]
-Contacts: TypeAlias = Annotated[list[tuple[Word, Word]], Field(max_length=MOST_CONTACTS)]
 
 
 class StageSection(Section):
@@ -164,11 +161,7 @@ class LedStage(MovingStage):
 
     def goals_from(self, robot: Robot, posture: FloatArray) -> PlaceValue | list[PlaceValue]:
         """The end of the way, with the tool's orientation in space."""
-        place = self.end(robot, posture)
-        if isinstance(place, Pose):
-            assert place.quaternion is not None
-            return PoseTable(position=_three(place.point), quaternion=_four(place.quaternion))
-        return (float(place.point[0]), float(place.point[1]))
+        return read_place(stated_place(self.end(robot, posture), "goal"))
 
     def tool_path(self, robot: Robot, posture: FloatArray) -> ToolPath | None:
         """The way, along which the tool turns evenly."""
@@ -349,11 +342,19 @@ AnyStage = Annotated[SerializeAsAny[StageSection], PlainValidator(read_stage)]
 
 def _tool(robot: Robot, posture: FloatArray) -> tuple[FloatArray, FloatArray | None]:
     """Where the tool is in a posture (dof,), (dim,), m, and how it is turned, (3, 3); None in the plane."""
-    theta = ca.DM(posture).T
     if not isinstance(robot, SpatialArm):
-        return as_array(robot.tool(theta))[0], None
-    position, rotation = robot.tool_pose(theta)
-    return as_array(position)[0], as_array(rotation).reshape(3, 3)
+        return as_array(robot.tool(ca.DM(posture).T))[0], None
+    (frame,) = tool_frames(robot, posture[None])
+    return frame[:3, 3], frame[:3, :3]
+
+
+def tool_frames(robot: SpatialArm, theta: FloatArray) -> FloatArray:
+    """Frames of the tool in postures (n, dof): (n, 4, 4)."""
+    positions, rotations = robot.tool_pose(ca.DM(theta))
+    frames = np.tile(np.eye(4), (len(theta), 1, 1))
+    frames[:, :3, :3] = as_array(rotations).reshape(-1, 3, 3)
+    frames[:, :3, 3] = as_array(positions)
+    return frames
 
 
 def _standing(point: FloatArray, turned: FloatArray | None) -> Pose | Position:
@@ -369,13 +370,3 @@ def _numbers(robot: Robot, numbers: Sequence[float] | FloatArray, key: str) -> F
     if len(numbers) != robot.dim:
         raise InvalidProblem(key, f"{robot.dim} coordinates are needed")
     return np.array(numbers)
-
-
-def _three(numbers: Sequence[float]) -> tuple[float, float, float]:
-    x, y, z = map(float, numbers)
-    return x, y, z
-
-
-def _four(numbers: Sequence[float]) -> tuple[float, float, float, float]:
-    x, y, z, w = map(float, numbers)
-    return x, y, z, w

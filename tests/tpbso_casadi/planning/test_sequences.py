@@ -160,13 +160,13 @@ def test_a_stage_that_breaks_a_limit_is_found_by_the_audit(picked: tp.Plan) -> N
         type(part)(part.label, part.kind, 0.9 * part.start, 0.9 * part.end, part.criteria, part.signal)
         for part in criteria.stages
     )
-    faster = type(picked.motion)(type(criteria)(**{**vars_of(criteria), "parts": parts}), early, {})
+    faster = type(picked.motion)(type(criteria)(**{**vars_of(criteria), "stages": parts}), early, {})
     broken = {verdict.name for verdict in faster.verdicts if verdict.status is CertificateStatus.VIOLATED}
     assert {"speed", "acceleration"} <= broken
 
 
 def vars_of(criteria: Any) -> dict[str, Any]:
-    return {name: getattr(criteria, name) for name in ("task", "objective", "limits", "shown")}
+    return {name: getattr(criteria, name) for name in ("task", "objective", "limits", "scenery")}
 
 
 def test_a_move_that_is_known_the_other_way_round_is_turned_round() -> None:
