@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
@@ -159,7 +159,7 @@ class SequencePlanner:
         """What is where before a stage that moves, after postures at the stops before."""
         first = self.moving[layer]
         postures = [chain[sum(m < number for m in self.moving)] for number in range(first + 1)]
-        *_, (_, cell) = walked(self.scenario, np.array(postures))
+        _, cell = next(islice(walked(self.scenario, np.array(postures)), first, None))
         return cell
 
     def _stops(self) -> list[Stop]:

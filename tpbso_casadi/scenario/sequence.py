@@ -290,7 +290,7 @@ def walked(scenario: Scenario, postures: FloatArray) -> Iterator[tuple[StageSect
 
     Args:
         scenario: of the sequence.
-        postures: with which the first stages begin, (n, dof): as many as are asked for.
+        postures: with which the stages begin, (n, dof); fewer will do where no more stages are asked for.
 
     Raises:
         ScenarioError: something is taken up that is not there, or put down that is not held.
@@ -298,7 +298,7 @@ def walked(scenario: Scenario, postures: FloatArray) -> Iterator[tuple[StageSect
     task = scenario.task
     assert isinstance(task, SequenceTask)
     cell = Cell.at_first(scenario)
-    for number, (stage, posture) in enumerate(zip(task.stages, postures, strict=False)):
+    for number, (stage, posture) in enumerate(zip(task.stages, postures, strict=True)):
         yield stage, cell
         try:
             cell = stage.changed(cell, posture)
