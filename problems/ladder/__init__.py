@@ -5,6 +5,7 @@ from problems.ladder.descent import DeviationPolish
 from problems.ladder.deviation import Deviations
 from problems.ladder.goals import postures_around
 from problems.ladder.own_limits import OwnLimits
+from problems.ladder.passages import Passages
 from problems.ladder.rephasing import at_the_bound, everywhere
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "DeviationPolish",
     "Deviations",
     "OwnLimits",
+    "Passages",
     "at_the_bound",
     "everywhere",
     "gentler",

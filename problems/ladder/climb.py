@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from problems.base import FloatArray
 from problems.core import World
 from problems.ladder.descent import DeviationPolish, Reached
-from problems.ladder.deviation import Deviations
+from problems.ladder.deviation import Deviations, direct_motion
 from problems.ladder.own_limits import OwnLimits
+from problems.ladder.passages import Passages
 from problems.motions import Trajectory
 from problems.robots import JointLimits, Robot
 from problems.sequential import JointTorques
-from problems.timing import rest_to_rest
 
 LOG = logging.getLogger(__name__)
 SPARE, OWN_SPARE = 3e-3, 1e-3  # m, kept of obstacles and of each other where postures are looked at
@@ -49,7 +50,7 @@ def gentler(
     """Limits within which motors can begin and end the direct motion; None where they can anyway."""
     if torques is None:
         return None
-    direct = rest_to_rest(start, goal, limits)
+    direct = direct_motion(start, goal, limits)
     times = direct.times(LOOKS)
     times = times[np.minimum(times, direct.duration - times) <= ENDS * direct.duration]
     scale = min(torques.time_scale_of(direct, times), GENTLEST)
@@ -70,7 +71,7 @@ def never() -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Climb:
-    """The ladder between two postures at rest.
+    """The ladder between two postures at rest, past others.
 
     Args:
         world: the robot and what is around.
@@ -78,6 +79,8 @@ class Climb:
         box: lower and upper bounds of what is tried, (2, dof), rad.
         torques: of the robot; None where they are not limited.
         own: limits that are expressions; None where there are none.
+        passages: places on the way; None where there are none.
+        through: postures that ways lead through, one at each of them, (n, dof), rad.
         running_out: whether there is no time left for something better.
     """
 
@@ -86,26 +89,43 @@ class Climb:
     box: FloatArray
     torques: JointTorques | None = None
     own: OwnLimits | None = None
+    passages: Passages | None = None
+    through: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
     running_out: Callable[[], bool] = never
 
     @cached_property
     def _spare(self) -> FloatArray:
         """What is kept on top of what must be, of obstacles and of each other, m, (2,)."""
-        ends = np.stack([self.motions.start, self.motions.goal])
-        left = [self.world.rooms(ends, SPARE, which).min() for which in self.world.margins]
+        left = [self.world.rooms(self._stops, SPARE, which).min() for which in self.world.margins]
         return np.maximum(np.minimum(AT_ENDS * np.array(left), (SPARE, OWN_SPARE)), 0.0)
+
+    @property
+    def _stops(self) -> FloatArray:
+        """The postures that ways lead through, both ends included, (n, dof), rad."""
+        return np.stack([self.motions.start, *self.through, self.motions.goal])
 
     def _ways(self, seed: int) -> Iterator[FloatArray]:
         """Control points to begin with: of the straight way, then of ways that were found."""
-        yield np.zeros((self.motions.free, self.motions.dof))
+        straight = np.zeros((self.motions.free, self.motions.dof))
+        yield self.motions.fitted(self._stops) if len(self.through) else straight
         failed = 0
         for number in range(MOST_WAYS):
-            path = self.world.connect(self.motions.start, self.motions.goal, self.box, MOST_WAYS * seed + number)
+            path = self._connected(MOST_WAYS * seed + number)
             failed += path is None
             if path is not None:
                 yield self.motions.fitted(path)
             elif failed >= MOST_FAILED:
                 return
+
+    def _connected(self, seed: int) -> FloatArray | None:
+        """A way through all stops, (m, dof), rad; None where none was found."""
+        parts = []
+        for start, goal in pairwise(self._stops):
+            part = self.world.connect(start, goal, self.box, seed)
+            if part is None:
+                return None
+            parts.append(part)
+        return np.concatenate(parts)
 
     def __call__(self, seed: int, to_beat: float = np.inf) -> Trajectory | None:
         """The fastest motion that was proven to be clear; None where there is none that beats a duration in s.
@@ -140,12 +160,13 @@ class Climb:
     def _proven(self, x: FloatArray, to_beat: float, running_out: Callable[[], bool] = never) -> Reached | None:
         """What a polish makes of control points, mended where it comes too near between the postures looked at."""
         polish = DeviationPolish(
-            self.motions, self.world, self._spare, self.motions.parameters(), self.torques, self.own, running_out
-        )
+            self.motions, self.world, self._spare, self.motions.parameters(), self.torques, self.own, self.passages,
+            running_out,
+        )  # fmt: skip
         x = polish.kept(x)
         for number in range(MENDED + 1):
-            reached = polish(x, to_beat, MORE_PROGRAMS if number else FIRST_PROGRAMS)
-            if reached.duration > SAME * to_beat or not reached.is_clear:
+            reached = self._passing(polish, polish(x, to_beat, MORE_PROGRAMS if number else FIRST_PROGRAMS))
+            if reached is None or reached.duration > SAME * to_beat or not reached.is_clear:
                 return None
             between = polish.between(reached.x, reached.duration)
             if not between.size and self.world.prove(self.motions.trajectory(reached.x, reached.duration)).status:
@@ -154,3 +175,8 @@ class Climb:
                 polish = replace(polish, spare=FARTHER * polish.spare)
             polish, x = polish.looking_at(between), reached.x
         return None
+
+    def _passing(self, polish: DeviationPolish, reached: Reached) -> Reached | None:
+        """The motion that passes its places exactly; None where none is found."""
+        x = reached.x if self.passages is None else self.passages.exact(reached.x)
+        return None if x is None else reached if x is reached.x else polish.reached(x, 0.0)

@@ -18,6 +18,7 @@ from problems.base import FloatArray
 from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, World, joined
 from problems.ladder.deviation import AT_REST, Deviations, JointRows, PostureRows
 from problems.ladder.own_limits import OwnLimits
+from problems.ladder.passages import PASSAGE_PRICE, Passage, Passages
 from problems.sequential import JointTorques
 
 CLEARANCE_PRICE = 30.0  # s/m: what a program pays for clearance that is missing
@@ -60,8 +61,9 @@ class Reached:
         duration: the least that its joints' limits allow, s.
         near: what comes near in its postures.
         own: own limits in its postures, and by how much of what is kept there they miss it, (n, m), of the scale.
-        missing: the sum of the clearances that are missing, m, and, as dear, of what joints are out of their ranges and
-            of own limits that are broken.
+        passages: where it comes nearest to the places on its way.
+        missing: the sum of the clearances that are missing, m, and, as dear, of what joints are out of their ranges,
+            of own limits that are broken and of places that are missed.
         is_clear: whether no posture that is looked at lacks more than a share of what is spare.
     """
 
@@ -69,6 +71,7 @@ class Reached:
     duration: float
     near: Nearby
     own: FloatArray
+    passages: list[Passage]
     missing: float
     is_clear: bool
 
@@ -93,6 +96,7 @@ class DeviationPolish:
         u: parameters of these postures, (n,).
         torques: of the robot; None where they are not limited.
         own: limits that are expressions; None where there are none.
+        passages: places on the way; None where there are none.
         running_out: whether there is no time left.
     """
 
@@ -102,6 +106,7 @@ class DeviationPolish:
     u: FloatArray
     torques: JointTorques | None = None
     own: OwnLimits | None = None
+    passages: Passages | None = None
     running_out: Callable[[], bool] = lambda: False
 
     @cached_property
@@ -139,8 +144,8 @@ class DeviationPolish:
         for number in range(programs):
             if self._done(best, number, to_beat) or self.running_out():
                 break
-            own = self._own_rows(best, trust)
-            step = self._program(best, trust, own).solved()
+            own, passed = self._own_rows(best, trust), self._passed_rows(best)
+            step = self._program(best, trust, own, passed).solved()
             if step is None:
                 trust *= SHRINKS
                 if trust < LEAST_TRUST:
@@ -148,7 +153,7 @@ class DeviationPolish:
                 continue
             change, saved = step[0], -step[1]
             other = self._stepped(best.x + change, min(GROWS * trust, LARGEST_TRUST))
-            gain, promised = best.cost - other.cost, self._promised(best, change, saved, own)
+            gain, promised = best.cost - other.cost, self._promised(best, change, saved, own, passed)
             if gain > 0.0:
                 share = gain / max(promised, gain, 1e-12)
                 idle = idle + 1 if gain < LEAST_GAIN * best.duration else 0
@@ -216,7 +221,10 @@ class DeviationPolish:
         is_clear = is_clear and bool((own <= (1.0 - ENOUGH) * self.own_spare + OWN_ROUNDING).all())
         missing = float(np.maximum(lacking, 0.0).sum()) + RANGE_PRICE / CLEARANCE_PRICE * outside
         missing += OWN_PRICE / CLEARANCE_PRICE * float(np.maximum(own, 0.0).sum())
-        return Reached(x, duration, near, own, missing, is_clear)
+        passages = [] if self.passages is None else self.passages.nearest(padded)
+        if self.passages is not None:
+            missing += PASSAGE_PRICE / CLEARANCE_PRICE * self.passages.missing(passages)
+        return Reached(x, duration, near, own, passages, missing, is_clear)
 
     def _outside(self, padded: FloatArray) -> float:
         """By how much angles are out of the joints' ranges, together, rad."""
@@ -231,8 +239,10 @@ class DeviationPolish:
         """Angles, velocities and accelerations where torques are looked at, (n, 3 k)."""
         return _state_of(self._moving, padded, duration)
 
-    def _promised(self, around: Reached, change: FloatArray, saved: float, own: WholeRows | None) -> float:
-        """What a program promises to save, s, with the clearance that it leaves missing itself, and own limits."""
+    def _promised(
+        self, around: Reached, change: FloatArray, saved: float, own: WholeRows | None, passed: WholeRows | None
+    ) -> float:
+        """What a program promises to save, s, with what it leaves missing itself: clearance, own limits, places."""
         near = around.near
         moved = self._postures
         by_joints = np.einsum(
@@ -245,9 +255,11 @@ class DeviationPolish:
             padded = self.motions.padded(change)[own.first[:, None] + AT_REST + np.arange(4)]
             moved = np.einsum("mak,mak->m", own.weights, padded) - own.by_time * saved
             gained -= OWN_PRICE * float(np.maximum(moved - own.bound, 0.0).sum())
+        if self.passages is not None and passed is not None:
+            gained -= PASSAGE_PRICE * self.passages.left(passed, change)
         return gained
 
-    def _program(self, around: Reached, trust: float, own: WholeRows | None) -> LinearProgram:
+    def _program(self, around: Reached, trust: float, own: WholeRows | None, passed: WholeRows | None) -> LinearProgram:
         motions, faster, slower = self.motions, FASTER * around.duration, SLOWER * around.duration
         padded = motions.padded(around.x)
         parts = [
@@ -258,7 +270,7 @@ class DeviationPolish:
         box = np.full(around.x.shape, trust)
         least = max(-faster, motions.bound - around.duration - 1e-12)
         whole = [self._clearances(around, trust), *self._torques(padded, around.duration)]
-        whole += [] if own is None else [own]
+        whole += [rows for rows in (own, passed) if rows is not None]
         return LinearProgram(joined(parts), joined(whole), -box, box, (least, slower))
 
     def _limit(
@@ -329,6 +341,10 @@ class DeviationPolish:
         left = 1.0 - np.abs(shares[sample, joint])
         first = self._moving[0].first[sample] - AT_REST
         return [WholeRows(first, own, by_time, left, np.full(len(sample), TORQUE_PRICE))]
+
+    def _passed_rows(self, around: Reached) -> WholeRows | None:
+        """The places on the way to first order."""
+        return None if self.passages is None else self.passages.rows(around.passages)
 
     def _own_rows(self, around: Reached, trust: float) -> WholeRows | None:
         """Own limits to first order, where they may matter."""

@@ -109,6 +109,13 @@ class PostureRows:
         return np.asarray(self.base + np.einsum("na,nak->nk", self.weights, points))
 
 
+def direct_motion(start: FloatArray, goal: FloatArray, limits: JointLimits) -> Trajectory:
+    """The fastest direct motion between two postures (k,) at rest; a second of rest where they are one."""
+    if (start == goal).all():
+        return Trajectory(np.array([0.0, 1.0]), np.pad(start[None, None], ((DEGREE, 0), (0, 0), (0, 0))))
+    return rest_to_rest(start, goal, limits)
+
+
 class Deviations:
     """All motions between two postures at rest that deviate from the direct one by a spline.
 
@@ -132,7 +139,7 @@ class Deviations:
     ) -> None:
         self.start, self.goal, self.limits = start, goal, limits
         self._own_limits = limits if gentler is None else gentler
-        self.direct = rest_to_rest(start, goal, self._own_limits)
+        self.direct = direct_motion(start, goal, self._own_limits)
         self.bound = float(least_durations(goal - start, limits).max())
 
     @property

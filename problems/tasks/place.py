@@ -122,6 +122,16 @@ class Place(Parametric, ABC):
     def unit(self) -> str:
         """Of :meth:`miss`."""
 
+    @property
+    def centre(self) -> Place:
+        """The place that it is around; itself where it is one."""
+        return self
+
+    @property
+    def radius(self) -> float:
+        """How far from its centre it is still there, m or rad."""
+        return 0.0
+
     @abstractmethod
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
         """The robot can be there.

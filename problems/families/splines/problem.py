@@ -23,7 +23,17 @@ from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.families.splines.encoding import ControlPoints, nominal, stops
 from problems.families.splines.path_problem import MoveSteps, SplineProblem, end_rates
 from problems.families.splines.program import MoveNlp, usual_pieces
-from problems.ladder import Climb, Deviations, OwnLimits, at_the_bound, everywhere, gentler, joint_box, postures_around
+from problems.ladder import (
+    Climb,
+    Deviations,
+    OwnLimits,
+    Passages,
+    at_the_bound,
+    everywhere,
+    gentler,
+    joint_box,
+    postures_around,
+)
 from problems.limits import (
     MAX_STEP_SHARE,
     SAMPLING_MARGIN,
@@ -35,13 +45,13 @@ from problems.limits import (
     stay_constraints,
     stay_matters,
 )
-from problems.motions import PathSpline, TimedPath, Trajectory
+from problems.motions import JointPath, PathSpline, TimedPath, Trajectory
 from problems.objectives import Objective
 from problems.robots import JointLimits, Robot
 from problems.scene import standing
 from problems.sequential import JointTorques, Polish, can_be_polished
 from problems.tasks import Milestone, Move, Place, Surroundings, check_at_least
-from problems.timing import least_durations
+from problems.timing import least_durations, retime
 
 MOST_BRANCHES = 16
 TORQUE_LOOKS = 100  # times of a motion, at least
@@ -349,7 +359,8 @@ class MoveProblem(SplineProblem):
         if self.robot.dim != 3 or self.branches:
             return False
         known = [limit for limit in self.limits if not OwnLimits.know(limit)]
-        return self._is_least_time and can_be_polished(self.task, known)
+        between_ends = self.task.narrowed(self.task.start, (), self.task.goals)
+        return self._is_least_time and can_be_polished(between_ends, known)
 
     @property
     def is_polished(self) -> bool:
@@ -373,7 +384,7 @@ class MoveProblem(SplineProblem):
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """Where nothing but time counts; of a pose the postures around the branch's, the soonest first."""
-        if self._has_ladder:
+        if self._has_ladder and self.task.passes_nothing:
             goals, _ = self._goals
             around, start = Surroundings(self.robot, self.obstacles), branch_posture(self.robot, self.task.start)
             if self._allowed(start[None]).all():
@@ -400,18 +411,23 @@ class MoveProblem(SplineProblem):
         if world is None:
             return
         start, limits, (goals, bounds) = branch_posture(self.robot, self.task.start), self.robot.limits, self._goals
-        if not self._allowed(start[None]).all():
+        through = np.array([branch_posture(self.robot, via) for via in self.task.vias]).reshape(-1, self.robot.dof)
+        if not self._allowed(np.stack([start, *through])).all() or not world.clear(through).all():
             return
         clear = np.flatnonzero(world.clear(goals) & self._allowed(goals))[:MOST_CLIMBS]
         for goal, bound in zip(goals[clear], bounds[clear], strict=True):
             if bound >= to_beat or (to_beat < np.inf and running_out()):
                 break
             motions = Deviations(start, goal, limits, gentler=gentler(start, goal, limits, self._torques))
-            climb = Climb(world, motions, joint_box(self.robot, start, goal), self._torques, self._own, running_out)
-            found = climb(seed, to_beat)
-            if found is not None:
-                yield found
-                to_beat = found.duration
+            passages = Passages(motions, self.robot, self.task.vias) if self.task.vias else None
+            box = joint_box(self.robot, start, *through, goal)
+            found = Climb(world, motions, box, self._torques, self._own, passages, through, running_out)(seed, to_beat)
+            if found is None:
+                continue
+            yield found
+            to_beat = found.duration
+            if passages is not None:
+                yield retime(JointPath.of(found), limits, chain=self.robot.rigid_chain)
 
     @property
     def least_bound(self) -> float:

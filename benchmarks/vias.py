@@ -1,0 +1,122 @@
+"""Moves past a via in space, without a search and by one: how many are certified, seconds, durations.
+
+A Panda between two boxes; start, via and goal are clear postures drawn at random. The via is the posture, or the point
+where the tool is in it.
+
+    python -m benchmarks.vias --problems 20 --seed 3 --via joints --solver abso
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+import tpbso_casadi as tp
+from benchmarks.hand_constraints import panda
+from problems.base import FloatArray, as_array
+from problems.core import World
+from tpbso_casadi.facade.plan import Plan
+
+OBSTACLES = (
+    tp.Box(center=(0.55, 0.35, 0.4), size=(0.3, 0.1, 0.8)),
+    tp.Box(center=(0.5, -0.4, 0.3), size=(0.4, 0.1, 0.6)),
+)
+INNER, ROOM = 0.1, 0.01  # rad within the joints' ranges; m that a posture keeps
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Of one solver.
+
+    Attributes:
+        certified: whether all limits are proven.
+        seconds: of the call.
+        duration: of the motion, s.
+        searched: whether a search was needed.
+    """
+
+    certified: bool
+    seconds: float
+    duration: float
+    searched: bool
+
+
+def postures(rng: np.random.Generator) -> Iterator[FloatArray]:
+    """Clear ones (dof,)."""
+    arm = panda().model
+    world = World.of(arm, OBSTACLES)
+    assert world is not None
+    low, high = np.array(arm.limits.position).T
+    while True:
+        theta = rng.uniform(low + INNER, high - INNER)
+        if world.clear(theta[None], ROOM)[0]:
+            yield theta
+
+
+def outcome(start: FloatArray, via: tp.Joints | tp.Position, goal: FloatArray, solver: str) -> Outcome:
+    """Of one move.
+
+    Raises:
+        ScenarioError: the robot touches itself at one of the postures.
+    """
+    began = time.perf_counter()
+    plan: Plan = tp.plan(
+        panda(), start=tp.Joints(tuple(start)), via=[via], goal=tp.Joints(tuple(goal)), obstacles=list(OBSTACLES),
+        solver=solver,
+    )  # fmt: skip
+    return Outcome(plan.certified, time.perf_counter() - began, plan.duration, plan.result.evaluations > 0)
+
+
+def outcomes(problems: int, seed: int, kind: str, solvers: tuple[str, ...]) -> Iterator[tuple[Outcome, ...]]:
+    """Of every solver, for so many problems."""
+    drawn, found = postures(np.random.default_rng(seed)), 0
+    while found < problems:
+        start, between, goal = (next(drawn) for _ in range(3))
+        point = as_array(panda().model.tool(ca.DM(between).T)).ravel()
+        via = tp.Joints(tuple(between)) if kind == "joints" else tp.Position(tuple(point))
+        try:
+            one = tuple(outcome(start, via, goal, solver) for solver in solvers)
+        except tp.ScenarioError:
+            continue
+        found += 1
+        yield one
+
+
+def report(found: list[tuple[Outcome, ...]], solvers: tuple[str, ...]) -> str:
+    """Counts, seconds and durations, as a table."""
+    lines = []
+    for number, solver in enumerate(solvers):
+        own = [each[number] for each in found]
+        seconds = "/".join(f"{value:.2f}" for value in np.percentile([one.seconds for one in own], (50, 90, 100)))
+        certified = sum(one.certified for one in own)
+        alone = sum(one.certified and not one.searched for one in own)
+        lines.append(
+            f"{solver:8} certified {certified} of {len(own)}, {alone} without a search; s, median/90 %/worst: {seconds}"
+        )
+    both = [each for each in found if all(one.certified for one in each)]
+    for number, solver in enumerate(solvers[1:], start=1):
+        ratios = np.percentile([each[0].duration / each[number].duration for each in both], (0, 50, 100))
+        low, median, high = ratios
+        lines.append(f"{solvers[0]} over {solver}, duration: median {median:.4f}, {low:.4f} to {high:.4f}")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Measure, and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--problems", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=3)
+    parser.add_argument("--via", choices=("joints", "position"), default="joints")
+    parser.add_argument("--solver", nargs="*", default=["abso"], help="besides the ladder")
+    given = parser.parse_args()
+    solvers = ("ladder", *given.solver)
+    print(report(list(outcomes(given.problems, given.seed, given.via, solvers)), solvers))
+
+
+if __name__ == "__main__":
+    main()
