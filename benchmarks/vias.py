@@ -10,8 +10,11 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeAlias, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -26,6 +29,8 @@ OBSTACLES = (
     tp.Box(center=(0.55, 0.35, 0.4), size=(0.3, 0.1, 0.8)),
     tp.Box(center=(0.5, -0.4, 0.3), size=(0.4, 0.1, 0.6)),
 )
+T = TypeVar("T")
+Via: TypeAlias = tp.Joints | tp.Position
 INNER, ROOM = 0.1, 0.01  # rad within the joints' ranges; m that a posture keeps
 
 
@@ -47,7 +52,7 @@ class Outcome:
 
 
 def postures(rng: np.random.Generator) -> Iterator[FloatArray]:
-    """Clear ones (dof,)."""
+    """Those (dof,) that are clear of everything, as the ends of plans have to be."""
     arm = panda().model
     world = World.of(arm, OBSTACLES)
     assert world is not None
@@ -58,7 +63,7 @@ def postures(rng: np.random.Generator) -> Iterator[FloatArray]:
             yield theta
 
 
-def outcome(start: FloatArray, via: tp.Joints | tp.Position, goal: FloatArray, solver: str) -> Outcome:
+def outcome(start: FloatArray, via: Via, goal: FloatArray, solver: str) -> Outcome:
     """Of one move.
 
     Raises:
@@ -72,19 +77,30 @@ def outcome(start: FloatArray, via: tp.Joints | tp.Position, goal: FloatArray, s
     return Outcome(plan.certified, time.perf_counter() - began, plan.duration, plan.result.evaluations > 0)
 
 
-def outcomes(problems: int, seed: int, kind: str, solvers: tuple[str, ...]) -> Iterator[tuple[Outcome, ...]]:
-    """Of every solver, for so many problems."""
-    drawn, found = postures(np.random.default_rng(seed)), 0
-    while found < problems:
+def measured(measure: Callable[[FloatArray, Via, FloatArray], T], problems: int, seed: int, kind: str) -> list[T]:
+    """What so many moves give; those are passed over with a posture in which the robot touches itself."""
+    drawn, found = postures(np.random.default_rng(seed)), []
+    while len(found) < problems:
         start, between, goal = (next(drawn) for _ in range(3))
         point = as_array(panda().model.tool(ca.DM(between).T)).ravel()
         via = tp.Joints(tuple(between)) if kind == "joints" else tp.Position(tuple(point))
-        try:
-            one = tuple(outcome(start, via, goal, solver) for solver in solvers)
-        except tp.ScenarioError:
-            continue
-        found += 1
-        yield one
+        with suppress(tp.ScenarioError):
+            found.append(measure(start, via, goal))
+    return found
+
+
+def stop_over_blend(start: FloatArray, corner: Via, goal: FloatArray, blend: float) -> float:
+    """Duration with a stop at the corner, over that without one; NaN where one is not certified.
+
+    Raises:
+        ScenarioError: the robot touches itself at one of the postures.
+    """
+    durations = []
+    for stated in (None, blend):
+        stages = [tp.MoveTo(corner, blend=stated), tp.MoveTo(tp.Joints(tuple(goal)))]
+        plan = tp.sequence(panda(), start=tp.Joints(tuple(start)), stages=stages, obstacles=list(OBSTACLES))
+        durations.append(plan.duration if plan.certified else np.nan)
+    return float(durations[0] / durations[1])
 
 
 def report(found: list[tuple[Outcome, ...]], solvers: tuple[str, ...]) -> str:
@@ -113,9 +129,17 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=3)
     parser.add_argument("--via", choices=("joints", "position"), default="joints")
     parser.add_argument("--solver", nargs="*", default=["abso"], help="besides the ladder")
+    parser.add_argument("--blend", type=float, help="compare a stop at the via with a corner missed by so much")
     given = parser.parse_args()
-    solvers = ("ladder", *given.solver)
-    print(report(list(outcomes(given.problems, given.seed, given.via, solvers)), solvers))
+    drawn = given.problems, given.seed, given.via
+    if given.blend is None:
+        solvers = ("ladder", *given.solver)
+        print(report(measured(lambda *move: tuple(outcome(*move, each) for each in solvers), *drawn), solvers))
+        return
+    ratios = np.array(measured(partial(stop_over_blend, blend=given.blend), *drawn))
+    known = ratios[np.isfinite(ratios)]
+    low, median, high = np.percentile(known, (0, 50, 100))
+    print(f"certified {known.size} of {ratios.size}; stop over blend: median {median:.3f}, {low:.3f} to {high:.3f}")
 
 
 if __name__ == "__main__":

@@ -23,7 +23,9 @@ from problems.tasks import Place
 
 KEPT = 64  # places
 LATER = 0.02  # of the duration: so much a step may change when a place is passed
+LEAST_ROOM = 0.3  # of what a place may be missed by: so much, at least, to sides to which it is not
 NEWTON = 8  # steps to where a motion comes nearest
+INSIDE = 1.0 - 1e-6  # of what a place may be missed by: what is kept
 STEPS, THERE = 30, 1e-12  # of the last correction; m or rad
 PASSAGE_PRICE = 30.0  # s/m or s/rad: what a program pays for what is missed
 
@@ -49,6 +51,16 @@ class Passage:
         """Orthonormal rows (m, m): along the motion, and sideways, the first of these towards the place."""
         first = np.column_stack([self.along, self.missed, np.eye(self.missed.size)])
         return np.asarray(np.linalg.qr(first)[0].T)
+
+    def room(self, within: float) -> FloatArray:
+        """How far the motion may be from the place along each axis, (m,), so that it is nowhere much farther from it.
+
+        Toward the place all that is allowed; to other sides what that leaves of a ball.
+        """
+        beside = max(within**2 - float(self.missed @ self.missed), (LEAST_ROOM * within) ** 2) / self.missed.size
+        room = np.full(self.missed.size, np.sqrt(beside))
+        room[:2] = within
+        return room
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +111,7 @@ class Passages:
     def missing(self, passages: Sequence[Passage]) -> float:
         """By how much places are missed, together, m and rad: in programs' terms, of each axis."""
         return sum(
-            float(np.maximum(np.abs(one.axes @ one.missed) - place.radius, 0.0).sum())
+            float(np.maximum(np.abs(one.axes @ one.missed) - place.within, 0.0).sum())
             for one, place in zip(passages, self.places, strict=True)
         )
 
@@ -108,9 +120,9 @@ class Passages:
         first, by_points, bounds = [], [], []
         for one, place in zip(passages, self.places, strict=True):
             own, piece = weights(np.array([one.u]), 0)
-            most = np.full(one.missed.size, place.radius)
-            most[0] += LATER * float(np.linalg.norm(one.along))
             slopes, values = one.axes @ one.slopes, one.axes @ one.missed
+            most = one.room(place.within)
+            most[0] += LATER * float(np.linalg.norm(one.along))
             for sign in (1.0, -1.0):
                 by_points.append(sign * own[0][None, :, None] * slopes[:, None, :])
                 bounds.append(most - sign * values)
@@ -129,12 +141,12 @@ class Passages:
     def exact(self, x: FloatArray) -> FloatArray | None:
         """Free control points near some (free, k) whose motion passes all places; None where none are found.
 
-        Of a place with a radius, anywhere within that.
+        Of one that may be missed, as near as it has to be.
         """
         for _ in range(STEPS):
             passages = self.nearest(self.motions.padded(x))
             missing = [
-                one.missed * max(0.0, 1.0 - place.radius / max(float(np.linalg.norm(one.missed)), THERE))
+                one.missed * max(0.0, 1.0 - INSIDE * place.within / max(float(np.linalg.norm(one.missed)), THERE))
                 for one, place in zip(passages, self.places, strict=True)
             ]
             if max(float(np.linalg.norm(each)) for each in missing) < THERE:
@@ -156,6 +168,6 @@ class Passages:
 def _missed(robot: Robot, place: Place) -> ca.Function:
     """From a posture (k, 1) to what it misses a place by, (m, 1), and how that changes with the joints, (m k, 1)."""
     theta = ca.SX.sym("theta", robot.dof)
-    missed = ca.densify(ca.SX(place.centre.miss(robot, theta.T))).T
+    missed = ca.densify(ca.SX(place.miss(robot, theta.T))).T
     slopes = ca.vec(ca.densify(ca.jacobian(missed, theta)))
     return ca.Function("missed", [theta], [missed, slopes], {"cse": True})

@@ -19,6 +19,7 @@ from problems.tasks.checks import check_choice, check_obstacles, check_range
 from problems.tasks.place import Elbow, Joints, Place, check_elbow
 from problems.tasks.task import Marker, MarkerKind, Task
 
+LARGEST_CORNER = 1.0  # m or rad: no via may be missed by more
 RATE_TOLERANCE = 1e-9  # of a joint's largest speed or acceleration; allows for rounding only
 
 
@@ -159,6 +160,10 @@ class Move(Task):
             for number, place in enumerate(places):
                 name = f"{field}[{number}]: " if len(places) > 1 else ""
                 place.check(self.robot, standing(self.obstacles), field, name)
+                check_within(field, (place.within,), (0.0, LARGEST_CORNER), place.unit, f"{name}within ")
+        for field, places in (("start", (self.start,)), ("goal", self.goals)):
+            if any(place.within for place in places):
+                raise InvalidProblem(field, "within is how far a via may be missed; leave it out")
         limits = self.robot.limits
         self._check_rates("start_velocity", limits.speed, "rad/s")
         self._check_rates("goal_velocity", limits.speed, "rad/s")

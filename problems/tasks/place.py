@@ -112,25 +112,17 @@ class Place(Parametric, ABC):
     Attributes:
         chosen_by_inverse_kinematics: whether redundancy values and a branch of the elbow determine the posture.
         always_reached: whether every choice of a posture is one that is there.
+        within: how far from it a motion may pass: m of the tool, or rad of all joints together.
     """
 
     chosen_by_inverse_kinematics: ClassVar[bool]
     always_reached: ClassVar[bool] = True
+    within: float
 
     @property
     @abstractmethod
     def unit(self) -> str:
         """Of :meth:`miss`."""
-
-    @property
-    def centre(self) -> Place:
-        """The place that it is around; itself where it is one."""
-        return self
-
-    @property
-    def radius(self) -> float:
-        """How far from its centre it is still there, m or rad."""
-        return 0.0
 
     @abstractmethod
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
@@ -249,12 +241,14 @@ class Joints(Place):
 
     Args:
         values: joint angles, dof of them, rad.
+        within: how far from them a motion may pass, rad, of all joints together.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("values",)
     chosen_by_inverse_kinematics: ClassVar[bool] = False
 
     values: tuple[float, ...]
+    within: float = 0.0
 
     @property
     def unit(self) -> str:
@@ -290,8 +284,8 @@ class Joints(Place):
         return theta - ca.repmat(ca.horzcat(*self.values), theta.shape[0], 1)
 
     def tolerance(self, robot: Robot) -> float:
-        """Rounding of an angle, rad."""
-        return ANGLE_TOLERANCE
+        """Rounding of an angle, rad, or what is allowed."""
+        return max(ANGLE_TOLERANCE, self.within)
 
     def position(self, robot: Robot) -> FloatArray:
         """Where the tool is in that posture."""
@@ -304,12 +298,14 @@ class Position(Place):
 
     Args:
         point: m.
+        within: how far from it a motion may pass, m.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("point",)
     chosen_by_inverse_kinematics: ClassVar[bool] = True
 
     point: tuple[float, ...]
+    within: float = 0.0
 
     @property
     def unit(self) -> str:
@@ -347,8 +343,8 @@ class Position(Place):
         return robot.tool(theta) - ca.repmat(ca.horzcat(*self.point), theta.shape[0], 1)
 
     def tolerance(self, robot: Robot) -> float:
-        """Rounding of a position, m."""
-        return ANGLE_TOLERANCE * robot.reach()[1]
+        """Rounding of a position, m, or what is allowed."""
+        return max(ANGLE_TOLERANCE * robot.reach()[1], self.within)
 
     def position(self, robot: Robot) -> FloatArray:
         """The point."""

@@ -79,6 +79,7 @@ class Pose(Place):
         point: of the tool, m.
         quaternion: how the tool is turned, (x, y, z, w), of length 1; None where that does not matter.
         branch: a posture there, dof joint values; empty where none has been chosen, see :meth:`branches`.
+        within: how far from the point a motion may pass, m; how the tool is turned then does not matter.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("point", "quaternion", "branch")
@@ -88,6 +89,7 @@ class Pose(Place):
     point: tuple[float, ...]
     quaternion: tuple[float, ...] | None = None
     branch: tuple[float, ...] = ()
+    within: float = 0.0
 
     @classmethod
     def from_matrix(cls, matrix: FloatArray) -> Pose:
@@ -114,7 +116,7 @@ class Pose(Place):
     @property
     def unit(self) -> str:
         """Of distances, and of an angle about each axis."""
-        return "m" if self.quaternion is None else "m, rad"
+        return "m" if self.quaternion is None or self.within else "m, rad"
 
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
         """In space, within reach, a quaternion of length 1, and a branch that is there."""
@@ -228,13 +230,13 @@ class Pose(Place):
         """
         position, rotation = _in_space(robot).tool_pose(theta)
         away = position - ca.repmat(ca.horzcat(*self.point), theta.shape[0], 1)
-        if self.quaternion is None:
+        if self.quaternion is None or self.within:
             return away
         return ca.horzcat(away, turn_between(rotation_rows(self.quaternion), rotation))
 
     def tolerance(self, robot: Robot) -> float:
-        """Rounding of a position, m, and of an angle, rad."""
-        return ANGLE_TOLERANCE
+        """Rounding of a position, m, and of an angle, rad, or what is allowed."""
+        return max(ANGLE_TOLERANCE, self.within)
 
     def position(self, robot: Robot) -> FloatArray:
         """The point."""

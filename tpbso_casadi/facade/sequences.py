@@ -59,6 +59,8 @@ class MoveTo(StatedStage):
     Args:
         goal: joint values, a point, a pose, a frame (4, 4), as of :func:`plan`; or a list of which any will do.
         via: places that are passed, in this order.
+        blend: how far from its goal the motion may pass, m of the tool or rad of all joints together; it then goes on
+            without a stop to the goal of the next stage, a move as well.
         may_touch: pairs of names of links, obstacles and what is carried whose contact is allowed in this stage.
         margin: kept from everything in this stage, m.
         constraints: of your own that hold in this stage, such as :class:`Constraint`.
@@ -72,6 +74,7 @@ class MoveTo(StatedStage):
 
     goal: Any
     via: Any = None
+    blend: float | None = None
     may_touch: Sequence[tuple[str, str]] | None = None
     margin: float | None = None
     constraints: AnyConstraint | Iterable[AnyConstraint] | None = None

@@ -136,7 +136,7 @@ class SequencePlanner:
     def __init__(self, scenario: Scenario, planning: Planning, plan: Callable[[Scenario], PlannedMotion]) -> None:
         assert isinstance(scenario.task, SequenceTask)
         self.scenario, self.planning, self.task, self._plan = scenario, planning, scenario.task, plan
-        self.stages: list[StageSection] = list(scenario.task.stages)
+        self.stages: list[StageSection] = [stage for _, stage in scenario.task.legs]
         self.moving = [number for number, stage in enumerate(self.stages) if stage.moves]
         self._motions: dict[tuple[str, bytes, bytes], Trajectory] = {}
         self._broken: dict[int, str] = {}  # by layer, what the last motion along a way broke
@@ -147,7 +147,12 @@ class SequencePlanner:
 
     def label(self, layer: int) -> str:
         """The key of a stage that moves."""
-        return f"task.stages.{self.moving[layer]}"
+        numbers, _ = self.task.legs[self.moving[layer]]
+        return f"task.stages.{numbers[-1]}"
+
+    def _of_stage(self, layer: int, error: ScenarioError) -> ScenarioError:
+        """An error of its scenario, with the stage's key before that of its task."""
+        return ScenarioError(f"{self.label(layer)}.{str(error).removeprefix('task.')}")
 
     def stage(self, layer: int) -> MovingStage:
         """A stage that moves."""
@@ -177,8 +182,9 @@ class SequencePlanner:
             except InvalidProblem as error:
                 raise ScenarioError(f"{self.label(layer)}.{error.field}: {error.reason}") from error
             except ScenarioError as error:
-                known = str(error).startswith("task.stages")
-                raise ScenarioError(str(error) if known else f"{self.label(layer)}.{error}") from error
+                if str(error).startswith("task.stages"):
+                    raise
+                raise self._of_stage(layer, error) from error
         return stops
 
     def _stop_after(self, layer: int, stops: Sequence[Stop]) -> Stop:
@@ -333,7 +339,7 @@ class SequencePlanner:
         except InvalidProblem as error:
             raise ScenarioError(f"{self.label(layer)}.{error.field}: {error.reason}") from error
         except ScenarioError as error:
-            raise ScenarioError(f"{self.label(layer)}.{error}") from error
+            raise self._of_stage(layer, error) from error
         edges.motions[pair] = motion
         edges.durations[pair] = np.inf if motion is None else motion.duration
         LOG.info("%s: %s", self.task.labels[number], "none" if motion is None else f"{motion.duration:.4f} s")

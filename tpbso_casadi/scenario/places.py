@@ -49,10 +49,13 @@ class PlaceTable(Section):
     Attributes:
         of: its class.
         fields: of that class, by the keys that state them.
+        within: of a via: how far from it a motion may pass, m of the tool or rad of all joints together.
     """
 
     of: ClassVar[type[Place]]
     fields: ClassVar[Mapping[str, str]]
+
+    within: NotNegative = 0.0
 
     def build(self) -> Place:
         """The place itself."""
@@ -62,14 +65,19 @@ class PlaceTable(Section):
     def stating(cls, place: Place) -> dict[str, Any]:
         """The table of a place of its class; plain data."""
         stated = {key: plain(getattr(place, field)) for key, field in cls.fields.items()}
-        return {key: value for key, value in stated.items() if value is not None}
+        return {key: value for key, value in stated.items() if value is not None and value != 0.0}
+
+    @model_serializer(mode="wrap")
+    def _as_stated(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content: dict[str, Any] = serialize(self)
+        return {key: value for key, value in content.items() if value is not None and value != 0.0}
 
 
 class JointsTable(PlaceTable):
     """A posture: one angle a joint, rad."""
 
     of = Joints
-    fields = MappingProxyType({"joints": "values"})
+    fields = MappingProxyType({"joints": "values", "within": "within"})
 
     joints: Annotated[list[Number], ANGULAR, Field(min_length=1, max_length=MOST_LINKS)]
 
@@ -78,7 +86,7 @@ class PositionTable(PlaceTable):
     """The tool at a point in the plane, m."""
 
     of = Position
-    fields = MappingProxyType({"position": "point"})
+    fields = MappingProxyType({"position": "point", "within": "within"})
 
     position: PlanarPoint
 
@@ -87,15 +95,10 @@ class PoseTable(PlaceTable):
     """The tool at a point in space, m, and, if it matters, turned by a quaternion (x, y, z, w)."""
 
     of = Pose
-    fields = MappingProxyType({"position": "point", "quaternion": "quaternion"})
+    fields = MappingProxyType({"position": "point", "quaternion": "quaternion", "within": "within"})
 
     position: SpacePoint
     quaternion: Quaternion | None = None
-
-    @model_serializer(mode="wrap")
-    def _as_stated(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        content: dict[str, Any] = serialize(self)
-        return content if self.quaternion is not None else {"position": content["position"]}
 
 
 PLACES: tuple[type[PlaceTable], ...] = (JointsTable, PositionTable, PoseTable)

@@ -24,7 +24,7 @@ from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import build_obstacles, with_files
 from tpbso_casadi.scenario.places import AnyPlace, JointsTable
-from tpbso_casadi.scenario.stages import AnyStage, MovingStage, OutputStage, StageSection, tool_frames
+from tpbso_casadi.scenario.stages import AnyStage, MoveStage, MovingStage, OutputStage, StageSection, tool_frames
 from tpbso_casadi.scenario.validation import NestedError, ScenarioError, hint, in_words
 
 if TYPE_CHECKING:
@@ -60,6 +60,19 @@ class SequenceTask(TaskSection):
         return self
 
     @model_validator(mode="after")
+    def _blends(self) -> Self:
+        for number, stage in enumerate(self.stages):
+            if isinstance(stage, MoveStage) and stage.blend is not None:
+                reason = (
+                    "in a free order moves end at rest"
+                    if self.order == "free"
+                    else stage.unlike(self.stages[number + 1 : number + 2])
+                )
+                if reason is not None:
+                    raise NestedError(f"stages.{number}.blend: {reason}")
+        return self
+
+    @model_validator(mode="after")
     def _may_be_free(self) -> Self:
         if self.order == "free":
             for number, stage in enumerate(self.stages):
@@ -90,9 +103,21 @@ class SequenceTask(TaskSection):
         return "time"
 
     @property
+    def legs(self) -> list[tuple[range, StageSection]]:
+        """The stages as the arm runs them, with their numbers from 0 on: blended moves are one with those behind."""
+        found: list[tuple[range, StageSection]] = []
+        for number, stage in enumerate(self.stages):
+            before = found[-1][1] if found else None
+            if isinstance(before, MoveStage) and before.blend is not None and isinstance(stage, MoveStage):
+                found[-1] = range(found[-1][0].start, number + 1), before.blended(stage)
+            else:
+                found.append((range(number, number + 1), stage))
+        return found
+
+    @property
     def labels(self) -> list[str]:
-        """What the stages are called."""
-        return [f"stage {number} ({stage.kind})" for number, stage in enumerate(self.stages, start=1)]
+        """What these are called."""
+        return [_label(numbers, stage.kind) for numbers, stage in self.legs]
 
     def with_files(self, folder: InputFolder) -> Self:
         """The same with the shapes that are in files."""
@@ -119,15 +144,20 @@ class SequenceTask(TaskSection):
         ends = np.asarray(quantities.get(ENDS, ()))
         times = np.append(0.0, ends)
         if (
-            ends.shape != (len(self.stages),)
+            ends.shape != (len(self.legs),)
             or (np.diff(times) < 0.0).any()
             or abs(times[-1] - trajectory.duration) > SAME_TIME
         ):
-            raise ScenarioError(f"task.stages: {len(self.stages)} increasing times are needed, {ENDS}")
-        for number, stage in enumerate(self.stages):
+            raise ScenarioError(f"task.stages: {len(self.legs)} increasing times are needed, {ENDS}")
+        for number, (numbers, stage) in enumerate(self.legs):
             if not stage.moves and not _stands(trajectory, times[number], times[number + 1], stage.pause):
-                raise ScenarioError(f"task.stages.{number}: the arm does not stand for {stage.pause:g} s, {ENDS}")
+                raise ScenarioError(f"task.stages.{numbers[-1]}: the arm does not stand for {stage.pause:g} s, {ENDS}")
         return judged_by_stage(scenario, trajectory, np.minimum(ends, trajectory.duration))
+
+
+def _label(numbers: range, kind: str) -> str:
+    one = f"stage {numbers[0] + 1}" if len(numbers) == 1 else f"stages {numbers[0] + 1} to {numbers[-1] + 1}"
+    return f"{one} ({kind})"
 
 
 def _stands(trajectory: Trajectory, start: float, end: float, seconds: float) -> bool:
@@ -298,12 +328,12 @@ def walked(scenario: Scenario, postures: FloatArray) -> Iterator[tuple[StageSect
     task = scenario.task
     assert isinstance(task, SequenceTask)
     cell = Cell.at_first(scenario)
-    for number, (stage, posture) in enumerate(zip(task.stages, postures, strict=True)):
+    for (numbers, stage), posture in zip(task.legs, postures, strict=True):
         yield stage, cell
         try:
             cell = stage.changed(cell, posture)
         except (ScenarioError, InvalidProblem) as error:
-            raise ScenarioError(f"task.stages.{number}.{error}") from error
+            raise ScenarioError(f"task.stages.{numbers[-1]}.{error}") from error
 
 
 def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray) -> SequenceCriteria:

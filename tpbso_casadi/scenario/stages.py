@@ -26,7 +26,16 @@ from tpbso_casadi.scenario.constraints import OwnConstraints
 from tpbso_casadi.scenario.expressions import ConstraintSection
 from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_points
 from tpbso_casadi.scenario.obstacles import AnyObstacle
-from tpbso_casadi.scenario.places import AnyGoals, AnyPlaces, Coordinates, PlaceValue, built, read_place, stated_place
+from tpbso_casadi.scenario.places import (
+    AnyGoals,
+    AnyPlaces,
+    Coordinates,
+    PlaceValue,
+    PositionTable,
+    built,
+    read_place,
+    stated_place,
+)
 from tpbso_casadi.scenario.spatial_robots import PayloadTable, PerJoint
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
@@ -128,11 +137,36 @@ class MovingStage(StageSection):
 
 
 class MoveStage(MovingStage):
-    """To a place in the least time, among obstacles."""
+    """To a place in the least time, among obstacles; blended it goes on to the next without a stop.
+
+    Attributes:
+        blend: how far from its goal the motion may pass, m of the tool or rad of all joints together.
+    """
 
     kind: Literal["move"]
     goal: AnyGoals
     via: AnyPlaces | None = None
+    blend: Positive | None = None
+
+    def unlike(self, behind: Sequence[StageSection]) -> str | None:
+        """Why it cannot be blended with the first of the stages behind it; None where it can."""
+        if not behind:
+            return "the last stage ends at rest"
+        following = behind[0]
+        if not isinstance(following, MoveStage):
+            return f"the stage behind it is to be kind = 'move', not {following.kind!r}"
+        if isinstance(self.goal, list):
+            return "a stage with several goals ends at rest"
+        keys = [
+            key for key in MovingStage.model_fields if getattr(self, key) != getattr(following, key) and key != "kind"
+        ]
+        return f"{in_words(keys)} would have to be the same in both stages" if keys else None
+
+    def blended(self, following: MoveStage) -> MoveStage:
+        """Both as one: a move past the goal of the first."""
+        place = PositionTable(position=self.goal) if isinstance(self.goal, tuple) else self.goal
+        corner = place.model_copy(update={"within": self.blend})
+        return following.model_copy(update={"via": [*(self.via or ()), corner, *(following.via or ())]})
 
     @property
     def vias(self) -> list[PlaceValue] | None:

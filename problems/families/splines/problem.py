@@ -56,6 +56,7 @@ from problems.timing import least_durations, retime
 MOST_BRANCHES = 16
 TORQUE_LOOKS = 100  # times of a motion, at least
 MOST_TOO_FAST = 20  # motions at the bound that are tried where own limits may ask for more time
+GOOD_ENOUGH = 1.002  # of the bound: what is as fast is not timed anew
 MOST_CLIMBS = 2  # postures of a branch that are tried
 
 
@@ -426,7 +427,7 @@ class MoveProblem(SplineProblem):
                 continue
             yield found
             to_beat = found.duration
-            if passages is not None:
+            if found.duration > GOOD_ENOUGH * bound and passages is not None:
                 yield retime(JointPath.of(found), limits, chain=self.robot.rigid_chain)
 
     @property

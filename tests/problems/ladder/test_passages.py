@@ -86,6 +86,21 @@ def test_the_last_correction_passes_a_place_to_rounding(place: Place) -> None:
     assert place.is_at(passed.robot, theta)
 
 
+@pytest.mark.parametrize(
+    "place", [Joints(tuple(ASIDE), within=0.1), Pose((0.5, 0.1, 0.5), (1.0, 0.0, 0.0, 0.0), within=0.1)]
+)
+def test_what_may_be_missed_is_missed_by_no_more(place: Place) -> None:
+    passed = passages(place)
+    begun = some(passed.motions)
+    assert passed.missing(passed.nearest(passed.motions.padded(begun))) > 0.0
+    x = passed.exact(begun)
+    assert x is not None
+    (one,) = passed.nearest(passed.motions.padded(x))
+    assert 0.099 < np.linalg.norm(one.missed) <= 0.1
+    assert passed.missing([one]) == 0.0
+    assert len(one.missed) == (7 if isinstance(place, Joints) else 3)
+
+
 def test_a_place_out_of_reach_is_not_passed() -> None:
     passed = passages(Pose((9.0, 0.0, 0.0)))
     assert passed.exact(some(passed.motions)) is None

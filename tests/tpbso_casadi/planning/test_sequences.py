@@ -192,6 +192,43 @@ def test_a_free_order_is_the_quickest() -> None:
     assert free.motion.quantities[BOUND][0] <= free.duration
 
 
+CORNER, LAST = [0.8, 0.1, 0.1, -1.6, 0.1, 1.8, 0.9], [1.2, 0.5, -0.3, -1.8, 0.2, 2.3, 0.3]
+
+
+@pytest.mark.parametrize(
+    ("corner", "away"),
+    [
+        (tp.Joints(tuple(CORNER)), lambda theta: np.linalg.norm(theta - CORNER, axis=1)),
+        (ABOVE, lambda theta: np.linalg.norm(as_array(PANDA.model.tool(ca.DM(theta))) - ABOVE.point, axis=1)),
+    ],
+)
+def test_a_blended_corner_is_passed_nearly_without_a_stop(corner: Any, away: Any, tmp_path: Path) -> None:
+    blend, plans = 0.05, []
+    for stated in (None, blend):
+        stages = [tp.MoveTo(corner, blend=stated), tp.MoveTo(LAST), tp.Wait(0.1)]
+        plans.append(tp.sequence(PANDA, start=HOME, stages=stages, obstacles=[TABLE]))
+    stopped, blended = plans
+    assert blended.certified
+    assert blended.duration < 0.9 * stopped.duration
+    assert [str(stage)[1:].split(",")[0] for stage in blended.stages] == ["stages 1 to 2 (move)", "stage 3 (wait)"]
+    moving = blended.stages[0].trajectory
+    times = np.linspace(0.0, moving.duration, 20_001)
+    nearest = int(np.argmin(away(moving.at(times))))
+    assert away(moving.at(times))[nearest] <= blend + 1e-4
+    assert np.abs(moving.at(times[[nearest]], 1)).max() > 0.1
+    again = tp.read_run(blended.save(tmp_path / "run", figures=()))
+    assert again.certified
+    assert again.duration == blended.duration
+
+
+def test_three_moves_blended_in_the_plane_are_one() -> None:
+    arm = tp.robot([0.5, 0.4, 0.3], max_speed=2.0, max_acceleration=10.0)
+    places = [{"joints": [0.3 + turn, 0.9, -0.4]} for turn in (0.0, 0.4, 0.8, 1.2)]
+    stages = [tp.MoveTo(places[1], blend=0.02), tp.MoveTo(places[2], blend=0.02), tp.MoveTo(places[3])]
+    plan = tp.sequence(arm, start=places[0], stages=stages)
+    assert plan.certified and len(plan.stages) == 1
+
+
 def test_in_the_plane_too() -> None:
     arm = tp.robot([0.5, 0.4, 0.3], max_speed=2.0, max_acceleration=10.0)
     start = {"joints": [0.3, 0.9, -0.4]}
@@ -266,6 +303,25 @@ THERE = '[[task.stages]]\nkind = "move"\ngoal = { joints = [0.4, -0.6, 0.0, -2.2
             THERE + '[[task.stages]]\nkind = "line"\nby = [0, 0, 0.1]', 'order = "free"', "",
             "task.stages.1.kind: in a free order stages are move, wait or output",
         ),
+        (THERE + "blend = 0.1", "", "", "task.stages.0.blend: the last stage ends at rest"),
+        (THERE + "blend = 0.0\n" + THERE, "", "", "task.stages.0.blend: input should be greater than 0"),
+        (
+            THERE + 'blend = 0.1\n[[task.stages]]\nkind = "line"\nby = [0, 0, 0.1]', "", "",
+            "task.stages.0.blend: the stage behind it is to be kind = 'move', not 'line'",
+        ),
+        (
+            THERE + "blend = 0.1\nmargin = 0.01\n" + THERE, "", "",
+            "task.stages.0.blend: margin would have to be the same in both stages",
+        ),
+        (
+            THERE.replace("= {", "= [{").replace("}", "}]") + "blend = 0.1\n" + THERE, "", "",
+            "task.stages.0.blend: a stage with several goals ends at rest",
+        ),
+        (
+            THERE + "blend = 0.1\n" + THERE, 'order = "free"', "",
+            "task.stages.0.blend: in a free order moves end at rest",
+        ),
+        (THERE.replace("] }", "], within = 0.1 }"), "", "", "task.stages.0.goal: within is how far a via"),
         (THERE, "", "velocity = [0.1, 0.0, 0.0]", "obstacles.0: moves; in a sequence obstacles stand still"),
         (THERE + 'may_touch = [["panda_hand", "bax"]]', "", "", "task.stages.0.may_touch.0: nothing is called 'bax'"),
     ],
