@@ -5,7 +5,7 @@ from problems.ladder.descent import DeviationPolish
 from problems.ladder.deviation import Deviations
 from problems.ladder.goals import postures_around
 from problems.ladder.own_limits import OwnLimits
-from problems.ladder.passages import Passages
+from problems.ladder.passages import Passages, postures_on_the_way
 from problems.ladder.rephasing import at_the_bound, everywhere
 
 __all__ = [
@@ -19,4 +19,5 @@ __all__ = [
     "gentler",
     "joint_box",
     "postures_around",
+    "postures_on_the_way",
 ]

@@ -22,6 +22,7 @@ from problems.robots import Robot
 from problems.tasks import Place
 
 KEPT = 64  # places
+LOOKS = 101  # at a straight line of the joints
 LATER = 0.02  # of the duration: so much a step may change when a place is passed
 LEAST_ROOM = 0.3  # of what a place may be missed by: so much, at least, to sides to which it is not
 NEWTON = 8  # steps to where a motion comes nearest
@@ -162,6 +163,28 @@ class Passages:
         found = np.zeros((passage.missed.size, self.motions.free + 2 * AT_REST, self.motions.dof))
         found[:, piece[0] : piece[0] + own.shape[1]] = own[0][None, :, None] * passage.slopes[:, None, :]
         return np.asarray(found[:, AT_REST:-AT_REST].reshape(passage.missed.size, -1))
+
+
+def postures_on_the_way(
+    robot: Robot, places: Sequence[Place], usual: FloatArray, start: FloatArray, goal: FloatArray
+) -> list[FloatArray]:
+    """What ways may lead through: at each place the posture near the straight line from start to goal; the usual ones.
+
+    Args:
+        robot: that moves.
+        places: in their order; there may be none.
+        usual: a posture at each, (places, k), rad.
+        start: (k,), rad.
+        goal: likewise.
+    """
+    if not places:
+        return [usual]
+    line = start + np.linspace(0.0, 1.0, LOOKS)[:, None] * (goal - start)
+    missed = [as_array(_missed(robot, place)(line.T)[0]) for place in places]
+    chosen = increasing_choice(np.array([np.square(each).sum(axis=0) for each in missed]))
+    found = [place.near(robot, line[index]) for place, index in zip(places, chosen, strict=True)]
+    near = np.array([theta for theta, _ in found])
+    return [usual] if not all(there for _, there in found) or (near == usual).all() else [near, usual]
 
 
 @lru_cache(maxsize=KEPT)

@@ -7,6 +7,7 @@ the quickest in free space first.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice, pairwise
@@ -33,6 +34,7 @@ from problems.ladder import (
     gentler,
     joint_box,
     postures_around,
+    postures_on_the_way,
 )
 from problems.limits import (
     MAX_STEP_SHARE,
@@ -412,23 +414,31 @@ class MoveProblem(SplineProblem):
         if world is None:
             return
         start, limits, (goals, bounds) = branch_posture(self.robot, self.task.start), self.robot.limits, self._goals
-        through = np.array([branch_posture(self.robot, via) for via in self.task.vias]).reshape(-1, self.robot.dof)
-        if not self._allowed(np.stack([start, *through])).all() or not world.clear(through).all():
+        usual = np.array([branch_posture(self.robot, via) for via in self.task.vias]).reshape(-1, self.robot.dof)
+        if not self._allowed(start[None]).all():
             return
         clear = np.flatnonzero(world.clear(goals) & self._allowed(goals))[:MOST_CLIMBS]
         for goal, bound in zip(goals[clear], bounds[clear], strict=True):
-            if bound >= to_beat or (to_beat < np.inf and running_out()):
-                break
             motions = Deviations(start, goal, limits, gentler=gentler(start, goal, limits, self._torques))
             passages = Passages(motions, self.robot, self.task.vias) if self.task.vias else None
-            box = joint_box(self.robot, start, *through, goal)
-            found = Climb(world, motions, box, self._torques, self._own, passages, through, running_out)(seed, to_beat)
-            if found is None:
-                continue
-            yield found
-            to_beat = found.duration
-            if found.duration > GOOD_ENOUGH * bound and passages is not None:
-                yield retime(JointPath.of(found), limits, chain=self.robot.rigid_chain)
+            for through in postures_on_the_way(self.robot, self.task.vias, usual, start, goal):
+                if bound >= to_beat or (to_beat < np.inf and running_out()):
+                    return
+                if not (world.clear(through) & self._allowed(through)).all():
+                    continue
+                box = joint_box(self.robot, start, *through, goal)
+                climb = Climb(world, motions, box, self._torques, self._own, passages, through, running_out)
+                found = climb(seed, to_beat)
+                if found is not None:
+                    yield found
+                    yield from self._timed_anew(found, bound)
+                    to_beat = found.duration
+
+    def _timed_anew(self, found: Trajectory, bound: float) -> Iterator[Trajectory]:
+        """A motion past vias along its own path, which may take less than what programs hold to be the least."""
+        if self.task.vias and found.duration > GOOD_ENOUGH * bound:
+            with suppress(InvalidProblem):
+                yield retime(JointPath.of(found), self.robot.limits, chain=self.robot.rigid_chain)
 
     @property
     def least_bound(self) -> float:
