@@ -1,7 +1,7 @@
-"""Moves past a via in space, without a search and by one: how many are certified, seconds, durations.
+"""Moves past a via in space, or between moving ends, without a search and by one: how many are certified, durations.
 
 A Panda between two boxes; start, via and goal are clear postures drawn at random. The via is the posture, or the point
-where the tool is in it.
+where the tool is in it; or there is none, and joints move at both ends, at up to a fifth of their speeds.
 
     python -m benchmarks.vias --problems 20 --seed 3 --via joints --solver abso
 """
@@ -30,7 +30,8 @@ OBSTACLES = (
     tp.Box(center=(0.5, -0.4, 0.3), size=(0.4, 0.1, 0.6)),
 )
 T = TypeVar("T")
-Via: TypeAlias = tp.Joints | tp.Position
+Via: TypeAlias = tp.Joints | tp.Position | None
+FIFTH = 0.2  # of a joint's speed, at either end
 INNER, ROOM = 0.1, 0.01  # rad within the joints' ranges; m that a posture keeps
 
 
@@ -63,16 +64,22 @@ def postures(rng: np.random.Generator) -> Iterator[FloatArray]:
             yield theta
 
 
+def moving_ends(start: FloatArray) -> dict[str, FloatArray]:
+    """Velocities at both ends; the same for the same start."""
+    rng, most = np.random.default_rng(np.abs(start * 1e6).astype(int)), np.array(panda().model.limits.speed)
+    return {key: rng.uniform(-FIFTH, FIFTH, start.size) * most for key in ("start_velocity", "goal_velocity")}
+
+
 def outcome(start: FloatArray, via: Via, goal: FloatArray, solver: str) -> Outcome:
     """Of one move.
 
     Raises:
         ScenarioError: the robot touches itself at one of the postures.
     """
-    began = time.perf_counter()
+    keys, began = moving_ends(start) if via is None else {"via": [via]}, time.perf_counter()
     plan: Plan = tp.plan(
-        panda(), start=tp.Joints(tuple(start)), via=[via], goal=tp.Joints(tuple(goal)), obstacles=list(OBSTACLES),
-        solver=solver,
+        panda(), start=tp.Joints(tuple(start)), goal=tp.Joints(tuple(goal)), obstacles=list(OBSTACLES),
+        solver=solver, **keys,
     )  # fmt: skip
     return Outcome(plan.certified, time.perf_counter() - began, plan.duration, plan.result.evaluations > 0)
 
@@ -83,9 +90,13 @@ def measured(measure: Callable[[FloatArray, Via, FloatArray], T], problems: int,
     while len(found) < problems:
         start, between, goal = (next(drawn) for _ in range(3))
         point = as_array(panda().model.tool(ca.DM(between).T)).ravel()
-        via = tp.Joints(tuple(between)) if kind == "joints" else tp.Position(tuple(point))
+        vias: dict[str, Via] = {
+            "joints": tp.Joints(tuple(between)),
+            "position": tp.Position(tuple(point)),
+            "none": None,
+        }
         with suppress(tp.ScenarioError):
-            found.append(measure(start, via, goal))
+            found.append(measure(start, vias[kind], goal))
     return found
 
 
@@ -127,7 +138,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--problems", type=int, default=20)
     parser.add_argument("--seed", type=int, default=3)
-    parser.add_argument("--via", choices=("joints", "position"), default="joints")
+    parser.add_argument("--via", choices=("joints", "position", "none"), default="joints")
     parser.add_argument("--solver", nargs="*", default=["abso"], help="besides the ladder")
     parser.add_argument("--blend", type=float, help="compare a stop at the via with a corner missed by so much")
     given = parser.parse_args()

@@ -2,7 +2,7 @@
 
 from problems.ladder.climb import Climb, gentler, joint_box
 from problems.ladder.descent import DeviationPolish
-from problems.ladder.deviation import Deviations
+from problems.ladder.deviation import Deviations, Rates
 from problems.ladder.goals import postures_around
 from problems.ladder.own_limits import OwnLimits
 from problems.ladder.passages import Passages, postures_on_the_way
@@ -14,6 +14,7 @@ __all__ = [
     "Deviations",
     "OwnLimits",
     "Passages",
+    "Rates",
     "at_the_bound",
     "everywhere",
     "gentler",

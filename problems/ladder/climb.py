@@ -179,4 +179,4 @@ class Climb:
     def _passing(self, polish: DeviationPolish, reached: Reached) -> Reached | None:
         """The motion that passes its places exactly; None where none is found."""
         x = reached.x if self.passages is None else self.passages.exact(reached.x)
-        return None if x is None else reached if x is reached.x else polish.reached(x, 0.0)
+        return None if x is None else reached if x is reached.x else polish.reached(x, 0.0, reached.duration)

@@ -140,7 +140,7 @@ class DeviationPolish:
 
     def __call__(self, x: FloatArray, to_beat: float = np.inf, programs: int = PROGRAMS) -> Reached:
         """The best that steps from a motion with some free control points (free, k) lead to."""
-        best, trust, idle = self.reached(x, FIRST_TRUST), FIRST_TRUST, 0
+        best, trust, idle = self.reached(x, FIRST_TRUST, self.motions.direct.duration), FIRST_TRUST, 0
         for number in range(programs):
             if self._done(best, number, to_beat) or self.running_out():
                 break
@@ -152,7 +152,7 @@ class DeviationPolish:
                     break
                 continue
             change, saved = step[0], -step[1]
-            other = self._stepped(best.x + change, min(GROWS * trust, LARGEST_TRUST))
+            other = self._stepped(best.x + change, min(GROWS * trust, LARGEST_TRUST), best.duration - saved)
             gain, promised = best.cost - other.cost, self._promised(best, change, saved, own, passed)
             if gain > 0.0:
                 share = gain / max(promised, gain, 1e-12)
@@ -165,12 +165,12 @@ class DeviationPolish:
                 break
         return best
 
-    def _stepped(self, x: FloatArray, trust: float) -> Reached:
+    def _stepped(self, x: FloatArray, trust: float, duration: float) -> Reached:
         """The motion of control points, or of those near by that keep own limits, which bend away from a long step."""
-        found = self.reached(x, trust)
+        found = self.reached(x, trust, duration)
         if self.own is None or (found.own[:, self.own.is_static] <= 0.0).all():
             return found
-        other = self.reached(self.kept(x), trust)
+        other = self.reached(self.kept(x), trust, duration)
         return other if other.cost < found.cost else found
 
     def kept(self, x: FloatArray) -> FloatArray:
@@ -188,13 +188,14 @@ class DeviationPolish:
     def between(self, x: FloatArray, duration: float) -> FloatArray:
         """Where a motion breaks something between the postures that are looked at: parameters (m,), the worst ones."""
         u, least = self.motions.parameters(FINE), NEEDED * self.spare.min()
-        theta = self.motions.postures(u).values(self.motions.padded(x))
+        padded = self.motions.padded(x, duration)
+        theta = self.motions.postures(u).values(padded)
         found = [_dips(self.world.rooms(theta, least), least)]
         if self._ranges is not None:
             low, high = np.array(self.motions.limits.position).T
             found.append(_dips(np.minimum(theta - low, high - theta).min(axis=1), -ROUNDING))
         if self.own is not None:
-            state = _state_of([self.motions.postures(u, order) for order in range(3)], self.motions.padded(x), duration)
+            state = _state_of([self.motions.postures(u, order) for order in range(3)], padded, duration)
             kept = OWN_NEEDED * self.own_spare
             found.append(_dips(-(self.own.values(state) + kept).max(axis=1), -OWN_ROUNDING))
         return np.unique(u[np.concatenate(found)])
@@ -203,10 +204,16 @@ class DeviationPolish:
         """The same that looks at more postures, at parameters (m,)."""
         return replace(self, u=np.union1d(self.u, more))
 
-    def reached(self, x: FloatArray, trust: float) -> Reached:
-        """The motion of free control points (free, k), and what comes near it in a trust region."""
-        padded = self.motions.padded(x)
-        duration = max(self.motions.time_scale(padded), self.motions.bound)
+    def reached(self, x: FloatArray, trust: float, near: float) -> Reached:
+        """The motion of free control points (free, k) in a time near one in s, and what comes near it.
+
+        Args:
+            x: control points.
+            trust: how far they may move next.
+            near: where an end moves, the duration that is looked for is near this one.
+        """
+        duration = self.motions.least_duration(x, near)
+        padded = self.motions.padded(x, duration)
         if self.torques is not None:
             state = self._state(padded, duration)
             if np.abs(self.torques.shares(state)).max() > 1.0:
@@ -215,16 +222,18 @@ class DeviationPolish:
         if self.own is not None:
             duration *= max(1.0, self.own.time_scale(_state_of(self._own_moving, padded, duration)))
             own = self.own.values(_state_of(self._own_moving, padded, duration)) + self.own_spare
-        near = self.world.nearby(self._postures.values(padded), self.spare.max() + CLOSER * trust)
-        lacking, outside = self.spare[near.own.astype(int)] - near.rooms, self._outside(padded)
-        is_clear = outside == 0.0 and bool((lacking <= (1.0 - ENOUGH) * self.spare[near.own.astype(int)]).all())
+        padded = self.motions.padded(x, duration)
+        nearby = self.world.nearby(self._postures.values(padded), self.spare.max() + CLOSER * trust)
+        kept = self.spare[nearby.own.astype(int)]
+        lacking, outside = kept - nearby.rooms, self._outside(padded)
+        is_clear = outside == 0.0 and bool((lacking <= (1.0 - ENOUGH) * kept).all())
         is_clear = is_clear and bool((own <= (1.0 - ENOUGH) * self.own_spare + OWN_ROUNDING).all())
         missing = float(np.maximum(lacking, 0.0).sum()) + RANGE_PRICE / CLEARANCE_PRICE * outside
         missing += OWN_PRICE / CLEARANCE_PRICE * float(np.maximum(own, 0.0).sum())
         passages = [] if self.passages is None else self.passages.nearest(padded)
         if self.passages is not None:
             missing += PASSAGE_PRICE / CLEARANCE_PRICE * self.passages.missing(passages)
-        return Reached(x, duration, near, own, passages, missing, is_clear)
+        return Reached(x, duration, nearby, own, passages, missing, is_clear)
 
     def _outside(self, padded: FloatArray) -> float:
         """By how much angles are out of the joints' ranges, together, rad."""
@@ -247,12 +256,12 @@ class DeviationPolish:
         moved = self._postures
         by_joints = np.einsum(
             "ma,mak->mk", moved.weights[near.samples],
-            self.motions.padded(change)[moved.first[near.samples][:, None] + np.arange(4)],
+            self.motions.changed(change, -saved)[moved.first[near.samples][:, None] + np.arange(4)],
         )  # fmt: skip
         left = self.spare[near.own.astype(int)] - near.rooms - np.einsum("mk,mk->m", near.gradients, by_joints)
         gained = saved + CLEARANCE_PRICE * (around.missing - float(np.maximum(left, 0.0).sum()))
         if own is not None:
-            padded = self.motions.padded(change)[own.first[:, None] + AT_REST + np.arange(4)]
+            padded = self.motions.changed(change, -saved)[own.first[:, None] + AT_REST + np.arange(4)]
             moved = np.einsum("mak,mak->m", own.weights, padded) - own.by_time * saved
             gained -= OWN_PRICE * float(np.maximum(moved - own.bound, 0.0).sum())
         if self.passages is not None and passed is not None:
@@ -261,7 +270,7 @@ class DeviationPolish:
 
     def _program(self, around: Reached, trust: float, own: WholeRows | None, passed: WholeRows | None) -> LinearProgram:
         motions, faster, slower = self.motions, FASTER * around.duration, SLOWER * around.duration
-        padded = motions.padded(around.x)
+        padded = motions.padded(around.x, around.duration)
         parts = [
             self._limit(rows, bound, padded, around.duration, trust, faster)
             for rows, bound in zip(motions.limited, motions.limits.by_order, strict=True)
@@ -271,7 +280,8 @@ class DeviationPolish:
         least = max(-faster, motions.bound - around.duration - 1e-12)
         whole = [self._clearances(around, trust), *self._torques(padded, around.duration)]
         whole += [rows for rows in (own, passed) if rows is not None]
-        return LinearProgram(joined(parts), joined(whole), -box, box, (least, slower))
+        single, every = motions.with_ends(joined(parts)), motions.with_ends(joined(whole))
+        return LinearProgram(single, every, -box, box, (least, slower))
 
     def _limit(
         self, rows: JointRows, bound: FloatArray, padded: FloatArray, duration: float, trust: float, faster: float
@@ -350,7 +360,8 @@ class DeviationPolish:
         """Own limits to first order, where they may matter."""
         if self.own is None:
             return None
-        state = _state_of(self._own_moving, self.motions.padded(around.x), around.duration)
+        padded = self.motions.padded(around.x, around.duration)
+        state = _state_of(self._own_moving, padded, around.duration)
         _, slopes = self.own.linear(state)
         reach = np.where(self.own.is_static, np.abs(slopes[:, :, 0]).sum(axis=2) * trust, OWN_NEAR)
         sample, row = np.nonzero(-around.own < reach)

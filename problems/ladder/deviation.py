@@ -4,22 +4,28 @@ S is the fastest direct motion between two postures at rest, run in the time T; 
 vanishes at both ends with its first two derivatives. A derivative of order r is q_r(u) / T^r: that it stays within its
 limit L is linear in the control points x, |q_r(u)| <= L T^r. Accelerations are linear in u between the ends of the
 pieces of either, and jerks constant, so that rows there say all; speeds are looked at in between as well.
+
+Where an end moves, S is the fastest motion between both states; the control points there are no longer zero but linear
+in T, as a velocity v is a derivative T v.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from problems.base import FloatArray
+from problems.core import SingleRows, WholeRows
 from problems.motions import Trajectory
 from problems.robots import JointLimits
-from problems.timing import least_durations, rest_to_rest, switch_shares
+from problems.timing import MotionState, fastest_move, least_durations, rest_to_rest, switch_shares
 
+R = TypeVar("R", SingleRows, WholeRows)
 DEGREE = 3
 AT_REST = 3  # control points at either end that are zero
 PIECES, SHORT = 24, (0.25, 0.5)  # of the spline, were they of one length; where the first and the last are cut again
@@ -27,6 +33,8 @@ SAMPLES = 6  # in each piece, at which postures are looked at
 SAME = 1e-9  # of the duration: breakpoints that are one
 QUARTERS = np.array([0.25, 0.5, 0.75])
 SMOOTH = 1e-3  # of the fit: control points of short pieces stay near zero
+MOVING_ALLOWANCE = 1e-5  # of the duration: between moving ends the direct motion is no faster than that
+AGREEING = 20  # steps to a duration
 FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
 
 
@@ -109,6 +117,36 @@ class PostureRows:
         return np.asarray(self.base + np.einsum("na,nak->nk", self.weights, points))
 
 
+@dataclass(frozen=True, eq=False)
+class Rates:
+    """Velocities at both ends.
+
+    Args:
+        start: (k,), rad/s.
+        goal: likewise.
+    """
+
+    start: FloatArray
+    goal: FloatArray
+
+    @property
+    def moves(self) -> bool:
+        """Whether there is one that is not zero."""
+        return bool(self.start.any() or self.goal.any())
+
+
+def fastest_direct(start: FloatArray, goal: FloatArray, limits: JointLimits, rates: Rates | None) -> Trajectory:
+    """The fastest direct motion between two postures (k,), at rest where no rates are given.
+
+    Raises:
+        InvalidProblem: there is none within the limits.
+    """
+    if rates is None or not rates.moves:
+        return direct_motion(start, goal, limits)
+    state = MotionState(start, rates.start, np.zeros_like(start))
+    return fastest_move(state, goal, limits, rates.goal)
+
+
 def direct_motion(start: FloatArray, goal: FloatArray, limits: JointLimits) -> Trajectory:
     """The fastest direct motion between two postures (k,) at rest; a second of rest where they are one."""
     if (start == goal).all():
@@ -117,17 +155,22 @@ def direct_motion(start: FloatArray, goal: FloatArray, limits: JointLimits) -> T
 
 
 class Deviations:
-    """All motions between two postures at rest that deviate from the direct one by a spline.
+    """All motions between two postures that deviate from the direct one by a spline.
 
     Args:
         start: (k,), rad.
         goal: likewise.
         limits: of the joints.
         gentler: limits of the direct motion that is deviated from; near both ends there is nothing but that.
+        rates: velocities at both ends; at rest where None.
 
     Attributes:
         direct: the fastest motion between the two, within the gentler limits where there are some.
-        bound: no motion between the two takes less time, s.
+        bound: no motion between the two takes less time, s; between moving ends none that has no accelerations there.
+        at_ends: how the control points at the ends change with the duration, (pieces + 3, k), rad/s.
+
+    Raises:
+        InvalidProblem: there is no direct motion.
     """
 
     def __init__(
@@ -136,11 +179,20 @@ class Deviations:
         goal: FloatArray,
         limits: JointLimits,
         gentler: JointLimits | None = None,
+        rates: Rates | None = None,
     ) -> None:
         self.start, self.goal, self.limits = start, goal, limits
         self._own_limits = limits if gentler is None else gentler
-        self.direct = direct_motion(start, goal, self._own_limits)
-        self.bound = float(least_durations(goal - start, limits).max())
+        self.moving = rates is not None and rates.moves
+        self.direct = fastest_direct(start, goal, self._own_limits, rates)
+        at_rest = float(least_durations(goal - start, limits).max())
+        self.bound = (1.0 - MOVING_ALLOWANCE) * self.direct.duration if self.moving else at_rest
+        self.at_ends = np.zeros((edges().size - 1 + DEGREE, start.size))
+        if rates is not None and rates.moves:
+            self.at_ends[:AT_REST], self.at_ends[-AT_REST:] = (
+                _end_points(0.0, rates.start),
+                _end_points(1.0, rates.goal),
+            )
 
     @property
     def dof(self) -> int:
@@ -152,18 +204,43 @@ class Deviations:
         """The number of control points of a joint that are free."""
         return edges().size - 1 + DEGREE - 2 * AT_REST
 
-    def padded(self, x: FloatArray) -> FloatArray:
-        """All control points, those at rest included: (pieces + 3, k), of those that are free (free, k)."""
-        return np.pad(x, ((AT_REST, AT_REST), (0, 0)))
+    def padded(self, x: FloatArray, duration: float | None = None) -> FloatArray:
+        """All control points (pieces + 3, k) of a motion of a duration in s with some that are free (free, k).
+
+        Of one as long as the direct motion where no duration is given.
+        """
+        return self.changed(x, 0.0 if duration is None else duration - self.direct.duration)
+
+    def changed(self, x: FloatArray, longer: float) -> FloatArray:
+        """How all control points (pieces + 3, k) change with those that are free (free, k) and a longer duration, s."""
+        found = np.pad(x, ((AT_REST, AT_REST), (0, 0)))
+        return found + longer * self.at_ends if self.moving else found
+
+    def with_ends(self, rows: R) -> R:
+        """Rows of free control points with what a change of the duration does to those at the ends."""
+        if not self.moving:
+            return rows
+        points = self.at_ends[rows.first[:, None] + AT_REST + np.arange(DEGREE + 1)]
+        if isinstance(rows, SingleRows):
+            points = np.take_along_axis(points, rows.joint[:, None, None], axis=2)[:, :, 0]
+        moved = (rows.weights * points).sum(axis=tuple(range(1, rows.weights.ndim)))
+        return replace(rows, by_time=rows.by_time + moved)
 
     def _base(self, u: FloatArray, order: int) -> FloatArray:
         """Derivatives of the direct motion by u, (m, k)."""
         return self.direct.at(u * self.direct.duration, order) * self.direct.duration**order
 
+    @property
+    def _changes(self) -> list[FloatArray]:
+        """Where each joint's direct motion goes from one cubic to another, as shares of its duration."""
+        jerks, inner = self.direct.coefficients[0], self.direct.breakpoints[1:-1] / self.direct.duration
+        changes = np.abs(np.diff(jerks, axis=0)) > SAME * np.abs(jerks).max()
+        return [inner[column] for column in changes.T]
+
     @cached_property
     def _intervals(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
         """Of each joint, parts in which its motion is one cubic: number of the joint, beginning and end, each (m,)."""
-        shares = switch_shares(self.goal - self.start, self._own_limits)
+        shares = self._changes if self.moving else switch_shares(self.goal - self.start, self._own_limits)
         joints, ends = [], []
         for joint, own in enumerate(shares):
             nodes = np.unique(np.concatenate([edges(), own]))
@@ -230,6 +307,21 @@ class Deviations:
         ]
         return float(max(needed))
 
+    def least_duration(self, x: FloatArray, near: float) -> float:
+        """The same of free control points (free, k), s; between moving ends that nearest to a duration.
+
+        There the motion depends on its duration, and the least is where both agree.
+        """
+        if not self.moving:
+            return max(self.time_scale(self.padded(x)), self.bound)
+        duration = near
+        for _ in range(AGREEING):
+            found = max(self.time_scale(self.padded(x, duration)), self.bound)
+            if abs(found - duration) <= SAME * found:
+                break
+            duration = found
+        return max(found, duration)
+
     def fitted(self, path: FloatArray) -> FloatArray:
         """Free control points (free, k) of a motion along a way of straight parts, (m, dof), rad.
 
@@ -250,11 +342,24 @@ class Deviations:
         return _fit()
 
     def trajectory(self, x: FloatArray, duration: float) -> Trajectory:
-        """The motion of free control points (free, k) in a time in s."""
+        """The motion of free control points (free, k) in a time in s, or in a little more that limits need."""
+        found = self._run(x, duration)
+        scale = self.limits.time_scale(_peak_shares(found, self.limits))
+        if not self.moving:
+            return found.time_scaled(max(scale, self.bound / duration))
+        for _ in range(AGREEING):
+            if scale <= 1.0:
+                break
+            duration *= scale * (1.0 + SAME)
+            found = self._run(x, duration)
+            scale = self.limits.time_scale(_peak_shares(found, self.limits))
+        return found
+
+    def _run(self, x: FloatArray, duration: float) -> Trajectory:
         nodes = np.unique(np.concatenate([edges(), self.direct.breakpoints / self.direct.duration]))
         nodes = np.append(nodes[:-1][np.diff(nodes) > SAME], 1.0)
         begin, middle = nodes[:-1], (nodes[:-1] + nodes[1:]) / 2.0
-        padded, back = self.padded(x), (begin - middle)[:, None]
+        padded, back = self.padded(x, duration), (begin - middle)[:, None]
         there = []
         for order in range(DEGREE + 1):
             own, piece = weights(middle, order)
@@ -264,9 +369,15 @@ class Deviations:
             / (FACTORIALS[order] * duration**order)
             for order in range(DEGREE, -1, -1)
         ]
-        found = Trajectory(nodes * duration, np.stack([np.asarray(row) for row in rows]))
-        scale = self.limits.time_scale(_peak_shares(found, self.limits))
-        return found.time_scaled(max(scale, self.bound / duration))
+        return Trajectory(nodes * duration, np.stack([np.asarray(row) for row in rows]))
+
+
+def _end_points(end: float, rate: FloatArray) -> FloatArray:
+    """Control points at an end, (3, k), whose spline has a derivative (k,) there, but no value and no second one."""
+    at = np.array([end])
+    powers = np.stack([weights(at, order)[0][0] for order in range(AT_REST)])
+    own = powers[:, :AT_REST] if end == 0.0 else powers[:, -AT_REST:]
+    return np.asarray(np.linalg.solve(own, np.stack([np.zeros_like(rate), rate, np.zeros_like(rate)])))
 
 
 def _peak_shares(trajectory: Trajectory, limits: JointLimits) -> list[float]:

@@ -218,7 +218,11 @@ class Polish:
         return replace(first, delay=after)
 
 
+def limits_can_be_polished(limits: Sequence[Limit]) -> bool:
+    """Whether sequential programs know all of some limits."""
+    return all(limit.order in JOINT_ORDERS or isinstance(limit, (Proximity, TorqueLimit)) for limit in limits)
+
+
 def can_be_polished(task: Move, limits: Sequence[Limit]) -> bool:
-    """Whether sequential programs know all that a task asks for."""
-    known = all(limit.order in JOINT_ORDERS or isinstance(limit, (Proximity, TorqueLimit)) for limit in limits)
-    return known and task.at_rest and task.passes_nothing and task.duration_bounds is None
+    """Whether they know all that a task asks for."""
+    return limits_can_be_polished(limits) and task.at_rest and task.passes_nothing and task.duration_bounds is None

@@ -81,13 +81,16 @@ def fastest_stop(state: MotionState, limits: JointLimits) -> Trajectory:
     return _motion(state, wanted)
 
 
-def fastest_move(state: MotionState, goal: FloatArray, limits: JointLimits) -> Trajectory:
-    """The fastest motion to a posture at rest; all joints arrive together.
+def fastest_move(
+    state: MotionState, goal: FloatArray, limits: JointLimits, velocity: FloatArray | None = None
+) -> Trajectory:
+    """The fastest motion to a posture; all joints arrive together, without acceleration.
 
     Args:
         state: of k joints.
         goal: (k,), rad.
         limits: as in :func:`fastest_stop`.
+        velocity: with which it arrives, (k,), rad/s; at rest where None.
 
     Raises:
         InvalidProblem: numbers of joints differ, or Ruckig finds no profile.
@@ -96,8 +99,9 @@ def fastest_move(state: MotionState, goal: FloatArray, limits: JointLimits) -> T
     goal = np.asarray(goal, dtype=np.float64)
     if goal.shape != state.angles.shape or not np.isfinite(goal).all():
         raise InvalidProblem("goal", f"{state.angles.size} joint angles are needed, not {goal.tolist()}")
-    wanted.target_position = goal.tolist()
-    found = _motion(state, wanted, goal)
+    arriving = np.zeros_like(goal) if velocity is None else velocity
+    wanted.target_position, wanted.target_velocity = goal.tolist(), arriving.tolist()
+    found = _motion(state, wanted, np.stack([goal, arriving, np.zeros_like(goal)]))
     missed = float(np.abs(found.value_at_end(0) - goal).max())
     if missed > MISSED:
         raise InvalidProblem("goal", f"the fastest motion misses it by {missed:.3g} rad")
@@ -151,10 +155,10 @@ def _profiles(wanted: InputParameter) -> Profiles:
 
 
 def _motion(state: MotionState, wanted: InputParameter, goal: FloatArray | None = None) -> Trajectory:
-    """The same as cubic pieces that begin with the state and end at the goal, where there is one."""
+    """The same as cubic pieces that begin with the state and end at the goal, (3, k), where there is one."""
     joints = [_jerks(profile) for profile in _profiles(wanted).profiles[0]]
     if goal is not None:
-        joints = [(h, _corrected(h, j, state, joint, goal[joint])) for joint, (h, j) in enumerate(joints)]
+        joints = [(h, _corrected(h, j, state, joint, goal[:, joint])) for joint, (h, j) in enumerate(joints)]
     duration = max((float(durations.sum()) for durations, _ in joints), default=0.0)
     if not duration > 0.0:
         return Trajectory.standing(state.angles, MOMENT)
@@ -172,8 +176,10 @@ def _jerks(profile: Profile) -> tuple[FloatArray, FloatArray]:
     return durations[durations > 0.0], jerks[durations > 0.0]
 
 
-def _corrected(durations: FloatArray, jerks: FloatArray, state: MotionState, joint: int, goal: float) -> FloatArray:
-    """The jerks of one joint, changed as little as can be, so that it ends at the goal: Ruckig misses by up to 1e-8."""
+def _corrected(
+    durations: FloatArray, jerks: FloatArray, state: MotionState, joint: int, goal: FloatArray
+) -> FloatArray:
+    """The jerks of one joint, changed as little as can be, so that it ends at (3,): Ruckig misses by up to 1e-8."""
     if not durations.size:
         return jerks
     total = float(durations.sum())
@@ -189,7 +195,7 @@ def _corrected(durations: FloatArray, jerks: FloatArray, state: MotionState, joi
     coasting = np.array(
         [angle + speed * total + rate * total**2 / 2.0, speed * total + rate * total**2, rate * total**2]
     )
-    missing = np.array([goal, 0.0, 0.0]) - coasting - gains @ jerks
+    missing = goal * total ** np.arange(3) - coasting - gains @ jerks
     return np.asarray(jerks + np.linalg.lstsq(gains, missing, rcond=None)[0])
 
 

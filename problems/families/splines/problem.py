@@ -29,6 +29,7 @@ from problems.ladder import (
     Deviations,
     OwnLimits,
     Passages,
+    Rates,
     at_the_bound,
     everywhere,
     gentler,
@@ -51,7 +52,7 @@ from problems.motions import JointPath, PathSpline, TimedPath, Trajectory
 from problems.objectives import Objective
 from problems.robots import JointLimits, Robot
 from problems.scene import standing
-from problems.sequential import JointTorques, Polish, can_be_polished
+from problems.sequential import JointTorques, Polish, can_be_polished, limits_can_be_polished
 from problems.tasks import Milestone, Move, Place, Surroundings, check_at_least
 from problems.timing import least_durations, retime
 
@@ -59,6 +60,7 @@ MOST_BRANCHES = 16
 TORQUE_LOOKS = 100  # times of a motion, at least
 MOST_TOO_FAST = 20  # motions at the bound that are tried where own limits may ask for more time
 GOOD_ENOUGH = 1.002  # of the bound: what is as fast is not timed anew
+LATER = 1e-9  # of the least total time: rounding
 MOST_CLIMBS = 2  # postures of a branch that are tried
 
 
@@ -362,8 +364,9 @@ class MoveProblem(SplineProblem):
         if self.robot.dim != 3 or self.branches:
             return False
         known = [limit for limit in self.limits if not OwnLimits.know(limit)]
-        between_ends = self.task.narrowed(self.task.start, (), self.task.goals)
-        return self._is_least_time and can_be_polished(between_ends, known)
+        free = self.task.passes_nothing and self._own is None and self.task.total_time is None
+        between_two_states = free and self.robot.limits.jerk is not None
+        return self._is_least_time and limits_can_be_polished(known) and (self.task.at_rest or between_two_states)
 
     @property
     def is_polished(self) -> bool:
@@ -387,13 +390,20 @@ class MoveProblem(SplineProblem):
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """Where nothing but time counts; of a pose the postures around the branch's, the soonest first."""
-        if self._has_ladder and self.task.passes_nothing:
+        if self._has_ladder and self.task.passes_nothing and self.task.at_rest:
             goals, _ = self._goals
             around, start = Surroundings(self.robot, self.obstacles), branch_posture(self.robot, self.task.start)
             if self._allowed(start[None]).all():
                 motions = at_the_bound(around, start, goals, rng, self._allowed)
                 too_fast = self._own is not None and not self._own.is_static.all()
-                yield from filter(self._held, islice(motions, MOST_TOO_FAST) if too_fast else motions)
+                held = filter(self._held, islice(motions, MOST_TOO_FAST) if too_fast else motions)
+                yield from map(self._in_time, held)
+
+    def _in_time(self, trajectory: Trajectory) -> Trajectory:
+        """No sooner than it may be there."""
+        bounds = self.task.total_time
+        sooner = 1.0 if bounds is None else bounds[0] * (1.0 + LATER) / trajectory.duration
+        return trajectory if sooner <= 1.0 else trajectory.time_scaled(sooner)
 
     def _held(self, trajectory: Trajectory) -> bool:
         """Whether motors give what a motion needs, and it keeps own limits, at times at which it is extreme."""
@@ -419,7 +429,11 @@ class MoveProblem(SplineProblem):
             return
         clear = np.flatnonzero(world.clear(goals) & self._allowed(goals))[:MOST_CLIMBS]
         for goal, bound in zip(goals[clear], bounds[clear], strict=True):
-            motions = Deviations(start, goal, limits, gentler=gentler(start, goal, limits, self._torques))
+            try:
+                softer = gentler(start, goal, limits, self._torques) if self.task.at_rest else None
+                motions = Deviations(start, goal, limits, softer, self._rates)
+            except InvalidProblem:  # of ends that move
+                continue
             passages = Passages(motions, self.robot, self.task.vias) if self.task.vias else None
             for through in postures_on_the_way(self.robot, self.task.vias, usual, start, goal):
                 if bound >= to_beat or (to_beat < np.inf and running_out()):
@@ -430,8 +444,7 @@ class MoveProblem(SplineProblem):
                 climb = Climb(world, motions, box, self._torques, self._own, passages, through, running_out)
                 found = climb(seed, to_beat)
                 if found is not None:
-                    yield found
-                    yield from self._timed_anew(found, bound)
+                    yield from map(self._in_time, (found, *self._timed_anew(found, bound)))
                     to_beat = found.duration
 
     def _timed_anew(self, found: Trajectory, bound: float) -> Iterator[Trajectory]:
@@ -439,6 +452,10 @@ class MoveProblem(SplineProblem):
         if self.task.vias and found.duration > GOOD_ENOUGH * bound:
             with suppress(InvalidProblem):
                 yield retime(JointPath.of(found), self.robot.limits, chain=self.robot.rigid_chain)
+
+    @property
+    def _rates(self) -> Rates:
+        return Rates(*self.task.end_velocities)
 
     @property
     def least_bound(self) -> float:

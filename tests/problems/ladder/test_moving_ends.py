@@ -1,0 +1,108 @@
+"""Motions between states that move."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.core_robots import robot_of
+
+import tpbso_casadi as tp
+from problems.base import FloatArray
+from problems.core import SingleRows, WholeRows, World, core_library
+from problems.ladder import Climb, Deviations, Rates, joint_box
+from problems.robots import JointLimits
+from problems.scene import Box
+from problems.timing import MotionState, fastest_move
+
+START, GOAL = np.array([-0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0]), np.array([0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0])
+LEAVING, ARRIVING = np.array([0.3, 0.1, -0.1, 0.0, 0.2, 0.0, 0.1]), np.array([0.2, -0.1, 0.0, 0.1, 0.0, 0.0, 0.0])
+LOW = np.array([0.0, 0.0, 0.0, 2.5, 0.0, -1.5, 0.0])  # off these, postures of a Panda
+WALL = Box(center=(0.65, -0.2, 0.35), size=(0.4, 0.04, 1.2))
+
+
+def limits() -> JointLimits:
+    found = robot_of("upright").limits
+    return found if found.jerk is not None else replace(found, jerk=tuple(20.0 * a for a in found.acceleration))
+
+
+def motions(start: FloatArray = LEAVING, goal: FloatArray = ARRIVING) -> Deviations:
+    return Deviations(START, GOAL, limits(), rates=Rates(start, goal))
+
+
+def some(between: Deviations) -> FloatArray:
+    return np.asarray(np.random.default_rng(5).uniform(-0.05, 0.05, (between.free, between.dof)))
+
+
+def test_the_fastest_motion_arrives_with_a_velocity() -> None:
+    state = MotionState(START, LEAVING, np.zeros(7))
+    found = fastest_move(state, GOAL, limits(), ARRIVING)
+    np.testing.assert_allclose(found.value_at_end(0), GOAL, atol=1e-12)
+    np.testing.assert_allclose(found.value_at_end(1), ARRIVING, atol=1e-12)
+    np.testing.assert_allclose(found.value_at_end(2), 0.0, atol=1e-8)
+    assert found.duration < fastest_move(state, GOAL, limits()).duration
+
+
+@pytest.mark.parametrize(("start", "goal"), [(LEAVING, 0.0 * ARRIVING), (0.0 * LEAVING, ARRIVING), (LEAVING, ARRIVING)])
+def test_every_motion_has_the_velocities_of_its_ends_and_keeps_the_limits(start: FloatArray, goal: FloatArray) -> None:
+    between = motions(start, goal)
+    x = some(between)
+    duration = between.least_duration(x, between.direct.duration)
+    assert duration >= between.bound
+    found = between.trajectory(x, duration)
+    ends = np.array([0.0, found.duration])
+    np.testing.assert_allclose(found.at(ends), [START, GOAL], atol=1e-12)
+    np.testing.assert_allclose(found.at(ends, 1), [start, goal], atol=1e-12)
+    np.testing.assert_allclose(found.at(ends, 2), 0.0, atol=1e-6)
+    for order, bound in enumerate(between.limits.by_order, start=1):
+        peaks = np.abs(found.at(found.extreme_times(order), order)).max(axis=0)
+        assert (peaks <= bound * (1.0 + 1e-8)).all()
+
+
+def test_the_least_duration_is_one_with_which_the_limits_agree() -> None:
+    between = motions()
+    x = some(between)
+    duration = between.least_duration(x, between.direct.duration)
+    assert between.time_scale(between.padded(x, duration)) == pytest.approx(duration, rel=1e-6)
+
+
+def test_rows_know_how_ends_change_with_the_duration() -> None:
+    between, longer = motions(), 1e-3
+    x = some(between)
+    now, later = (between.padded(x, between.direct.duration + more) for more in (0.0, longer))
+    at = between.limited[0]
+    nothing = np.zeros(len(at.joint))
+    single = between.with_ends(SingleRows(at.joint, at.first - 3, at.weights, nothing, nothing))
+    np.testing.assert_allclose(single.by_time * longer, at.values(later) - at.values(now), atol=1e-12)
+    where = between.postures(np.array([0.01, 0.5, 0.98]))
+    own = where.weights[:, :, None] * np.arange(1.0, 8.0)
+    whole = between.with_ends(WholeRows(where.first - 3, own, np.zeros(3), np.zeros(3), np.ones(3)))
+    moved = (where.values(later) - where.values(now)) @ np.arange(1.0, 8.0)
+    np.testing.assert_allclose(whole.by_time * longer, moved, atol=1e-12)
+
+
+def test_a_moving_arm_is_led_around_a_wall() -> None:
+    if core_library() is None:
+        pytest.skip("there is no compiled core")
+    arm = robot_of("upright")
+    world, between = World.of(arm, (WALL,)), motions()
+    assert world is not None
+    assert world.prove(between.direct).status is False
+    found = Climb(world, between, joint_box(arm, START, GOAL))(1)
+    assert found is not None and world.prove(found).status
+    ends = np.array([0.0, found.duration])
+    np.testing.assert_allclose(found.at(ends, 1), [LEAVING, ARRIVING], atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [{"start_velocity": LEAVING}, {"start_velocity": LEAVING, "goal_velocity": ARRIVING}, {"total_time": (3.0, 4.0)}],
+)
+def test_no_search_is_needed(keys: dict[str, tuple[float, ...]]) -> None:
+    if core_library() is None:
+        pytest.skip("there is no compiled core")
+    plan = tp.plan(tp.robot("panda"), start=START - LOW, goal=GOAL - LOW, obstacles=[WALL], **keys)
+    assert plan.certified
+    assert plan.result.evaluations == 0
+    assert "total_time" not in keys or 3.0 <= plan.duration <= 3.0 + 1e-6
