@@ -94,7 +94,8 @@ def effort_of(plan: PlannedMotion) -> str:
     if plan.motion.stages:
         bound = float(plan.motion.quantities[BOUND][0])
         above = plan.motion.trajectory.duration / bound - 1.0
-        what = f"{len(plan.motion.stages)} stages, planned in {plan.seconds_timed:.2f} s"
+        count = len(plan.motion.stages)
+        what = f"{count} stage{'s' if count > 1 else ''}, planned in {plan.seconds_timed:.2f} s"
         return f"{what}; {above:.1%} above {bound:.4g} s, their bound in free space between the postures looked at"
     if found is None:
         return f"a given path, timed in {plan.seconds_timed:.2f} s"
