@@ -1,6 +1,6 @@
 """Least time among obstacles, what costs least first: direct, at the bound, polished from ways that were found."""
 
-from problems.ladder.climb import Climb, gentler, joint_box
+from problems.ladder.climb import GOOD_ENOUGH, Climb, gentler, joint_box
 from problems.ladder.descent import DeviationPolish
 from problems.ladder.deviation import Deviations, Rates
 from problems.ladder.goals import postures_around
@@ -9,6 +9,7 @@ from problems.ladder.passages import Passages, postures_on_the_way
 from problems.ladder.rephasing import at_the_bound, everywhere
 
 __all__ = [
+    "GOOD_ENOUGH",
     "Climb",
     "DeviationPolish",
     "Deviations",

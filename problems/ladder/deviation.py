@@ -135,20 +135,16 @@ class Rates:
         return bool(self.start.any() or self.goal.any())
 
 
-def fastest_direct(start: FloatArray, goal: FloatArray, limits: JointLimits, rates: Rates | None) -> Trajectory:
+def direct_motion(start: FloatArray, goal: FloatArray, limits: JointLimits, rates: Rates | None = None) -> Trajectory:
     """The fastest direct motion between two postures (k,), at rest where no rates are given.
+
+    It is a second of rest where it begins and ends in the same posture at rest.
 
     Raises:
         InvalidProblem: there is none within the limits.
     """
-    if rates is None or not rates.moves:
-        return direct_motion(start, goal, limits)
-    state = MotionState(start, rates.start, np.zeros_like(start))
-    return fastest_move(state, goal, limits, rates.goal)
-
-
-def direct_motion(start: FloatArray, goal: FloatArray, limits: JointLimits) -> Trajectory:
-    """The fastest direct motion between two postures (k,) at rest; a second of rest where they are one."""
+    if rates is not None and rates.moves:
+        return fastest_move(MotionState(start, rates.start, np.zeros_like(start)), goal, limits, rates.goal)
     if (start == goal).all():
         return Trajectory(np.array([0.0, 1.0]), np.pad(start[None, None], ((DEGREE, 0), (0, 0), (0, 0))))
     return rest_to_rest(start, goal, limits)
@@ -184,7 +180,7 @@ class Deviations:
         self.start, self.goal, self.limits = start, goal, limits
         self._own_limits = limits if gentler is None else gentler
         self.moving = rates is not None and rates.moves
-        self.direct = fastest_direct(start, goal, self._own_limits, rates)
+        self.direct = direct_motion(start, goal, self._own_limits, rates)
         at_rest = float(least_durations(goal - start, limits).max())
         self.bound = (1.0 - MOVING_ALLOWANCE) * self.direct.duration if self.moving else at_rest
         self.at_ends = np.zeros((edges().size - 1 + DEGREE, start.size))

@@ -82,9 +82,7 @@ class Passages:
         """Where the motion of control points (n, k) comes nearest to each place, in their order."""
         u = np.concatenate([[0.0], self.motions.parameters(), [1.0]])
         theta = self.motions.postures(u).values(padded)
-        missed = [as_array(_missed(self.robot, place)(theta.T)[0]) for place in self.places]
-        chosen = increasing_choice(np.array([np.square(each).sum(axis=0) for each in missed]))
-        at, step = u[chosen], 1.0 / (u.size - 1)
+        at, step = u[_nearest_of(theta, self.robot, self.places)], 1.0 / (u.size - 1)
         between = np.concatenate([[0.0], (at[:-1] + at[1:]) / 2.0, [1.0]])
         near = np.column_stack([at, np.maximum(between[:-1], at - step), np.minimum(between[1:], at + step)])
         return [self._refined(padded, place, *row) for place, row in zip(self.places, near.tolist(), strict=True)]
@@ -180,11 +178,16 @@ def postures_on_the_way(
     if not places:
         return [usual]
     line = start + np.linspace(0.0, 1.0, LOOKS)[:, None] * (goal - start)
-    missed = [as_array(_missed(robot, place)(line.T)[0]) for place in places]
-    chosen = increasing_choice(np.array([np.square(each).sum(axis=0) for each in missed]))
-    found = [place.near(robot, line[index]) for place, index in zip(places, chosen, strict=True)]
+    nearest = _nearest_of(line, robot, places)
+    found = [place.near(robot, line[index]) for place, index in zip(places, nearest, strict=True)]
     near = np.array([theta for theta, _ in found])
     return [usual] if not all(there for _, there in found) or (near == usual).all() else [near, usual]
+
+
+def _nearest_of(theta: FloatArray, robot: Robot, places: Sequence[Place]) -> list[int]:
+    """Numbers of the postures (n, k) on a way that come nearest to places, in their order."""
+    missed = [as_array(_missed(robot, place)(theta.T)[0]) for place in places]
+    return increasing_choice(np.array([np.square(each).sum(axis=0) for each in missed]))
 
 
 @lru_cache(maxsize=KEPT)

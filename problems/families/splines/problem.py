@@ -25,6 +25,7 @@ from problems.families.splines.encoding import ControlPoints, nominal, stops
 from problems.families.splines.path_problem import MoveSteps, SplineProblem, end_rates
 from problems.families.splines.program import MoveNlp, usual_pieces
 from problems.ladder import (
+    GOOD_ENOUGH,
     Climb,
     Deviations,
     OwnLimits,
@@ -59,7 +60,6 @@ from problems.timing import least_durations, retime
 MOST_BRANCHES = 16
 TORQUE_LOOKS = 100  # times of a motion, at least
 MOST_TOO_FAST = 20  # motions at the bound that are tried where own limits may ask for more time
-GOOD_ENOUGH = 1.002  # of the bound: what is as fast is not timed anew
 LATER = 1e-9  # of the least total time: rounding
 MOST_CLIMBS = 2  # postures of a branch that are tried
 
