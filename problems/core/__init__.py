@@ -2,6 +2,7 @@
 
 from problems.core.arm import Arm
 from problems.core.description import drifts_of
+from problems.core.dynamics import Dynamics
 from problems.core.library import core_library
 from problems.core.linear_program import LinearProgram, SingleRows, WholeRows, joined, minimizer
 from problems.core.world import MOST_ITEMS, Kept, Nearby, Proof, Where, World
@@ -9,6 +10,7 @@ from problems.core.world import MOST_ITEMS, Kept, Nearby, Proof, Where, World
 __all__ = [
     "MOST_ITEMS",
     "Arm",
+    "Dynamics",
     "Kept",
     "LinearProgram",
     "Nearby",

@@ -28,7 +28,7 @@ from problems.evaluation import Compiler, NativeUnavailable, usable_compiler
 
 LOG = logging.getLogger(__name__)
 SOURCES = Path(__file__).parent / "cpp"
-FILES = ("core.cpp", "program.cpp")
+FILES = ("core.cpp", "dynamics.cpp", "program.cpp")
 FLAGS = (
     "-O2",
     "-std=c++17",
@@ -46,6 +46,10 @@ SIGNATURES = {
     "core_digest": (ctypes.c_char_p, ()),
     "core_world": (POINTER, (POINTER, POINTER)),
     "core_forget": (None, (POINTER,)),
+    "core_chain": (POINTER, (POINTER, POINTER)),
+    "core_forget_chain": (None, (POINTER,)),
+    "core_torques": (None, (POINTER, COUNT, POINTER, POINTER, POINTER)),
+    "core_torque_slopes": (None, (POINTER, COUNT, POINTER, POINTER)),
     "core_rooms": (None, (POINTER, COUNT, COUNT, COUNT, POINTER, POINTER)),
     "core_nearest": (COUNT, (POINTER, COUNT, NUMBER, COUNT, POINTER, COUNT, POINTER, POINTER)),
     "core_prove": (

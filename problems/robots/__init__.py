@@ -4,7 +4,7 @@ from problems.robots.arm_cover import ArmCover, CoveredLink
 from problems.robots.carried import Carried, payload_of
 from problems.robots.chain import Chain, ChainJoint
 from problems.robots.description import RobotDescription
-from problems.robots.dynamics import RigidChain, time_scales, time_scales_of_arrays
+from problems.robots.dynamics import RigidChain, RigidJoint, time_scales, time_scales_of_arrays
 from problems.robots.inertia import MASSLESS, Payload, planar_payload
 from problems.robots.inverse_kinematics import LONGEST_STEP, geometry_of, joint_bounds, postures, project, tool_jacobian
 from problems.robots.link_covers import FINE_OVERHANG, LinkCover, MeshNote, covers_text, read_covers
@@ -70,6 +70,7 @@ __all__ = [
     "PlanarArm",
     "Point3",
     "RigidChain",
+    "RigidJoint",
     "Robot",
     "RobotDescription",
     "Shape",

@@ -1,6 +1,6 @@
 """Sequential linear programs over a path and the speed along it: what polishes a plan among obstacles."""
 
-from problems.sequential.kept_limits import JointTorques
 from problems.sequential.polish import Polish, can_be_polished, limits_can_be_polished
+from problems.sequential.torques import JointTorques
 
 __all__ = ["JointTorques", "Polish", "can_be_polished", "limits_can_be_polished"]

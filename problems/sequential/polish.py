@@ -14,9 +14,10 @@ from problems.limits import Limit, Proximity, TorqueLimit
 from problems.motions import Trajectory
 from problems.sequential.cover_pairs import CoverPairs
 from problems.sequential.descent import Descent, Reached
-from problems.sequential.kept_limits import JointTorques, KeptLimits
+from problems.sequential.kept_limits import KeptLimits
 from problems.sequential.nearness import Nearness
 from problems.sequential.path_speed import RESTING, Clock, Freedom, MotionSpace, PathSpeed
+from problems.sequential.torques import JointTorques
 from problems.tasks import Move
 from problems.timing import rest_to_rest
 
