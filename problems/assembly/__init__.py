@@ -3,13 +3,14 @@
 from problems.assembly.criteria import Criteria, Stage, joint_following
 from problems.assembly.encoding import Decoded, Encoding, FeasibilityFirst, PaperCost, SearchedTimeScale, Variable
 from problems.assembly.path_timing import GRID_ALLOWANCE, LocalTimeScale, PathTiming, step_limits
-from problems.assembly.problem import Model, Problem, objective_named
+from problems.assembly.problem import Approach, Model, Problem, objective_named
 from problems.assembly.sample_loop import PLACES, CostSteps, peak_loop, statements_of
 from problems.assembly.sequence import SequenceCriteria
 
 __all__ = [
     "GRID_ALLOWANCE",
     "PLACES",
+    "Approach",
     "CostSteps",
     "Criteria",
     "Decoded",

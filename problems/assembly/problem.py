@@ -40,6 +40,22 @@ class Model:
     constraints: tuple[Constraint, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """A posture at the goal, and fast motions to it.
+
+    Attributes:
+        goal: the posture, (dof,), rad.
+        bound: no motion there takes less, s.
+        polished: motions from ways that are found, each faster than those before; of a seed of these ways, the
+            duration in s of a motion that is known, and whether there is no time left.
+    """
+
+    goal: FloatArray
+    bound: float
+    polished: Callable[[int, float, Callable[[], bool]], Iterator[Trajectory]]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Problem(Criteria, ABC, Generic[P]):
     """A planning problem: cost, constraints, nonlinear program and verification from one set of formulas.
@@ -83,15 +99,9 @@ class Problem(Criteria, ABC, Generic[P]):
         """What the motion takes in free space between the postures of its branch, s; 0 where nothing is known."""
         return 0.0
 
-    def climbed(self, seed: int, to_beat: float, running_out: Callable[[], bool]) -> Iterator[Trajectory]:
-        """Fast motions polished from ways that were found, each faster than those before; none by default.
-
-        Args:
-            seed: of the ways that are tried.
-            to_beat: duration of a motion that is known, s.
-            running_out: whether there is no time left.
-        """
-        return iter(())
+    def approaches(self) -> Sequence[Approach]:
+        """Postures at the goal to which motions are polished from ways that are found; none by default."""
+        return ()
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """Motions that nothing between the same two postures can beat, if they keep all limits.

@@ -13,6 +13,7 @@ import numpy as np
 
 from problems import Problem, Trajectory
 from problems.assembly import Criteria
+from problems.base import FloatArray
 from problems.certify import ROUNDING_ALLOWANCE
 from solvers import StopReason, unsearched
 from tpbso_casadi.planning.finishing import AS_FAST, SearchedMotion, is_better, slowed
@@ -22,7 +23,9 @@ from tpbso_casadi.planning.progress import Planning
 LOG = logging.getLogger(__name__)
 ABOUT_AS_FAST = 1.002
 MOST_PROOFS = 20  # of motions that are clear where they were looked at
-MOST_CLIMBS = 4  # branches whose ways are polished
+MOST_APPROACHES = 8  # postures at the goal whose ways are polished, where one leads to a plan
+APART = 0.4  # rad, of some joint: postures at the goal that are less are much the same
+WORTH_TRYING = 1.002  # of a bound: what is gained below that is not worth a way
 
 
 def without_search(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
@@ -61,24 +64,33 @@ def at_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | 
 
 
 def climbed(problem: Problem[Any], planning: Planning, known: SearchedMotion | None) -> SearchedMotion | None:
-    """The fastest certified motion that ways to the branches lead to, or the one that is known; None for neither."""
-    began, tried = time.perf_counter(), 0
+    """The fastest certified motion that ways to postures at the goal lead to, or the one that is known; None for none.
+
+    Postures are tried in the order in which they can be reached, until none can be reached sooner than by the best
+    motion; of those that lie together one is.
+    """
+    began = time.perf_counter()
     planning.progress.phase("polishing ways around")
     best = None if known is None else (known.motion, known.problem)
-    branches = sorted(problem.branches or (problem,), key=lambda branch: branch.least_bound)
-    for branch in branches:
-        to_beat, used = np.inf if best is None else best[0].trajectory.duration, 0
-        for trajectory in branch.climbed(planning.settings.seed, to_beat, planning.satisfied):
-            used, motion = 1, judged(branch, trajectory)
+    approaches = [(branch, each) for branch in problem.branches or (problem,) for each in branch.approaches()]
+    tried: list[FloatArray] = []
+    for branch, approach in sorted(approaches, key=lambda one: one[1].bound):
+        to_beat = np.inf if best is None else best[0].trajectory.duration
+        if WORTH_TRYING * approach.bound >= to_beat:
+            break
+        if any(np.abs(approach.goal - other).max() < APART for other in tried):
+            continue
+        tried.append(approach.goal)
+        for trajectory in approach.polished(planning.settings.seed, to_beat, planning.satisfied):
+            motion = judged(branch, trajectory)
             if motion.feasible and (best is None or is_better(motion, best[0])):
                 best = motion, branch
-        tried += used
-        if tried >= MOST_CLIMBS or (best is not None and planning.satisfied()):
+        if best is not None and (len(tried) >= MOST_APPROACHES or planning.satisfied()):
             break
-    LOG.info("ladder: ways to %d of %d branches in %.3f s", tried, len(branches), time.perf_counter() - began)
+    LOG.info("ladder: ways to %d of %d postures in %.3f s", len(tried), len(approaches), time.perf_counter() - began)
     if best is None or (known is not None and best[0] is known.motion):
         return known
-    return _plan(planning, best[1], best[0], began, StopReason.CONVERGED, tried)
+    return _plan(planning, best[1], best[0], began, StopReason.CONVERGED, len(tried))
 
 
 def judged(problem: Criteria, trajectory: Trajectory) -> Motion:

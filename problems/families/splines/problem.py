@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice, pairwise
 from math import ceil
 
@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.assembly import LocalTimeScale, SearchedTimeScale, objective_named
+from problems.assembly import Approach, LocalTimeScale, SearchedTimeScale, objective_named
 from problems.base import FloatArray, InvalidProblem, as_array
 from problems.core import World
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
@@ -61,7 +61,6 @@ MOST_BRANCHES = 16
 TORQUE_LOOKS = 100  # times of a motion, at least
 MOST_TOO_FAST = 20  # motions at the bound that are tried where own limits may ask for more time
 LATER = 1e-9  # of the least total time: rounding
-MOST_CLIMBS = 2  # postures of a branch that are tried
 
 
 def branched(task: Move) -> tuple[Move, ...]:
@@ -412,40 +411,48 @@ class MoveProblem(SplineProblem):
             return False
         return torques is None or torques.time_scale_of(trajectory, times) <= 1.0
 
-    def climbed(self, seed: int, to_beat: float, running_out: Callable[[], bool]) -> Iterator[Trajectory]:
-        """Fast motions to the postures at the goal that can be reached soonest, each faster than those before.
-
-        Args:
-            seed: of the ways that are tried.
-            to_beat: duration of a motion that is known, s.
-            running_out: whether there is no time left.
-        """
+    def approaches(self) -> Sequence[Approach]:
+        """The postures at the goal that are clear, the soonest reached first."""
         world = World.of(self.robot, self.obstacles) if self._has_ladder else None
-        if world is None:
+        start = branch_posture(self.robot, self.task.start)
+        if world is None or not self._allowed(start[None]).all():
+            return ()
+        goals, bounds = self._goals
+        clear = world.clear(goals) & self._allowed(goals)
+        return [
+            Approach(goal, float(bound), partial(self._polished_from_ways, world, start, goal, float(bound)))
+            for goal, bound in zip(goals[clear], bounds[clear], strict=True)
+        ]
+
+    def _polished_from_ways(
+        self,
+        world: World,
+        start: FloatArray,
+        goal: FloatArray,
+        bound: float,
+        seed: int,
+        to_beat: float,
+        running_out: Callable[[], bool],
+    ) -> Iterator[Trajectory]:
+        """Fast motions between two postures, each faster than those before."""
+        try:
+            softer = gentler(start, goal, self.robot.limits, self._torques) if self.task.at_rest else None
+            motions = Deviations(start, goal, self.robot.limits, softer, self._rates)
+        except InvalidProblem:  # of ends that move
             return
-        start, limits, (goals, bounds) = branch_posture(self.robot, self.task.start), self.robot.limits, self._goals
         usual = np.array([branch_posture(self.robot, via) for via in self.task.vias]).reshape(-1, self.robot.dof)
-        if not self._allowed(start[None]).all():
-            return
-        clear = np.flatnonzero(world.clear(goals) & self._allowed(goals))[:MOST_CLIMBS]
-        for goal, bound in zip(goals[clear], bounds[clear], strict=True):
-            try:
-                softer = gentler(start, goal, limits, self._torques) if self.task.at_rest else None
-                motions = Deviations(start, goal, limits, softer, self._rates)
-            except InvalidProblem:  # of ends that move
+        passages = Passages(motions, self.robot, self.task.vias) if self.task.vias else None
+        for through in postures_on_the_way(self.robot, self.task.vias, usual, start, goal):
+            if bound >= to_beat or (to_beat < np.inf and running_out()):
+                return
+            if not (world.clear(through) & self._allowed(through)).all():
                 continue
-            passages = Passages(motions, self.robot, self.task.vias) if self.task.vias else None
-            for through in postures_on_the_way(self.robot, self.task.vias, usual, start, goal):
-                if bound >= to_beat or (to_beat < np.inf and running_out()):
-                    return
-                if not (world.clear(through) & self._allowed(through)).all():
-                    continue
-                box = joint_box(self.robot, start, *through, goal)
-                climb = Climb(world, motions, box, self._torques, self._own, passages, through, running_out)
-                found = climb(seed, to_beat)
-                if found is not None:
-                    yield from map(self._in_time, (found, *self._timed_anew(found, bound)))
-                    to_beat = found.duration
+            box = joint_box(self.robot, start, *through, goal)
+            climb = Climb(world, motions, box, self._torques, self._own, passages, through, running_out)
+            found = climb(seed, to_beat)
+            if found is not None:
+                yield from map(self._in_time, (found, *self._timed_anew(found, bound)))
+                to_beat = found.duration
 
     def _timed_anew(self, found: Trajectory, bound: float) -> Iterator[Trajectory]:
         """A motion past vias along its own path, which may take less than what programs hold to be the least."""
