@@ -87,7 +87,6 @@ def _of_clearance(world: World, margin: float, found: Proof, where: str) -> Clea
 
 def _followed(question: _Question, trajectory: Trajectory, found: Proof) -> Proof:
     """What was found to be too near, at the time around it at which it is nearest."""
-
     begin, end = trajectory.breakpoints[[0, -1]].tolist()
 
     def nearness(since: FloatArray) -> FloatArray:

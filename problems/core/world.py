@@ -145,7 +145,7 @@ class World:
 
     @classmethod
     def of(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> World | None:
-        """The world, where the core is there and knows robot, shapes and motions; the same object for the same world."""
+        """The world, where there is a core that knows robot, shapes and motions; the same object for the same world."""
         return _known_world(robot, tuple(obstacles)) if type(robot) is SpatialArm else None
 
     @property

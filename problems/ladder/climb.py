@@ -33,7 +33,11 @@ MOST_FAILED = 2  # searches for a way: there is probably none
 AGREED, SAME = 2, 1.002  # so many ways lead to the same duration, about: no other is tried
 LOOKS, ENDS, GENTLEST = 200, 0.1, 2.0  # of the direct motion: times, share of it at either end, time scale
 GOOD_ENOUGH = 1.002  # of the bound: what is as fast needs no other beginning
-LONGER = (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0, 5.0)  # of the bound: what ways may take where obstacles move
+LONGER, LONG, LONGEST = (
+    1.25,
+    5.0,
+    60.0,
+)  # where obstacles move: from way to way; of the bound; s, where nothing is clear
 
 
 def joint_box(robot: Robot, *postures: FloatArray) -> FloatArray:
@@ -157,9 +161,12 @@ class Climb:
         if not self.world.moves:
             return []
         bound, since = self.motions.bound, looks(self.stay) * self.stay
-        ends = [factor * bound for factor in LONGER]
-        clear = [end for end in ends if self.world.clear(np.tile(self.motions.goal, (since.size, 1)), times=end + since).all()]
-        return [Run(begin, end) for end in clear for begin in dict.fromkeys((0.0, end - bound))]
+        standing, end, found = np.tile(self.motions.goal, (since.size, 1)), bound, list[Run]()
+        while end <= LONG * bound or (not found and end <= LONGEST):
+            if self.world.clear(standing, times=end + since).all():
+                found += [Run(begin, end) for begin in dict.fromkeys((0.0, end - bound))]
+            end *= LONGER
+        return found
 
     def _connected(self, seed: int, run: Run) -> FloatArray | None:
         """A way through all stops, (m, dof), rad; None where none was found."""
