@@ -5,6 +5,7 @@ clearance is checked at 20,000 times by NumPy, and by coal where that is install
 with the obstacles standing where they are at t = 0, and that plan is run among the moving ones.
 
     python -m benchmarks.moving_scenes --scenes 200 --seed 1 --workers 2 --json moving_scenes.json
+    python -m benchmarks.moving_scenes --plane 0 --space 50 --straight --alone --solver abso
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.moving_scenes.courses import STRAIGHT
 from benchmarks.moving_scenes.judge import Outcome, judged
 from benchmarks.moving_scenes.scenes import random_scenes
 
@@ -40,6 +42,8 @@ def main() -> None:
         help="after which no further scene is begun, nor what runs then counted",
     )
     parser.add_argument("--alone", action="store_true", help="without the plans for standing obstacles")
+    parser.add_argument("--straight", action="store_true", help="all that moves at constant velocities")
+    parser.add_argument("--solver", help="of the scenes; the one that is taken where none is named")
     parser.add_argument("--json", type=Path, help="where every outcome is written")
     options = parser.parse_args()
     counts = {
@@ -48,10 +52,14 @@ def main() -> None:
     }
     began = time.perf_counter()
     outcomes: list[Outcome] = []
-    each = [list(random_scenes(dim, count, options.seed)) for dim, count in counts.items()]
+    share = 1.0 if options.straight else STRAIGHT
+    each = [list(random_scenes(dim, count, options.seed, share)) for dim, count in counts.items()]
     scenes = [scene for pair in zip_longest(*each) for scene in pair if scene is not None]
     with ProcessPoolExecutor(options.workers, mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(judged, scene, options.evaluations, options.seed, not options.alone) for scene in scenes]
+        futures = [
+            pool.submit(judged, scene, options.evaluations, options.seed, not options.alone, options.solver)
+            for scene in scenes
+        ]
         for future in as_completed(futures):
             outcomes.append(future.result())
             print(line(outcomes[-1]), flush=True)

@@ -12,6 +12,7 @@ from problems.base import FloatArray
 
 ROWS, LAST_ROW = 7, 4.0  # of a table of motion; s
 MOST_TURN = 1.0  # rad from row to row
+STRAIGHT = 0.4  # of the courses that are at a constant velocity
 
 
 @dataclass(frozen=True)
@@ -68,12 +69,14 @@ class Course:
         return [[float(number) for number in row] for row in np.hstack(parts)]
 
 
-def random_course(rng: np.random.Generator, point: FloatArray, time: float, speed: float) -> Course:
+def random_course(
+    rng: np.random.Generator, point: FloatArray, time: float, speed: float, straight: float = STRAIGHT
+) -> Course:
     """Through a point at a time at a speed: at a constant velocity, or along a bent table, turning or not."""
     dim = len(point)
     way = rng.normal(size=dim)
     velocity = speed * way / np.linalg.norm(way)
-    if rng.random() < 0.4:
+    if rng.random() < straight:
         start = point - time * velocity
         return Course(np.array([0.0, 1.0]), np.array([start, start + velocity]), tabled=False)
     times = np.linspace(0.0, LAST_ROW, ROWS)

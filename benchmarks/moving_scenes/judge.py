@@ -30,7 +30,7 @@ class Outcome:
         moving: obstacles that move.
         feasible: whether the plan keeps all limits, proven for all t.
         clear: whether its clearance is certified; other limits may be broken.
-        seconds: that planning took.
+        seconds: of CPU that planning took.
         duration: of the motion, s; None where there is none.
         bound: no motion without obstacles is faster, s.
         known: how long the known solution takes at most, s.
@@ -60,11 +60,11 @@ class Outcome:
         return self.room is not None and self.room < -ROUNDING
 
 
-def judged(scene: Scene, evaluations: int, seed: int, compared: bool) -> Outcome:
+def judged(scene: Scene, evaluations: int, seed: int, compared: bool, solver: str | None = None) -> Outcome:
     """Plan a scene and check the plan; and, to compare, that for obstacles that stand still."""
     moving = sum(thing.moves for thing in scene.things)
     try:
-        planned, seconds = _planned(scene, evaluations, seed)
+        planned, seconds = _planned(scene, evaluations, seed, solver)
     except Exception as error:  # a scene that cannot be planned at all is an outcome too
         return Outcome(scene.name, scene.dim, moving, error=f"{type(error).__name__}: {error}")
     clear = all(v.satisfied for v in planned.verdicts if v.name == "clearance")
@@ -85,15 +85,15 @@ def judged(scene: Scene, evaluations: int, seed: int, compared: bool) -> Outcome
     )
 
 
-def _planned(scene: Scene, evaluations: int, seed: int) -> tuple[SearchedMotion, float]:
+def _planned(scene: Scene, evaluations: int, seed: int, solver: str | None = None) -> tuple[SearchedMotion, float]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scene.toml"
-        path.write_text(scene.scenario(evaluations, seed))
+        path.write_text(scene.scenario(evaluations, seed, solver))
         scenario = read_scenario(path)
-    began = time.perf_counter()
+    began = time.process_time()
     planned = plan(scenario)
     assert isinstance(planned, SearchedMotion)
-    return planned, time.perf_counter() - began
+    return planned, time.process_time() - began
 
 
 def _compared(scene: Scene, evaluations: int, seed: int) -> tuple[bool, bool | None]:

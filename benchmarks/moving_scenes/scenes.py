@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.moving_scenes.arms import Arm, Thing, arm_of
-from benchmarks.moving_scenes.courses import random_course
+from benchmarks.moving_scenes.courses import STRAIGHT, random_course
 from benchmarks.moving_scenes.shapes import random_planar, random_solid
 from problems.base import FloatArray
 
@@ -61,13 +61,14 @@ class Scene:
         """The same, all obstacles standing where they are at t = 0."""
         return replace(self, things=tuple(Thing(thing.shape, thing.course.stopped()) for thing in self.things))
 
-    def scenario(self, evaluations: int, seed: int) -> str:
+    def scenario(self, evaluations: int, seed: int, solver: str | None = None) -> str:
         """The scenario file."""
         ends = f"start = {{ joints = {self.start.tolist()} }}\ngoal = {{ joints = {self.goal.tolist()} }}\n"
-        solver = f"[solver]\nevaluations = {evaluations}\nseed = {seed}\n"
+        named = "" if solver is None else f'name = "{solver}"\n'
+        stated = f"[solver]\n{named}evaluations = {evaluations}\nseed = {seed}\n"
         table = TABLE if self.dim == 3 else ""
         things = "".join(thing.toml for thing in self.things)
-        return f'{self.arm.toml}[task]\nkind = "point-to-point"\n{ends}{solver}{table}{things}'
+        return f'{self.arm.toml}[task]\nkind = "point-to-point"\n{ends}{stated}{table}{things}'
 
     def line(self, waited: float) -> tuple[FloatArray, FloatArray]:
         """Times (n,) and postures (n, k) of the straight line after waiting, from t = 0 to a while after arrival."""
@@ -88,17 +89,17 @@ def line_time(arm: Arm, start: FloatArray, goal: FloatArray) -> float:
     return float(max((1.875 * way / arm.speed).max(), np.sqrt((5.7735 * way / arm.acceleration).max())))
 
 
-def random_scenes(dim: int, count: int, seed: int) -> Iterator[Scene]:
-    """So many scenes, the same for the same seed."""
+def random_scenes(dim: int, count: int, seed: int, straight: float = STRAIGHT) -> Iterator[Scene]:
+    """So many scenes, the same for the same seed; a share of what moves does so at a constant velocity."""
     for number in range(count):
         rng = np.random.default_rng([seed, dim, number])
         scene = None
         while scene is None:
-            scene = _tried(rng, dim, f"{'plane' if dim == 2 else 'space'} {number + 1}")
+            scene = _tried(rng, dim, f"{'plane' if dim == 2 else 'space'} {number + 1}", straight)
         yield scene
 
 
-def _tried(rng: np.random.Generator, dim: int, name: str) -> Scene | None:
+def _tried(rng: np.random.Generator, dim: int, name: str, straight: float) -> Scene | None:
     arm = arm_of(dim)
     start = rng.uniform(arm.lower, arm.upper)
     way = rng.uniform(-1.0, 1.0, len(start))
@@ -110,16 +111,16 @@ def _tried(rng: np.random.Generator, dim: int, name: str) -> Scene | None:
     scene: Scene | None = Scene(name, dim, start, goal, ())
     for moves, (least, most) in ((False, STANDING), (True, MOVING)):
         for _ in range(int(rng.integers(least, most + 1))):
-            scene = _with_another(rng, scene, moves) if scene is not None else None
+            scene = _with_another(rng, scene, moves, straight) if scene is not None else None
     if scene is None or _known_wait(scene) is None:
         return None
     return scene
 
 
-def _with_another(rng: np.random.Generator, scene: Scene, moves: bool) -> Scene | None:
+def _with_another(rng: np.random.Generator, scene: Scene, moves: bool, straight: float) -> Scene | None:
     """The scene with one more obstacle, clear at the start at t = 0; None where none is found."""
     for _ in range(TRIES):
-        thing = _random_thing(rng, scene, moves)
+        thing = _random_thing(rng, scene, moves, straight)
         at_start = scene.arm.room(scene.start[None], np.zeros(1), (thing,))[0]
         if at_start < 2.0 * CLEAR:
             continue
@@ -129,7 +130,7 @@ def _with_another(rng: np.random.Generator, scene: Scene, moves: bool) -> Scene 
     return None
 
 
-def _random_thing(rng: np.random.Generator, scene: Scene, moves: bool) -> Thing:
+def _random_thing(rng: np.random.Generator, scene: Scene, moves: bool, straight: float) -> Thing:
     """Through, or near, a point of the outer half of the arm on its straight line."""
     shape = random_planar(rng) if scene.dim == 2 else random_solid(rng)
     duration = line_time(scene.arm, scene.start, scene.goal)
@@ -138,9 +139,10 @@ def _random_thing(rng: np.random.Generator, scene: Scene, moves: bool) -> Thing:
     points = scene.arm.points(theta[[int(np.searchsorted(times, time))]])[0]
     point = points[int(rng.integers(len(points) // 2, len(points)))]
     if moves:
-        return Thing(shape, random_course(rng, point, time, float(rng.uniform(*SPEEDS[scene.dim]))))
+        speed = float(rng.uniform(*SPEEDS[scene.dim]))
+        return Thing(shape, random_course(rng, point, time, speed, straight))
     beside = point + rng.normal(size=scene.dim) * 0.3
-    course = random_course(rng, beside, 0.0, 1.0)
+    course = random_course(rng, beside, 0.0, 1.0, straight)
     return Thing(shape, course.stopped())
 
 

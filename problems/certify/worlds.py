@@ -10,7 +10,7 @@ import numpy as np
 from problems.base import FloatArray
 from problems.certify.clearance import RELATIVE_PROOF_GAP, ClearanceProof
 from problems.certify.verdict import peak_near
-from problems.core import MOST_ITEMS, Kept, Proof, Where, World, drifts_of
+from problems.core import MOST_ITEMS, Kept, Proof, Where, World
 from problems.limits import Clearance, CoverClearance, CoverSelfClearance, Limit, SelfClearance
 from problems.motions import Trajectory
 from problems.robots import Robot
@@ -62,11 +62,10 @@ def prove_among(
     Returns:
         None where the core does not know the robot, a shape or a motion. What is too near is not followed further.
     """
-    drifts = drifts_of(obstacles.values())
-    world = None if drifts is None else World.of(robot, [obstacle.unmoved for obstacle in obstacles.values()])
-    if world is None or drifts is None:
+    world = World.of(robot, tuple(obstacles.values()))
+    if world is None:
         return None
-    found = world.prove(trajectory, which, gap, drifts if drifts.any() else None, most_items)
+    found = world.prove(trajectory, which, gap, most_items)
     if found.where is None:
         return _of_clearance(world, world.margins[Kept.FROM_OBSTACLES], found, "")
     margin = world.margins[_side(found.where)]
@@ -88,11 +87,14 @@ def _of_clearance(world: World, margin: float, found: Proof, where: str) -> Clea
 
 def _followed(question: _Question, trajectory: Trajectory, found: Proof) -> Proof:
     """What was found to be too near, at the time around it at which it is nearest."""
+    begin, end = trajectory.breakpoints[[0, -1]].tolist()
 
-    def nearness(times: FloatArray) -> FloatArray:
-        return -question.world.rooms(trajectory.at(times), which=question.which)
+    def nearness(since: FloatArray) -> FloatArray:
+        times = begin + since
+        return -question.world.rooms(trajectory.at(times), which=question.which, times=times)
 
-    nearest, time = peak_near(nearness, found.time, trajectory.duration / LOOKS, trajectory.duration)
+    nearest, since = peak_near(nearness, found.time - begin, (end - begin) / LOOKS, end - begin)
+    time = begin + since
     return replace(found, smallest=-nearest, time=time) if -nearest < found.smallest else found
 
 

@@ -5,7 +5,7 @@ from problems.core.description import drifts_of
 from problems.core.dynamics import Dynamics
 from problems.core.library import core_library
 from problems.core.linear_program import LinearProgram, SingleRows, WholeRows, joined, minimizer
-from problems.core.world import MOST_ITEMS, Kept, Nearby, Proof, Where, World
+from problems.core.world import MOST_ITEMS, Kept, Nearby, Proof, Schedule, Where, World
 
 __all__ = [
     "MOST_ITEMS",
@@ -15,6 +15,7 @@ __all__ = [
     "LinearProgram",
     "Nearby",
     "Proof",
+    "Schedule",
     "SingleRows",
     "Where",
     "WholeRows",

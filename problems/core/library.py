@@ -50,15 +50,15 @@ SIGNATURES = {
     "core_forget_chain": (None, (POINTER,)),
     "core_torques": (None, (POINTER, COUNT, POINTER, POINTER, POINTER)),
     "core_torque_slopes": (None, (POINTER, COUNT, POINTER, POINTER)),
-    "core_rooms": (None, (POINTER, COUNT, COUNT, COUNT, POINTER, POINTER)),
-    "core_nearest": (COUNT, (POINTER, COUNT, NUMBER, COUNT, POINTER, COUNT, POINTER, POINTER)),
+    "core_rooms": (None, (POINTER, COUNT, COUNT, COUNT, *(POINTER,) * 4)),
+    "core_nearest": (COUNT, (POINTER, COUNT, NUMBER, COUNT, *(POINTER,) * 3, COUNT, POINTER, POINTER)),
     "core_prove": (
         COUNT,
         (POINTER, COUNT, NUMBER, COUNT, LONG, COUNT, COUNT, POINTER, POINTER, POINTER, NUMBER, POINTER, POINTER),
     ),
     "core_connect": (
         COUNT,
-        (*(POINTER,) * 5, NUMBER, NUMBER, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, COUNT, POINTER),
+        (*(POINTER,) * 5, NUMBER, NUMBER, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, POINTER, POINTER, COUNT, POINTER),
     ),
     "core_reach": (None, (*(POINTER,) * 4, COUNT, POINTER, POINTER, COUNT, COUNT, POINTER, POINTER)),
     "core_program": (COUNT, (*(COUNT,) * 4, *(POINTER,) * 5, COUNT, *(POINTER,) * 8, NUMBER, NUMBER, *(POINTER,) * 2)),

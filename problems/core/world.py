@@ -11,11 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core.description import RobotNumbers, described, drift_rounding, margins_of, obstacle_numbers
+from problems.core.description import (
+    RobotNumbers,
+    described,
+    drift_rounding,
+    drifts_of,
+    margins_of,
+    obstacle_numbers,
+)
 from problems.core.library import core_library, told
 from problems.motions import Trajectory
 from problems.robots import Robot, SpatialArm
-from problems.scene import Obstacle
+from problems.scene import Obstacle, standing
 
 MOST_ITEMS = 200_000_000  # that a proof looks at
 LEAST_CELLS = 48  # of time, at the beginning of a proof
@@ -75,66 +82,136 @@ class Nearby:
         samples: numbers of the postures, (m,).
         own: whether it is another link, (m,).
         rooms: how much more is kept than must be, (m,), m.
-        gradients: how that changes with the joints, (m, dof), m/rad.
+        rates: how that changes with the time, (m,), m/s; zero where nothing moves.
+        gradients: how it changes with the joints, (m, dof), m/rad.
     """
 
     samples: NDArray[np.int32]
     own: NDArray[np.bool_]
     rooms: FloatArray
+    rates: FloatArray
     gradients: FloatArray
 
 
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """When postures are passed, about: as far as they are along the straight way between two.
+
+    Attributes:
+        start: (dof,), rad.
+        goal: likewise.
+        begin: when the first is left, s.
+        end: when the second is reached, s.
+    """
+
+    start: FloatArray
+    goal: FloatArray
+    begin: float
+    end: float
+
+    @property
+    def numbers(self) -> FloatArray:
+        """As the core has them: slopes, s/rad; the time of the posture that is zero; first and last; (dof + 3,), s."""
+        way = self.goal - self.start
+        slopes = (self.end - self.begin) / max(float(way @ way), np.finfo(float).tiny) * way
+        return np.array([*slopes, self.begin - slopes @ self.start, self.begin, self.end])
+
+
 class World:
-    """A robot among obstacles that stand still, in the compiled core.
+    """A robot among obstacles that stand still or move at constant velocities, in the compiled core.
+
+    Where some move, it matters when postures are looked at: at the beginning where nothing is said.
 
     Args:
         robot: with its margins; where it has a cover, that is what counts, else its spheres.
-        obstacles: around it, each of a shape that the core knows.
+        obstacles: around it, each of a shape that the core knows, and moving as it knows.
 
     Attributes:
         dof: the number of joints.
         margins: what is kept, m, by from what.
+        fastest: no obstacle comes nearer faster, m/s.
     """
 
     def __init__(self, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> None:
         self._arm, self._obstacles, self._robot = robot, tuple(obstacles), known_robot(robot)
-        self._library, self._world = told(self, *described(robot, self._robot, obstacles))
+        self._told = _told(robot, tuple(obstacle.unmoved for obstacle in obstacles))
+        self._library, self._world = self._told.library, self._told.known
         self.dof = robot.dof
         self.margins = dict(zip((Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER), margins_of(robot), strict=True))
+        drifts = drifts_of(obstacles)
+        assert drifts is not None
+        self._drifts = np.ascontiguousarray(drifts) if drifts.any() else None
+        self.fastest = float((np.linalg.norm(drifts[:, 3:6], axis=1) + drifts[:, 6]).max(initial=0.0))
 
     @classmethod
     def of(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> World | None:
-        """The world, where the core is there and knows the robot and all shapes; the same object for the same world."""
+        """The world, where there is a core that knows robot, shapes and motions; the same object for the same world."""
         return _known_world(robot, tuple(obstacles)) if type(robot) is SpatialArm else None
 
-    def rooms(self, theta: FloatArray, most: float = np.inf, which: Kept = Kept.ALL) -> FloatArray:
-        """How much more than they must postures (n, dof), rad, keep of everything, no more than asked for, (n,), m."""
-        theta = np.ascontiguousarray(theta, dtype=np.float64)
-        found = np.full(len(theta), most)
-        self._library.core_rooms(self._world, which, 0, len(theta), theta.ctypes.data, found.ctypes.data)
+    @property
+    def moves(self) -> bool:
+        """Whether an obstacle does."""
+        return self._drifts is not None
+
+    @cached_property
+    def still(self) -> World:
+        """The same among the obstacles that stand still; itself where all do."""
+        found = World.of(self._arm, standing(self._obstacles)) if self.moves else self
+        assert found is not None
         return found
 
-    def clear(self, theta: FloatArray, spare: float = 0.0) -> NDArray[np.bool_]:
-        """Which postures (n, dof), rad, keep what they must and so much more, m: (n,)."""
+    def _at(self, times: FloatArray | None, count: int) -> tuple[int | None, FloatArray | None]:
+        """Where drifts and times are in memory, for so many postures, none where nothing moves; and who owns them."""
+        if self._drifts is None:
+            return None, None
+        return self._drifts.ctypes.data, np.ascontiguousarray(np.zeros(count) if times is None else times)
+
+    def _rooms(self, theta: FloatArray, found: FloatArray, which: Kept, first: bool, times: FloatArray | None) -> None:
+        """Replace by the room of postures what is larger."""
         theta = np.ascontiguousarray(theta, dtype=np.float64)
+        drifts, at = self._at(times, len(theta))
+        self._library.core_rooms(
+            self._world, which, first, len(theta), theta.ctypes.data, drifts, None if at is None else at.ctypes.data,
+            found.ctypes.data,
+        )  # fmt: skip
+
+    def rooms(
+        self, theta: FloatArray, most: float = np.inf, which: Kept = Kept.ALL, times: FloatArray | None = None
+    ) -> FloatArray:
+        """How much more than they must postures keep of everything, no more than asked for, (n,), m.
+
+        Args:
+            theta: (n, dof), rad.
+            most: that is asked for, m.
+            which: what has to keep a distance.
+            times: at which they are looked at, (n,), s.
+        """
+        found = np.full(len(theta), most)
+        self._rooms(theta, found, which, False, times)
+        return found
+
+    def clear(self, theta: FloatArray, spare: float = 0.0, times: FloatArray | None = None) -> NDArray[np.bool_]:
+        """Which postures (n, dof), rad, at times (n,), s, keep what they must and so much more, m: (n,)."""
         found = np.full(len(theta), spare)
-        self._library.core_rooms(self._world, Kept.ALL, 1, len(theta), theta.ctypes.data, found.ctypes.data)
+        self._rooms(theta, found, Kept.ALL, True, times)
         return np.asarray(found >= spare)
 
-    def nearby(self, theta: FloatArray, below: float) -> Nearby:
-        """What keeps less than so much more than it must in postures (n, dof), rad.
+    def nearby(self, theta: FloatArray, below: float, times: FloatArray | None = None) -> Nearby:
+        """What keeps less than so much more than it must in postures (n, dof), rad, at times (n,), s.
 
         Of each link and each obstacle, and of each two links, the two balls that come nearest.
         """
         theta, capacity = np.ascontiguousarray(theta, dtype=np.float64), 16 * len(theta)
+        drifts, at = self._at(times, len(theta))
         while True:
-            places, values = np.empty((capacity, 2), dtype=np.int32), np.empty((capacity, 1 + self.dof))
+            places, values = np.empty((capacity, 2), dtype=np.int32), np.empty((capacity, 2 + self.dof))
             count = self._library.core_nearest(
-                self._world, Kept.ALL, below, len(theta), theta.ctypes.data, capacity, places.ctypes.data,
-                values.ctypes.data,
+                self._world, Kept.ALL, below, len(theta), theta.ctypes.data, drifts,
+                None if at is None else at.ctypes.data, capacity, places.ctypes.data, values.ctypes.data,
             )  # fmt: skip
             if count <= capacity:
-                return Nearby(places[:count, 0], places[:count, 1] == 1, values[:count, 0], values[:count, 1:])
+                rooms, rates, gradients = values[:count, 0], values[:count, 1], values[:count, 2:]
+                return Nearby(places[:count, 0], places[:count, 1] == 1, rooms, rates, gradients)
             capacity = count
 
     def prove(
@@ -142,28 +219,25 @@ class World:
         trajectory: Trajectory,
         which: Kept = Kept.ALL,
         gap: float = 1.0,
-        drifts: FloatArray | None = None,
         most_items: int = MOST_ITEMS,
     ) -> Proof:
         """Bound the room of a motion for all t.
 
         Args:
-            trajectory: of the joints.
+            trajectory: of the joints; its clock is that of the obstacles.
             which: what has to keep a distance.
             gap: by which share of the smallest room the proven one may be smaller; with 1 no more than none is proven.
-            drifts: how the obstacles move, (obstacles, 7), as :func:`problems.core.drifts_of` says; None where none
-                does.
             most_items: that are looked at; nothing is known where that is not enough.
         """
         breaks = np.ascontiguousarray(trajectory.breakpoints, dtype=np.float64)
         coefficients = np.ascontiguousarray(trajectory.coefficients, dtype=np.float64)
         values, places = np.empty(3), np.empty(3, dtype=np.int32)
         order, pieces, _ = coefficients.shape
-        moving = None if drifts is None else np.ascontiguousarray(drifts, dtype=np.float64)
-        rounding = 0.0 if moving is None else drift_rounding(self._arm, moving, float(breaks[-1]))
+        drifts = self._drifts
+        rounding = 0.0 if drifts is None else drift_rounding(self._arm, drifts, float(breaks[-1]))
         status = self._library.core_prove(
             self._world, which, gap, LEAST_CELLS, most_items, pieces, order, breaks.ctypes.data,
-            coefficients.ctypes.data, None if moving is None else moving.ctypes.data, rounding, values.ctypes.data,
+            coefficients.ctypes.data, None if drifts is None else drifts.ctypes.data, rounding, values.ctypes.data,
             places.ctypes.data,
         )  # fmt: skip
         proven, smallest, time = values.tolist()
@@ -183,6 +257,7 @@ class World:
         seed: int,
         spare: float = 0.0,
         extensions: int = EXTENSIONS,
+        schedule: Schedule | None = None,
     ) -> FloatArray | None:
         """A way between two postures (dof,), rad, by RRT-Connect and shortcuts; None where none was found.
 
@@ -193,6 +268,7 @@ class World:
             seed: of what is drawn.
             spare: what is kept where it is looked at on top of what must be, m.
             extensions: of the trees, at most.
+            schedule: when postures are passed, about; that of the beginning where obstacles move and None is given.
 
         Returns:
             (m, dof), rad: where the way bends, start and goal included.
@@ -205,9 +281,12 @@ class World:
         numbers = np.ascontiguousarray(np.stack([start, goal, *box]), dtype=np.float64)
         path, width = np.empty((MOST_STOPS, self.dof)), 8 * self.dof
         first = numbers.ctypes.data
+        drifts = None if self._drifts is None else self._drifts.ctypes.data
+        passed = None if schedule is None else schedule.numbers
         count = self._library.core_connect(
             self._world, first, first + width, first + 2 * width, first + 3 * width, EDGE_STEP, spare, REACH,
-            extensions, SHORTCUTS, seed, MOST_STOPS, path.ctypes.data,
+            extensions, SHORTCUTS, seed, drifts, None if passed is None else passed.ctypes.data, MOST_STOPS,
+            path.ctypes.data,
         )  # fmt: skip
         return path[:count].copy() if 0 < count <= MOST_STOPS else None
 
@@ -229,8 +308,19 @@ class World:
 
 @lru_cache(maxsize=KEPT)
 def _known_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World | None:
-    known = all(not obstacle.moves and obstacle_numbers(obstacle) is not None for obstacle in obstacles)
+    shapes = all(obstacle_numbers(obstacle.unmoved) is not None for obstacle in obstacles)
+    known = shapes and drifts_of(obstacles) is not None
     return World(robot, obstacles) if known and core_library() is not None else None
+
+
+class _Told:
+    """What the core was told of a robot among obstacles, as seen from their frames."""
+
+    def __init__(self, robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> None:
+        self.library, self.known = told(self, *described(robot, known_robot(robot), obstacles))
+
+
+_told = lru_cache(maxsize=KEPT)(_Told)
 
 
 @lru_cache(maxsize=KEPT)

@@ -11,11 +11,12 @@ from itertools import pairwise
 import numpy as np
 
 from problems.base import FloatArray
-from problems.core import World
+from problems.core import Schedule, World
 from problems.ladder.descent import DeviationPolish, Reached
 from problems.ladder.deviation import Deviations, direct_motion
 from problems.ladder.own_limits import OwnLimits
 from problems.ladder.passages import Passages
+from problems.limits import looks
 from problems.motions import Trajectory
 from problems.robots import JointLimits, Robot
 from problems.sequential import JointTorques
@@ -32,6 +33,11 @@ MOST_FAILED = 2  # searches for a way: there is probably none
 AGREED, SAME = 2, 1.002  # so many ways lead to the same duration, about: no other is tried
 LOOKS, ENDS, GENTLEST = 200, 0.1, 2.0  # of the direct motion: times, share of it at either end, time scale
 GOOD_ENOUGH = 1.002  # of the bound: what is as fast needs no other beginning
+LONGER, LONG, LONGEST = (
+    1.25,
+    5.0,
+    60.0,
+)  # where obstacles move: from way to way; of the bound; s, where nothing is clear
 
 
 def joint_box(robot: Robot, *postures: FloatArray) -> FloatArray:
@@ -69,6 +75,27 @@ def never() -> bool:
     return False
 
 
+@dataclass(frozen=True)
+class Run:
+    """When a way is left and its end reached, s."""
+
+    begin: float
+    end: float
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A beginning of a polish.
+
+    Attributes:
+        x: free control points, (free, k), rad.
+        duration: s.
+    """
+
+    x: FloatArray
+    duration: float
+
+
 @dataclass(frozen=True, eq=False)
 class Climb:
     """The ladder between two postures at rest, past others.
@@ -82,6 +109,7 @@ class Climb:
         passages: places on the way; None where there are none.
         through: postures that ways lead through, one at each of them, (n, dof), rad.
         running_out: whether there is no time left for something better.
+        stay: for how long the goal has to be clear after the arrival, s; it matters where obstacles move.
     """
 
     world: World
@@ -92,11 +120,16 @@ class Climb:
     passages: Passages | None = None
     through: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
     running_out: Callable[[], bool] = never
+    stay: float = 0.0
 
     @cached_property
     def _spare(self) -> FloatArray:
         """What is kept on top of what must be, of obstacles and of each other, m, (2,)."""
-        left = [self.world.rooms(self._stops, SPARE, which).min() for which in self.world.margins]
+        still, start = self.world.still, self.motions.start[None]
+        left = [
+            min(still.rooms(self._stops, SPARE, which).min(), self.world.rooms(start, SPARE, which)[0])
+            for which in self.world.margins
+        ]
         return np.maximum(np.minimum(AT_ENDS * np.array(left), (SPARE, OWN_SPARE)), 0.0)
 
     @property
@@ -104,24 +137,45 @@ class Climb:
         """The postures that ways lead through, both ends included, (n, dof), rad."""
         return np.stack([self.motions.start, *self.through, self.motions.goal])
 
-    def _ways(self, seed: int) -> Iterator[FloatArray]:
-        """Control points to begin with: of the straight way, then of ways that were found."""
+    def _ways(self, seed: int) -> Iterator[Way]:
+        """What to begin with: the straight way, then ways that were found."""
         straight = np.zeros((self.motions.free, self.motions.dof))
-        yield self.motions.fitted(self._stops) if len(self.through) else straight
-        failed = 0
+        fitted = self.motions.fitted(self._stops) if len(self.through) else straight
+        yield Way(fitted, self.motions.direct.duration)
+        failed, runs = 0, self._runs
         for number in range(MOST_WAYS):
-            path = self._connected(MOST_WAYS * seed + number)
+            run = runs[number % len(runs)] if runs else Run(0.0, self.motions.direct.duration)
+            path = self._connected(MOST_WAYS * seed + number, run)
             failed += path is None
             if path is not None:
-                yield self.motions.fitted(path)
-            elif failed >= MOST_FAILED:
+                yield Way(self.motions.fitted(path, run.begin / run.end), run.end)
+            elif failed >= max(MOST_FAILED, len(runs)):
                 return
 
-    def _connected(self, seed: int) -> FloatArray | None:
+    @cached_property
+    def _runs(self) -> list[Run]:
+        """When ways may begin and end that arrive where the goal is clear then, the soonest first.
+
+        Where obstacles stand still it does not matter.
+        """
+        if not self.world.moves:
+            return []
+        bound, since = self.motions.bound, looks(self.stay) * self.stay
+        standing, end, found = np.tile(self.motions.goal, (since.size, 1)), bound, list[Run]()
+        while end <= LONG * bound or (not found and end <= LONGEST):
+            if self.world.clear(standing, times=end + since).all():
+                found += [Run(begin, end) for begin in dict.fromkeys((0.0, end - bound))]
+            end *= LONGER
+        return found
+
+    def _connected(self, seed: int, run: Run) -> FloatArray | None:
         """A way through all stops, (m, dof), rad; None where none was found."""
+        lengths = np.linalg.norm(np.diff(self._stops, axis=0), axis=1)
+        shares = np.append(0.0, np.cumsum(lengths)) / max(lengths.sum(), np.finfo(float).tiny)
+        times = run.begin + shares * (run.end - run.begin)
         parts = []
-        for start, goal in pairwise(self._stops):
-            part = self.world.connect(start, goal, self.box, seed)
+        for (start, goal), (begin, end) in zip(pairwise(self._stops), pairwise(times.tolist()), strict=True):
+            part = self.world.connect(start, goal, self.box, seed, schedule=Schedule(start, goal, begin, end))
             if part is None:
                 return None
             parts.append(part)
@@ -134,11 +188,11 @@ class Climb:
         """
         best: Reached | None = None
         durations: list[float] = []
-        for number, x in enumerate(self._ways(seed)):
+        for number, way in enumerate(self._ways(seed)):
             if number > self._most(best is not None, to_beat):
                 break
             limit = to_beat if best is None else min(to_beat, best.duration)
-            found = self._proven(x, limit, self.running_out if limit < np.inf else never)
+            found = self._proven(way, limit, self.running_out if limit < np.inf else never)
             durations += [] if found is None else [found.duration]
             if found is not None and found.duration < limit:
                 best = found
@@ -148,7 +202,22 @@ class Climb:
                 break
             if sum(each <= SAME * min(durations) for each in durations) >= AGREED:
                 break
-        return None if best is None else self.motions.trajectory(best.x, best.duration)
+        return None if best is None else self._made(best)
+
+    def _made(self, reached: Reached) -> Trajectory:
+        """The motion, as long as it has to be where obstacles move."""
+        at_least = reached.duration if self.world.moves else 0.0
+        return self.motions.trajectory(reached.x, reached.duration, at_least)
+
+    def _is_clear(self, trajectory: Trajectory) -> bool:
+        """Whether a motion is proven to be, and the goal after it."""
+        if not self.world.prove(trajectory).status:
+            return False
+        if not (self.stay and self.world.moves):
+            return True
+        begin = trajectory.duration
+        standing = Trajectory(np.array([begin, begin + self.stay]), trajectory.at(np.array([begin]))[None])
+        return bool(self.world.prove(standing).status)
 
     @staticmethod
     def _most(found: bool, to_beat: float) -> int:
@@ -157,23 +226,24 @@ class Climb:
             return WAYS
         return MOST_WAYS if to_beat == np.inf else FEW_WAYS
 
-    def _proven(self, x: FloatArray, to_beat: float, running_out: Callable[[], bool] = never) -> Reached | None:
-        """What a polish makes of control points, mended where it comes too near between the postures looked at."""
+    def _proven(self, way: Way, to_beat: float, running_out: Callable[[], bool] = never) -> Reached | None:
+        """What a polish makes of a beginning, mended where it comes too near between the postures looked at."""
         polish = DeviationPolish(
             self.motions, self.world, self._spare, self.motions.parameters(), self.torques, self.own, self.passages,
-            running_out,
+            running_out, self.stay,
         )  # fmt: skip
-        x = polish.kept(x)
+        x, near = polish.kept(way.x), way.duration
         for number in range(MENDED + 1):
-            reached = self._passing(polish, polish(x, to_beat, MORE_PROGRAMS if number else FIRST_PROGRAMS))
+            programs = MORE_PROGRAMS if number else FIRST_PROGRAMS
+            reached = self._passing(polish, polish(x, to_beat, programs, near))
             if reached is None or reached.duration > SAME * to_beat or not reached.is_clear:
                 return None
             between = polish.between(reached.x, reached.duration)
-            if not between.size and self.world.prove(self.motions.trajectory(reached.x, reached.duration)).status:
+            if not between.size and self._is_clear(self._made(reached)):
                 return reached
             if not between.size:
                 polish = replace(polish, spare=FARTHER * polish.spare)
-            polish, x = polish.looking_at(between), reached.x
+            polish, x, near = polish.looking_at(between), reached.x, reached.duration
         return None
 
     def _passing(self, polish: DeviationPolish, reached: Reached) -> Reached | None:

@@ -19,6 +19,7 @@ from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, World, j
 from problems.ladder.deviation import AT_REST, Deviations, JointRows, PostureRows
 from problems.ladder.own_limits import OwnLimits
 from problems.ladder.passages import PASSAGE_PRICE, Passage, Passages
+from problems.limits import looks
 from problems.sequential import JointTorques
 
 CLEARANCE_PRICE = 30.0  # s/m: what a program pays for clearance that is missing
@@ -94,6 +95,7 @@ class DeviationPolish:
         world: what is around, and the robot.
         spare: kept of obstacles and of each other on top of what must be, where postures are looked at, m, (2,).
         u: parameters of these postures, (n,).
+        stay: for how long the goal has to be clear after the arrival, s; it matters where obstacles move.
         torques: of the robot; None where they are not limited.
         own: limits that are expressions; None where there are none.
         passages: places on the way; None where there are none.
@@ -108,10 +110,35 @@ class DeviationPolish:
     own: OwnLimits | None = None
     passages: Passages | None = None
     running_out: Callable[[], bool] = lambda: False
+    stay: float = 0.0
+
+    @cached_property
+    def _since(self) -> FloatArray:
+        """How long after the arrival the goal is looked at, (m,), s: where obstacles stand still, not at all."""
+        if not self.world.moves:
+            return np.empty(0)
+        return looks(self.stay) * self.stay if self.stay else np.zeros(1)
 
     @cached_property
     def _postures(self) -> PostureRows:
-        return self.motions.postures(self.u)
+        return self.motions.postures(self._passed)
+
+    @cached_property
+    def _passed(self) -> FloatArray:
+        """Parameters at which distances are looked at, the goal's for each time there, (n + m,)."""
+        return np.append(self.u, np.ones_like(self._since))
+
+    def _times(self, duration: float) -> FloatArray:
+        """When that is, of a motion that takes so many s: (n + m,), s."""
+        return self._passed * duration + np.append(np.zeros_like(self.u), self._since)
+
+    def reach(self, trust: float) -> float:
+        """How far a step brings anything nearer, about, m: of what is farther nothing is said in a program."""
+        return (2.0 if self.world.moves else 1.0) * CLOSER * trust
+
+    def _longest(self, trust: float) -> float:
+        """By how much a program may change the duration, s: obstacles that move come no farther than joints do."""
+        return CLOSER * trust / self.world.fastest if self.world.moves else np.inf
 
     @cached_property
     def _angles(self) -> JointRows:
@@ -138,9 +165,19 @@ class DeviationPolish:
         """What is kept of each own limit where postures are looked at, of its scale, (m,)."""
         return np.empty(0) if self.own is None else self.own.spare(self.motions.start, self.motions.goal)
 
-    def __call__(self, x: FloatArray, to_beat: float = np.inf, programs: int = PROGRAMS) -> Reached:
-        """The best that steps from a motion with some free control points (free, k) lead to."""
-        best, trust, idle = self.reached(x, FIRST_TRUST, self.motions.direct.duration), FIRST_TRUST, 0
+    def __call__(
+        self, x: FloatArray, to_beat: float = np.inf, programs: int = PROGRAMS, near: float | None = None
+    ) -> Reached:
+        """The best that steps from a motion lead to.
+
+        Args:
+            x: its free control points, (free, k), rad.
+            to_beat: duration of a motion that is known, s.
+            programs: at most.
+            near: its duration, s, if that matters; the direct motion's where None.
+        """
+        near = self.motions.direct.duration if near is None else near
+        best, trust, idle = self.reached(x, FIRST_TRUST, near), FIRST_TRUST, 0
         for number in range(programs):
             if self._done(best, number, to_beat) or self.running_out():
                 break
@@ -190,7 +227,7 @@ class DeviationPolish:
         u, least = self.motions.parameters(FINE), NEEDED * self.spare.min()
         padded = self.motions.padded(x, duration)
         theta = self.motions.postures(u).values(padded)
-        found = [_dips(self.world.rooms(theta, least), least)]
+        found = [_dips(self.world.rooms(theta, least, times=u * duration), least)]
         if self._ranges is not None:
             low, high = np.array(self.motions.limits.position).T
             found.append(_dips(np.minimum(theta - low, high - theta).min(axis=1), -ROUNDING))
@@ -210,9 +247,9 @@ class DeviationPolish:
         Args:
             x: control points.
             trust: how far they may move next.
-            near: where an end moves, the duration that is looked for is near this one.
+            near: where an end moves, the duration that is looked for is near this one; where obstacles do, no less.
         """
-        duration = self.motions.least_duration(x, near)
+        duration = self.motions.least_duration(x, near, near if self.world.moves else 0.0)
         padded = self.motions.padded(x, duration)
         if self.torques is not None:
             state = self._state(padded, duration)
@@ -223,7 +260,8 @@ class DeviationPolish:
             duration *= max(1.0, self.own.time_scale(_state_of(self._own_moving, padded, duration)))
             own = self.own.values(_state_of(self._own_moving, padded, duration)) + self.own_spare
         padded = self.motions.padded(x, duration)
-        nearby = self.world.nearby(self._postures.values(padded), self.spare.max() + CLOSER * trust)
+        below, times = self.spare.max() + self.reach(trust), self._times(duration)
+        nearby = self.world.nearby(self._postures.values(padded), below, times)
         kept = self.spare[nearby.own.astype(int)]
         lacking, outside = kept - nearby.rooms, self._outside(padded)
         is_clear = outside == 0.0 and bool((lacking <= (1.0 - ENOUGH) * kept).all())
@@ -259,6 +297,7 @@ class DeviationPolish:
             self.motions.changed(change, -saved)[moved.first[near.samples][:, None] + np.arange(4)],
         )  # fmt: skip
         left = self.spare[near.own.astype(int)] - near.rooms - np.einsum("mk,mk->m", near.gradients, by_joints)
+        left += near.rates * self._passed[near.samples] * saved
         gained = saved + CLEARANCE_PRICE * (around.missing - float(np.maximum(left, 0.0).sum()))
         if own is not None:
             padded = self.motions.changed(change, -saved)[own.first[:, None] + AT_REST + np.arange(4)]
@@ -269,7 +308,8 @@ class DeviationPolish:
         return gained
 
     def _program(self, around: Reached, trust: float, own: WholeRows | None, passed: WholeRows | None) -> LinearProgram:
-        motions, faster, slower = self.motions, FASTER * around.duration, SLOWER * around.duration
+        motions, longest = self.motions, self._longest(trust)
+        faster, slower = min(FASTER * around.duration, longest), min(SLOWER * around.duration, longest)
         padded = motions.padded(around.x, around.duration)
         parts = [
             self._limit(rows, bound, padded, around.duration, trust, faster)
@@ -329,12 +369,14 @@ class DeviationPolish:
         """What must be kept of what comes near."""
         near, rows = around.near, self._postures
         left = near.rooms - self.spare[near.own.astype(int)]
-        kept = np.flatnonzero(left < np.abs(near.gradients).sum(axis=1) * trust)
+        reach = np.abs(near.gradients).sum(axis=1) * trust
+        if self.world.moves:
+            reach += np.abs(near.rates) * self._longest(trust)
+        kept = np.flatnonzero(left < reach)
         sample = near.samples[kept]
         own = -rows.weights[sample][:, :, None] * near.gradients[kept][:, None, :]
-        return WholeRows(
-            rows.first[sample] - AT_REST, own, np.zeros(kept.size), left[kept], np.full(kept.size, CLEARANCE_PRICE)
-        )
+        by_time = -near.rates[kept] * self._passed[sample]
+        return WholeRows(rows.first[sample] - AT_REST, own, by_time, left[kept], np.full(kept.size, CLEARANCE_PRICE))
 
     def _torques(self, padded: FloatArray, duration: float) -> list[WholeRows]:
         """Torques as shares of their limits where they are large, if they are somewhere nearly too large."""

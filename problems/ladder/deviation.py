@@ -159,6 +159,7 @@ class Deviations:
         limits: of the joints.
         gentler: limits of the direct motion that is deviated from; near both ends there is nothing but that.
         rates: velocities at both ends; at rest where None.
+        at_least: no motion may take less time, s.
 
     Attributes:
         direct: the fastest motion between the two, within the gentler limits where there are some.
@@ -176,13 +177,14 @@ class Deviations:
         limits: JointLimits,
         gentler: JointLimits | None = None,
         rates: Rates | None = None,
+        at_least: float = 0.0,
     ) -> None:
         self.start, self.goal, self.limits = start, goal, limits
         self._own_limits = limits if gentler is None else gentler
         self.moving = rates is not None and rates.moves
         self.direct = direct_motion(start, goal, self._own_limits, rates)
         at_rest = float(least_durations(goal - start, limits).max())
-        self.bound = (1.0 - MOVING_ALLOWANCE) * self.direct.duration if self.moving else at_rest
+        self.bound = max((1.0 - MOVING_ALLOWANCE) * self.direct.duration if self.moving else at_rest, at_least)
         self.at_ends = np.zeros((edges().size - 1 + DEGREE, start.size))
         if rates is not None and rates.moves:
             self.at_ends[:AT_REST], self.at_ends[-AT_REST:] = (
@@ -303,32 +305,35 @@ class Deviations:
         ]
         return float(max(needed))
 
-    def least_duration(self, x: FloatArray, near: float) -> float:
-        """The same of free control points (free, k), s; between moving ends that nearest to a duration.
+    def least_duration(self, x: FloatArray, near: float, at_least: float = 0.0) -> float:
+        """The same of free control points (free, k), no less than some, s; between moving ends that nearest to another.
 
         There the motion depends on its duration, and the least is where both agree.
         """
+        least = max(self.bound, at_least)
         if not self.moving:
-            return max(self.time_scale(self.padded(x)), self.bound)
+            return max(self.time_scale(self.padded(x)), least)
         duration = near
         for _ in range(AGREEING):
-            found = max(self.time_scale(self.padded(x, duration)), self.bound)
+            found = max(self.time_scale(self.padded(x, duration)), least)
             if abs(found - duration) <= SAME * found:
                 break
             duration = found
         return max(found, duration)
 
-    def fitted(self, path: FloatArray) -> FloatArray:
+    def fitted(self, path: FloatArray, begin: float = 0.0) -> FloatArray:
         """Free control points (free, k) of a motion along a way of straight parts, (m, dof), rad.
 
-        It leaves its beginning and reaches its end at rest; how fast it is in between does not matter.
+        It leaves its beginning and reaches its end at rest; how fast it is in between does not matter. It may wait a
+        share of the time before it begins.
         """
         steps = (np.abs(np.diff(path, axis=0)) / np.array(self.limits.speed)).max(axis=1)
         at = np.concatenate([[0.0], np.cumsum(steps)])
         kept = np.concatenate([[True], np.diff(at) > 0.0])
         at, path = at[kept] / at[-1], path[kept]
         u = self.parameters()
-        share = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+        into = np.maximum(u - begin, 0.0) / (1.0 - begin)
+        share = into**3 * (10.0 - 15.0 * into + 6.0 * into**2)
         wanted = np.column_stack([np.interp(share, at, column) for column in path.T])
         return np.asarray(self.fit @ (wanted - self._base(u, 0)))
 
@@ -337,12 +342,15 @@ class Deviations:
         """From changes of postures at the usual parameters to those of free control points: (free, n)."""
         return _fit()
 
-    def trajectory(self, x: FloatArray, duration: float) -> Trajectory:
-        """The motion of free control points (free, k) in a time in s, or in a little more that limits need."""
+    def trajectory(self, x: FloatArray, duration: float, at_least: float = 0.0) -> Trajectory:
+        """The motion of free control points (free, k) in a time in s, or in a little more that limits need.
+
+        Where they let it be faster, it is, but takes no less time than is said, s.
+        """
         found = self._run(x, duration)
         scale = self.limits.time_scale(_peak_shares(found, self.limits))
         if not self.moving:
-            return found.time_scaled(max(scale, self.bound / duration))
+            return found.time_scaled(max(scale, self.bound / duration, at_least / duration))
         for _ in range(AGREEING):
             if scale <= 1.0:
                 break

@@ -193,7 +193,7 @@ class Surroundings:
         """Of each limit what it keeps, m, and the least clearance in postures (n, dof) at times (n,), s: (n,), m."""
         if self.world is not None:
             kept = self.world.margins.items()
-            return [(margin, margin + self.world.rooms(theta, which=which)) for which, margin in kept]
+            return [(margin, margin + self.world.rooms(theta, which=which, times=times)) for which, margin in kept]
         if self.robot.is_covered:
             return [(cover.margin, cover.nearest(theta, times).clearance) for cover in self._covers]
         samples = Samples(robot=self.robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=ca.DM(times))
@@ -201,7 +201,7 @@ class Surroundings:
 
     def clear(self, theta: FloatArray, times: FloatArray) -> NDArray[np.bool_]:
         """Which postures (n, dof) at times (n,), s, keep what they must, (n,)."""
-        return self.world.clear(theta) if self.world is not None else self.room(theta, times) >= 0.0
+        return self.world.clear(theta, times=times) if self.world is not None else self.room(theta, times) >= 0.0
 
     def room(self, theta: FloatArray, times: FloatArray) -> FloatArray:
         """How much more they keep than they must, (n,), m; infinite where there is nothing."""

@@ -61,8 +61,12 @@ private:
 
 class Connect {
 public:
-    Connect(const World& world, const Search& search, uint64_t seed)
-        : k_(world.dof), search_(search), rooms_(world), random_(seed), next_(world.dof) {}
+    // Args: how solids move and when postures are passed, or null for both.
+    Connect(const World& world, const Search& search, uint64_t seed, const Drift* drifts, const Schedule* schedule)
+        : k_(world.dof), search_(search), rooms_(world), random_(seed), next_(world.dof) {
+        rooms_.eight.drifts = drifts;
+        rooms_.schedule = schedule;
+    }
 
     // Postures one after the other from start to goal, with straight ways between them that were looked at; none where
     // no way was found.

@@ -56,6 +56,20 @@ World world_of(Reader reader) {
     return world;
 }
 
+// An array of numbers (solids, 7) as drifts.
+const Drift* moving(const double* drifts) {
+    static_assert(sizeof(Drift) == 7 * sizeof(double), "an array of numbers is an array of drifts");
+    return reinterpret_cast<const Drift*>(drifts);
+}
+
+// Postures as `gathered`, placed where solids are at their times (rows,), if these are not null.
+int placed_at(Eight& eight, const double* theta, const double* times, int rows, int row, std::vector<Lanes>& lanes) {
+    const int count = gathered(theta, rows, row, eight.world.dof, lanes);
+    eight.place(lanes.data());
+    for (int lane = 0; times && lane < LANES; ++lane) eight.times[lane] = times[std::min(row + lane, rows - 1)];
+    return count;
+}
+
 }  // namespace
 }  // namespace core
 
@@ -86,37 +100,41 @@ World* core_world(const long long* counts, const double* numbers) { return new W
 
 void core_forget(World* world) { delete world; }
 
-// The room of postures (rows, k), at most what `found` (rows,) holds at first.
-void core_rooms(const World* world, unsigned which, int first_hit, int rows, const double* theta, double* found) {
+// The room of postures (rows, k), at most what `found` (rows,) holds at first, where solids move as `drifts`
+// (solids, 7) say, at times (rows,), if both are not null.
+void core_rooms(const World* world, unsigned which, int first_hit, int rows, const double* theta, const double* drifts,
+                const double* times, double* found) {
     Rooms rooms(*world);
+    rooms.eight.drifts = moving(drifts);
     std::vector<Lanes> lanes;
     for (int row = 0; row < rows; row += LANES) {
-        const int count = gathered(theta, rows, row, world->dof, lanes);
+        const int count = placed_at(rooms.eight, theta, times, rows, row, lanes);
         Lanes most;
         for (int lane = 0; lane < LANES; ++lane) most[lane] = found[row + std::min(lane, count - 1)];
-        rooms.eight.place(lanes.data());
         const Lanes least = rooms.least_of(most, which, first_hit != 0);
         for (int lane = 0; lane < count; ++lane) found[row + lane] = least[lane];
     }
 }
 
-// What has less room than is given in postures (rows, k): how much there is, of which at most `capacity` is written:
-// number of the posture and kind (0 from solids, 1 from each other), (n, 2); room and gradient (n, 1 + k).
-int core_nearest(const World* world, unsigned which, double given, int rows, const double* theta, int capacity,
-                 int* places, double* values) {
+// What has less room than is given in postures (rows, k), solids moving as for `core_rooms`: how much there is, of which
+// at most `capacity` is written: number of the posture and kind (0 from solids, 1 from each other), (n, 2); room, how
+// it changes with the time, and with the joints, (n, 2 + k).
+int core_nearest(const World* world, unsigned which, double given, int rows, const double* theta, const double* drifts,
+                 const double* times, int capacity, int* places, double* values) {
     Nearest nearest(*world);
+    nearest.eight.drifts = moving(drifts);
     std::vector<Lanes> lanes;
     const int k = world->dof;
     int told = 0;
     for (int row = 0; row < rows; row += LANES) {
-        const int count = gathered(theta, rows, row, k, lanes);
-        nearest.eight.place(lanes.data());
-        nearest.below(given, which, count, [&](int lane, int kind, double room, const double* gradient) {
+        const int count = placed_at(nearest.eight, theta, times, rows, row, lanes);
+        nearest.below(given, which, count, [&](int lane, int kind, double room, double rate, const double* gradient) {
             if (told < capacity) {
+                double* own = values + (size_t)told * (2 + k);
                 places[2 * told] = row + lane;
                 places[2 * told + 1] = kind;
-                values[(size_t)told * (1 + k)] = room;
-                std::copy(gradient, gradient + k, values + (size_t)told * (1 + k) + 1);
+                own[0] = room, own[1] = rate;
+                std::copy(gradient, gradient + k, own + 2);
             }
             ++told;
         });
@@ -129,20 +147,27 @@ int core_nearest(const World* world, unsigned which, double given, int rows, con
 int core_prove(const World* world, unsigned which, double gap, int cells, long long most, int pieces, int order,
                const double* breaks, const double* coefficients, const double* drifts, double rounding, double* values,
                int* places) {
-    static_assert(sizeof(Drift) == 7 * sizeof(double), "an array of numbers is an array of drifts");
-    const Drift* moving = reinterpret_cast<const Drift*>(drifts);
-    const Proof proof = Prover(*world, {pieces, order, breaks, coefficients}, moving, rounding)(which, gap, cells, most);
+    const Motion motion{pieces, order, breaks, coefficients};
+    const Proof proof = Prover(*world, motion, moving(drifts), rounding)(which, gap, cells, most);
     values[0] = proof.proven, values[1] = proof.smallest, values[2] = proof.time;
     places[0] = proof.where.one, places[1] = proof.where.two, places[2] = kind(proof.where);
     return proof.status;
 }
 
-// A way of at most `capacity` postures (m, k) from start to goal: how many there are, 0 where none was found.
+// A way of at most `capacity` postures (m, k) from start to goal: how many there are, 0 where none was found. Solids move
+// as `drifts` (solids, 7) say, and postures are passed when `schedule` (k + 3,) says, if both are not null: slopes,
+// offset, first and last time.
 int core_connect(const World* world, const double* start, const double* goal, const double* lower, const double* upper,
                  double step, double given, double reach, int most, int shortcuts, unsigned long long seed,
-                 int capacity, double* path) {
+                 const double* drifts, const double* schedule, int capacity, double* path) {
     const Search search{lower, upper, step, given, reach, most, shortcuts};
-    const std::vector<double> found = Connect(*world, search, seed)(start, goal);
+    Schedule passed{};
+    if (schedule) {
+        const double* rest = schedule + world->dof;
+        passed = {schedule, rest[0], rest[1], rest[2]};
+    }
+    Connect connect(*world, search, seed, moving(drifts), schedule ? &passed : nullptr);
+    const std::vector<double> found = connect(start, goal);
     const int count = (int)found.size() / world->dof;
     std::copy(found.begin(), found.begin() + (size_t)std::min(count, capacity) * world->dof, path);
     return count;

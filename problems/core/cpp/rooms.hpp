@@ -7,6 +7,18 @@
 
 namespace core {
 
+// When postures are passed, about: as far as they are along a straight way.
+struct Schedule {
+    const double* slopes;  // of the joints, s/rad
+    double offset, first, last;  // s: of the postures whose angles are zero; no time is before or after these
+
+    Lanes passing(const std::vector<Lanes>& theta) const {
+        Lanes time = all(offset);
+        for (size_t j = 0; j < theta.size(); ++j) time += slopes[j] * theta[j];
+        return least(most(time, all(first)), all(last));
+    }
+};
+
 class Rooms {
 public:
     explicit Rooms(const World& world) : eight(world), world_(world) {}
@@ -45,12 +57,14 @@ public:
                 for (int j = 0; j < k; ++j) theta_[j][lane] = from[j] + share * (to[j] - from[j]);
             }
             eight.place(theta_.data());
+            if (schedule) eight.times = schedule->passing(theta_);
             if (any_below(given, which)) return false;
         }
         return true;
     }
 
     Eight eight;
+    const Schedule* schedule = nullptr;  // where solids move
 
 private:
     bool any_below(double given, unsigned which) {
@@ -88,7 +102,7 @@ public:
                 for (int rank = 0; rank < 2; ++rank)
                     if (found_.values[rank][lane] < given) {
                         slopes(found_.items[rank][lane], lane);
-                        tell(lane, kind(top), found_.values[rank][lane], gradient_.data());
+                        tell(lane, kind(top), found_.values[rank][lane], rate_, gradient_.data());
                     }
         }
     }
@@ -129,14 +143,22 @@ private:
         found_.items[place][lane] = item;
     }
 
-    // Along the way out of what is nearest each joint moves the centre of the ball.
+    // Along the way out of what is nearest each joint moves the centre of the ball, and time moves the solid.
     void slopes(const Item& item, int lane) {
         const int body = world_.nodes[item.one].body;
         const Point& centers = eight.center(item.one);
         const double p[3] = {centers.x[lane], centers.y[lane], centers.z[lane]};
         double out[3];
         int fixed = 0;
-        if (item.group < 0) {
+        rate_ = 0.0;
+        if (item.group < 0 && eight.drifts) {
+            const Drift& drift = eight.drifts[item.two];
+            const Point from = as_seen_from(drift, eight, item.one);
+            const double seen[3] = {from.x[lane], from.y[lane], from.z[lane]};
+            way_out(world_.solids[item.two], seen, out);
+            for (int i = 0; i < 3; ++i) rate_ -= drift.velocity[i] * out[i];
+            rate_ -= drift.rate;
+        } else if (item.group < 0) {
             way_out(world_.solids[item.two], p, out);
         } else {
             const Point apart = eight.center(item.one) - eight.center(item.two);
@@ -182,7 +204,8 @@ private:
     const World& world_;
     Ranking found_;
     std::vector<Item> tops_, stack_;
-    std::vector<double> gradient_;
+    std::vector<double> gradient_;  // of the room by the joints
+    double rate_ = 0.0;             // and by the time
 };
 
 }  // namespace core

@@ -398,10 +398,15 @@ class MoveProblem(SplineProblem):
                 held = filter(self._held, islice(motions, MOST_TOO_FAST) if too_fast else motions)
                 yield from map(self._in_time, held)
 
+    @property
+    def _soonest(self) -> float:
+        """No motion may be there before, s."""
+        bounds = self.task.total_time
+        return 0.0 if bounds is None else bounds[0] * (1.0 + LATER)
+
     def _in_time(self, trajectory: Trajectory) -> Trajectory:
         """No sooner than it may be there."""
-        bounds = self.task.total_time
-        sooner = 1.0 if bounds is None else bounds[0] * (1.0 + LATER) / trajectory.duration
+        sooner = self._soonest / trajectory.duration
         return trajectory if sooner <= 1.0 else trajectory.time_scaled(sooner)
 
     def _held(self, trajectory: Trajectory) -> bool:
@@ -418,7 +423,7 @@ class MoveProblem(SplineProblem):
         if world is None or not self._allowed(start[None]).all():
             return ()
         goals, bounds = self._goals
-        clear = world.clear(goals) & self._allowed(goals)
+        clear = world.still.clear(goals) & self._allowed(goals)
         return [
             Approach(goal, float(bound), partial(self._polished_from_ways, world, start, goal, float(bound)))
             for goal, bound in zip(goals[clear], bounds[clear], strict=True)
@@ -437,7 +442,8 @@ class MoveProblem(SplineProblem):
         """Fast motions between two postures, each faster than those before."""
         try:
             softer = gentler(start, goal, self.robot.limits, self._torques) if self.task.at_rest else None
-            motions = Deviations(start, goal, self.robot.limits, softer, self._rates)
+            soonest = self._soonest if world.moves else 0.0
+            motions = Deviations(start, goal, self.robot.limits, softer, self._rates, soonest)
         except InvalidProblem:  # of ends that move
             return
         usual = np.array([branch_posture(self.robot, via) for via in self.task.vias]).reshape(-1, self.robot.dof)
@@ -445,10 +451,10 @@ class MoveProblem(SplineProblem):
         for through in postures_on_the_way(self.robot, self.task.vias, usual, start, goal):
             if bound >= to_beat or (to_beat < np.inf and running_out()):
                 return
-            if not (world.clear(through) & self._allowed(through)).all():
+            if not (world.still.clear(through) & self._allowed(through)).all():
                 continue
             box = joint_box(self.robot, start, *through, goal)
-            climb = Climb(world, motions, box, self._torques, self._own, passages, through, running_out)
+            climb = Climb(world, motions, box, self._torques, self._own, passages, through, running_out, self.task.stay)
             found = climb(seed, to_beat)
             if found is not None:
                 yield from map(self._in_time, (found, *self._timed_anew(found, bound)))

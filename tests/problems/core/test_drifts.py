@@ -143,4 +143,5 @@ def test_the_core_knows_straight_lines_alone() -> None:
     assert np.array_equal(drifts_of([ball, straight]), [[0.0] * 7, [1.0, 2.0, 3.0, 0.1, 0.2, 0.3, 0.4]])  # type: ignore[arg-type]
     motion = Trajectory.standing(np.zeros(1), 1.0)
     assert prove_among(slider(0.1), {1: table}, motion, Kept.ALL, 1.0) is None
-    assert World.of(slider(0.1), [straight]) is None
+    assert World.of(slider(0.1), [table]) is None
+    assert World.of(slider(0.1), [straight]) is not None

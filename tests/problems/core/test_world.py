@@ -13,7 +13,7 @@ from problems import PlanarArm
 from problems.base import Matrix
 from problems.core import Kept, World
 from problems.robots import SpatialArm
-from problems.scene import SOLIDS, Box, ConstantVelocity, Ellipsoid, MovingObstacle, Obstacle
+from problems.scene import SOLIDS, Box, Ellipsoid, MovingObstacle, Obstacle, Tabulated
 
 TOLERANCE = 1e-9  # m; where two balls are at the same distance up to rounding, either is the nearest
 
@@ -172,9 +172,9 @@ def test_the_same_world_is_the_same_object() -> None:
     assert World.of(robot, SCENE) is not World.of(robot, SCENE[:2])
 
 
-def test_there_is_no_world_of_what_moves_nor_of_arms_in_the_plane() -> None:
-    moving = MovingObstacle(EXAMPLES["sphere"], ConstantVelocity((0.1, 0.0, 0.0)))
-    assert World.of(robot_of("upright"), (moving,)) is None
+def test_there_is_no_world_of_what_moves_by_a_table_nor_of_arms_in_the_plane() -> None:
+    table = Tabulated.along_lines([0.0, 1.0], np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]))
+    assert World.of(robot_of("upright"), (MovingObstacle(EXAMPLES["sphere"], table),)) is None
     assert World.of(PlanarArm((0.5, 0.5), (4.0,) * 2, (20.0,) * 2), ()) is None
 
 
