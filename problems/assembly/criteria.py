@@ -34,7 +34,6 @@ from problems.scene import Obstacle
 from problems.tasks import BoundedCurve, JointFollowing, Marker, Milestone, ProgressMeasure, RecordedMotion, Task
 from problems.timing import retime
 
-
 JOINED = 1e-9  # relative: jumps up to this are rounding of a stored motion
 
 
@@ -74,12 +73,16 @@ class Criteria:
     Attributes:
         free_timing: whether motions are timed path by path: the number of their pieces is then free, and accelerations
             jump where no limit of the jerk forbids it.
+        subject: what is given where nothing is searched for, in a word.
+        nothing_chosen: why there is no optimum to hold the motion against then.
         task: the statement: robot, start and goal or path, obstacles.
         objective: what is minimised.
         limits: what the motion must keep.
     """
 
     free_timing: ClassVar[bool] = False
+    subject: ClassVar[str] = "path"
+    nothing_chosen: ClassVar[str] = "the timing is the fastest of its path; there was nothing else to choose"
 
     task: Task
     objective: Objective
@@ -117,6 +120,10 @@ class Criteria:
             NotImplementedError: there is something.
         """
         raise NotImplementedError
+
+    def made_in(self, seconds: float) -> str:
+        """How the motion came about where nothing is searched for, in so many seconds."""
+        return f"a given path, timed in {seconds:.2f} s"
 
     @property
     def is_polished(self) -> bool:
@@ -293,8 +300,14 @@ class RecordedMotionCriteria(Criteria):
     """Run a motion exactly as it is stated."""
 
     free_timing: ClassVar[bool] = True
+    subject: ClassVar[str] = "motion"
+    nothing_chosen: ClassVar[str] = "the motion is judged as it is stated; nothing of it was chosen"
 
     task: RecordedMotion
+
+    def made_in(self, seconds: float) -> str:
+        """How its rows are joined."""
+        return f"a motion as it is stated: {self.task.joined}"
 
     def given_motion(self) -> Trajectory:
         """The motion itself."""

@@ -60,7 +60,8 @@ class MotionRows:
             reason = f"have to increase; row {late[0] + 2} is at {after:.9g} s, the row before at {before:.9g} s"
             raise InvalidProblem("times", reason)
         if self.positions.ndim != 2 or len(self.positions) != self.times.size or not self.positions.size:
-            raise InvalidProblem("positions", f"rows ({self.times.size}, joints) are needed, not {self.positions.shape}")
+            needed = f"{self.times.size} rows of joints are needed"
+            raise InvalidProblem("positions", f"{needed}, not an array {self.positions.shape}")
         _check_finite("positions", self.positions)
         for name in STATES[1:]:
             values = getattr(self, name)

@@ -22,6 +22,7 @@ class RecordedMotion(Task):
         robot: that moves.
         motion: of its joints; it has to begin and to end at rest.
         obstacles: to keep clear of; their clock is that of the motion.
+        joined: how it was made of what was stated, in words.
         remarks: what is known of the statement that no verdict speaks of, a line each.
 
     Raises:
@@ -31,6 +32,7 @@ class RecordedMotion(Task):
     robot: Robot
     motion: Trajectory
     obstacles: tuple[Obstacle, ...] = ()
+    joined: str = "polynomial pieces"
     remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

@@ -125,7 +125,9 @@ def _columns(header: list[str], line: int) -> tuple[list[str], dict[tuple[str, s
         extra = [joint for each, joint in found if each == symbol and joint not in joints]
         if missing or extra:
             what = f"{symbol} of {(missing or extra)[0]}"
-            raise BadRow(f"line {line}: the columns of all joints are needed; {what} is {'missing' if missing else 'of none'}")
+            raise BadRow(
+                f"line {line}: the columns of all joints are needed; {what} is {'missing' if missing else 'of none'}"
+            )
     return joints, found
 
 
@@ -187,7 +189,9 @@ def _npz(folder: InputFolder, name: str) -> RecordedRows:
 def _numbers_of(key: str, array: Any) -> list[Any]:
     dimensions = {"times": 1, "breakpoints": 1, "coefficients": 3}.get(key, 2)
     if array.dtype.kind not in "fiu" or array.ndim != dimensions:
-        raise BadRow(f"{key}: an array of numbers of {dimensions} dimensions is needed, not {array.dtype} {array.shape}")
+        raise BadRow(
+            f"{key}: an array of numbers of {dimensions} dimensions is needed, not {array.dtype} {array.shape}"
+        )
     if not (np.abs(array) <= (np.inf if key == "coefficients" else LARGEST_STATE)).all():
         raise BadRow(f"{key}: a number is not finite, or larger than {LARGEST_STATE:g}")
     return list(array.astype(np.float64).tolist())
@@ -356,7 +360,9 @@ def joint_order(names: list[str], known: Iterator[tuple[str, ...]], place: str =
     own = next((joints for joints in listed if set(joints) & set(names)), listed[0])
     unknown = next((name for name in names if name not in own), None)
     if unknown is not None:
-        raise ScenarioError(f"{place}: the robot has no joint {shown(unknown)}; it has {', '.join(own)}{hint(unknown, own)}")
+        raise ScenarioError(
+            f"{place}: the robot has no joint {shown(unknown)}; it has {', '.join(own)}{hint(unknown, own)}"
+        )
     missing = next((name for name in own if name not in names), None)
     if missing is not None:
         raise ScenarioError(f"{place}: {shown(missing)} is missing")

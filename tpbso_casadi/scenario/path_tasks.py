@@ -158,9 +158,7 @@ class JointPiecesTask(GivenPathTask):
         return JointPath(*trajectory_pieces(self.breakpoints, self.coefficients))
 
 
-def trajectory_pieces(
-    breakpoints: list[float], coefficients: list[list[list[float]]]
-) -> tuple[FloatArray, FloatArray]:
+def trajectory_pieces(breakpoints: list[float], coefficients: list[list[list[float]]]) -> tuple[FloatArray, FloatArray]:
     """Breakpoints (p + 1,) and coefficients (order, p, k) of stated pieces.
 
     Raises:

@@ -26,7 +26,6 @@ from tpbso_casadi.scenario.validation import MOST_LINKS, ScenarioError, Word
 
 Row = Annotated[list[float], Field(max_length=MOST_LINKS)]
 Rows = Annotated[list[Row], Field(max_length=MOST_MOTION_ROWS)]
-MOST_REMARKS = 20
 
 
 class StatedMotionTask(TaskSection):
@@ -36,10 +35,8 @@ class StatedMotionTask(TaskSection):
     has_solver: ClassVar[bool] = False
     motions: ClassVar[tuple[str, ...]] = ("spline",)
 
-    remarks: list[Annotated[str, Field(max_length=500)]] = Field(default_factory=list, max_length=MOST_REMARKS)
-
-    def stated(self, robot: Robot) -> tuple[Trajectory, tuple[str, ...]]:
-        """The motion of a robot's joints, and what is to be said of it, a line each.
+    def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
+        """The motion of a robot's joints among obstacles.
 
         Raises:
             InvalidProblem: it is none.
@@ -56,9 +53,7 @@ class StatedMotionTask(TaskSection):
 
     def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
         """What the motion is judged by."""
-        motion, remarks = self.stated(robot)
-        task = RecordedMotion(robot, motion, obstacles, (*remarks, *self.remarks))
-        return recorded_motion(task, model.further_limits)
+        return recorded_motion(self.stated(robot, obstacles), model.further_limits)
 
 
 class MotionRowsTask(StatedMotionTask):
@@ -85,13 +80,13 @@ class MotionRowsTask(StatedMotionTask):
             raise ScenarioError(f"task.file: {error}") from error
         return self.model_copy(update=rows_table(rows) | {"file": None})
 
-    def stated(self, robot: Robot) -> tuple[Trajectory, tuple[str, ...]]:
-        """The pieces between the rows."""
+    def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
+        """The pieces between the rows; how the arm gets to a first row that is not at t = 0, nobody knows."""
         if self.file is not None:
             raise ScenarioError(f"task.file: {self.file!r} has not been read; only a scenario file can name a file")
         rows = self._rows(robot)
-        remarks = [f"how the arm gets to the first row, which is at {rows.times[0]:.6g} s"] if rows.times[0] else []
-        return rows.trajectory, (*remarks,)
+        late = (f"how the arm gets to the first row, which is at {rows.times[0]:.6g} s",) if rows.times[0] else ()
+        return RecordedMotion(robot, rows.trajectory, obstacles, rows.said, late)
 
     def _rows(self, robot: Robot) -> MotionRows:
         widths = {len(row) for row in self.positions}
@@ -127,13 +122,14 @@ class MotionPiecesTask(StatedMotionTask):
     coefficients: Annotated[list[list[list[float]]], Field(min_length=1, max_length=MOST_COEFFICIENTS)]
     joint_names: Annotated[list[Word], Field(max_length=MOST_LINKS)] = Field(default_factory=list)
 
-    def stated(self, robot: Robot) -> tuple[Trajectory, tuple[str, ...]]:
+    def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
         """The pieces themselves, from t = 0."""
         breakpoints, coefficients = trajectory_pieces(self.breakpoints, self.coefficients)
         if self.joint_names:
             known = iter((robot.joint_identifiers, robot.joint_names))
             coefficients = coefficients[:, :, joint_order(self.joint_names, known, "task.joint_names")]
-        return Trajectory(breakpoints - breakpoints[0], coefficients), ()
+        motion = Trajectory(breakpoints - breakpoints[0], coefficients)
+        return RecordedMotion(robot, motion, obstacles, f"{breakpoints.size - 1} polynomial pieces")
 
 
 def rows_table(rows: Any) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from problems import OBJECTIVES, Problem
+from problems import OBJECTIVES, CertificateStatus, Problem
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import Elbow, KnotRedundancy
@@ -235,7 +235,9 @@ def exit_status(solution: PlannedMotion, folder: Path | None, interruption: Inte
             if not verdict.satisfied
         )
         if solution.searched is None:
-            print_error(f"the path as it is cannot be run: its {broken}")
+            violated = solution.motion.status is CertificateStatus.VIOLATED
+            verb = "cannot be run" if violated else "is not proven"
+            print_error(f"the {solution.criteria.subject} as it is {verb}: its {broken}")
         else:
             print_error(
                 f"no feasible plan was found; the best attempt's {broken} (try more evaluations or another seed)"
