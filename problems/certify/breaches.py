@@ -2,7 +2,7 @@
 
 What bounds a derivative of the joint angles is broken from a crossing of its bound on, which is found exactly. What
 bounds anything else is looked at at many times, around that of its verdict more closely, and the change from kept to
-broken is followed by bisection: a breach between two such times may stay unseen, so that "first" is the first seen.
+broken is narrowed down: a breach between two such times may stay unseen, so that "first" is the first seen.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from problems.motions import Trajectory
 
 LOOKS = 2001  # times at least at which a limit is looked at
 NEAR_WORST, AROUND = 65, 1e-3  # more of them around the worst time, within so much of the duration
-BISECTIONS = 40
+ROUNDS, PARTS = 4, 64  # in which the change from kept to broken is narrowed down
 
 Mask = NDArray[np.bool_]
 
@@ -144,17 +144,16 @@ def _first_seen(limit: Limit, outcome: Verdict, trajectory: Trajectory) -> list[
     first = int(np.argmax(broken))
     if first == 0:
         return [float(times[0])]
-    return [_bisected(lambda t: bool(broken_at(limit, trajectory, np.array([t]))[0]), times[first - 1], times[first])]
+    return [_narrowed(lambda inner: broken_at(limit, trajectory, inner), times[first - 1], times[first])]
 
 
-def _bisected(is_broken: Callable[[float], bool], kept: float, broken: float) -> float:
+def _narrowed(is_broken: Callable[[FloatArray], Mask], kept: float, broken: float) -> float:
     """The time of the change between one at which something is kept and a later one at which it is broken, s."""
-    for _ in range(BISECTIONS):
-        middle = (kept + broken) / 2.0
-        if not kept < middle < broken:
-            break
-        kept, broken = (kept, middle) if is_broken(middle) else (middle, broken)
-    return float(broken)
+    for _ in range(ROUNDS):
+        times = np.linspace(kept, broken, PARTS + 1)
+        first = int(np.argmax([*is_broken(times[1:-1]), True])) + 1
+        kept, broken = float(times[first - 1]), float(times[first])
+    return broken
 
 
 @singledispatch

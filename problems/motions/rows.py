@@ -9,7 +9,7 @@ of ros2_control does with a message [1], pair of rows by pair of rows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, TypeAlias, get_args
@@ -116,11 +116,10 @@ class MotionRows:
         nothing = np.zeros_like(self.positions)
         states = [self.positions, *(nothing if v is None else v for v in (self.velocities, self.accelerations))]
         coefficients = np.zeros((2 * len(NAMES), lengths.size, self.positions.shape[1]))
-        for number, pieces in enumerate((linear_pieces, cubic_pieces, quintic_pieces)):
+        for number in np.unique(self.derivatives).tolist():
             chosen = np.flatnonzero(self.derivatives == number)
-            if chosen.size:
-                ends = [(state[chosen], state[chosen + 1]) for state in states[: number + 1]]
-                coefficients[: 2 * (number + 1), chosen] = pieces(lengths[chosen, None], *ends)
+            ends = [(state[chosen], state[chosen + 1]) for state in states[: number + 1]]
+            coefficients[: 2 * (number + 1), chosen] = PIECES[number](lengths[chosen, None], *ends)
         highest = 2 * (int(self.derivatives.max()) + 1)
         return Trajectory(self.times - self.times[0], coefficients[:highest][::-1])
 
@@ -165,3 +164,6 @@ def quintic_pieces(lengths: FloatArray, positions: Ends, velocities: Ends, accel
     fourth = (-15.0 * slope + 8.0 * v + 7.0 * w) / h**3 + (3.0 * a - 2.0 * b) / (2.0 * h**2)
     fifth = (6.0 * slope - 3.0 * v - 3.0 * w) / h**4 + (b - a) / (2.0 * h**3)
     return np.stack([positions[0], v, a / 2.0, third, fourth, fifth])
+
+
+PIECES: tuple[Callable[..., FloatArray], ...] = (linear_pieces, cubic_pieces, quintic_pieces)

@@ -55,12 +55,23 @@ def _checked(motion: Any, found: PPoly, evaluate: Callable[[Any, float], Any]) -
     if not (np.isfinite(times).all() and (np.diff(times) > 0.0).all()):
         raise ScenarioError(f"trajectory: the breakpoints of this {name} do not increase")
     trajectory = Trajectory(times - times[0], coefficients)
-    at = np.linspace(times[0], times[-1], TIMES)[1:-1]
+    lasts = _lasting(motion, trajectory.duration)
+    if not abs(lasts - trajectory.duration) <= SAME * max(1.0, lasts):
+        raise ScenarioError(f"trajectory: the pieces of this {name} last {trajectory.duration:g} s, itself {lasts:g} s")
+    at = np.linspace(times[0], times[-1], TIMES)
     expected = np.array([np.asarray(evaluate(motion, float(time)), dtype=np.float64).ravel() for time in at])
     away = np.abs(trajectory.at(at - times[0]) - expected).max()
     if not away <= SAME * max(1.0, float(np.abs(expected).max())):
         raise ScenarioError(f"trajectory: the pieces of this {name} are {away:.2g} away from what it evaluates to")
     return trajectory
+
+
+def _lasting(motion: Any, usual: float) -> float:
+    """How long an object says that it lasts, s; as usual where it does not."""
+    if hasattr(motion, "start_time") and hasattr(motion, "end_time"):
+        return float(motion.end_time() - motion.start_time())
+    stated = getattr(motion, "duration", usual)
+    return usual if callable(stated) else float(stated)
 
 
 def _called(motion: Any, time: float) -> Any:
@@ -152,14 +163,15 @@ def _ruckig_profiles(motion: Any) -> PPoly:
     for start, section in zip(starts, motion.profiles, strict=True):
         for joint, profile in enumerate(section):
             curves[joint] += _phases(start, profile)
-    times = np.unique([0.0, motion.duration, *(time for curve in curves for time, _ in curve)])
-    times = times[(times <= motion.duration) & np.append(np.diff(times) > SLIVER, True)]
+    begins = [time for curve in curves for time, _ in curve]
+    times = np.unique(np.minimum([0.0, motion.duration, *begins], motion.duration))
+    times = times[np.append(np.diff(times) > SLIVER, True)]
     coefficients = np.zeros((4, len(times) - 1, len(curves)))
     for joint, curve in enumerate(curves):
-        begins = np.array([time for time, _ in curve])
-        which = np.searchsorted(begins, (times[1:] + times[:-1]) / 2.0, side="right") - 1
+        starting = np.array([time for time, _ in curve])
+        which = np.searchsorted(starting, (times[1:] + times[:-1]) / 2.0, side="right") - 1
         table = np.array([state for _, state in curve])[which].T  # jerk / 6, acceleration / 2, speed, position
-        offsets = times[:-1] - begins[which]
+        offsets = times[:-1] - starting[which]
         for row, (order, factor) in enumerate(((3, 6.0), (2, 2.0), (1, 1.0), (0, 1.0))):
             coefficients[row, :, joint] = _taylor(table, offsets, order) / factor
     return PPoly(coefficients, times)

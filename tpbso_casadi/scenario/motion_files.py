@@ -20,6 +20,7 @@ import numpy as np
 import yaml
 
 from problems.base import FloatArray
+from tpbso_casadi.plain import one_line
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.validation import MOST_LINKS, ScenarioError, hint, in_words, shown
 
@@ -66,7 +67,7 @@ def read_recorded(folder: InputFolder, name: str) -> RecordedRows:
     try:
         return READERS[ending](folder, name)
     except BadRow as error:
-        raise ScenarioError(f"{place}: {error}") from error
+        raise ScenarioError(f"{place}: {one_line(str(error))}") from error
 
 
 class BadRow(ValueError):
@@ -262,7 +263,8 @@ def _of_message(document: Any) -> RecordedRows:
     if not isinstance(points, list):
         raise BadRow(f"{key}points: a list is needed")
     _check_count(len(points))
-    times, states = [], {state: [] for state in ("positions", *RATES)}
+    times: list[float] = []
+    states: dict[str, list[Row]] = {state: [] for state in ("positions", *RATES)}
     for number, point in enumerate(points):
         place = f"{key}points[{number}]"
         if not isinstance(point, dict):
