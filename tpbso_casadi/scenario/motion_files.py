@@ -74,8 +74,10 @@ class BadRow(ValueError):
     """Content that is no motion; the message is one line, without the file."""
 
 
+TIME_COLUMNS = ("t", "time")
+POSITION, VELOCITY, ACCELERATION = "q", "qd", "qdd"
 COLUMN = re.compile(r"(qdd|qd|q)([1-9][0-9]{0,3})")
-SUFFIXES = {"_velocity": "qd", "_acceleration": "qdd"}  # of a joint's name, in the names of columns
+SUFFIXES = {"_velocity": VELOCITY, "_acceleration": ACCELERATION}  # of a joint's name, in the names of columns
 IGNORED = re.compile(r"(tau|effort)[1-9][0-9]*|x|y|z|qx|qy|qz|qw")  # columns of a run's table
 
 
@@ -90,22 +92,22 @@ def _csv(folder: InputFolder, name: str) -> RecordedRows:
     table = [_cells(line, len(header), number) for number, line in lines[1:]]
     states = {
         symbol: [[row[columns[symbol, joint]] for joint in joints] for row in table]
-        for symbol in ("q", "qd", "qdd")
+        for symbol in (POSITION, VELOCITY, ACCELERATION)
         if (symbol, joints[0]) in columns
     }
     own = all(joint.isdigit() for joint in joints)
     return RecordedRows(
         times=[row[0] for row in table],
-        positions=states["q"],
-        velocities=states.get("qd", []),
-        accelerations=states.get("qdd", []),
+        positions=states[POSITION],
+        velocities=states.get(VELOCITY, []),
+        accelerations=states.get(ACCELERATION, []),
         joint_names=[] if own else joints,
     )
 
 
 def _columns(header: list[str], line: int) -> tuple[list[str], dict[tuple[str, str], int]]:
     """The joints, by name or by number, and the column of each symbol of each."""
-    if header[0] not in ("t", "time") or len(header) < 2:
+    if header[0] not in TIME_COLUMNS or len(header) < 2:
         raise BadRow(f"line {line}: the header t,q1,q2,... is needed, or t and the names of joints")
     found: dict[tuple[str, str], int] = {}
     numbered = COLUMN.fullmatch(header[1]) is not None
@@ -116,7 +118,7 @@ def _columns(header: list[str], line: int) -> tuple[list[str], dict[tuple[str, s
         if key in found:
             raise BadRow(f"line {line}: the column {shown(name)} is there twice")
         found[key] = column
-    joints = [joint for symbol, joint in found if symbol == "q"]
+    joints = [joint for symbol, joint in found if symbol == POSITION]
     if numbered:
         joints = [str(number) for number in range(1, len(joints) + 1)]
     if len(joints) > MOST_LINKS:
@@ -143,7 +145,7 @@ def _named(name: str) -> tuple[str, str]:
     for suffix, symbol in SUFFIXES.items():
         if name.endswith(suffix):
             return symbol, name.removesuffix(suffix)
-    return "q", name
+    return POSITION, name
 
 
 def _cells(line: str, width: int, number: int) -> Row:
@@ -273,7 +275,7 @@ def _of_message(document: Any) -> RecordedRows:
         for state, rows in states.items():
             rows.append(_values(point.get(state), len(names), f"{place}.{state}", state == "positions"))
     stated = {state: rows if any(rows) else [] for state, rows in states.items()}
-    return RecordedRows(times=times, joint_names=names, **stated)
+    return RecordedRows(times, stated["positions"], stated["velocities"], stated["accelerations"], names)
 
 
 def _joint_trajectory(document: Any) -> tuple[str, dict[str, Any]]:
