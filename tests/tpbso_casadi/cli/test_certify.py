@@ -68,7 +68,9 @@ def test_what_is_broken_says_when_first_when_worst_and_where(capsys: pytest.Capt
     assert status(main, *arguments, "--no-plots") == 1
     out, err = capsys.readouterr()
     assert "a motion as it is stated: quintic between 9 rows" in out
-    assert err.startswith("error: the motion as it is cannot be run: its speed is 3.125 rad/s where 2 is the limit, ")
+    assert err.startswith(
+        "error: the motion as it is cannot be run: its speed is 3.125 rad/s where 2 is the limit (joint 1, "
+    )
     first = 0.6 * (1.0 - np.sqrt(0.2)) / 2.0  # where 30 u^2 (1 - u)^2 / 0.6 s is 2 rad/s
     assert constraint("out", "speed")["where"] == f"joint 1, t = 0.3 s; first at {first:.4g} s"
     clearance = constraint("out", "clearance")

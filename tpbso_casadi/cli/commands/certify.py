@@ -11,7 +11,14 @@ from typing import get_args
 from problems.motions import RowInterpolation
 from tpbso_casadi.cli.command import OneLineParser, command_parser, run_command
 from tpbso_casadi.cli.commands.solve import written
-from tpbso_casadi.cli.options import defaulting, listed, not_negative, path, problem_group
+from tpbso_casadi.cli.options import (
+    add_payload,
+    add_robot,
+    add_row_interpolation,
+    defaulting,
+    path,
+    problem_group,
+)
 from tpbso_casadi.cli.output import Output, add_output_options, free_folder
 from tpbso_casadi.facade.certifying import certified_scenario
 from tpbso_casadi.scenario import Scenario, ScenarioError, is_folder, named
@@ -44,37 +51,23 @@ def parser() -> OneLineParser:
         "RobotTrajectory or DisplayTrajectory of ROS as YAML or JSON; a run folder",
     )
     problem = problem_group(command_line)
-    problem.add_argument(
-        "--robot",
-        type=path,
-        metavar="FILE",
-        help="TOML file with an [arm] or a [robot] table, whose [[obstacles]], [[constraints]] and margin in [model] "
-        "are judged too; or a robot that is built in, or a URDF that says all [default: the scene's, or the run's own]",
-    )
+    add_robot(problem, "the scene's, or the run's own")
     problem.add_argument(
         "--scene",
         type=path,
         metavar="FILE",
-        help="TOML file with what is around the robot, in the place of what the robot's file says: [[obstacles]], "
-        "[[carried]], may_touch, [[constraints]], margin in [model]; or a .scene file of MoveIt",
-    )
-    problem.add_argument(
-        "--interpolation",
-        choices=get_args(RowInterpolation),
-        default="auto",
-        metavar="KIND",
         help=defaulting(
-            f"between rows: {listed(get_args(RowInterpolation))}; auto does as ROS's joint trajectory controller: "
-            "linear between positions alone, cubic with velocities, quintic with accelerations too",
-            "auto",
+            "TOML file with what is around the robot, in the place of what the robot's file says: [[obstacles]], "
+            "[[carried]], may_touch, [[constraints]], margin in [model]; or a .scene file of MoveIt",
+            "none",
         ),
     )
-    problem.add_argument(
-        "--payload",
-        type=not_negative,
-        metavar="KG",
-        help=defaulting("what the tool carries, a mass at its own origin; 0 for none", "the robot's"),
+    joined = (
+        "auto, as ROS's joint trajectory controller does: linear between positions alone, cubic with velocities, "
+        "quintic with accelerations too"
     )
+    add_row_interpolation(problem, get_args(RowInterpolation), joined, "auto")
+    add_payload(problem)
     add_output_options(command_line, "runs/TRAJECTORY-certified, none with --json")
     return command_line
 
