@@ -126,8 +126,8 @@ def add_robot(group: Group, default: object) -> None:
         type=path,
         metavar="FILE",
         help=defaulting(
-            "TOML file with an [arm] or a [robot] table, whose [[obstacles]], [[constraints]] and margin in [model] are "
-            "judged too; or a robot that is built in, or a URDF that says all",
+            "TOML file with an [arm] or a [robot] table, whose [[obstacles]], [[constraints]] and margin in [model] "
+            "are judged too; or a robot that is built in, or a URDF that says all",
             default,
         ),
     )
@@ -143,23 +143,14 @@ def add_payload(group: Group) -> None:
     )
 
 
-def add_row_interpolation(group: Group, kinds: Iterable[str], default: object, usual: str | None = None) -> None:
-    """How rows of joints are joined.
-
-    Args:
-        group: to add it to.
-        kinds: of joining them.
-        default: as the help says it.
-        usual: in the options where the user says none.
-    """
+def add_row_interpolation(group: Group, kinds: Iterable[str], default: object) -> None:
+    """How rows of joints are joined."""
     known = [*kinds]
-    shown_default = f"of {listed(known)}: {default}"
     group.add_argument(
         "--interpolation",
         choices=known,
-        default=usual,
         metavar="KIND",
-        help=defaulting("how rows are joined", shown_default),
+        help=defaulting("how rows are joined", f"of {listed(known)}: {default}"),
     )
 
 

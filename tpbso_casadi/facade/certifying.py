@@ -33,7 +33,6 @@ from tpbso_casadi.scenario import (
     ScenarioError,
     motion_table,
     named,
-    plain,
     read_recorded,
     rows_table,
     shown,
@@ -218,21 +217,24 @@ def _rows_content(rows: Any) -> Content:
     else:
         needed = "(times, positions[, velocities[, accelerations]]), a file, a folder, a plan or a piecewise polynomial"
         raise ScenarioError(f"trajectory: {needed} is needed, not {shown(rows)}")
+    names = found.pop("joint_names", None)
+    stated = {key: _array(key, value) for key, value in found.items() if value is not None}
     for key in ("times", "positions"):
-        if found.get(key) is None:
+        if not (key in stated and stated[key].size):
             raise ScenarioError(f"trajectory: {key} are needed")
-    stated = {key: value for key, value in found.items() if value is not None and len(value)}
-    names = stated.pop("joint_names", None)
-    arrays = {key: _array(key, value, 1 if key == "times" else 2).tolist() for key, value in stated.items()}
-    return {**STANDS, **arrays, **({} if names is None else {"joint_names": plain(list(names))})}
+    rows = {key: array.tolist() for key, array in stated.items() if array.size}
+    return {**STANDS, **rows, **({} if names is None else {"joint_names": several("joint_names", names, "words")})}
 
 
-def _array(key: str, value: Any, dimensions: int) -> FloatArray:
+DIMENSIONS = {"times": 1}  # others have 2
+
+
+def _array(key: str, value: Any) -> FloatArray:
     try:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise ScenarioError(f"{key}: an array of numbers is needed: {error}") from error
-    if array.ndim != dimensions:
-        shape = "(n,)" if dimensions == 1 else "(n, k)"
+    if array.size and array.ndim != DIMENSIONS.get(key, 2):
+        shape = "(n,)" if key in DIMENSIONS else "(n, k)"
         raise ScenarioError(f"{key}: an array {shape} is needed, not {array.shape}")
     return array

@@ -66,7 +66,7 @@ def parser() -> OneLineParser:
         "auto, as ROS's joint trajectory controller does: linear between positions alone, cubic with velocities, "
         "quintic with accelerations too"
     )
-    add_row_interpolation(problem, get_args(RowInterpolation), joined, "auto")
+    add_row_interpolation(problem, get_args(RowInterpolation), joined)
     add_payload(problem)
     add_output_options(command_line, "runs/TRAJECTORY-certified, none with --json")
     return command_line
