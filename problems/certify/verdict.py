@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -69,7 +69,7 @@ class Verdict:
     status: CertificateStatus
     where: str
     worst_is: WorstIs = WorstIs.EXACT
-    time: float | None = None
+    time: float | None = field(default=None, repr=False)
 
     @property
     def satisfied(self) -> bool:

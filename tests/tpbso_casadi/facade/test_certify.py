@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 import tpbso_casadi as tp
+from problems.tasks import RecordedMotion
 from tpbso_casadi.storage import export_motion
 
 ARM = tp.PlanarArm((0.5, 0.5), (2.0, 2.0), (10.0, 10.0))
@@ -61,6 +62,11 @@ def test_rows_mappings_files_and_trajectories_are_judged_alike(in_an_empty_folde
     plan.save("run", figures=())
     same(plan, tp.certify("run"))
     assert tp.read_run("run").certified
+
+
+def test_the_task_itself_is_planned_as_it_is() -> None:
+    plan = tp.certify((TIMES, *states()), ARM, obstacles=[BOX])
+    same(plan, tp.plan(RecordedMotion(ARM, plan.trajectory, (BOX,))))
 
 
 def test_auto_does_as_the_controller_and_says_so() -> None:
