@@ -23,6 +23,7 @@ from problems.limits import Constraint, CoverLimit, Limit, TorqueLimit
 from problems.motions import Trajectory
 
 LOOKS = 2001  # times at least at which a limit is looked at
+SAME_SPAN = 2e-3  # of the duration
 NEAR_WORST, AROUND = 65, 1e-3  # more of them around the worst time, within so much of the duration
 ROUNDS, PARTS = 4, 64  # in which the change from kept to broken is narrowed down
 
@@ -79,6 +80,8 @@ def broken_spans(
 ) -> dict[str, list[tuple[float, float]]]:
     """By the names of violated verdicts, from when to when their limits are broken, s; moments have no length.
 
+    Spans that follow each other within a share ``SAME_SPAN`` of the motion are one.
+
     Args:
         limits: that were judged.
         verdicts: on them.
@@ -88,8 +91,20 @@ def broken_spans(
     found: dict[str, list[tuple[float, float]]] = {}
     for limit in limits:
         if limit.name in violated and trajectory.is_finite:
-            found[limit.name] = _spans_of(limit, violated[limit.name], trajectory)
+            spans = sorted(_spans_of(limit, violated[limit.name], trajectory))
+            found[limit.name] = _joined(spans, SAME_SPAN * trajectory.duration)
     return found
+
+
+def _joined(spans: list[tuple[float, float]], gap: float) -> list[tuple[float, float]]:
+    """Spans in their order, those no farther apart than a gap in one."""
+    joined: list[tuple[float, float]] = []
+    for start, end in spans:
+        if joined and start <= joined[-1][1] + gap:
+            joined[-1] = joined[-1][0], max(end, joined[-1][1])
+        else:
+            joined.append((start, end))
+    return joined
 
 
 def _spans_of(limit: Limit, outcome: Verdict, trajectory: Trajectory) -> list[tuple[float, float]]:
